@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/camera.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace twocone {
+
+void check(const CameraSettings& settings) {
+  std::string bad;
+  if (settings.width_px <= 0) bad += fmt::format(" width_px is {}, must be > 0;", settings.width_px);
+  if (settings.height_px <= 0) bad += fmt::format(" height_px is {}, must be > 0;", settings.height_px);
+  if (!(settings.rate_hz > 0) || !std::isfinite(settings.rate_hz)) {
+    bad += fmt::format(" rate_hz is {} Hz, must be > 0 and finite;", settings.rate_hz);
+  }
+  if (!bad.empty()) throw std::invalid_argument("CameraSettings:" + bad);
+}
+
+Result<CameraSettings> Camera::configure(const CameraSettings& settings) {
+  check(settings);
+  if (state_ == State::kStreaming) {
+    return Error{ErrorCode::kInvalidState, "configure: the camera is streaming; stop it first"};
+  }
+  auto applied = do_configure(settings);
+  if (applied) state_ = State::kConfigured;
+  return applied;
+}
+
+Status Camera::start() {
+  if (state_ == State::kClosed) return Error{ErrorCode::kInvalidState, "start: configure the camera first"};
+  if (state_ == State::kStreaming) return Error{ErrorCode::kInvalidState, "start: the camera is streaming already"};
+  auto started = do_start();
+  if (started) state_ = State::kStreaming;
+  return started;
+}
+
+Result<Frame> Camera::grab(std::chrono::milliseconds timeout) {
+  if (timeout.count() < 0) {
+    throw std::invalid_argument(fmt::format("Camera::grab: timeout is {} ms, must be >= 0", timeout.count()));
+  }
+  if (state_ != State::kStreaming) return Error{ErrorCode::kInvalidState, "grab: start the camera first"};
+  return do_grab(timeout);
+}
+
+void Camera::stop() noexcept {
+  if (state_ != State::kStreaming) return;
+  do_stop();
+  state_ = State::kConfigured;
+}
+
+}  // namespace twocone

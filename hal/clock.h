@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+
+namespace twocone {
+
+enum class ClockKind {
+  kSimulated,  ///< the simulated world's time; 0 when the world begins
+  kSteady,     ///< std::chrono::steady_clock; its zero means nothing
+};
+
+/// A moment, and whose clock says so. Moments of different clocks cannot be compared.
+struct Timestamp {
+  ClockKind clock = ClockKind::kSteady;
+  std::chrono::nanoseconds since_zero{0};
+
+  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(since_zero).count(); }
+  friend bool operator==(const Timestamp&, const Timestamp&) = default;
+};
+
+/// `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
+std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier);
+
+/// A source of time. Passed in, never global, so that a test or a simulation owns the time it runs in.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  Clock() = default;
+  Clock(const Clock&) = delete;
+  Clock& operator=(const Clock&) = delete;
+  [[nodiscard]] virtual Timestamp now() const = 0;
+};
+
+class SteadyClock final : public Clock {
+ public:
+  [[nodiscard]] Timestamp now() const override;
+};
+
+/// Stands still until it is told to advance. May be read from any thread.
+class ManualClock final : public Clock {
+ public:
+  explicit ManualClock(ClockKind kind = ClockKind::kSimulated) : kind_(kind) {}
+  [[nodiscard]] Timestamp now() const override;
+  /// @throws std::invalid_argument for a negative step: time does not run backwards.
+  void advance(std::chrono::nanoseconds step);
+
+ private:
+  const ClockKind kind_;
+  std::atomic<std::chrono::nanoseconds::rep> now_ns_{0};
+};
+
+}  // namespace twocone

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/diff_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace twocone {
+
+void check(const DriveLimits& limits) {
+  std::string bad;
+  if (!(limits.max_speed_radps > 0) || !std::isfinite(limits.max_speed_radps)) {
+    bad += fmt::format(" max_speed_radps is {} rad/s, must be > 0 and finite;", limits.max_speed_radps);
+  }
+  if (limits.command_timeout.count() <= 0) {
+    bad += fmt::format(" command_timeout is {} ns, must be > 0;", limits.command_timeout.count());
+  }
+  if (!bad.empty()) throw std::invalid_argument("DriveLimits:" + bad);
+}
+
+DiffDrive::DiffDrive(const DriveLimits& limits) : limits_(limits) { check(limits); }
+
+Result<WheelSpeeds> DiffDrive::set_speeds(const WheelSpeeds& wanted) {
+  if (!std::isfinite(wanted.left_radps) || !std::isfinite(wanted.right_radps)) {
+    throw std::invalid_argument(fmt::format("DiffDrive::set_speeds: left {} rad/s, right {} rad/s: must be finite",
+                                            wanted.left_radps, wanted.right_radps));
+  }
+  const double fastest = std::max(std::abs(wanted.left_radps), std::abs(wanted.right_radps));
+  WheelSpeeds applied = wanted;
+  if (fastest > limits_.max_speed_radps) {
+    // Each wheel by its share of the faster one: a factor max/fastest would underflow for huge speeds.
+    applied = {limits_.max_speed_radps * (wanted.left_radps / fastest),
+               limits_.max_speed_radps * (wanted.right_radps / fastest)};
+  }
+  if (auto done = do_set_speeds(applied); !done) return done.error();
+  return applied;
+}
+
+Result<WheelAngles> DiffDrive::read_angles() { return do_read_angles(); }
+
+Status DiffDrive::stop() noexcept { return do_stop(); }
+
+}  // namespace twocone

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+
+#include "hal/clock.h"
+#include "hal/result.h"
+
+namespace twocone {
+
+/// Angular speeds of the two wheels; positive drives forward.
+struct WheelSpeeds {
+  double left_radps = 0;
+  double right_radps = 0;
+
+  friend bool operator==(const WheelSpeeds&, const WheelSpeeds&) = default;
+};
+
+/// Angles that the wheels have turned since the drive was opened, as the encoders tell; they do not wrap.
+struct WheelAngles {
+  Timestamp time;
+  double left_rad = 0;
+  double right_rad = 0;
+};
+
+struct DriveLimits {
+  double max_speed_radps = 10;                            ///< of either wheel, > 0
+  std::chrono::nanoseconds command_timeout{500'000'000};  ///< dead-man time, > 0
+};
+
+/// @throws std::invalid_argument naming every field that is not positive and finite.
+void check(const DriveLimits& limits);
+
+/// Two wheels on one axle.
+///
+/// Dead-man rule, kept by every backend and checked by tests/diff_drive_conformance_test.cpp: when no set_speeds() has
+/// come for command_timeout(), the wheels stop by themselves; so they do on stop() and when the drive is destroyed.
+/// To write a backend, derive, fill in the three private virtuals and the destructor, and add it to that suite.
+class DiffDrive {
+ public:
+  /// A backend's own destructor must stop the wheels: here, its do_stop() is already gone.
+  virtual ~DiffDrive() = default;
+  DiffDrive(const DiffDrive&) = delete;
+  DiffDrive& operator=(const DiffDrive&) = delete;
+
+  /// Sets both speeds from now on and returns what was applied: where a wheel would pass the limit, both are scaled by
+  /// one factor, which keeps the path's curvature. Errors: kTimeout, kDisconnected, kBadData, kRefused.
+  /// @throws std::invalid_argument for a speed that is not finite.
+  Result<WheelSpeeds> set_speeds(const WheelSpeeds& wanted);
+
+  /// The newest angles. Errors: kTimeout, kDisconnected, kBadData.
+  Result<WheelAngles> read_angles();
+
+  /// Stops the wheels now. An error means that the device could not be told; the dead-man rule then stops them.
+  Status stop() noexcept;
+
+  [[nodiscard]] const DriveLimits& limits() const { return limits_; }
+
+ protected:
+  /// @throws std::invalid_argument as check() does.
+  explicit DiffDrive(const DriveLimits& limits);
+
+ private:
+  virtual Status do_set_speeds(const WheelSpeeds& speeds) = 0;
+  virtual Result<WheelAngles> do_read_angles() = 0;
+  virtual Status do_stop() noexcept = 0;
+
+  DriveLimits limits_;
+};
+
+}  // namespace twocone

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cassert>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace twocone {
+
+/// What the world did, in the few kinds that a caller can act on differently.
+enum class ErrorCode {
+  kNotFound,      ///< no such device, file or driver: check the name
+  kUnavailable,   ///< known, but not in this build or not on this machine: install or plug in
+  kInvalidState,  ///< the call is not allowed in the object's present state
+  kTimeout,       ///< nothing came before the deadline: trying again is safe
+  kDisconnected,  ///< the device or its program went away: open it again
+  kBadData,       ///< bytes came, but they are no frame or reply
+  kRefused,       ///< the device or its program says no to what was asked, and the message says why
+};
+
+/// The code's name without its `k`, for messages and tables: "Timeout".
+std::string_view to_string(ErrorCode code);
+
+/// A code to branch on and one sentence for a person.
+struct Error {
+  ErrorCode code;
+  std::string message;
+};
+
+/// A value, or the reason why there is none. The spelling follows std::expected (C++23).
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value)
+      : content_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor): `return value;`
+  Result(Error error) : content_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool has_value() const { return content_.index() == 0; }
+  explicit operator bool() const { return has_value(); }
+
+  /// The value; asking for it without one is a bug of the caller.
+  [[nodiscard]] const T& value() const& { return assert(has_value()), *std::get_if<0>(&content_); }
+  [[nodiscard]] T& value() & { return assert(has_value()), *std::get_if<0>(&content_); }
+  [[nodiscard]] T&& value() && { return assert(has_value()), std::move(*std::get_if<0>(&content_)); }
+  const T& operator*() const& { return value(); }
+  T& operator*() & { return value(); }
+  T&& operator*() && { return std::move(*this).value(); }
+  const T* operator->() const { return &value(); }
+  T* operator->() { return &value(); }
+
+  [[nodiscard]] const Error& error() const { return assert(!has_value()), *std::get_if<1>(&content_); }
+
+ private:
+  std::variant<T, Error> content_;
+};
+
+/// Done, or the reason why not.
+template <>
+class [[nodiscard]] Result<void> {
+ public:
+  Result() = default;
+  Result(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool has_value() const { return ok_; }
+  explicit operator bool() const { return ok_; }
+  [[nodiscard]] const Error& error() const { return assert(!ok_), error_; }
+
+ private:
+  Error error_{};
+  bool ok_ = true;
+};
+
+using Status = Result<void>;
+
+}  // namespace twocone
