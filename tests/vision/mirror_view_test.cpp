@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/mirror_view.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/vision/lab_rig.h"
+
+namespace twocone::vision {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// The stated promise: forward then inverse to 1e-12 relative.
+constexpr double kRoundTrip = 1e-12;
+
+/// A view with nothing round about it: no angle of 0 or 45 degrees, no shared numbers.
+MirrorViewSettings odd_view(double apex_rad, bool mirrored) {
+  return {.cone = {.apex_rad = apex_rad, .rim_radius_m = 0.053, .lens_to_tip_m = 0.117},
+          .lens_height_m = 0.31,
+          .centre_px = {301.7, 251.3},
+          .rim_radius_px = 219.6,
+          .azimuth_rad = 0.37,
+          .mirrored = mirrored};
+}
+
+/// Where the lens's ray at `slope` meets the cone and where it goes from there, by the law of reflection in three
+/// dimensions: r = i - 2 (i.n) n. Shares no formula with MirrorView.
+Ray reflect(const MirrorViewSettings& s, double slope, double bearing_rad) {
+  const double half = s.cone.apex_rad / 2;
+  const Eigen::Vector3d incoming =
+      Eigen::Vector3d(slope * std::cos(bearing_rad), slope * std::sin(bearing_rad), 1).normalized();
+  // Height z of the hit above the lens: slope z = (z - d) tan(half).
+  const double z = s.cone.lens_to_tip_m * std::sin(half) / (std::sin(half) - slope * std::cos(half));
+  const Eigen::Vector3d normal(std::cos(half) * std::cos(bearing_rad), std::cos(half) * std::sin(bearing_rad),
+                               -std::sin(half));
+  const Eigen::Vector3d outgoing = incoming - 2 * incoming.dot(normal) * normal;
+  return {Eigen::Vector3d(slope * z * std::cos(bearing_rad), slope * z * std::sin(bearing_rad), s.lens_height_m + z),
+          outgoing};
+}
+
+TEST(MirrorView, AgreesWithThePapersFormulasAt90Degrees) {
+  const MirrorView view(lab_view(0.25));
+  EXPECT_DOUBLE_EQ(view.focal_length_px(), (0.12 / 0.06 + 1) * 236);  // equation 2
+  const double rho = 2.317;
+  const double height = 0.9;
+  EXPECT_NEAR(view.image_radius_px(rho, height).value(), 708 * (height - 0.25 - 0.12) / (rho + 0.12), 1e-12 * 708);
+}
+
+TEST(MirrorView, EveryRayObeysTheLawOfReflection) {
+  // A ray computed with a handful of roundings of values near 1.
+  constexpr double kTolerance = 1e-14;
+  std::mt19937_64 random(20061);
+  std::uniform_real_distribution<double> apex(0.9, 2.4);
+  std::uniform_real_distribution<double> fraction(0.01, 0.99);
+  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  for (int i = 0; i < 2000; ++i) {
+    const MirrorViewSettings s = odd_view(apex(random), i % 2 == 1);
+    const MirrorView view(s);
+    const double radius_px = fraction(random) * s.rim_radius_px;
+    const double phi = bearing(random);
+    const Ray expected = reflect(s, radius_px / view.focal_length_px(), phi);
+    const auto ray = view.back_project(s.centre_px + view.offset_px(phi, radius_px));
+    ASSERT_TRUE(ray) << "case " << i;
+    EXPECT_LT((ray->origin_m - expected.origin_m).norm(), kTolerance) << "case " << i;
+    EXPECT_LT((ray->direction - expected.direction).norm(), kTolerance) << "case " << i;
+  }
+}
+
+TEST(MirrorView, ForwardThenInverseMeetsThePoint) {
+  std::mt19937_64 random(20062);
+  std::uniform_real_distribution<double> distance(0.4, 8);
+  std::uniform_real_distribution<double> height(0.4, 3);
+  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  int seen = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const MirrorView view(i % 2 == 0 ? lab_view(0.25) : odd_view(kPi / 2, true));
+    const double phi = bearing(random);
+    const double rho = distance(random);
+    const Eigen::Vector3d p(rho * std::cos(phi), rho * std::sin(phi), height(random));
+    const auto pixel = view.project(p);
+    if (!pixel) continue;
+    ++seen;
+    const auto ray = view.back_project(*pixel);
+    ASSERT_TRUE(ray) << "case " << i;
+    const Eigen::Vector3d from_origin = p - ray->origin_m;
+    const double off_m = (from_origin - from_origin.dot(ray->direction) * ray->direction).norm();
+    // A pixel coordinate near 300 is itself rounded to half an ulp, and the ray turns by that over the radius.
+    const double radius_px = (*pixel - view.settings().centre_px).norm();
+    const double rounding = 512 * std::numeric_limits<double>::epsilon() / radius_px;
+    EXPECT_LT(off_m / p.norm(), std::max(kRoundTrip, rounding))
+        << "case " << i << ", " << radius_px << " px from the tip";
+    EXPECT_GT(from_origin.dot(ray->direction), 0) << "case " << i;
+  }
+  EXPECT_GT(seen, 5000);
+}
+
+TEST(MirrorView, InverseThenForwardMeetsThePixel) {
+  std::mt19937_64 random(20063);
+  std::uniform_real_distribution<double> apex(0.9, 2.4);
+  std::uniform_real_distribution<double> fraction(0.02, 1);
+  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  std::uniform_real_distribution<double> along(0.2, 9);
+  for (int i = 0; i < 20000; ++i) {
+    const MirrorViewSettings s = odd_view(apex(random), i % 2 == 1);
+    const MirrorView view(s);
+    const Eigen::Vector2d pixel = s.centre_px + view.offset_px(bearing(random), fraction(random) * s.rim_radius_px);
+    const auto ray = view.back_project(pixel);
+    ASSERT_TRUE(ray) << "case " << i;
+    const auto again = view.project(ray->origin_m + along(random) * ray->direction);
+    if (!again) {  // a pixel on the rim may be rounded out of it
+      EXPECT_GT((pixel - s.centre_px).norm(), s.rim_radius_px * (1 - kRoundTrip)) << "case " << i;
+      continue;
+    }
+    EXPECT_LT((*again - pixel).norm() / pixel.norm(), kRoundTrip) << "case " << i;
+  }
+}
+
+TEST(MirrorView, ShowsNothingAtOrBelowTheHorizonAndBeyondTheRim) {
+  const MirrorView view(lab_view(0.25));
+  EXPECT_FALSE(view.image_radius_px(2, 0.37));  // the tip's height
+  EXPECT_FALSE(view.image_radius_px(2, 0.2));
+  EXPECT_TRUE(view.image_radius_px(1.471, 0.9));  // the rim shows a top of 0.9 m from 1.47 m on
+  EXPECT_FALSE(view.image_radius_px(1.469, 0.9));
+  EXPECT_FALSE(view.project({0, 0, 0.9}));          // on the axis
+  EXPECT_FALSE(view.image_radius_px(0.0, 0.4));     // inside the cone
+  EXPECT_FALSE(view.back_project({319.5, 239.5}));  // the tip has no bearing
+  EXPECT_FALSE(view.back_project({319.5 + 236.01, 239.5}));
+}
+
+TEST(MirrorView, AnswersNothingForInputThatIsNotFinite) {
+  const MirrorView view(lab_view(0.25));
+  for (const double bad : {kNaN, kInf, -kInf}) {
+    EXPECT_FALSE(view.image_radius_px(bad, 0.9)) << bad;
+    EXPECT_FALSE(view.image_radius_px(2, bad)) << bad;
+    EXPECT_FALSE(view.project({bad, 1, 0.9})) << bad;
+    EXPECT_FALSE(view.back_project({bad, 1})) << bad;
+  }
+  EXPECT_FALSE(view.image_radius_px(-1, 0.9));
+}
+
+TEST(MirrorView, KeepsDigitsOnHugeAndTinyDistances) {
+  const MirrorView view(lab_view(0.25));
+  EXPECT_DOUBLE_EQ(view.image_radius_px(1e300, 1e299).value(), 708 * 0.1);
+  EXPECT_NEAR(view.image_radius_px(1e8, 0.9).value(), 708 * 0.53 / 1e8, 1e-12);
+}
+
+TEST(MirrorView, BearingRunsWithTheImageUnlessMirrored) {
+  const MirrorView plain(odd_view(kPi / 2, false));
+  const MirrorView mirrored(odd_view(kPi / 2, true));
+  EXPECT_NEAR(plain.bearing_rad({0, 10}), 0.37 + kPi / 2, 1e-15);
+  EXPECT_NEAR(mirrored.bearing_rad({0, 10}), 0.37 - kPi / 2, 1e-15);
+  EXPECT_NEAR(plain.bearing_rad({-10, 0.0}), 0.37 - kPi, 1e-15);  // pi + 0.37 wraps
+  for (const double bearing : {-3.0, -0.4, 0.0, 1.2, 3.1}) {
+    EXPECT_NEAR(plain.bearing_rad(plain.offset_px(bearing, 57)), bearing, 1e-15);
+    EXPECT_NEAR(mirrored.bearing_rad(mirrored.offset_px(bearing, 57)), bearing, 1e-15);
+  }
+}
+
+TEST(MirrorView, NamesEveryBadSetting) {
+  MirrorViewSettings s = lab_view(0.25);
+  s.cone.apex_rad = 4;
+  s.cone.rim_radius_m = 0;
+  s.rim_radius_px = kNaN;
+  try {
+    MirrorView view(s);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("cone.apex_rad is 4"), std::string::npos) << text;
+    EXPECT_NE(text.find("cone.rim_radius_m is 0"), std::string::npos) << text;
+    EXPECT_NE(text.find("rim_radius_px is nan"), std::string::npos) << text;
+  }
+}
+
+}  // namespace
+}  // namespace twocone::vision

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/paper_ranging.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/vision/lab_rig.h"
+
+namespace twocone::vision {
+namespace {
+
+const cv::Size kPicture(640, 480);
+const cv::Scalar kWall(170, 170, 165);
+
+struct Pillar {
+  double distance_m;  // to the axis
+  double bearing_rad;
+  double top_m = 0.9;
+  double radius_m = 0.1;
+};
+
+/// What a pixel-exact camera would see of one upright cylinder: each pixel's ray, by the inverse projection, meets the
+/// cylinder's side or not. Independent of the search under test.
+void paint(cv::Mat& picture, const MirrorView& view, const Pillar& pillar, const cv::Vec3b& colour) {
+  const Eigen::Vector2d axis(pillar.distance_m * std::cos(pillar.bearing_rad),
+                             pillar.distance_m * std::sin(pillar.bearing_rad));
+  // Only the strip from the tip to the rim about its bearing can show it.
+  const Eigen::Vector2d tip = view.settings().centre_px;
+  const Eigen::Vector2d rim = tip + view.offset_px(pillar.bearing_rad, view.settings().rim_radius_px);
+  constexpr int kHalfWidth_px = 40;  // of the strip; the widest pillar here spans 30 px
+  const cv::Rect strip =
+      cv::Rect(
+          cv::Point(int(std::min(tip.x(), rim.x())) - kHalfWidth_px, int(std::min(tip.y(), rim.y())) - kHalfWidth_px),
+          cv::Point(int(std::max(tip.x(), rim.x())) + kHalfWidth_px, int(std::max(tip.y(), rim.y())) + kHalfWidth_px)) &
+      cv::Rect({0, 0}, picture.size());
+  for (int row = strip.y; row < strip.br().y; ++row) {
+    for (int column = strip.x; column < strip.br().x; ++column) {
+      const auto ray = view.back_project({column, row});
+      if (!ray) continue;
+      const Eigen::Vector2d o = ray->origin_m.head<2>();
+      const Eigen::Vector2d d = ray->direction.head<2>();
+      const double a = d.squaredNorm();
+      const double b = d.dot(o - axis);
+      const double c = (o - axis).squaredNorm() - pillar.radius_m * pillar.radius_m;
+      const double discriminant = b * b - a * c;
+      if (discriminant < 0) continue;
+      const double t = (-b - std::sqrt(discriminant)) / a;
+      const double z = ray->origin_m.z() + t * ray->direction.z();
+      if (t > 0 && z >= 0 && z <= pillar.top_m) picture.at<cv::Vec3b>(row, column) = colour;
+    }
+  }
+}
+
+const std::vector<Target> kRed = {{"red", {1, 0, 0}, 0.1}};
+
+std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<Pillar>& pillars) {
+  cv::Mat lower(kPicture, CV_8UC3, kWall);
+  cv::Mat upper(kPicture, CV_8UC3, kWall);
+  for (const Pillar& pillar : pillars) {
+    paint(lower, rig.lower, pillar, {200, 20, 20});
+    paint(upper, rig.upper, pillar, {200, 20, 20});
+  }
+  return PaperRanging(rig, kRed, kPicture, kPicture).measure(lower, upper);
+}
+
+// Each match is a pixel's centre within one pixel of the edge, so the disparity is off by less than one pixel; a
+// sideways step of one pixel in it adds less than 1 / (2 * 60) px at these distances.
+constexpr double kDisparityError_px = 1.02;
+
+TEST(PaperRanging, ErrsByLessThanAPixelOfDisparity) {
+  const Rig rig = lab_rig();
+  for (const double distance_m : {1.63, 1.97, 2.41, 2.93, 3.37, 4.19, 4.83}) {
+    for (const double bearing_rad : {-2.91, 0.11, 0.77, 1.9}) {
+      const auto m = measure(rig, {{distance_m, bearing_rad}}).front();
+      ASSERT_EQ(m.verdict, RangeVerdict::kOk) << distance_m << " m at " << bearing_rad;
+      const double reach_m = distance_m - 0.1 + 0.12;
+      const double bound_m =
+          reach_m * reach_m / (708 * 0.3) * kDisparityError_px * 1.1;  // 1.1: the curve's second order
+      EXPECT_NEAR(*m.range_m, distance_m, bound_m) << "bearing " << bearing_rad;
+      // The match is some pixel of the pillar.
+      const double radius_px = (*m.lower_px - rig.lower.settings().centre_px).norm();
+      EXPECT_LT(std::abs(std::remainder(*m.bearing_rad - bearing_rad, 2 * std::numbers::pi)),
+                std::asin(0.1 / distance_m) + 0.5 / radius_px);
+      EXPECT_FALSE(m.sigma_range_m);
+    }
+  }
+}
+
+TEST(PaperRanging, IsEquationOnePlusTheRadius) {
+  const Rig rig = lab_rig();
+  const auto m = measure(rig, {{2.41, 0.77}}).front();
+  ASSERT_EQ(m.verdict, RangeVerdict::kOk);
+  EXPECT_DOUBLE_EQ(*m.disparity_px, (*m.lower_px - *m.upper_px).norm());
+  EXPECT_NEAR(*m.range_m, 708 * 0.3 / *m.disparity_px - 0.12 + 0.1, 1e-13);
+}
+
+TEST(PaperRanging, HardCaseR1) {
+  // 81.06870229007633 px of disparity is 2500 mm to the near edge: the nearest whole-pixel distance lies within half a
+  // pixel.
+  const auto m = measure(lab_rig(), {{2.6, 0.0}}).front();
+  ASSERT_EQ(m.verdict, RangeVerdict::kOk);
+  EXPECT_NEAR(*m.disparity_px, 81.06870229007633, kDisparityError_px);
+}
+
+TEST(PaperRanging, SaysWhyThereIsNoRange) {
+  const Rig rig = lab_rig();
+  EXPECT_EQ(measure(rig, {}).front().verdict, RangeVerdict::kNotSeen);
+  EXPECT_EQ(measure(rig, {{1.2, 0.4}}).front().verdict, RangeVerdict::kTruncated);
+  EXPECT_EQ(measure(rig, {{2.5, 0.4, 0.6}}).front().verdict, RangeVerdict::kNoMatch);  // its top is below the upper tip
+}
+
+TEST(PaperRanging, RefusesToChooseBetweenLandmarksOfOneColour) {
+  const std::vector<Target> twins = {{"a", {1, 0, 0}, 0.1}, {"b", {1, 0.05, 0}, 0.1}};
+  const cv::Mat blank(kPicture, CV_8UC3, kWall);
+  for (const auto& m : PaperRanging(lab_rig(), twins, kPicture, kPicture).measure(blank, blank)) {
+    EXPECT_EQ(m.verdict, RangeVerdict::kSameColour);
+  }
+}
+
+TEST(PaperRanging, EqualViewsHaveNoDisparity) {
+  const Rig rig = lab_rig();
+  cv::Mat lower(kPicture, CV_8UC3, kWall);
+  paint(lower, rig.lower, {2.5, 0.4}, {200, 20, 20});
+  const auto m = PaperRanging(rig, kRed, kPicture, kPicture).measure(lower, lower).front();
+  EXPECT_EQ(m.verdict, RangeVerdict::kBeyondLimit);
+  EXPECT_FALSE(m.range_m);
+}
+
+TEST(PaperRanging, ViewsMayDifferInCentreScaleAndAzimuth) {
+  MirrorViewSettings above = lab_view(0.55);
+  above.centre_px = {331.2, 228.9};
+  above.rim_radius_px = 221;
+  above.azimuth_rad = 0.61;
+  above.mirrored = true;
+  const Rig rig{MirrorView(lab_view(0.25)), MirrorView(above)};
+  const auto m = measure(rig, {{2.41, 1.31}}).front();
+  ASSERT_EQ(m.verdict, RangeVerdict::kOk);
+  // The upper pixel is 236 / 221 times coarser and its centre is no pixel's: another half pixel.
+  EXPECT_NEAR(*m.range_m, 2.41, 2.43 * 2.43 / (708 * 0.3) * (kDisparityError_px + 0.5) * 1.1);
+}
+
+TEST(PaperRanging, ARunThatCrossesTheImagesXAxisIsOne) {
+  const auto m = measure(lab_rig(), {{1.7, 0.0}}).front();
+  ASSERT_EQ(m.verdict, RangeVerdict::kOk);
+  EXPECT_LT(std::abs(*m.bearing_rad), 1.5 / 200);
+}
+
+TEST(PaperRanging, RefusesARigThatTheEquationsDoNotHoldFor) {
+  MirrorViewSettings wide = lab_view(0.25);
+  wide.cone.apex_rad = 2.1;
+  const Rig wrong_apex{MirrorView(wide), MirrorView(lab_view(0.55))};
+  EXPECT_THROW(PaperRanging(wrong_apex, kRed, kPicture, kPicture), std::invalid_argument);
+  MirrorViewSettings large = lab_view(0.55);
+  large.cone.rim_radius_m = 0.07;
+  const Rig two_sizes{MirrorView(lab_view(0.25)), MirrorView(large)};
+  EXPECT_THROW(PaperRanging(two_sizes, kRed, kPicture, kPicture), std::invalid_argument);
+  const Rig upside_down{MirrorView(lab_view(0.55)), MirrorView(lab_view(0.25))};
+  EXPECT_THROW(PaperRanging(upside_down, kRed, kPicture, kPicture), std::invalid_argument);
+}
+
+TEST(PaperRanging, RefusesPicturesOfAnotherSizeOrType) {
+  const PaperRanging ranging(lab_rig(), kRed, kPicture, kPicture);
+  const cv::Mat good(kPicture, CV_8UC3, kWall);
+  EXPECT_THROW((void)ranging.measure(cv::Mat(480, 641, CV_8UC3), good), std::invalid_argument);
+  EXPECT_THROW((void)ranging.measure(good, cv::Mat(kPicture, CV_8UC1)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twocone::vision

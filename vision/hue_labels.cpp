@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/hue_labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace twocone::vision {
+namespace {
+
+/// IEC 61966-2-1.
+float decode_srgb(int code) {
+  const double coded = code / 255.0;
+  return static_cast<float>(coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4));
+}
+
+/// Angle about the grey axis with red at 0, green at 120 degrees (hexagonal hue, as in HSV). Needs max > min.
+double hue_of(double r, double g, double b) {
+  const double max = std::max({r, g, b});
+  const double chroma = max - std::min({r, g, b});
+  double sextant = 0;
+  if (max == r) {
+    sextant = (g - b) / chroma;
+  } else if (max == g) {
+    sextant = 2 + (b - r) / chroma;
+  } else {
+    sextant = 4 + (r - g) / chroma;
+  }
+  return sextant * std::numbers::pi / 3;
+}
+
+double hue_distance(double a_rad, double b_rad) {
+  return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi));
+}
+
+}  // namespace
+
+HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
+  if (colours.size() > 255)
+    throw std::invalid_argument(fmt::format("HueLabels: {} colours, at most 255", colours.size()));
+  for (const Eigen::Vector3d& c : colours) {
+    if (!c.allFinite() || c.minCoeff() < 0 || !(c.maxCoeff() > c.minCoeff())) {
+      throw std::invalid_argument(
+          fmt::format("HueLabels: colour [{}, {}, {}] has no hue: needs finite values >= 0 that are not all equal",
+                      c.x(), c.y(), c.z()));
+    }
+    hues_rad_.push_back(hue_of(c.x(), c.y(), c.z()));
+  }
+  for (std::size_t i = 0; i < hues_rad_.size(); ++i) {
+    bool close = false;
+    for (std::size_t j = 0; j < hues_rad_.size(); ++j) {
+      close = close || (i != j && hue_distance(hues_rad_[i], hues_rad_[j]) < kHueWindow_rad);
+    }
+    ambiguous_.push_back(close);
+  }
+  for (int code = 0; code < 256; ++code) linear_[static_cast<std::size_t>(code)] = decode_srgb(code);
+}
+
+std::uint8_t HueLabels::label_of(double hue_rad) const {
+  std::uint8_t best = 0;
+  double best_distance = kHueWindow_rad;
+  for (std::size_t k = 0; k < hues_rad_.size(); ++k) {
+    const double distance = hue_distance(hue_rad, hues_rad_[k]);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = static_cast<std::uint8_t>(k + 1);
+    }
+  }
+  return best;
+}
+
+cv::Mat HueLabels::label(const cv::Mat& rgb) const {
+  cv::Mat labels(rgb.size(), CV_8U, cv::Scalar(0));
+  for (int row = 0; row < rgb.rows; ++row) {
+    const auto* in = rgb.ptr<cv::Vec3b>(row);
+    auto* out = labels.ptr<std::uint8_t>(row);
+    for (int column = 0; column < rgb.cols; ++column) {
+      const float r = linear_[in[column][0]];
+      const float g = linear_[in[column][1]];
+      const float b = linear_[in[column][2]];
+      const float max = std::max({r, g, b});
+      const float chroma = max - std::min({r, g, b});
+      if (max < kMinBrightness || chroma < kMinSaturation * max) continue;
+      out[column] = label_of(hue_of(r, g, b));
+    }
+  }
+  return labels;
+}
+
+}  // namespace twocone::vision

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace twocone::vision {
+
+/// Which landmark's colour each pixel has, if any: the "colour threshold" of method `paper`.
+///
+/// Pixels are decoded from sRGB to linear light. There shadow and distance scale r, g and b alike, so that hue and
+/// saturation stay, and a pixel that a landmark only half covers mixes in proportion. A pixel has a landmark's colour
+/// when its saturation (max - min) / max is at least kMinSaturation, its brightness max at least kMinBrightness, and
+/// its hue within kHueWindow_rad of the landmark's and nearer to it than to any other's.
+class HueLabels {
+ public:
+  /// Half: about where a landmark covers half of a pixel before a wall of its own brightness.
+  static constexpr double kMinSaturation = 0.5;
+  /// Of full scale. Below, 8-bit sRGB steps are coarser than a tenth of the value and hue is noise.
+  static constexpr double kMinBrightness = 0.01;
+  /// 20 degrees: six landmarks at 60 degrees keep gaps of 20 between their windows.
+  static constexpr double kHueWindow_rad = 20 * std::numbers::pi / 180;
+
+  /// @param colours linear rgb, at most 255. @throws std::invalid_argument for a grey one, a negative or infinite one,
+  /// or too many
+  explicit HueLabels(const std::vector<Eigen::Vector3d>& colours);
+
+  /// CV_8U: 0 for none, k + 1 for colour k. @param rgb CV_8UC3, r g b, sRGB-coded
+  [[nodiscard]] cv::Mat label(const cv::Mat& rgb) const;
+
+  /// Another colour's hue lies within kHueWindow_rad of colour k's: pixels cannot tell the two apart safely.
+  [[nodiscard]] bool is_ambiguous(std::size_t k) const { return ambiguous_.at(k); }
+
+ private:
+  [[nodiscard]] std::uint8_t label_of(double hue_rad) const;
+
+  std::vector<double> hues_rad_;
+  std::vector<bool> ambiguous_;
+  std::array<float, 256> linear_{};  ///< of an sRGB code
+};
+
+}  // namespace twocone::vision

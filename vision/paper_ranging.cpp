@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/paper_ranging.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace twocone::vision {
+namespace {
+
+// "90 degrees" as a robot file can say it: pi / 2 written with a dozen digits.
+constexpr double kApexTolerance_rad = 1e-9;
+// Neighbours on a circle lie up to sqrt(2) px apart, and the circle's width of one pixel lets an edge weave in and out
+// of it.
+constexpr double kRunGap_px = 3;
+
+std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
+  std::vector<Eigen::Vector3d> colours;
+  for (const Target& target : targets) colours.push_back(target.colour);
+  return colours;
+}
+
+void check(const Rig& rig, const std::vector<Target>& targets) {
+  std::string bad;
+  const auto& lower = rig.lower.settings().cone;
+  const auto& upper = rig.upper.settings().cone;
+  for (const auto& [view, cone] : {std::pair{"lower", lower}, std::pair{"upper", upper}}) {
+    if (std::abs(cone.apex_rad - std::numbers::pi / 2) > kApexTolerance_rad) {
+      bad +=
+          fmt::format(" the {} mirror's apex is {} rad, equations 1 and 2 hold for pi / 2 only;", view, cone.apex_rad);
+    }
+  }
+  if (lower.rim_radius_m != upper.rim_radius_m || lower.lens_to_tip_m != upper.lens_to_tip_m) {
+    bad += fmt::format(
+        " R and d are {} m and {} m below but {} m and {} m above, equation 1 has one R and one d for both mirrors;",
+        lower.rim_radius_m, lower.lens_to_tip_m, upper.rim_radius_m, upper.lens_to_tip_m);
+  }
+  if (!(rig.mirror_separation_m() > 0)) {
+    bad += fmt::format(" the upper mirror is {} m above the lower one, must be > 0;", rig.mirror_separation_m());
+  }
+  for (const Target& target : targets) {
+    if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
+      bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
+    }
+  }
+  if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
+}
+
+void check_picture(const char* view, const cv::Mat& picture, cv::Size size) {
+  if (picture.type() != CV_8UC3 || picture.size() != size) {
+    throw std::invalid_argument(
+        fmt::format("PaperRanging: the {} picture has {} x {} pixels of {} channels, wanted {} x {} of r g b", view,
+                    picture.cols, picture.rows, picture.channels(), size.width, size.height));
+  }
+}
+
+/// The middle pixel of the first run of `label` on a circle; nothing if the circle has none.
+std::optional<cv::Point> middle_of_first_run(const std::vector<cv::Point>& ring, const cv::Mat& labels, int label) {
+  std::vector<cv::Point> hits;
+  for (const cv::Point& p : ring) {
+    if (labels.at<std::uint8_t>(p) == label) hits.push_back(p);
+  }
+  if (hits.empty()) return std::nullopt;
+  const auto joined = [](const cv::Point& a, const cv::Point& b) { return cv::norm(a - b) <= kRunGap_px; };
+  // A run that crosses angle 0 begins near the list's end.
+  std::size_t begin = hits.size();
+  while (begin > 1 && joined(hits[begin - 1], hits[begin % hits.size()])) --begin;
+  std::size_t length = 1;
+  while (length < hits.size() &&
+         joined(hits[(begin + length - 1) % hits.size()], hits[(begin + length) % hits.size()])) {
+    ++length;
+  }
+  return hits[(begin + (length - 1) / 2) % hits.size()];
+}
+
+Eigen::Vector2d to_vector(const cv::Point& p) { return {p.x, p.y}; }
+
+}  // namespace
+
+PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size)
+    : rig_(rig),
+      targets_(targets),
+      hues_(colours_of(targets)),
+      lower_rings_(rig.lower.settings().centre_px, rig.lower.settings().rim_radius_px, lower_size),
+      lower_size_(lower_size),
+      upper_size_(upper_size) {
+  check(rig, targets);
+}
+
+std::optional<PaperRanging::Match> PaperRanging::find_outermost(const cv::Mat& labels, int label) const {
+  for (int k = lower_rings_.outermost(); k >= 0; --k) {
+    if (const auto pixel = middle_of_first_run(lower_rings_.ring(k), labels, label)) return Match{*pixel, k};
+  }
+  return std::nullopt;
+}
+
+std::optional<cv::Point> PaperRanging::find_on_line(const cv::Mat& labels, int label,
+                                                    const Eigen::Vector2d& from) const {
+  const Eigen::Vector2d along = rig_.upper.settings().centre_px - from;
+  const int steps = static_cast<int>(std::ceil(along.cwiseAbs().maxCoeff()));
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::Vector2d p = steps == 0 ? from : Eigen::Vector2d(from + along * (double(i) / steps));
+    const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+    if (!cv::Rect({0, 0}, upper_size_).contains(pixel)) continue;
+    if (labels.at<std::uint8_t>(pixel) == label) return pixel;
+  }
+  return std::nullopt;
+}
+
+std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
+  check_picture("lower", lower, lower_size_);
+  check_picture("upper", upper, upper_size_);
+  const cv::Mat lower_labels = hues_.label(lower);
+  const cv::Mat upper_labels = hues_.label(upper);
+  std::vector<RangeMeasurement> measurements;
+  for (std::size_t i = 0; i < targets_.size(); ++i) measurements.push_back(measure_one(i, lower_labels, upper_labels));
+  return measurements;
+}
+
+RangeMeasurement PaperRanging::measure_one(std::size_t target, const cv::Mat& lower_labels,
+                                           const cv::Mat& upper_labels) const {
+  RangeMeasurement m;
+  if (hues_.is_ambiguous(target)) {
+    m.verdict = RangeVerdict::kSameColour;
+    return m;
+  }
+  const int label = static_cast<int>(target) + 1;
+  const MirrorView& lower = rig_.lower;
+  const MirrorView& upper = rig_.upper;
+
+  const auto lower_match = find_outermost(lower_labels, label);
+  if (!lower_match) return m;  // kNotSeen
+  m.lower_px = to_vector(lower_match->pixel);
+  const Eigen::Vector2d lower_offset = *m.lower_px - lower.settings().centre_px;
+  const double bearing = lower.bearing_rad(lower_offset);
+  m.bearing_rad = bearing;
+  if (lower_match->ring == lower_rings_.outermost()) {
+    m.verdict = RangeVerdict::kTruncated;
+    return m;
+  }
+
+  const double upper_per_lower = upper.focal_length_px() / lower.focal_length_px();
+  const Eigen::Vector2d from =
+      upper.settings().centre_px + upper.offset_px(bearing, lower_offset.norm() * upper_per_lower);
+  const auto upper_match = find_on_line(upper_labels, label, from);
+  if (!upper_match) {
+    m.verdict = RangeVerdict::kNoMatch;
+    return m;
+  }
+  m.upper_px = to_vector(*upper_match);
+  const Eigen::Vector2d upper_offset = *m.upper_px - upper.settings().centre_px;
+  const Eigen::Vector2d upper_in_lower =
+      lower.offset_px(upper.bearing_rad(upper_offset), upper_offset.norm() / upper_per_lower);
+  const double disparity_px = (lower_offset - upper_in_lower).norm();
+  m.disparity_px = disparity_px;
+  if (!(lower_offset.norm() > upper_in_lower.norm())) {
+    m.verdict = RangeVerdict::kBeyondLimit;
+    return m;
+  }
+  const double near_edge_m = lower.focal_length_px() * rig_.mirror_separation_m() / disparity_px -
+                             lower.settings().cone.lens_to_tip_m;  // equation 1
+  m.range_m = near_edge_m + targets_[target].radius_m;
+  m.verdict = RangeVerdict::kOk;
+  return m;
+}
+
+}  // namespace twocone::vision

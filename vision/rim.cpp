@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/rim.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <opencv2/imgproc.hpp>
+
+namespace twocone::vision {
+namespace {
+
+constexpr int kDirections = 360;
+constexpr double kSearch = 0.2;  // of the expected radius, to either side
+constexpr int kSamplesPerPixel = 4;
+constexpr double kMinStep = 4;  // grey levels: less is noise
+constexpr double kInlier_px = 1.0;
+constexpr double kMinSupport = 1.0 / 3;
+constexpr int kIterations = 30;
+
+double sample(const cv::Mat& grey, double x, double y) {
+  const int column = static_cast<int>(std::floor(x));
+  const int row = static_cast<int>(std::floor(y));
+  const double fx = x - column;
+  const double fy = y - row;
+  const auto at = [&grey](int r, int c) { return double(grey.at<std::uint8_t>(r, c)); };
+  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
+         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
+}
+
+/// The place of the strongest step of brightness on the way outwards, where there is one within the picture.
+std::optional<Eigen::Vector2d> strongest_edge(const cv::Mat& grey, const RimCircle& about, double angle_rad) {
+  const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
+  const double begin_px = about.radius_px * (1 - kSearch);
+  const int count = static_cast<int>(2 * kSearch * about.radius_px * kSamplesPerPixel);
+  std::vector<double> profile;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector2d p = about.centre_px + out * (begin_px + double(i) / kSamplesPerPixel);
+    if (p.x() < 0 || p.y() < 0 || p.x() >= grey.cols - 1 || p.y() >= grey.rows - 1) break;
+    profile.push_back(sample(grey, p.x(), p.y()));
+  }
+  const int half = kSamplesPerPixel;  // the step over two pixels
+  double best = kMinStep;
+  int best_at = -1;
+  for (int i = half; i + half < static_cast<int>(profile.size()); ++i) {
+    const double step = std::abs(profile[std::size_t(i + half)] - profile[std::size_t(i - half)]);
+    if (step > best) {
+      best = step;
+      best_at = i;
+    }
+  }
+  if (best_at < 0) return std::nullopt;
+  // The middle of the plateau of equally strong steps.
+  int last = best_at;
+  while (last + 1 + half < static_cast<int>(profile.size()) &&
+         std::abs(profile[std::size_t(last + 1 + half)] - profile[std::size_t(last + 1 - half)]) > 0.99 * best) {
+    ++last;
+  }
+  return about.centre_px + out * (begin_px + (best_at + last) / 2.0 / kSamplesPerPixel);
+}
+
+}  // namespace
+
+std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
+  if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants a picture of r g b");
+  if (!(expected.radius_px > 0)) throw std::invalid_argument("find_rim: expected.radius_px must be > 0");
+  cv::Mat grey;
+  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+  std::vector<Eigen::Vector2d> edges;
+  for (int i = 0; i < kDirections; ++i) {
+    if (const auto edge = strongest_edge(grey, expected, 2 * std::numbers::pi * i / kDirections))
+      edges.push_back(*edge);
+  }
+  if (edges.size() < kDirections * kMinSupport) return std::nullopt;
+
+  RimCircle circle = expected;
+  std::vector<double> radii;
+  for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
+  std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2), radii.end());
+  circle.radius_px = radii[radii.size() / 2];
+
+  // Gauss-Newton on the distance to the circle with Cauchy weights, whose scale shrinks to a pixel.
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const double scale_px = std::max(kInlier_px, kSearch * expected.radius_px / (1 << std::min(iteration, 10)));
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const auto& e : edges) {
+      const Eigen::Vector2d from = e - circle.centre_px;
+      const double distance = from.norm();
+      const double residual = distance - circle.radius_px;
+      const double weight = 1 / (1 + (residual / scale_px) * (residual / scale_px));
+      const Eigen::Vector3d row(from.x() / distance, from.y() / distance, 1);
+      normal += weight * row * row.transpose();
+      right += weight * residual * row;
+    }
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    circle.centre_px += step.head<2>();
+    circle.radius_px += step.z();
+  }
+  const auto inliers = std::count_if(edges.begin(), edges.end(), [&circle](const Eigen::Vector2d& e) {
+    return std::abs((e - circle.centre_px).norm() - circle.radius_px) <= kInlier_px;
+  });
+  circle.support = double(inliers) / kDirections;
+  if (circle.support < kMinSupport || !(circle.radius_px > 0)) return std::nullopt;
+  return circle;
+}
+
+}  // namespace twocone::vision

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/unwrap.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace twocone::vision {
+
+cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px) {
+  if (width_px < 1) throw std::invalid_argument(fmt::format("unwrap: width_px is {}, must be >= 1", width_px));
+  if (image.empty()) throw std::invalid_argument("unwrap: the image is empty");
+  const MirrorViewSettings& s = view.settings();
+  const int height_px = static_cast<int>(std::ceil(s.rim_radius_px));
+  cv::Mat columns(height_px, width_px, CV_32F);
+  cv::Mat rows(height_px, width_px, CV_32F);
+  for (int column = 0; column < width_px; ++column) {
+    const double bearing_rad = std::numbers::pi - 2 * std::numbers::pi * (column + 0.5) / width_px;
+    for (int row = 0; row < height_px; ++row) {
+      const Eigen::Vector2d p = s.centre_px + view.offset_px(bearing_rad, s.rim_radius_px - row - 0.5);
+      columns.at<float>(row, column) = static_cast<float>(p.x());
+      rows.at<float>(row, column) = static_cast<float>(p.y());
+    }
+  }
+  cv::Mat unrolled;
+  cv::remap(image, unrolled, columns, rows, cv::INTER_LINEAR);
+  return unrolled;
+}
+
+}  // namespace twocone::vision

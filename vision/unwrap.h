@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "vision/mirror_view.h"
+
+namespace twocone::vision {
+
+/// The mirror's image unrolled: columns are bearings from +pi (left) down to -pi (right), so that left stays left; rows
+/// are image radii from the rim (top) to the tip (bottom), one pixel each. With 90 degree cones that is a cylindrical
+/// panorama whose lowest row is the horizon. Bilinear. @throws std::invalid_argument for a width below 1 or an empty
+/// image
+cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px);
+
+}  // namespace twocone::vision
