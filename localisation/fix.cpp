@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/fix.h"
+
+#include <cassert>
+
+namespace twocone::localisation {
+
+std::string_view to_string(FixVerdict verdict) {
+  switch (verdict) {
+    case FixVerdict::kOk:
+      return "ok";
+    case FixVerdict::kGap:
+      return "gap";
+    case FixVerdict::kAmbiguous:
+      return "ambiguous";
+    case FixVerdict::kTooFew:
+      return "too_few";
+  }
+  assert(false);
+  return "";
+}
+
+}  // namespace twocone::localisation

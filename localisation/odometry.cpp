@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/odometry.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace twocone::localisation {
+namespace {
+
+/// sin(x) / x; its slope at 0 is 0, so the quotient is exact to rounding for every x but 0 itself.
+double sinc(double x) { return x == 0 ? 1 : std::sin(x) / x; }
+
+}  // namespace
+
+double wrap_angle_rad(double angle_rad) {
+  if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
+  // std::remainder by a rounded 2 pi would be off by 4e-17 a turn; the library reduces sin and cos by pi to full
+  // length.
+  return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
+}
+
+Odometry::Odometry(const WheelGeometry& wheels, const Pose& start) : wheels_(wheels), pose_(start) {
+  std::string bad;
+  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
+    if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
+  };
+  require(wheels.radius_m > 0 && std::isfinite(wheels.radius_m), "radius_m", wheels.radius_m, "> 0 m");
+  require(wheels.separation_m > 0 && std::isfinite(wheels.separation_m), "separation_m", wheels.separation_m, "> 0 m");
+  require(std::isfinite(start.x_m), "start.x_m", start.x_m, "a finite number of m");
+  require(std::isfinite(start.y_m), "start.y_m", start.y_m, "a finite number of m");
+  require(std::isfinite(start.heading_rad), "start.heading_rad", start.heading_rad, "a finite number of rad");
+  if (!bad.empty()) throw std::invalid_argument("Odometry:" + bad);
+  pose_.heading_rad = wrap_angle_rad(start.heading_rad);
+}
+
+const Pose& Odometry::update(double left_rad, double right_rad) {
+  if (!std::isfinite(left_rad) || !std::isfinite(right_rad)) {
+    throw std::invalid_argument(
+        fmt::format("Odometry::update: left {} rad, right {} rad: must be finite", left_rad, right_rad));
+  }
+  if (started_) {
+    const double left_m = wheels_.radius_m * (left_rad - left_rad_);
+    const double right_m = wheels_.radius_m * (right_rad - right_rad_);
+    const double turn_rad = (right_m - left_m) / wheels_.separation_m;
+    const double chord_m = (left_m + right_m) / 2 * sinc(turn_rad / 2);
+    const double course_rad = pose_.heading_rad + turn_rad / 2;
+    pose_ = {pose_.x_m + chord_m * std::cos(course_rad), pose_.y_m + chord_m * std::sin(course_rad),
+             wrap_angle_rad(pose_.heading_rad + turn_rad)};
+  }
+  started_ = true;
+  left_rad_ = left_rad;
+  right_rad_ = right_rad;
+  return pose_;
+}
+
+}  // namespace twocone::localisation
