@@ -160,16 +160,16 @@ box { W( 2.175,-1.70,  0) W( 2.20,  1.70, TP)     texture { T_White } no_shadow 
 // --------------------------------------------------------------- pillars ----
 // One texture for side and top, matt, so hue is the same wherever it is lit.
 #macro Pillar(X, Y, R, G, B)
-  cylinder { W(X, Y, 0) W(X, Y, 0.90) 0.10*M
+  cylinder { W(X, Y, 0) W(X, Y, 0.90) 0.15*M
     pigment { color rgb <R, G, B> } finish { ambient 0.35 diffuse 0.62 } }
-  cylinder { W(X, Y, 0) W(X, Y, 0.015) 0.16*M texture { T_Dark } no_shadow }
+  cylinder { W(X, Y, 0) W(X, Y, 0.015) 0.21*M texture { T_Dark } no_shadow }
 #end
-Pillar(-2.70, -0.35,  0.80, 0.03, 0.03)   // red
-Pillar(-1.45,  2.20,  0.03, 0.80, 0.03)   // green
-Pillar( 1.60,  2.20,  0.03, 0.03, 0.80)   // blue
-Pillar( 2.70,  0.30,  0.03, 0.80, 0.80)   // cyan
-Pillar( 1.35, -2.20,  0.80, 0.03, 0.80)   // magenta
-Pillar(-1.55, -2.20,  0.80, 0.80, 0.03)   // yellow
+Pillar(-2.60, -0.35,  0.80, 0.03, 0.03)   // red
+Pillar(-1.45,  2.10,  0.03, 0.80, 0.03)   // green
+Pillar( 1.60,  2.10,  0.03, 0.03, 0.80)   // blue
+Pillar( 2.60,  0.30,  0.03, 0.80, 0.80)   // cyan
+Pillar( 1.35, -2.10,  0.80, 0.03, 0.80)   // magenta
+Pillar(-1.55, -2.10,  0.80, 0.80, 0.03)   // yellow
 
 // ----------------------------------------- furniture: pieces used often ----
 // A bench: birch top 0.74 m high, white panel legs, with an apron behind.

@@ -74,7 +74,7 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected)
     if (const auto edge = strongest_edge(grey, expected, 2 * std::numbers::pi * i / kDirections))
       edges.push_back(*edge);
   }
-  if (edges.size() < kDirections * kMinSupport) return std::nullopt;
+  if (double(edges.size()) < kDirections * kMinSupport) return std::nullopt;
 
   RimCircle circle = expected;
   std::vector<double> radii;

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what twocone needs from Debian 12, and nothing that is there already. Run by demo.sh, test.sh and evidence.sh.
+#   cmake/setup.sh [--lint | --evidence]      with clang-format and clang-tidy, or with what evidence.sh needs
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build git ca-certificates
+  libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+  povray gnuplot-nox procps
+)
+case "${1:-}" in
+  --lint) packages+=(clang-format clang-tidy) ;;
+  --evidence) packages+=(jq debootstrap) ;;
+esac
+
+missing=()
+for p in "${packages[@]}"; do
+  [ "$(dpkg-query -W -f='${db:Status-Status}' "$p" 2>/dev/null || true)" = installed ] || missing+=("$p")
+done
+if ((${#missing[@]})); then
+  echo "setup: installing ${missing[*]}" >&2
+  sudo=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "setup: not root and no sudo: install these first: ${missing[*]}" >&2; exit 1; }
+    sudo=(sudo)
+  fi
+  export DEBIAN_FRONTEND=noninteractive
+  # A set timeout and retries: a mirror that does not answer must not hang the set-up.
+  options=(-qq -o Acquire::Retries=3 -o Acquire::http::Timeout=60 -o DPkg::Lock::Timeout=300)
+  "${sudo[@]}" apt-get "${options[@]}" update
+  "${sudo[@]}" apt-get "${options[@]}" install -y --no-install-recommends "${missing[@]}" >/dev/null
+fi

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# Run at every build, so that a result names the source that made it: writes version.cpp anew when the commit has changed.
+# cmake -D SOURCE=... -D IN=... -D OUT=... -D PROJECT_VERSION=... (and the compiler's variables) -P twocone_version.cmake
+set(TWOCONE_COMMIT unknown)
+find_program(GIT git)
+if(GIT)
+  execute_process(COMMAND ${GIT} rev-parse --short=10 HEAD WORKING_DIRECTORY ${SOURCE}
+                  OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
+  if(NOT failed)
+    set(TWOCONE_COMMIT ${commit})
+    execute_process(COMMAND ${GIT} status --porcelain --untracked-files=no WORKING_DIRECTORY ${SOURCE}
+                    OUTPUT_VARIABLE changes ERROR_QUIET)
+    if(changes)
+      string(APPEND TWOCONE_COMMIT "+")
+    endif()
+  endif()
+endif()
+configure_file(${IN} ${OUT} @ONLY)

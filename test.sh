@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Sets everything up, builds and runs the tests.
+#   ./test.sh [PRESET]       dev (default), release, asan or tsan
+#   ./test.sh --lint         clang-format and clang-tidy, as errors
+set -euo pipefail
+cd "$(dirname "$0")"
+case "${1:-dev}" in
+  dev | release | asan | tsan)
+    cmake/setup.sh
+    cmake --workflow --preset "${1:-dev}"
+    ;;
+  --lint)
+    cmake/setup.sh --lint
+    git ls-files '*.cpp' '*.h' | xargs clang-format --dry-run --Werror
+    [ -f build/dev/compile_commands.json ] || cmake --preset dev
+    git ls-files '*.cpp' | grep -v '^examples/' | xargs -P "$(nproc)" -n 4 clang-tidy -p build/dev --quiet
+    ;;
+  *)
+    echo "test.sh: '$1' is no preset; there are: dev release asan tsan, and --lint" >&2
+    exit 2
+    ;;
+esac
