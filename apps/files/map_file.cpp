@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/map_file.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/polygon.h"
+#include "apps/files/text_file.h"
+#include "apps/files/yaml_reader.h"
+
+namespace twocone::files {
+namespace {
+
+using Harmless = Section::Harmless;
+
+constexpr Quantity kColour{"colour, linear rgb", kNoUnit, {.least = 0, .greatest = 1}};
+
+/// The bounds, if both sides are good.
+std::optional<Bounds> read_bounds(Section& map) {
+  Section* section = map.section("bounds_m", "the walls, {x: [least, greatest], y: [least, greatest]}");
+  if (section == nullptr) return std::nullopt;
+  const auto read_side = [&](std::string_view key, std::string_view what, double& least, double& greatest) {
+    std::array<double, 2> side{};
+    if (!section->numbers(key, {what, kMetres, kAnyNumber}, side)) return false;
+    if (!(side[0] < side[1])) return section->complain(key, kMetres, "[least, greatest], least < greatest"), false;
+    least = side[0];
+    greatest = side[1];
+    return true;
+  };
+  Bounds bounds;
+  bool good = read_side("x", "least and greatest x of the floor", bounds.min_x_m, bounds.max_x_m);
+  good &= read_side("y", "least and greatest y of the floor", bounds.min_y_m, bounds.max_y_m);
+  return good ? std::optional(bounds) : std::nullopt;
+}
+
+Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
+  Landmark landmark;
+  section.text("name", "the landmark's name", landmark.name);
+  if (section.numbers("colour", kColour, landmark.colour)) {
+    const auto [least, greatest] = std::minmax_element(landmark.colour.begin(), landmark.colour.end());
+    if (*least == *greatest) section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue tells it");
+  }
+  const auto read_place = [&](std::string_view key, std::string_view what, double& value, double least, double greatest,
+                              std::string_view side) {
+    if (!section.number(key, {what, kMetres, kAnyNumber}, value) || !bounds) return;
+    if (value < least || value > greatest) {
+      section.complain(key, kMetres, fmt::format("within bounds_m.{}, {} to {}", side, least, greatest));
+    }
+  };
+  const Bounds within = bounds.value_or(Bounds{});
+  read_place("x_m", "x of its axis", landmark.x_m, within.min_x_m, within.max_x_m, "x");
+  read_place("y_m", "y of its axis", landmark.y_m, within.min_y_m, within.max_y_m, "y");
+  section.number("radius_m", {"its radius", kMetres, kAboveZero}, landmark.radius_m);
+  section.number("top_m", {"height of its top above the floor", kMetres, kAboveZero}, landmark.top_m);
+  return landmark;
+}
+
+void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
+  for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
+    Landmark landmark = read_landmark(*section, bounds);
+    const auto namesake = std::find_if(landmarks.begin(), landmarks.end(),
+                                       [&](const Landmark& other) { return other.name == landmark.name; });
+    if (namesake != landmarks.end() && !landmark.name.empty()) {
+      section->complain("name", kNoUnit, "unlike every other landmark's");
+    }
+    landmarks.push_back(std::move(landmark));
+  }
+}
+
+void read_polygon(Section& obstacle, std::vector<Obstacle>& obstacles) {
+  Polygon polygon;
+  if (!obstacle.points("polygon_m", "corners", polygon)) return;
+  if (polygon.size() < 3) {
+    obstacle.complain("polygon_m", kMetres, "at least 3 corners");
+  } else if (!is_simple(polygon)) {
+    obstacle.complain("polygon_m", kMetres, "corners in turn, each once, of an outline that does not cross itself");
+  } else {
+    obstacles.emplace_back(std::move(polygon));
+  }
+}
+
+void read_circle(Section& obstacle, std::vector<Obstacle>& obstacles) {
+  Section* section = obstacle.section("circle_m", "{x, y, radius}");
+  if (section == nullptr) return;
+  Circle circle;
+  section->number("x", {"x of its centre", kMetres, kAnyNumber}, circle.centre.x_m);
+  section->number("y", {"y of its centre", kMetres, kAnyNumber}, circle.centre.y_m);
+  section->number("radius", {"its radius", kMetres, kAboveZero}, circle.radius_m);
+  obstacles.emplace_back(circle);
+}
+
+void read_obstacles(Section& map, std::vector<Obstacle>& obstacles) {
+  for (Section* obstacle : map.sections("obstacles", "what stands on the floor, a list", Need::kOptional)) {
+    const bool has_polygon = obstacle->has("polygon_m");
+    const bool has_circle = obstacle->has("circle_m");
+    if (has_polygon == has_circle) {
+      obstacle->complain_here(has_polygon ? "has polygon_m and circle_m, must have one of them"
+                                          : "has neither polygon_m nor circle_m, must have one of them");
+    }
+    if (has_polygon) read_polygon(*obstacle, obstacles);
+    if (has_circle) read_circle(*obstacle, obstacles);
+  }
+}
+
+}  // namespace
+
+Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
+  Reading reading(node, file);
+  Section& root = reading.root();
+  Map map;
+  map.file = file;
+  std::string scene;
+  root.text("scene", "the POV-Ray file", scene, Need::kOptional);
+  if (!scene.empty()) map.scene = resolve(scene, file);
+  root.number("unit_m", {"length of one POV-Ray unit of the scene", kMetres, kAboveZero}, map.unit_m,
+              root.has("scene") ? Need::kRequired : Need::kOptional);
+  const std::optional<Bounds> bounds = read_bounds(root);
+  map.bounds = bounds.value_or(Bounds{});
+  read_landmarks(root, bounds, map.landmarks);
+  read_obstacles(root, map.obstacles);
+  root.unsupported("moving", Harmless::kEmpty, "moving things are not in this version");
+  root.unsupported("effects", Harmless::kEmpty, "effects of a map are not in this version");
+  reading.finish();
+  return map;
+}
+
+Map read_map(const std::filesystem::path& file) { return parse_map(load_yaml(file), file); }
+
+YAML::Node load_map_node(const std::filesystem::path& file) {
+  YAML::Node node = load_yaml(file);
+  const Map map = parse_map(node, file);
+  if (map.scene) node["scene"] = std::filesystem::absolute(*map.scene).string();
+  return node;
+}
+
+}  // namespace twocone::files

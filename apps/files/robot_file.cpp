@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/robot_file.h"
+
+#include <span>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/text_file.h"
+#include "apps/files/yaml_reader.h"
+
+namespace twocone::files {
+namespace {
+
+using Harmless = Section::Harmless;
+
+constexpr double kTurn_rad = 2 * std::numbers::pi;
+/// Generous, since angles may be given as 3/4 or as -1/4 of a turn; but degrees are noticed.
+constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words = "-2 pi to 2 pi"};
+constexpr Range kApexRange{.least = 0, .greatest = std::numbers::pi, .without_ends = true, .words = "> 0 and < pi"};
+/// Bounds that keep a time inside the nanoseconds it is counted in.
+constexpr Range kTimeoutRange{.least = 0.001, .greatest = 60};
+constexpr Range kSkewRange{.least = 0, .greatest = 60};
+constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
+constexpr Range kPictureSide{.least = 1, .greatest = 16384};
+
+void read_start(Section& root, std::optional<Start>& start) {
+  Section* section = root.section("start", "pose at t = 0", Need::kOptional);
+  if (section == nullptr) return;
+  start.emplace();
+  section->number("x_m", {"x at t = 0", kMetres, kAnyNumber}, start->x_m);
+  section->number("y_m", {"y at t = 0", kMetres, kAnyNumber}, start->y_m);
+  section->number("heading_rad", {"heading at t = 0, counter-clockwise from x", kRadians, kWithinATurn},
+                  start->heading_rad);
+}
+
+void read_drive(Section& root, Drive& drive) {
+  Section* section = root.section("drive", "the two wheels: driver, sizes, limits");
+  if (section == nullptr) return;
+  section->text("driver", "what moves the wheels", drive.driver);
+  section->number("wheel_separation_m", {"distance between the wheels' contact points", kMetres, kAboveZero},
+                  drive.wheel_separation_m);
+  section->number("wheel_radius_m", {"radius of a wheel", kMetres, kAboveZero}, drive.wheel_radius_m);
+  section->number("max_speed_mps", {"greatest speed of a wheel over the floor", kMetresPerSecond, kAboveZero},
+                  drive.max_speed_mps);
+  section->number("command_timeout_s", {"time without a command after which the wheels stop", kSeconds, kTimeoutRange},
+                  drive.command_timeout_s, Need::kOptional);
+}
+
+/// Whether the rate is good.
+bool read_camera(Section* section, CameraEntry& camera) {
+  if (section == nullptr) return false;
+  const bool has_driver = section->text("driver", "what takes the pictures", camera.driver);
+  section->whole("width_px", {"width of the picture", kPixels, kPictureSide}, camera.width_px);
+  section->whole("height_px", {"height of the picture", kPixels, kPictureSide}, camera.height_px);
+  const bool good_rate = section->number("rate_hz", {"pictures a second", kHertz, kRateRange}, camera.rate_hz);
+  const Quantity antialias{"rays per pixel side", kNoUnit, {.least = 1, .greatest = 9}};
+  if (section->whole("antialias", antialias, camera.antialias, Need::kOptional) && section->has("antialias") &&
+      has_driver && camera.driver != "sim_povray") {
+    section->complain("antialias", kNoUnit, fmt::format("absent: driver {} has no such setting", camera.driver));
+  }
+  return good_rate;
+}
+
+void read_cameras(Section& root, Robot& robot) {
+  Section* cameras = root.section("cameras", "the two cameras, lower and upper");
+  if (cameras == nullptr) return;
+  const bool good_lower = read_camera(cameras->section("lower", "camera of the lower mirror"), robot.lower);
+  Section* upper = cameras->section("upper", "camera of the upper mirror");
+  const bool good_upper = read_camera(upper, robot.upper);
+  if (good_lower && good_upper && robot.lower.rate_hz != robot.upper.rate_hz) {
+    upper->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
+  }
+  const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
+                                     robot.max_skew_s, Need::kOptional);
+  if (good_lower && good_skew && !root.has("max_skew_s")) robot.max_skew_s = 0.25 / robot.lower.rate_hz;
+}
+
+bool read_mirror(Section& where, RigView& view) {
+  Section* mirror = where.section("mirror", "{type: cone, apex_rad}");
+  if (mirror == nullptr) return false;
+  std::string type;
+  if (mirror->text("type", "the mirror's shape, cone", type) && type != "cone") {
+    mirror->complain("type", kNoUnit, "cone");
+  }
+  return mirror->number("apex_rad", {"full angle of the cone", kRadians, kApexRange}, view.apex_rad);
+}
+
+/// A key of a mirror: in `rig:` for both, in `rig.lower:` and `rig.upper:` for one, where the latter count.
+struct MirrorKey {
+  const char* key;
+  Quantity quantity;
+  Need need;
+  bool (*read)(Section&, const MirrorKey&, RigView&);
+};
+
+template <double RigView::*kMember>
+bool read_number(Section& where, const MirrorKey& key, RigView& view) {
+  return where.number(key.key, key.quantity, view.*kMember);
+}
+
+const MirrorKey kMirrorKeys[] = {
+    {"mirror",
+     {"{type: cone, apex_rad}", kNoUnit, kAnyNumber},
+     Need::kRequired,
+     [](Section& where, const MirrorKey&, RigView& view) { return read_mirror(where, view); }},
+    {"mirror_radius_m",
+     {"radius R of the mirror's rim", kMetres, kAboveZero},
+     Need::kRequired,
+     read_number<&RigView::mirror_radius_m>},
+    {"lens_to_tip_m",
+     {"distance d from the lens to the mirror's tip", kMetres, kAboveZero},
+     Need::kRequired,
+     read_number<&RigView::lens_to_tip_m>},
+    {"centre_px",
+     {"column and row of the mirror's tip in the picture", kPixels, kAnyNumber},
+     Need::kRequired,
+     [](Section& where, const MirrorKey& key, RigView& view) {
+       return where.numbers(key.key, key.quantity, view.centre_px);
+     }},
+    {"rim_radius_px",
+     {"radius of the mirror's rim in the picture", kPixels, kAboveZero},
+     Need::kRequired,
+     read_number<&RigView::rim_radius_px>},
+    {"azimuth_rad",
+     {"bearing of the picture's x axis", kRadians, kWithinATurn},
+     Need::kRequired,
+     read_number<&RigView::azimuth_rad>},
+    {"mirrored",
+     {"whether the picture turns against the bearing", kNoUnit, kAnyNumber},
+     Need::kOptional,
+     [](Section& where, const MirrorKey& key, RigView& view) {
+       return where.flag(key.key, key.quantity.what, view.mirrored);
+     }},
+};
+
+/// One of the two mirrors.
+struct MirrorPart {
+  const char* key;  ///< of its section in `rig:`
+  const char* what;
+  RigView* view;
+  Section* section = nullptr;    ///< none, or none that can be read
+  bool is_absent = false;        ///< no section at all
+  std::string absent_keys = {};  ///< what the section would have to say
+};
+
+/// Complains where a mirror has `key` neither for itself nor in common, once for both if both have not.
+void complain_missing(const MirrorKey& key, Section& rig, std::span<MirrorPart> mirrors) {
+  std::vector<MirrorPart*> lacking;
+  for (MirrorPart& mirror : mirrors) {
+    if (mirror.is_absent || (mirror.section != nullptr && !mirror.section->has(key.key))) lacking.push_back(&mirror);
+  }
+  if (lacking.size() == mirrors.size()) {
+    rig.complain_missing(key.key, fmt::format("{}, here for both mirrors or in lower and in upper", key.quantity.what),
+                         key.quantity.unit);
+    return;
+  }
+  for (MirrorPart* mirror : lacking) {
+    if (mirror->section != nullptr) {
+      mirror->section->complain_missing(key.key, key.quantity.what, key.quantity.unit);
+    } else {
+      mirror->absent_keys += fmt::format("{}{}", mirror->absent_keys.empty() ? "" : ", ", key.key);
+    }
+  }
+}
+
+void refuse_unsupported(Section& where) {
+  where.unsupported("tilt_rad", Harmless::kZeros, "tilted mirrors are not in this version");
+  where.unsupported("axis_offset_m", Harmless::kZeros, "mirrors off the axis are not in this version");
+  where.unsupported("distortion", Harmless::kZeros, "lens distortion is not in this version");
+  where.unsupported("camera_info", Harmless::kNothing, "camera calibration files are not in this version");
+}
+
+void read_rig(Section& root, Rig& rig) {
+  Section* section = root.section("rig", "the two mirrors as the robot believes them to be");
+  if (section == nullptr) return;
+  section->number("mirror_separation_m", {"distance s between the two mirrors' tips", kMetres, kAboveZero},
+                  rig.mirror_separation_m);
+  section->number("lens_height_m", {"lower lens above the floor", kMetres, kZeroOrMore}, rig.lens_height_m);
+  refuse_unsupported(*section);
+
+  RigView common;
+  for (const MirrorKey& key : kMirrorKeys) {
+    if (section->has(key.key)) key.read(*section, key, common);
+  }
+  MirrorPart mirrors[] = {{"lower", "the lower mirror, with its", &rig.lower},
+                          {"upper", "the upper mirror, with its", &rig.upper}};
+  for (MirrorPart& mirror : mirrors) {
+    *mirror.view = common;
+    mirror.is_absent = !section->has(mirror.key);
+    mirror.section = section->section(mirror.key, mirror.what, Need::kOptional);
+    if (mirror.section == nullptr) continue;
+    refuse_unsupported(*mirror.section);
+    for (const MirrorKey& key : kMirrorKeys) {
+      if (mirror.section->has(key.key)) key.read(*mirror.section, key, *mirror.view);
+    }
+  }
+  for (const MirrorKey& key : kMirrorKeys) {
+    if (key.need == Need::kRequired && !section->has(key.key)) complain_missing(key, *section, mirrors);
+  }
+  for (const MirrorPart& mirror : mirrors) {
+    if (!mirror.absent_keys.empty()) {
+      section->complain_missing(mirror.key, fmt::format("{} {}", mirror.what, mirror.absent_keys));
+    }
+  }
+}
+
+void read_effects(Section& root, Effects& effects) {
+  Section* section = root.section("effects", "what the simulated body does beyond the ideal", Need::kOptional);
+  if (section == nullptr) return;
+  section->number("slip", {"standard deviation of a wheel's relative slip", kNoUnit, kZeroOrMore}, effects.slip,
+                  Need::kOptional);
+  section->whole("encoder_counts_per_turn", {"encoder counts in one turn of a wheel", kNoUnit, kZeroOrMore},
+                 effects.encoder_counts_per_turn, Need::kOptional);
+}
+
+}  // namespace
+
+Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
+  Reading reading(node, file);
+  Section& root = reading.root();
+  Robot robot;
+  robot.file = file;
+  root.text("name", "the robot's name", robot.name);
+  std::string map;
+  if (root.text("map", "the map of the place it is in", map)) robot.map = resolve(map, file);
+  root.unsupported("attach", Harmless::kNothing, "served worlds are not in this version");
+  read_start(root, robot.start);
+  root.whole("latency_frames", {"age of the fix that corrects the odometry", kNoUnit, kZeroOrMore},
+             robot.latency_frames, Need::kOptional);
+  if (Section* body = root.section("body", "the robot's body")) {
+    body->number("radius_m", {"radius of the body, seen from above", kMetres, kAboveZero}, robot.body_radius_m);
+  }
+  read_drive(root, robot.drive);
+  read_cameras(root, robot);
+  read_rig(root, robot.rig);
+  read_effects(root, robot.effects);
+  root.points("waypoints_m", "places to drive to in turn", robot.waypoints, Need::kOptional);
+  reading.finish();
+  return robot;
+}
+
+Robot read_robot(const std::filesystem::path& file) { return parse_robot(load_yaml(file), file); }
+
+YAML::Node load_robot_node(const std::filesystem::path& file) {
+  YAML::Node node = load_yaml(file);
+  node["map"] = std::filesystem::absolute(parse_robot(node, file).map).string();
+  return node;
+}
+
+}  // namespace twocone::files

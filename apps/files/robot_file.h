@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/files/map_file.h"
+
+namespace twocone::files {
+
+struct Drive {
+  std::string driver;
+  double wheel_separation_m = 0;   ///< > 0
+  double wheel_radius_m = 0;       ///< > 0
+  double max_speed_mps = 0;        ///< of a wheel over the floor, > 0
+  double command_timeout_s = 0.5;  ///< dead-man time, 0.001 to 60
+
+  friend bool operator==(const Drive&, const Drive&) = default;
+};
+
+struct CameraEntry {
+  std::string driver;
+  int width_px = 0;    ///< 1 to 16384
+  int height_px = 0;   ///< 1 to 16384
+  double rate_hz = 0;  ///< 0.01 to 1000, one rate for a pair
+  int antialias = 1;   ///< sim_povray only: rays per pixel side, 1 to 9; 1: none
+
+  friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
+};
+
+/// One mirror with its camera, as the robot believes them to be (`rig:`, common keys and those of `lower:` or
+/// `upper:`).
+struct RigView {
+  double apex_rad = std::numbers::pi / 2;  ///< full angle of the cone, in (0, pi)
+  double mirror_radius_m = 0;              ///< R, > 0
+  double lens_to_tip_m = 0;                ///< d, > 0
+  std::array<double, 2> centre_px{};       ///< column, row of the tip
+  double rim_radius_px = 0;                ///< r_m, > 0
+  double azimuth_rad = 0;                  ///< bearing of the image's x axis, a turn either way at most
+  bool mirrored = false;
+
+  friend bool operator==(const RigView&, const RigView&) = default;
+};
+
+struct Rig {
+  RigView lower, upper;
+  double mirror_separation_m = 0;  ///< s, > 0
+  double lens_height_m = 0;        ///< lower lens above the floor, >= 0
+
+  friend bool operator==(const Rig&, const Rig&) = default;
+};
+
+/// Pose in the world at t = 0: in simulation, where the scene shows the robot standing.
+struct Start {
+  double x_m = 0, y_m = 0;
+  double heading_rad = 0;  ///< a turn either way at most
+
+  friend bool operator==(const Start&, const Start&) = default;
+};
+
+/// What a simulated robot's body does beyond the ideal (`effects:`).
+struct Effects {
+  double slip = 0;                  ///< standard deviation of each wheel's relative slip, >= 0
+  int encoder_counts_per_turn = 0;  ///< 0: exact angles
+
+  friend bool operator==(const Effects&, const Effects&) = default;
+};
+
+/// What a robot is made of and which driver moves each part (robots/lab_sim.yaml).
+struct Robot {
+  std::filesystem::path file;  ///< as it was asked for
+  std::string name;
+  std::filesystem::path map;   ///< resolved against the file's folder
+  std::optional<Start> start;  ///< simulation only
+  int latency_frames = 4;      ///< >= 0
+  double body_radius_m = 0;    ///< > 0
+  Drive drive;
+  CameraEntry lower, upper;
+  Rig rig;
+  Effects effects;
+  std::vector<Point> waypoints;  ///< for `--behaviour waypoints`, driven as a loop
+  double max_skew_s = 0;         ///< of a pair; default a quarter of a frame period, 0 to 60
+
+  friend bool operator==(const Robot&, const Robot&) = default;
+};
+
+/// @throws FileError as read_map. Whether a driver of that name exists is not asked here (drivers/backends.h), nor
+/// whether the map exists and the robot fits it (apps/files/to_layers.h).
+Robot read_robot(const std::filesystem::path& file);
+/// The same from a node of a larger file (run.yaml). `file` is named in messages; relative paths start at its folder.
+Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
+/// The file's YAML with its paths made absolute, to be put into another file (run.yaml) from which parse_robot then
+/// reads the same robot. @throws FileError as read_robot
+YAML::Node load_robot_node(const std::filesystem::path& file);
+
+}  // namespace twocone::files

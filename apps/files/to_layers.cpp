@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/to_layers.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+
+namespace twocone::files {
+namespace {
+
+constexpr std::string_view kSimulator = "sim_povray";
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+bool is_simulated(const Robot& robot) {
+  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator;
+}
+
+/// Lines about a place of the robot file that lies outside the map.
+void check_within(const Robot& robot, const Map& map, std::string_view key, const Point& place, std::string& bad) {
+  const auto check_side = [&](std::string_view side, double value, double least, double greatest) {
+    if (value >= least && value <= greatest) return;
+    bad += fmt::format("\n{}: {} has {} = {} m, must be within bounds_m.{} of {}, {} to {}", robot.file.string(), key,
+                       side, value, side, map.file.string(), least, greatest);
+  };
+  check_side("x", place.x_m, map.bounds.min_x_m, map.bounds.max_x_m);
+  check_side("y", place.y_m, map.bounds.min_y_m, map.bounds.max_y_m);
+}
+
+void check_together(const Robot& robot, const Map& map) {
+  std::string bad;
+  if (robot.start) check_within(robot, map, "start", {robot.start->x_m, robot.start->y_m}, bad);
+  for (std::size_t i = 0; i < robot.waypoints.size(); ++i) {
+    check_within(robot, map, fmt::format("waypoints_m[{}]", i), robot.waypoints[i], bad);
+  }
+  if (is_simulated(robot)) {
+    if (!robot.start) {
+      bad += fmt::format("\n{}: start is missing: where the scene shows the robot standing; driver {} needs it",
+                         robot.file.string(), kSimulator);
+    }
+    if (!map.scene) {
+      bad += fmt::format("\n{}: scene is missing: the POV-Ray file; driver {} of {} needs it", map.file.string(),
+                         kSimulator, robot.file.string());
+    }
+  }
+  if (!bad.empty()) throw FileError(bad.substr(1));
+}
+
+drivers::CameraPart to_part(const CameraEntry& camera) {
+  return {.driver = camera.driver,
+          .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
+          .antialias = camera.antialias};
+}
+
+vision::MirrorView to_view(const RigView& view, double lens_height_m) {
+  return vision::MirrorView(
+      {.cone = {.apex_rad = view.apex_rad, .rim_radius_m = view.mirror_radius_m, .lens_to_tip_m = view.lens_to_tip_m},
+       .lens_height_m = lens_height_m,
+       .centre_px = {view.centre_px[0], view.centre_px[1]},
+       .rim_radius_px = view.rim_radius_px,
+       .azimuth_rad = view.azimuth_rad,
+       .mirrored = view.mirrored});
+}
+
+Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
+
+}  // namespace
+
+drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {
+  check_together(robot, map);
+  drivers::RobotSettings settings;
+  settings.lower = to_part(robot.lower);
+  settings.upper = to_part(robot.upper);
+  settings.drive.driver = robot.drive.driver;
+  settings.drive.limits = {.max_speed_radps = robot.drive.max_speed_mps / robot.drive.wheel_radius_m,
+                           .command_timeout = to_nanoseconds(robot.drive.command_timeout_s)};
+  settings.max_skew = to_nanoseconds(robot.max_skew_s);
+  if (is_simulated(robot)) {
+    const localisation::Pose start = to_start_pose(robot);
+    sim_povray::WorldSettings& world = settings.world.emplace();
+    world.scene = *map.scene;
+    world.unit_m = map.unit_m;
+    world.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
+    world.wheels.separation_m = robot.drive.wheel_separation_m;
+    world.wheels.radius_m = robot.drive.wheel_radius_m;
+    world.wheels.slip = robot.effects.slip;
+    world.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
+    world.drive = settings.drive.limits;
+    world.seed = seed;
+  }
+  try {
+    drivers::check(settings);
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}", robot.file.string(), error.what()));
+  }
+  return settings;
+}
+
+vision::Rig to_rig(const Robot& robot) {
+  const Rig& rig = robot.rig;
+  const double lower_tip_m = rig.lens_height_m + rig.lower.lens_to_tip_m;
+  const double upper_lens_m = lower_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;
+  std::string_view mirror = "rig, lower mirror";
+  try {
+    vision::MirrorView lower = to_view(rig.lower, rig.lens_height_m);
+    mirror = "rig, upper mirror";
+    return {std::move(lower), to_view(rig.upper, upper_lens_m)};
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}: {}", robot.file.string(), mirror, error.what()));
+  }
+}
+
+std::vector<vision::Target> to_targets(const Map& map) {
+  std::vector<vision::Target> targets;
+  for (const Landmark& landmark : map.landmarks) {
+    targets.push_back({landmark.name, {landmark.colour[0], landmark.colour[1], landmark.colour[2]}, landmark.radius_m});
+  }
+  return targets;
+}
+
+std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map) {
+  std::vector<Eigen::Vector2d> positions;
+  for (const Landmark& landmark : map.landmarks) positions.emplace_back(landmark.x_m, landmark.y_m);
+  return positions;
+}
+
+localisation::WheelGeometry to_wheels(const Robot& robot) {
+  return {.radius_m = robot.drive.wheel_radius_m, .separation_m = robot.drive.wheel_separation_m};
+}
+
+localisation::Pose to_start_pose(const Robot& robot) {
+  const Start start = robot.start.value_or(Start{});
+  return {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = localisation::wrap_angle_rad(start.heading_rad)};
+}
+
+behaviours::Arena to_arena(const Map& map) {
+  behaviours::Arena arena;
+  arena.min_m = {map.bounds.min_x_m, map.bounds.min_y_m};
+  arena.max_m = {map.bounds.max_x_m, map.bounds.max_y_m};
+  for (const Landmark& landmark : map.landmarks) {
+    arena.discs.push_back({{landmark.x_m, landmark.y_m}, landmark.radius_m});
+  }
+  for (const Obstacle& obstacle : map.obstacles) {
+    if (const auto* circle = std::get_if<Circle>(&obstacle)) {
+      arena.discs.push_back({to_vector(circle->centre), circle->radius_m});
+      continue;
+    }
+    behaviours::Outline& outline = arena.outlines.emplace_back();
+    for (const Point& corner : std::get<Polygon>(obstacle)) outline.push_back(to_vector(corner));
+  }
+  return arena;
+}
+
+}  // namespace twocone::files

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/yaml_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+
+namespace twocone::files {
+namespace {
+
+constexpr std::size_t kLongestShown = 60;  ///< bytes of a value in a message, which stays one line
+
+int line_of(const YAML::Node& node, int otherwise) {
+  const YAML::Mark mark = node.Mark();
+  return mark.is_null() ? otherwise : mark.line + 1;
+}
+
+/// `text` as a piece of one line: control characters written out.
+std::string on_one_line(std::string_view text) {
+  std::string shown;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) {
+      shown += fmt::format("\\x{:02x}", byte);
+    } else {
+      shown += c;
+    }
+  }
+  return shown;
+}
+
+/// What a file says, for a message: on one line, and cut where it is long, but not inside a UTF-8 character.
+std::string printable(std::string_view text) {
+  if (text.size() <= kLongestShown) return on_one_line(text);
+  std::size_t end = kLongestShown;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return on_one_line(text.substr(0, end)) + "...";
+}
+
+/// A plain scalar: one in quotes is text, whatever it spells.
+bool is_plain(const YAML::Node& node) { return node.IsScalar() && node.Tag() != "!"; }
+
+/// A number as JSON and YAML write it, also infinite or not a number; nothing for other text. Not yaml-cpp's own
+/// conversion, which reads 010 as eight.
+std::optional<double> number_in(const YAML::Node& node) {
+  if (!is_plain(node)) return std::nullopt;
+  const std::string& text = node.Scalar();
+  std::string_view digits = text;
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
+  const std::string_view unsigned_part = digits.starts_with('-') ? digits.substr(1) : digits;
+  for (const std::string_view name : {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN"}) {
+    if (unsigned_part == name) return std::numeric_limits<double>::quiet_NaN();  // either way none of ours
+  }
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (end != digits.data() + digits.size() || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range) return std::numeric_limits<double>::quiet_NaN();
+  return value;
+}
+
+std::string show_scalar(const YAML::Node& node) {
+  if (node.IsNull()) return "empty";
+  if (node.IsSequence()) return fmt::format("a list of {}", node.size());
+  if (node.IsMap()) return "a mapping";
+  return number_in(node) ? printable(node.Scalar()) : fmt::format("'{}'", printable(node.Scalar()));
+}
+
+/// A value for a message: numbers with their unit, text in quotes, what is longer by its kind.
+std::string show(const YAML::Node& node, Unit unit) {
+  constexpr std::size_t kLongestListShown = 4;
+  std::string shown = show_scalar(node);
+  bool is_numeric = number_in(node).has_value();
+  if (node.IsSequence() && node.size() > 0 && node.size() <= kLongestListShown &&
+      std::all_of(node.begin(), node.end(), [](const auto& item) { return item.IsScalar(); })) {
+    std::vector<std::string> items;
+    for (const auto& item : node) items.push_back(show_scalar(item));
+    shown = fmt::format("[{}]", fmt::join(items, ", "));
+    is_numeric = true;
+  }
+  return is_numeric && !unit.symbol.empty() ? fmt::format("{} {}", shown, unit.symbol) : shown;
+}
+
+/// "a number (metres)".
+std::string with_unit(std::string_view kind, Unit unit) {
+  return unit.name.empty() ? std::string(kind) : fmt::format("{} ({})", kind, unit.name);
+}
+
+std::string in_words(const Range& range) {
+  if (!range.words.empty()) return std::string(range.words);
+  const bool has_least = std::isfinite(range.least);
+  const bool has_greatest = std::isfinite(range.greatest);
+  if (has_least && has_greatest && !range.without_ends) return fmt::format("{} to {}", range.least, range.greatest);
+  const std::string_view equal = range.without_ends ? "" : "=";
+  if (has_least && has_greatest) return fmt::format("> {} and < {}", range.least, range.greatest);
+  if (has_least) return fmt::format(">{} {}", equal, range.least);
+  if (has_greatest) return fmt::format("<{} {}", equal, range.greatest);
+  return "a finite number";
+}
+
+bool is_in(const Range& range, double value) {
+  return range.without_ends ? range.least < value && value < range.greatest
+                            : range.least <= value && value <= range.greatest;
+}
+
+/// Levenshtein distance: letters to insert, delete or replace.
+std::size_t edit_distance(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+/// The known key that was probably meant: a third of its letters may be wrong, or its unit be missing.
+std::optional<std::string> nearest(std::string_view key, const std::vector<std::string>& known) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(key, candidate);
+    const bool near = distance * 3 <= candidate.size() || candidate.starts_with(fmt::format("{}_", key));
+    if (near && distance < best_distance) {
+      best = candidate;
+      best_distance = distance;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Section::Section(Reading& reading, std::string path, int line, const YAML::Node& mapping)
+    : reading_(&reading), path_(std::move(path)), line_(line) {
+  for (const auto& pair : mapping) {
+    const YAML::Node& key = pair.first;
+    const int key_line = line_of(key, line_);
+    if (!key.IsScalar()) {
+      reading_->complain(key_line, fmt::format("{} has {} as a key, must be a word", path_.empty() ? "the file" : path_,
+                                               show_scalar(key)));
+      continue;
+    }
+    const std::string& name = key.Scalar();
+    const auto earlier = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == name; });
+    if (earlier != entries_.end()) {
+      reading_->complain(key_line,
+                         fmt::format("{} is given twice, the first time in line {}", path_of(name), earlier->line));
+      continue;
+    }
+    entries_.push_back({name, key_line, pair.second, false});
+  }
+}
+
+std::string Section::path_of(std::string_view key) const {
+  return path_.empty() ? printable(key) : fmt::format("{}.{}", path_, printable(key));
+}
+
+Section::Entry* Section::find(std::string_view key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
+  if (entry == entries_.end()) return nullptr;
+  entry->asked = true;
+  return &*entry;
+}
+
+Section::Entry* Section::find(std::string_view key, std::string_view what, Unit unit, Need need) {
+  Entry* entry = find(key);
+  if (entry == nullptr && need == Need::kRequired) complain_missing(key, what, unit);
+  return entry;
+}
+
+bool Section::has(std::string_view key) { return find(key) != nullptr; }
+
+void Section::complain_missing(std::string_view key, std::string_view what, Unit unit) {
+  reading_->complain(
+      line_, fmt::format("{} is missing: {}{}{}", path_of(key), what, unit.name.empty() ? "" : ", ", unit.name));
+}
+
+void Section::complain(std::string_view key, Unit unit, std::string_view rule) {
+  const Entry* entry = find(key);
+  const YAML::Node value = entry == nullptr ? YAML::Node() : entry->value;
+  reading_->complain(entry == nullptr ? line_ : entry->line,
+                     fmt::format("{} is {}, must be {}", path_of(key), show(value, unit), rule));
+}
+
+void Section::complain_here(std::string_view text) { reading_->complain(line_, fmt::format("{} {}", path_, text)); }
+
+bool Section::take_number(const YAML::Node& node, int line, const std::string& path, const Quantity& quantity,
+                          double& value) {
+  const std::optional<double> number = number_in(node);
+  std::string rule;
+  if (!number) {
+    rule = with_unit("a number", quantity.unit);
+  } else if (!std::isfinite(*number)) {
+    rule = with_unit("a finite number", quantity.unit);
+  } else if (!is_in(quantity.range, *number)) {
+    rule = in_words(quantity.range);
+  } else {
+    value = *number;
+    return true;
+  }
+  reading_->complain(line, fmt::format("{} is {}, must be {}", path, show(node, quantity.unit), rule));
+  return false;
+}
+
+bool Section::number(std::string_view key, const Quantity& quantity, double& value, Need need) {
+  const Entry* entry = find(key, quantity.what, quantity.unit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  return take_number(entry->value, entry->line, path_of(key), quantity, value);
+}
+
+bool Section::whole(std::string_view key, const Quantity& quantity, int& value, Need need) {
+  const Entry* entry = find(key, quantity.what, quantity.unit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  double number = 0;
+  if (!take_number(entry->value, entry->line, path_of(key), quantity, number)) return false;
+  if (number != std::trunc(number)) return complain(key, quantity.unit, "a whole number"), false;
+  if (std::abs(number) > std::numeric_limits<int>::max()) {
+    return complain(key, quantity.unit, fmt::format("at most {}", std::numeric_limits<int>::max())), false;
+  }
+  value = static_cast<int>(number);
+  return true;
+}
+
+bool Section::text(std::string_view key, std::string_view what, std::string& value, Need need) {
+  const Entry* entry = find(key, what, kNoUnit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  if (!entry->value.IsScalar() || entry->value.Scalar().empty()) {
+    return complain(key, kNoUnit, "text that is not empty"), false;
+  }
+  value = entry->value.Scalar();
+  return true;
+}
+
+bool Section::flag(std::string_view key, std::string_view what, bool& value, Need need) {
+  const Entry* entry = find(key, what, kNoUnit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  const bool is_true = is_plain(entry->value) && entry->value.Scalar() == "true";
+  const bool is_false = is_plain(entry->value) && entry->value.Scalar() == "false";
+  if (!is_true && !is_false) return complain(key, kNoUnit, "true or false"), false;
+  value = is_true;
+  return true;
+}
+
+bool Section::numbers(std::string_view key, const Quantity& quantity, std::span<double> values, Need need) {
+  const Entry* entry = find(key, quantity.what, quantity.unit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  if (!entry->value.IsSequence() || entry->value.size() != values.size()) {
+    return complain(key, quantity.unit, with_unit(fmt::format("a list of {} numbers", values.size()), quantity.unit)),
+           false;
+  }
+  bool good = true;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const YAML::Node item = entry->value[i];
+    good &= take_number(item, line_of(item, entry->line), fmt::format("{}[{}]", path_of(key), i), quantity, values[i]);
+  }
+  return good;
+}
+
+bool Section::points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need) {
+  const Entry* entry = find(key, what, kMetres, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  if (!entry->value.IsSequence()) return complain(key, kMetres, "a list of [x, y] (metres)"), false;
+  const Quantity quantity{what, kMetres, kAnyNumber};
+  std::vector<Point> points;
+  bool good = true;
+  for (std::size_t i = 0; i < entry->value.size(); ++i) {
+    const YAML::Node item = entry->value[i];
+    const int line = line_of(item, entry->line);
+    const std::string path = fmt::format("{}[{}]", path_of(key), i);
+    if (!item.IsSequence() || item.size() != 2) {
+      reading_->complain(line, fmt::format("{} is {}, must be [x, y] (metres)", path, show(item, kMetres)));
+      good = false;
+      continue;
+    }
+    Point point;
+    good &= take_number(item[0], line_of(item[0], line), path + "[0]", quantity, point.x_m);
+    good &= take_number(item[1], line_of(item[1], line), path + "[1]", quantity, point.y_m);
+    points.push_back(point);
+  }
+  if (good) values = std::move(points);
+  return good;
+}
+
+Section* Section::section(std::string_view key, std::string_view what, Need need) {
+  const Entry* entry = find(key, what, kNoUnit, need);
+  if (entry == nullptr) return nullptr;
+  if (!entry->value.IsMap()) return complain(key, kNoUnit, "a mapping"), nullptr;
+  reading_->sections_.push_back(Section(*reading_, path_of(key), entry->line, entry->value));
+  return &reading_->sections_.back();
+}
+
+std::vector<Section*> Section::sections(std::string_view key, std::string_view what, Need need) {
+  const Entry* entry = find(key, what, kNoUnit, need);
+  if (entry == nullptr) return {};
+  if (!entry->value.IsSequence()) return complain(key, kNoUnit, "a list of mappings"), std::vector<Section*>{};
+  std::vector<Section*> found;
+  for (std::size_t i = 0; i < entry->value.size(); ++i) {
+    const YAML::Node item = entry->value[i];
+    const std::string path = fmt::format("{}[{}]", path_of(key), i);
+    const int line = line_of(item, entry->line);
+    if (!item.IsMap()) {
+      reading_->complain(line, fmt::format("{} is {}, must be a mapping", path, show(item, kNoUnit)));
+      continue;
+    }
+    reading_->sections_.push_back(Section(*reading_, path, line, item));
+    found.push_back(&reading_->sections_.back());
+  }
+  return found;
+}
+
+void Section::unsupported(std::string_view key, Harmless harmless, std::string_view why) {
+  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
+  if (entry == entries_.end()) return;
+  entry->asked = true;  // but not known: no message should propose it
+  const YAML::Node& value = entry->value;
+  const auto is_zero = [](const YAML::Node& item) { return number_in(item) == 0.0; };
+  const bool is_empty = (value.IsSequence() || value.IsMap()) && value.size() == 0;
+  if (harmless != Harmless::kNothing && is_empty) return;
+  if (harmless == Harmless::kZeros && value.IsSequence() && std::all_of(value.begin(), value.end(), is_zero)) return;
+  const std::string_view rule = harmless == Harmless::kNothing ? "absent"
+                                : harmless == Harmless::kEmpty ? "absent or empty"
+                                                               : "absent or all zero";
+  reading_->complain(entry->line,
+                     fmt::format("{} is {}, must be {}: {}", path_of(key), show(value, kNoUnit), rule, why));
+}
+
+void Section::complain_unknown() const {
+  for (const Entry& entry : entries_) {
+    if (entry.asked) continue;
+    const std::optional<std::string> meant = nearest(entry.key, known_);
+    reading_->complain(entry.line, fmt::format("{} is unknown{} (known here: {})", path_of(entry.key),
+                                               meant ? fmt::format(", did you mean {}?", *meant) : std::string(),
+                                               fmt::join(known_, ", ")));
+  }
+}
+
+Reading::Reading(const YAML::Node& root, const std::filesystem::path& file) : file_(file.string()), node_(root) {}
+
+Section& Reading::root() {
+  if (!node_.IsDefined()) throw FileError(fmt::format("{}: the mapping to be read is missing", file_));
+  const int line = line_of(node_, 0);
+  if (!node_.IsMap()) {
+    complain(line, fmt::format("the file is {}, must be a mapping of keys", show(node_, kNoUnit)));
+    finish();
+  }
+  sections_.push_back(Section(*this, "", line, node_));
+  return sections_.back();
+}
+
+void Reading::finish() {
+  for (const Section& section : sections_) section.complain_unknown();
+  if (complaints_.empty()) return;
+  std::stable_sort(complaints_.begin(), complaints_.end(),
+                   [](const Complaint& a, const Complaint& b) { return a.line < b.line; });
+  std::vector<std::string> lines;
+  for (const Complaint& complaint : complaints_) {
+    lines.push_back(complaint.line > 0 ? fmt::format("{}:{}: {}", file_, complaint.line, complaint.text)
+                                       : fmt::format("{}: {}", file_, complaint.text));
+  }
+  throw FileError(fmt::format("{}", fmt::join(lines, "\n")));
+}
+
+YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    const std::string why = on_one_line(error.msg);  // it may quote the file
+    if (error.mark.is_null()) throw FileError(fmt::format("{}: {}", file.string(), why));
+    throw FileError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why));
+  }
+  if (documents.empty() || (documents.size() == 1 && documents[0].IsNull())) {
+    throw FileError(fmt::format("{}: is empty, must be a mapping of keys", file.string()));
+  }
+  if (documents.size() > 1) {
+    throw FileError(fmt::format("{}: holds {} YAML documents, must be one", file.string(), documents.size()));
+  }
+  return documents[0];
+}
+
+YAML::Node load_yaml(const std::filesystem::path& file) { return parse_yaml(read_text(file), file); }
+
+}  // namespace twocone::files

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/robot_file.h"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "tests/files/fixtures.h"
+
+namespace twocone::files {
+namespace {
+
+std::string good_text() { return read_text(data("good_robot.yaml")); }
+Robot parse(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }
+
+TEST(RobotFile, HoldsEveryFieldOfTheFile) {
+  const std::filesystem::path file = data("good_robot.yaml");
+  Robot wanted;
+  wanted.file = file;
+  wanted.name = "nina";
+  wanted.map = file.parent_path() / "rooms/cellar.map.yaml";
+  wanted.start = Start{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53};
+  wanted.latency_frames = 3;
+  wanted.body_radius_m = 0.17;
+  wanted.drive = {.driver = "sim_povray",
+                  .wheel_separation_m = 0.29,
+                  .wheel_radius_m = 0.043,
+                  .max_speed_mps = 0.37,
+                  .command_timeout_s = 0.41};
+  wanted.lower = {.driver = "sim_povray", .width_px = 641, .height_px = 479, .rate_hz = 12.5, .antialias = 2};
+  wanted.upper = {.driver = "sim_povray", .width_px = 322, .height_px = 243, .rate_hz = 12.5, .antialias = 1};
+  wanted.rig = {.lower = {.apex_rad = 1.5708,
+                          .mirror_radius_m = 0.061,
+                          .lens_to_tip_m = 0.118,
+                          .centre_px = {318.25, 241.5},
+                          .rim_radius_px = 233.75,
+                          .azimuth_rad = 0.021,
+                          .mirrored = false},
+                .upper = {.apex_rad = 1.61,
+                          .mirror_radius_m = 0.057,
+                          .lens_to_tip_m = 0.118,
+                          .centre_px = {160.5, 120.75},
+                          .rim_radius_px = 117.5,
+                          .azimuth_rad = -0.034,
+                          .mirrored = true},
+                .mirror_separation_m = 0.307,
+                .lens_height_m = 0.23};
+  wanted.effects = {.slip = 0.013, .encoder_counts_per_turn = 1200};
+  wanted.waypoints = {{0.5, 0.25}, {-0.75, 1.25}};
+  wanted.max_skew_s = 0.011;
+
+  const Robot robot = read_robot(file);
+  EXPECT_EQ(robot.file, wanted.file);
+  EXPECT_EQ(robot.name, wanted.name);
+  EXPECT_EQ(robot.map, wanted.map);
+  EXPECT_EQ(robot.start, wanted.start);
+  EXPECT_EQ(robot.latency_frames, wanted.latency_frames);
+  EXPECT_EQ(robot.body_radius_m, wanted.body_radius_m);
+  EXPECT_EQ(robot.drive, wanted.drive);
+  EXPECT_EQ(robot.lower, wanted.lower);
+  EXPECT_EQ(robot.upper, wanted.upper);
+  EXPECT_EQ(robot.rig, wanted.rig);
+  EXPECT_EQ(robot.effects, wanted.effects);
+  EXPECT_EQ(robot.waypoints, wanted.waypoints);
+  EXPECT_EQ(robot.max_skew_s, wanted.max_skew_s);
+  EXPECT_EQ(robot, wanted) << "a field that this test does not name";
+}
+
+TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
+  std::string text = good_text();
+  for (const char* line :
+       {"start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}\n", "latency_frames: 3\n", "  command_timeout_s: 0.41\n",
+        ", antialias: 2", "    mirrored: true\n", "effects: {slip: 0.013, encoder_counts_per_turn: 1200}\n",
+        "max_skew_s: 0.011\n", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]\n"}) {
+    text = with(text, line, "");
+  }
+  const Robot robot = parse(text);
+  EXPECT_EQ(robot.start, std::nullopt);
+  EXPECT_EQ(robot.latency_frames, 4);
+  EXPECT_EQ(robot.drive.command_timeout_s, 0.5);
+  EXPECT_EQ(robot.lower.antialias, 1);
+  EXPECT_FALSE(robot.rig.upper.mirrored);
+  EXPECT_EQ(robot.effects, Effects{});
+  EXPECT_EQ(robot.max_skew_s, 0.02) << "a quarter of 1 / 12.5 Hz";
+  EXPECT_TRUE(robot.waypoints.empty());
+}
+
+TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
+  const std::string all_common = R"(
+  mirror: {type: cone, apex_rad: 1.5708}
+  mirror_radius_m: 0.061
+  lens_to_tip_m: 0.118
+  mirror_separation_m: 0.307
+  lens_height_m: 0.23
+  centre_px: [318.25, 241.5]
+  rim_radius_px: 233.75
+  azimuth_rad: 0.021
+  mirrored: true
+)";
+  const std::string own = R"(
+    mirror: {type: cone, apex_rad: 1.5708}
+    mirror_radius_m: 0.061
+    lens_to_tip_m: 0.118
+    centre_px: [318.25, 241.5]
+    rim_radius_px: 233.75
+    azimuth_rad: 0.021
+    mirrored: true
+)";
+  const std::string text = good_text();
+  const std::size_t begin = text.find("rig:");
+  const std::string before = text.substr(0, begin);
+  const std::string after = text.substr(text.find("effects:"));
+  const Robot from_common = parse(before + "rig:" + all_common + after);
+  const Robot from_own = parse(before + "rig:\n  mirror_separation_m: 0.307\n  lens_height_m: 0.23\n  lower:" + own +
+                               "  upper:" + own + after);
+  EXPECT_EQ(from_common.rig, from_own.rig);
+  EXPECT_EQ(from_common.rig.lower, from_common.rig.upper);
+  EXPECT_EQ(from_common.rig.lower.rim_radius_px, 233.75);
+  EXPECT_TRUE(from_common.rig.lower.mirrored);
+}
+
+TEST(RobotFile, NamesWhatAMirrorLacks) {
+  // Neither has it; one has it not; one has no section at all.
+  EXPECT_EQ(message_of([] { parse(with(good_text(), "  lens_to_tip_m: 0.118\n", "")); }),
+            "robot.yaml:16: rig.lens_to_tip_m is missing: distance d from the lens to the mirror's tip, here for both "
+            "mirrors or in lower and in upper, metres");
+  EXPECT_EQ(message_of([] { parse(with(good_text(), "  mirror_radius_m: 0.061\n", "")); }),
+            "robot.yaml:21: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
+  EXPECT_EQ(message_of([] {
+              parse(with(
+                  good_text(),
+                  "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
+            }),
+            "robot.yaml:16: rig.lower is missing: the lower mirror, with its centre_px, rim_radius_px, azimuth_rad");
+}
+
+TEST(RobotFile, TellsEverythingWrongAtOnceByLine) {
+  std::string text = good_text();
+  text = with(text, "name: nina", "nam: nina");
+  text = with(text, "wheel_radius_m: 0.043", "wheel_radius_m: -0.05");
+  text = with(text, "  max_speed_mps: 0.37\n", "");
+  text = with(text, "height_px: 479, rate_hz: 12.5", "height_px: 479.5, rate_hz: fast");
+  text = with(text, "    rim_radius_px: 117.5", "    rim_radius_px: .nan");
+  text = with(text, "[-0.75, 1.25]]", "[-0.75, 1.25, 7]]");
+  EXPECT_EQ(message_of([&] { parse(text); }),
+            "robot.yaml:2: name is missing: the robot's name\n"
+            "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, start, latency_frames, body, "
+            "drive, cameras, max_skew_s, rig, effects, waypoints_m)\n"
+            "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
+            "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0\n"
+            "robot.yaml:13: cameras.lower.height_px is 479.5 px, must be a whole number\n"
+            "robot.yaml:13: cameras.lower.rate_hz is 'fast', must be a number (hertz)\n"
+            "robot.yaml:27: rig.upper.rim_radius_px is .nan px, must be a finite number (pixels)\n"
+            "robot.yaml:35: waypoints_m[1] is [-0.75, 1.25, 7] m, must be [x, y] (metres)");
+}
+
+TEST(RobotFile, ThroughANodeOfAnotherFileItIsTheSameRobot) {
+  // As run.yaml does it: written out below a key of another file, in another folder, and read again.
+  const Robot direct = read_robot(data("good_robot.yaml"));
+  YAML::Node run;
+  run["robot"] = load_robot_node(data("good_robot.yaml"));
+  Robot again = parse_robot(YAML::Load(YAML::Dump(run))["robot"], "/elsewhere/run.yaml");
+  EXPECT_EQ(again.file, "/elsewhere/run.yaml");
+  again.file = direct.file;
+  EXPECT_EQ(again, direct);
+}
+
+TEST(RobotFile, AwkwardNamesComeThroughANodeUnchanged) {
+  const std::pair<const char*, const char*> names[] = {{"'~'", "~"},
+                                                       {"'null'", "null"},
+                                                       {"'12'", "12"},
+                                                       {"'true'", "true"},
+                                                       {"'a: b # c'", "a: b # c"},
+                                                       {"' lead'", " lead"},
+                                                       {"\"two\\nlines\\t\\x07\"", "two\nlines\t\a"},
+                                                       {"K\u00f6nig", "K\u00f6nig"},
+                                                       {"'- x'", "- x"}};
+  for (const auto& [written, name] : names) {
+    YAML::Node run;
+    run["robot"] = parse_yaml(with(good_text(), "name: nina", fmt::format("name: {}", written)), "robot.yaml");
+    EXPECT_EQ(parse_robot(run["robot"], "run.yaml").name, name) << written;
+    EXPECT_EQ(parse_robot(YAML::Load(YAML::Dump(run))["robot"], "run.yaml").name, name) << written;
+  }
+}
+
+TEST(RobotFile, ANodeOfARelativeFileHasAnAbsoluteMap) {
+  const std::filesystem::path file = std::filesystem::relative(data("good_robot.yaml"));
+  ASSERT_TRUE(file.is_relative());
+  const Robot robot = parse_robot(load_robot_node(file), "/elsewhere/run.yaml");
+  EXPECT_TRUE(robot.map.is_absolute()) << robot.map;
+  EXPECT_EQ(robot.map.lexically_normal(), data("rooms/cellar.map.yaml").lexically_normal());
+}
+
+class BadRobotFile : public testing::TestWithParam<BadCase> {};
+
+TEST_P(BadRobotFile, IsRefusedInTheseWords) {
+  const std::string text = with(good_text(), GetParam().find, GetParam().replace);
+  EXPECT_EQ(message_of([&] { parse(text); }), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Values, BadRobotFile,
+    testing::Values(
+        BadCase{"NegativeLength", "separation_m: 0.29", "separation_m: -0.29",
+                "robot.yaml:9: drive.wheel_separation_m is -0.29 m, must be > 0"},
+        BadCase{"ZeroLength", "wheel_radius_m: 0.043", "wheel_radius_m: 0",
+                "robot.yaml:10: drive.wheel_radius_m is 0 m, must be > 0"},
+        BadCase{"NegativeZero", "wheel_radius_m: 0.043", "wheel_radius_m: -0.0",
+                "robot.yaml:10: drive.wheel_radius_m is -0.0 m, must be > 0"},
+        BadCase{"Infinite", "max_speed_mps: 0.37", "max_speed_mps: .inf",
+                "robot.yaml:11: drive.max_speed_mps is .inf m/s, must be a finite number (metres a second)"},
+        BadCase{"MinusInfinite", "x_m: 0.31", "x_m: -.INF",
+                "robot.yaml:4: start.x_m is -.INF m, must be a finite number (metres)"},
+        BadCase{"InfiniteAsCWritesIt", "x_m: 0.31", "x_m: inf",
+                "robot.yaml:4: start.x_m is inf m, must be a finite number (metres)"},
+        BadCase{"BeyondADouble", "x_m: 0.31", "x_m: 1e999",
+                "robot.yaml:4: start.x_m is 1e999 m, must be a finite number (metres)"},
+        BadCase{"Degrees", "heading_rad: 0.53", "heading_rad: 90",
+                "robot.yaml:4: start.heading_rad is 90 rad, must be -2 pi to 2 pi"},
+        BadCase{"WordForANumber", "radius_m: 0.17", "radius_m: abc",
+                "robot.yaml:6: body.radius_m is 'abc', must be a number (metres)"},
+        BadCase{"NumberInQuotes", "radius_m: 0.17", "radius_m: '0.17'",
+                "robot.yaml:6: body.radius_m is '0.17', must be a number (metres)"},
+        BadCase{"NumberWithUnit", "radius_m: 0.17", "radius_m: 0.17 m",
+                "robot.yaml:6: body.radius_m is '0.17 m', must be a number (metres)"},
+        BadCase{"DecimalComma", "  wheel_radius_m: 0.043", "  wheel_radius_m: 0,043",
+                "robot.yaml:10: drive.wheel_radius_m is '0,043', must be a number (metres)"},
+        BadCase{"NothingForANumber", "  wheel_radius_m: 0.043",
+                "  wheel_radius_m:", "robot.yaml:10: drive.wheel_radius_m is empty, must be a number (metres)"},
+        BadCase{"ListForANumber", "radius_m: 0.17", "radius_m: [1, 2]",
+                "robot.yaml:6: body.radius_m is [1, 2] m, must be a number (metres)"},
+        BadCase{"MappingForANumber", "latency_frames: 3", "latency_frames: {a: 1}",
+                "robot.yaml:5: latency_frames is a mapping, must be a number"},
+        BadCase{"Fraction", "latency_frames: 3", "latency_frames: 3.5",
+                "robot.yaml:5: latency_frames is 3.5, must be a whole number"},
+        BadCase{"NegativeCount", "latency_frames: 3", "latency_frames: -1",
+                "robot.yaml:5: latency_frames is -1, must be >= 0"},
+        BadCase{"BeyondAnInt", "latency_frames: 3", "latency_frames: 3e9",
+                "robot.yaml:5: latency_frames is 3e9, must be at most 2147483647"},
+        BadCase{"PictureWithoutWidth", "width_px: 641", "width_px: 0",
+                "robot.yaml:14: cameras.lower.width_px is 0 px, must be 1 to 16384"},
+        BadCase{"NoRate", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 0",
+                "robot.yaml:15: cameras.upper.rate_hz is 0 Hz, must be 0.01 to 1000"},
+        BadCase{"TwoRates", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 15",
+                "robot.yaml:15: cameras.upper.rate_hz is 15 Hz, must be that of cameras.lower, 12.5"},
+        BadCase{"AntialiasBeyondPovRays", "antialias: 2", "antialias: 10",
+                "robot.yaml:14: cameras.lower.antialias is 10, must be 1 to 9"},
+        BadCase{"AntialiasOfARealCamera", "driver: sim_povray, width_px: 641", "driver: v4l2_camera, width_px: 641",
+                "robot.yaml:14: cameras.lower.antialias is 2, must be absent: driver v4l2_camera has no such setting"},
+        BadCase{"TimeoutTooShort", "command_timeout_s: 0.41", "command_timeout_s: 1e-9",
+                "robot.yaml:12: drive.command_timeout_s is 1e-9 s, must be 0.001 to 60"},
+        BadCase{"NegativeSkew", "max_skew_s: 0.011", "max_skew_s: -0.011",
+                "robot.yaml:35: max_skew_s is -0.011 s, must be 0 to 60"},
+        BadCase{"NegativeSlip", "slip: 0.013", "slip: -0.013", "robot.yaml:34: effects.slip is -0.013, must be >= 0"},
+        BadCase{"FlatCone", "apex_rad: 1.61", "apex_rad: 3.2",
+                "robot.yaml:32: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
+        BadCase{"OtherMirror", "mirror: {type: cone, apex_rad: 1.5708}", "mirror: {type: hyperbola, apex_rad: 1.5708}",
+                "robot.yaml:17: rig.mirror.type is 'hyperbola', must be cone"},
+        BadCase{"OverriddenCommonKeyIsCheckedToo", "  mirror_radius_m: 0.061", "  mirror_radius_m: 0",
+                "robot.yaml:18: rig.mirror_radius_m is 0 m, must be > 0"},
+        BadCase{"LensUnderTheFloor", "lens_height_m: 0.23", "lens_height_m: -0.23",
+                "robot.yaml:21: rig.lens_height_m is -0.23 m, must be >= 0"},
+        BadCase{"YesForTrue", "mirrored: true", "mirrored: yes",
+                "robot.yaml:30: rig.upper.mirrored is 'yes', must be true or false"},
+        BadCase{"CentreOfThree", "[318.25, 241.5]", "[318.25, 241.5, 1]",
+                "robot.yaml:23: rig.lower.centre_px is [318.25, 241.5, 1] px, must be a list of 2 numbers (pixels)"},
+        BadCase{"CentreWithAWord", "[318.25, 241.5]", "[318.25, middle]",
+                "robot.yaml:23: rig.lower.centre_px[1] is 'middle', must be a number (pixels)"},
+        BadCase{"NoName", "name: nina", "name: ''", "robot.yaml:2: name is '', must be text that is not empty"},
+        BadCase{"NameWithoutValue", "name: nina",
+                "name:", "robot.yaml:2: name is empty, must be text that is not empty"},
+        BadCase{"WaypointsAsOneList", "[[0.5, 0.25], [-0.75, 1.25]]", "[0.5, 0.25]",
+                "robot.yaml:36: waypoints_m[0] is 0.5 m, must be [x, y] (metres)\n"
+                "robot.yaml:36: waypoints_m[1] is 0.25 m, must be [x, y] (metres)"},
+        BadCase{"WaypointsOnLinesOfTheirOwn", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]",
+                "waypoints_m:\n  - [0.5, 0.25]\n  - [-0.75, north]",
+                "robot.yaml:38: waypoints_m[1][1] is 'north', must be a number (metres)"}),
+    name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    Keys, BadRobotFile,
+    testing::Values(
+        BadCase{
+            "Misspelt", "  max_speed_mps: 0.37", "  max_sped_mps: 0.37",
+            "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
+            "robot.yaml:11: drive.max_sped_mps is unknown, did you mean max_speed_mps? (known here: driver, "
+            "wheel_separation_m, wheel_radius_m, max_speed_mps, command_timeout_s)"},
+        BadCase{"WithoutItsUnit", "body: {radius_m: 0.17}", "body: {radius: 0.17}",
+                "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
+                "robot.yaml:6: body.radius is unknown, did you mean radius_m? (known here: radius_m)"},
+        BadCase{"LikeNoOther", "effects: {slip: 0.013", "effects: {earthquakes: 1, slip: 0.013",
+                "robot.yaml:34: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn)"},
+        BadCase{"Twice", "  max_speed_mps: 0.37", "  max_speed_mps: 0.37\n  max_speed_mps: 0.5",
+                "robot.yaml:12: drive.max_speed_mps is given twice, the first time in line 11"},
+        BadCase{"TwiceInOneLine", "{radius_m: 0.17}", "{radius_m: 0.17, radius_m: 0.17}",
+                "robot.yaml:6: body.radius_m is given twice, the first time in line 6"},
+        BadCase{"NotAWord", "{radius_m: 0.17}", "{radius_m: 0.17, [1, 2]: 3}",
+                "robot.yaml:6: body has a list of 2 as a key, must be a word"},
+        BadCase{"MergeKeyIsNoKey", "body: {radius_m: 0.17}", "body: {<<: {radius_m: 0.17}}",
+                "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
+                "robot.yaml:6: body.<< is unknown (known here: radius_m)"},
+        BadCase{"NoDrive",
+                "drive:\n  driver: sim_povray\n  wheel_separation_m: 0.29\n  wheel_radius_m: 0.043\n"
+                "  max_speed_mps: 0.37\n  command_timeout_s: 0.41\n",
+                "", "robot.yaml:2: drive is missing: the two wheels: driver, sizes, limits"},
+        BadCase{"WordForAMapping", "body: {radius_m: 0.17}", "body: round",
+                "robot.yaml:6: body is 'round', must be a mapping"},
+        BadCase{"StartInPart", "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}", "start: {x_m: 0.31}",
+                "robot.yaml:4: start.y_m is missing: y at t = 0, metres\n"
+                "robot.yaml:4: start.heading_rad is missing: heading at t = 0, counter-clockwise from x, radians"},
+        BadCase{
+            "ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
+            "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, start, latency_frames, body, drive, "
+            "cameras, max_skew_s, rig, effects, waypoints_m)"}),
+    name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    NotInThisVersion, BadRobotFile,
+    testing::Values(
+        BadCase{"Attach", "latency_frames: 3", "attach: hall",
+                "robot.yaml:5: attach is 'hall', must be absent: served worlds are not in this version"},
+        BadCase{"Tilt", "tilt_rad: [0, 0]", "tilt_rad: [0, 0.01]",
+                "robot.yaml:33: rig.upper.tilt_rad is [0, 0.01], must be absent or all zero: tilted mirrors are not in "
+                "this version"},
+        BadCase{"AxisOffset", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [0.001, 0]",
+                "robot.yaml:22: rig.axis_offset_m is [0.001, 0], must be absent or all zero: mirrors off the axis are "
+                "not in this version"},
+        BadCase{
+            "Distortion", "tilt_rad: [0, 0]", "distortion: [0.1, 0, 0, 0, 0]",
+            "robot.yaml:33: rig.upper.distortion is a list of 5, must be absent or all zero: lens distortion is not "
+            "in this version"},
+        BadCase{"CameraInfo", "tilt_rad: [0, 0]", "camera_info: left.yaml",
+                "robot.yaml:33: rig.upper.camera_info is 'left.yaml', must be absent: camera calibration files are not "
+                "in this version"}),
+    name_of<BadCase>);
+
+TEST(RobotFile, DefaultsOfWhatIsNotInThisVersionAreFine) {
+  const std::string text =
+      with(good_text(), "tilt_rad: [0, 0]", "tilt_rad: [0.0, 0.0]\n    axis_offset_m: [0, 0]\n    distortion: []");
+  EXPECT_EQ(message_of([&] { parse(text); }), "accepted");
+}
+
+}  // namespace
+}  // namespace twocone::files

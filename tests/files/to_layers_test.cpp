@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/to_layers.h"
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/files/fixtures.h"
+
+namespace twocone::files {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+Robot good_robot() { return read_robot(data("good_robot.yaml")); }
+Map good_map() { return read_map(data("good_map.yaml")); }
+
+/// Every field as text. The bindings name each field of each struct, so that a new one does not compile unseen.
+std::string all_of(const drivers::RobotSettings& settings) {
+  const auto camera = [](const drivers::CameraPart& part) {
+    const auto& [driver, asked, antialias] = part;
+    const auto& [width_px, height_px, rate_hz] = asked;
+    return fmt::format("{} {} {} {} {}\n", driver, width_px, height_px, rate_hz, antialias);
+  };
+  const auto limits = [](const DriveLimits& drive) {
+    const auto& [max_speed_radps, command_timeout] = drive;
+    return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
+  };
+  const auto& [lower, upper, drive, max_skew, world] = settings;
+  const auto& [driver, drive_limits] = drive;
+  std::string text = camera(lower) + camera(upper) + driver + " " + limits(drive_limits);
+  text += fmt::format("{}\n", max_skew.count());
+  if (!world) return text + "no world";
+  const auto& [scene, unit_m, robot_name, start, wheels, world_drive, render, seed] = *world;
+  const auto& [separation_m, radius_m, slip, slip_correlation_s, counts] = wheels;
+  const auto& [povray, processes, run_ahead, timeout] = render;
+  text +=
+      fmt::format("{} {} {} {} {} {}\n", scene.string(), unit_m, robot_name, start.x_m, start.y_m, start.heading_rad);
+  text += fmt::format("{} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts);
+  text += limits(world_drive);
+  return text + fmt::format("{} {} {} {} {}", povray, processes, run_ahead, timeout.count(), seed);
+}
+
+TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
+  const drivers::RobotSettings settings = to_robot_settings(good_robot(), good_map(), 77);
+  EXPECT_EQ(settings.lower.driver, "sim_povray");
+  EXPECT_EQ(settings.lower.settings, (CameraSettings{.width_px = 641, .height_px = 479, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.lower.antialias, 2);
+  EXPECT_EQ(settings.upper.settings, (CameraSettings{.width_px = 322, .height_px = 243, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.upper.antialias, 1);
+  EXPECT_EQ(settings.drive.driver, "sim_povray");
+  EXPECT_EQ(settings.drive.limits.max_speed_radps, 0.37 / 0.043);
+  EXPECT_EQ(settings.drive.limits.command_timeout, milliseconds(410));
+  EXPECT_EQ(settings.max_skew, milliseconds(11));
+
+  ASSERT_TRUE(settings.world.has_value());
+  const sim_povray::WorldSettings& world = *settings.world;
+  EXPECT_EQ(world.scene, data("cellar.pov"));
+  EXPECT_EQ(world.unit_m, 0.04);
+  EXPECT_EQ(world.robot_name, "robot") << "the scene's name for it, not the robot file's";
+  EXPECT_EQ(world.start, (Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
+  EXPECT_EQ(world.wheels.separation_m, 0.29);
+  EXPECT_EQ(world.wheels.radius_m, 0.043);
+  EXPECT_EQ(world.wheels.slip, 0.013);
+  EXPECT_EQ(world.wheels.encoder_counts_per_turn, 1200);
+  EXPECT_EQ(world.drive.max_speed_radps, 0.37 / 0.043);
+  EXPECT_EQ(world.drive.command_timeout, milliseconds(410));
+  EXPECT_EQ(world.seed, 77u);
+}
+
+TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
+  Robot robot = good_robot();
+  robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+  robot.start.reset();
+  Map map = good_map();
+  map.scene.reset();
+  EXPECT_EQ(to_robot_settings(robot, map, 1).world, std::nullopt);
+}
+
+/// Fails if anything on the simulator's side reads what the robot merely believes.
+TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Robot robot = good_robot();
+  auto& [lower, upper, separation_m, lens_height_m] = robot.rig;
+  separation_m *= 1.7;
+  lens_height_m += 0.31;
+  for (RigView* view : {&lower, &upper}) {
+    auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored] = *view;
+    apex_rad *= 1.3;
+    mirror_radius_m *= 1.1;
+    lens_to_tip_m *= 0.9;
+    centre_px[0] += 5;
+    centre_px[1] -= 7;
+    rim_radius_px *= 1.2;
+    azimuth_rad += 0.6;
+    mirrored = !mirrored;
+  }
+  EXPECT_NE(robot.rig, good_robot().rig);
+  EXPECT_EQ(all_of(to_robot_settings(robot, good_map(), 77)), before);
+}
+
+TEST(BeliefAndTruth, NeitherLandmarksNorObstaclesReachTheDrivers) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Map map = good_map();
+  map.landmarks[0].x_m += 0.5;
+  map.landmarks.pop_back();
+  map.obstacles.clear();
+  map.bounds.max_x_m += 1;
+  EXPECT_EQ(all_of(to_robot_settings(good_robot(), map, 77)), before);
+}
+
+TEST(BeliefAndTruth, TheComparisonAboveSeesAChange) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Robot robot = good_robot();
+  robot.effects.slip = 0.0131;
+  EXPECT_NE(all_of(to_robot_settings(robot, good_map(), 77)), before);
+  EXPECT_NE(all_of(to_robot_settings(good_robot(), good_map(), 78)), before);
+}
+
+struct Mismatch {
+  const char* name;
+  std::function<void(Robot&, Map&)> change;
+  const char* message;  ///< {R} and {M} stand for the files
+  friend void PrintTo(const Mismatch& mismatch, std::ostream* out) { *out << mismatch.name; }
+};
+
+class MismatchTest : public testing::TestWithParam<Mismatch> {};
+
+TEST_P(MismatchTest, IsRefusedInTheseWords) {
+  Robot robot = good_robot();
+  Map map = good_map();
+  robot.file = "r.yaml";
+  map.file = "m.yaml";
+  GetParam().change(robot, map);
+  EXPECT_EQ(message_of([&] { to_robot_settings(robot, map, 1); }), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, MismatchTest,
+    testing::Values(
+        Mismatch{"StartBeyondAWall", [](Robot& robot, Map&) { robot.start->x_m = 3.4; },
+                 "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
+        Mismatch{"StartInAnotherCountry",
+                 [](Robot& robot, Map&) {
+                   robot.start = Start{-9, 9.5, 0};
+                 },
+                 "r.yaml: start has x = -9 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3\n"
+                 "r.yaml: start has y = 9.5 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+        Mismatch{"WaypointBeyondAWall", [](Robot& robot, Map&) { robot.waypoints[1].y_m = -1.8; },
+                 "r.yaml: waypoints_m[1] has y = -1.8 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+        Mismatch{"NoStart", [](Robot& robot, Map&) { robot.start.reset(); },
+                 "r.yaml: start is missing: where the scene shows the robot standing; driver sim_povray needs it"},
+        Mismatch{"NoScene", [](Robot&, Map& map) { map.scene.reset(); },
+                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+        Mismatch{"OneSimulatedPartIsEnough",
+                 [](Robot& robot, Map& map) {
+                   robot.drive.driver = robot.lower.driver = "memory";
+                   map.scene.reset();
+                 },
+                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"}),
+    name_of<Mismatch>);
+
+TEST(ToRobotSettings, WhatTheDriversRefuseIsAFileErrorToo) {
+  Robot robot = good_robot();
+  robot.lower.width_px = -3;
+  const std::string message = message_of([&] { to_robot_settings(robot, good_map(), 1); });
+  EXPECT_EQ(message.rfind(robot.file.string() + ": ", 0), 0u) << message;
+  EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;
+}
+
+TEST(ToRig, HoldsEveryFieldOfBothMirrors) {
+  const vision::Rig rig = to_rig(good_robot());
+  const vision::MirrorViewSettings& lower = rig.lower.settings();
+  const vision::MirrorViewSettings& upper = rig.upper.settings();
+  EXPECT_EQ(lower.cone.apex_rad, 1.5708);
+  EXPECT_EQ(lower.cone.rim_radius_m, 0.061);
+  EXPECT_EQ(lower.cone.lens_to_tip_m, 0.118);
+  EXPECT_EQ(lower.lens_height_m, 0.23);
+  EXPECT_EQ(lower.centre_px, Eigen::Vector2d(318.25, 241.5));
+  EXPECT_EQ(lower.rim_radius_px, 233.75);
+  EXPECT_EQ(lower.azimuth_rad, 0.021);
+  EXPECT_FALSE(lower.mirrored);
+  EXPECT_EQ(upper.cone.apex_rad, 1.61);
+  EXPECT_EQ(upper.cone.rim_radius_m, 0.057);
+  EXPECT_EQ(upper.cone.lens_to_tip_m, 0.118);
+  EXPECT_EQ(upper.centre_px, Eigen::Vector2d(160.5, 120.75));
+  EXPECT_EQ(upper.rim_radius_px, 117.5);
+  EXPECT_EQ(upper.azimuth_rad, -0.034);
+  EXPECT_TRUE(upper.mirrored);
+}
+
+TEST(ToRig, TheTipsAreTheSeparationApartWhateverTheLenses) {
+  // Four sums and differences of numbers below 1, each rounded by at most half an epsilon.
+  constexpr double kRounding_m = 4 * std::numeric_limits<double>::epsilon();
+  Robot robot = good_robot();
+  for (const double lens_to_tip_m : {0.118, 0.093, 0.241}) {
+    robot.rig.upper.lens_to_tip_m = lens_to_tip_m;
+    const vision::Rig rig = to_rig(robot);
+    EXPECT_NEAR(rig.mirror_separation_m(), 0.307, kRounding_m) << "upper lens to tip " << lens_to_tip_m << " m";
+    EXPECT_NEAR(rig.upper.settings().lens_height_m, 0.23 + 0.118 + 0.307 - lens_to_tip_m, kRounding_m);
+  }
+}
+
+TEST(ToRig, WhatTheMirrorRefusesIsAFileErrorNamingFileAndMirror) {
+  for (const bool is_lower : {true, false}) {
+    Robot robot = good_robot();
+    robot.file = "r.yaml";
+    (is_lower ? robot.rig.lower : robot.rig.upper).rim_radius_px = -1;
+    const std::string message = message_of([&] { to_rig(robot); });
+    EXPECT_EQ(message.rfind(is_lower ? "r.yaml: rig, lower mirror: " : "r.yaml: rig, upper mirror: ", 0), 0u)
+        << message;
+    EXPECT_NE(message.find("rim_radius_px"), std::string::npos) << message;
+  }
+}
+
+TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
+  const std::vector<vision::Target> targets = to_targets(good_map());
+  const std::vector<Eigen::Vector2d> positions = to_landmark_positions(good_map());
+  ASSERT_EQ(targets.size(), 2u);
+  ASSERT_EQ(positions.size(), 2u);
+  EXPECT_EQ(targets[0].name, "red");
+  EXPECT_EQ(targets[0].colour, Eigen::Vector3d(0.9, 0.1, 0.05));
+  EXPECT_EQ(targets[0].radius_m, 0.08);
+  EXPECT_EQ(positions[0], Eigen::Vector2d(-1.9, 0.7));
+  EXPECT_EQ(targets[1].name, "green");
+  EXPECT_EQ(targets[1].radius_m, 0.11);
+  EXPECT_EQ(positions[1], Eigen::Vector2d(2.3, -1.1));
+}
+
+TEST(ToWheels, AreThoseOfTheDrive) {
+  EXPECT_EQ(to_wheels(good_robot()).radius_m, 0.043);
+  EXPECT_EQ(to_wheels(good_robot()).separation_m, 0.29);
+}
+
+TEST(ToStartPose, IsTheFilesOrTheOrigin) {
+  Robot robot = good_robot();
+  EXPECT_EQ(to_start_pose(robot), (localisation::Pose{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
+  robot.start.reset();
+  EXPECT_EQ(to_start_pose(robot), localisation::Pose{});
+}
+
+TEST(ToStartPose, BringsTheHeadingIntoItsRange) {
+  // The heading is below 8 rad, where doubles are 2^-50 apart: the sum and the wrapping may each be off by half that.
+  constexpr double kRounding_rad = 4 * std::numeric_limits<double>::epsilon();
+  Robot robot = good_robot();
+  robot.start->heading_rad = 0.53 + std::numbers::pi;
+  EXPECT_NEAR(to_start_pose(robot).heading_rad, 0.53 - std::numbers::pi, kRounding_rad);
+  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->start.heading_rad, to_start_pose(robot).heading_rad);
+}
+
+TEST(ToArena, HasWallsLandmarksAndObstacles) {
+  const behaviours::Arena arena = to_arena(good_map());
+  EXPECT_EQ(arena.min_m, Eigen::Vector2d(-2.1, -1.7));
+  EXPECT_EQ(arena.max_m, Eigen::Vector2d(3.3, 2.9));
+  ASSERT_EQ(arena.outlines.size(), 1u);
+  EXPECT_EQ(arena.outlines[0], (behaviours::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
+  ASSERT_EQ(arena.discs.size(), 3u);
+  EXPECT_EQ(arena.discs[0].centre_m, Eigen::Vector2d(-1.9, 0.7));
+  EXPECT_EQ(arena.discs[0].radius_m, 0.08);
+  EXPECT_EQ(arena.discs[1].centre_m, Eigen::Vector2d(2.3, -1.1));
+  EXPECT_EQ(arena.discs[2].centre_m, Eigen::Vector2d(1.2, -0.8));
+  EXPECT_EQ(arena.discs[2].radius_m, 0.25);
+}
+
+}  // namespace
+}  // namespace twocone::files
