@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -41,7 +42,7 @@ Result<Frame> Camera::grab(std::chrono::milliseconds timeout) {
     throw std::invalid_argument(fmt::format("Camera::grab: timeout is {} ms, must be >= 0", timeout.count()));
   }
   if (state_ != State::kStreaming) return Error{ErrorCode::kInvalidState, "grab: start the camera first"};
-  return do_grab(timeout);
+  return do_grab(std::min(timeout, kLongestWait));
 }
 
 void Camera::stop() noexcept {

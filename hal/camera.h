@@ -26,8 +26,9 @@ void check(const CameraSettings& settings);
 ///                             ^  |   ^                  |
 ///                             +--+   +------stop--------+
 ///
-/// To write a backend, derive, fill in the four private virtuals, and add it to tests/camera_conformance_test.cpp; the
-/// public calls check state and arguments, so that a backend need not. One thread at a time.
+/// To write a backend, derive, fill in the four private virtuals, and add a case beside
+/// tests/drivers/memory_conformance_test.cpp; the public calls check state and arguments, so that a backend need not.
+/// One thread at a time.
 class Camera {
  public:
   enum class State { kClosed, kConfigured, kStreaming };
@@ -45,7 +46,8 @@ class Camera {
   /// Begins the stream. Allowed in kConfigured. Errors: kInvalidState, kUnavailable, kDisconnected, kRefused.
   Status start();
 
-  /// The newest exposure not handed out before; waits at most `timeout` for it. Allowed in kStreaming.
+  /// The newest exposure not handed out before; waits at most `timeout` for it, and never longer than
+  /// kLongestWait. Allowed in kStreaming.
   /// Errors: kInvalidState, kTimeout, kDisconnected, kBadData. @throws std::invalid_argument for a negative timeout.
   Result<Frame> grab(std::chrono::milliseconds timeout);
 

@@ -23,6 +23,9 @@ struct Timestamp {
 /// `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
 std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier);
 
+/// The longest that any call waits, whatever it was asked for: beyond it, deadlines would overflow their type.
+constexpr std::chrono::milliseconds kLongestWait = std::chrono::hours(24);
+
 /// A source of time. Passed in, never global, so that a test or a simulation owns the time it runs in.
 class Clock {
  public:

@@ -33,9 +33,10 @@ void check(const DriveLimits& limits);
 
 /// Two wheels on one axle.
 ///
-/// Dead-man rule, kept by every backend and checked by tests/diff_drive_conformance_test.cpp: when no set_speeds() has
-/// come for command_timeout(), the wheels stop by themselves; so they do on stop() and when the drive is destroyed.
-/// To write a backend, derive, fill in the three private virtuals and the destructor, and add it to that suite.
+/// Dead-man rule, kept by every backend and checked by tests/drivers/diff_drive_conformance_test.cpp: when no
+/// set_speeds() has come for command_timeout(), the wheels stop by themselves; so they do on stop() and when the drive
+/// is destroyed. To write a backend, derive, fill in the three private virtuals and the destructor, and add it to that
+/// suite.
 class DiffDrive {
  public:
   /// A backend's own destructor must stop the wheels: here, its do_stop() is already gone.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/frame.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace twocone {
@@ -14,7 +16,7 @@ Frame::Frame(Header header, Image image) : header_(header) {
 ImageResult Frame::image(std::chrono::milliseconds timeout) const {
   // A copy of the future: one shared_future object must not be waited on from two threads.
   const auto pixels = pixels_;
-  if (pixels.wait_for(timeout) != std::future_status::ready) {
+  if (pixels.wait_for(std::min(timeout, kLongestWait)) != std::future_status::ready) {
     return Error{ErrorCode::kTimeout,
                  fmt::format("the pixels of frame {} did not come within {} ms", header_.sequence, timeout.count())};
   }

@@ -21,8 +21,9 @@ using ImageResult = Result<std::shared_ptr<const Image>>;
 class Frame {
  public:
   struct Header {
-    std::uint64_t sequence = 0;     ///< counts the camera's exposures from 0, also those that were lost
-    Timestamp captured;             ///< middle of the exposure, as well as the backend knows it
+    std::uint64_t sequence =
+        0;               ///< counts the camera's exposures, also those that were lost; may begin anew at a start
+    Timestamp captured;  ///< middle of the exposure, as well as the backend knows it
     std::uint64_t lost_before = 0;  ///< exposures lost since the frame handed out before this one
   };
 
@@ -32,7 +33,7 @@ class Frame {
 
   [[nodiscard]] const Header& header() const { return header_; }
 
-  /// Waits at most `timeout` for the pixels; may be called again and from several threads.
+  /// Waits at most `timeout` (and kLongestWait) for the pixels; may be called again and from several threads.
   /// Errors: kTimeout (still on their way), or what the backend met: kUnavailable, kDisconnected, kBadData, kRefused.
   [[nodiscard]] ImageResult image(std::chrono::milliseconds timeout) const;
 

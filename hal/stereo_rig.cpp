@@ -50,7 +50,10 @@ Status StereoRig::grab_into(const char* view, Camera& camera, std::unique_ptr<Fr
 }
 
 Result<StereoFrame> StereoRig::grab(std::chrono::milliseconds timeout) {
-  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  if (timeout.count() < 0) {
+    throw std::invalid_argument(fmt::format("StereoRig::grab: timeout is {} ms, must be >= 0", timeout.count()));
+  }
+  const auto deadline = std::chrono::steady_clock::now() + std::min(timeout, kLongestWait);
   while (true) {
     if (!waiting_lower_) {
       if (auto got = grab_into("lower", *lower_, waiting_lower_, deadline); !got) return got.error();

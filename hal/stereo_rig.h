@@ -31,6 +31,7 @@ class StereoRig {
   /// The next pair within the skew limit; a frame without a partner is dropped (and counted) in favour of a newer one.
   /// A frame that was grabbed when its partner failed is kept for the next call.
   /// Errors: those of Camera::grab, with the view's name before them; kTimeout also when no pair came together in time.
+  /// @throws std::invalid_argument for a negative timeout, or for two cameras that tell the time of different clocks
   Result<StereoFrame> grab(std::chrono::milliseconds timeout);
 
   void stop() noexcept;

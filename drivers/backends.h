@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "drivers/sim_povray/sim_povray.h"
+#include "hal/camera.h"
+#include "hal/diff_drive.h"
+#include "hal/result.h"
+#include "hal/robot.h"
+
+/// The one place that names every driver, and opens a robot from its parsed settings.
+namespace twocone::drivers {
+
+/// One row of the table of drivers: also those that are known but not in this build, so that a robot file which asks
+/// for one is told what is missing.
+struct Backend {
+  std::string_view name;  ///< as after `driver:` in a robot file
+  bool for_cameras = false;
+  bool for_drive = false;
+  std::string_view why_not;  ///< why this build has it not; empty if it has
+
+  [[nodiscard]] bool available() const { return why_not.empty(); }
+};
+
+/// Every driver, in the order in which messages and `devices` list them.
+std::span<const Backend> backends();
+
+struct CameraPart {
+  std::string driver;
+  CameraSettings settings;  ///< what Robot::start is to ask for
+  int antialias = 1;        ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
+};
+
+struct DrivePart {
+  std::string driver;
+  DriveLimits limits;
+};
+
+/// What a robot is made of. The parts' names in messages are those of the robot file: cameras.lower, cameras.upper,
+/// drive.
+struct RobotSettings {
+  CameraPart lower;  ///< for sim_povray, the camera that the scene calls `lower`
+  CameraPart upper;
+  DrivePart drive;
+  /// Pairs whose exposures are farther apart are refused, >= 0. Memory and sim_povray show one instant: 0 suits them.
+  std::chrono::nanoseconds max_skew{0};
+  /// The simulated world; needed by sim_povray, unused by others. Its `drive` is replaced by `drive.limits` above.
+  std::optional<sim_povray::WorldSettings> world;
+};
+
+/// @throws std::invalid_argument naming every bad field by its part; among them a pair of cameras with two rates, and
+/// sim_povray without a world.
+void check(const RobotSettings& settings);
+
+/// Opens every part and puts them together; the caller starts it with `lower.settings` and `upper.settings`.
+///
+/// `memory`: all three parts share one simulated clock that the cameras' grabs advance by a frame period (lock-step):
+/// such a robot runs at once and without devices, and has no ground truth. `sim_povray`: one Simulation, with truth.
+/// Either moves all parts of a robot or none.
+///
+/// Errors: kNotFound (no such driver), kUnavailable (known, not in this build), kRefused (a driver for another kind of
+/// part; parts that cannot go together), and those of Simulation::open and open_camera.
+/// @throws std::invalid_argument as check() does.
+Result<Robot> open_robot(const RobotSettings& settings);
+
+}  // namespace twocone::drivers

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/memory/memory_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace twocone::memory {
+namespace {
+
+using std::numbers::pi;
+
+/// Azimuth of a pixel about the picture's centre, radians; 0 at the centre itself.
+double azimuth_rad(const Image& image, int row, int column) {
+  return std::atan2(row - 0.5 * (image.height_px - 1), column - 0.5 * (image.width_px - 1));
+}
+
+int nearest_place(double angle_rad) {
+  const auto place = static_cast<int>(std::lround(angle_rad * kMarkPlaces / (2 * pi)));
+  return (place % kMarkPlaces + kMarkPlaces) % kMarkPlaces;
+}
+
+std::uint8_t* pixel(Image& image, int row, int column) {
+  return image.bytes.data() + 3 * (std::size_t(row) * std::size_t(image.width_px) + std::size_t(column));
+}
+
+/// Red, green or blue of a saturated hue: a trapezium round the colour circle, 0 opposite its own hue.
+std::uint8_t channel_of_hue(double hue_rad, double channel_hue_rad) {
+  const double apart = std::abs(std::remainder(hue_rad - channel_hue_rad, 2 * pi));
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(2 - apart * 3 / pi, 0.0, 1.0)));
+}
+
+}  // namespace
+
+Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
+  Image image{settings.width_px, settings.height_px, PixelFormat::kRgb8, {}};
+  image.bytes.resize(std::size_t(settings.width_px) * std::size_t(settings.height_px) * 3);
+  const auto marked = static_cast<int>(sequence % kMarkPlaces);
+  for (int row = 0; row < image.height_px; ++row) {
+    for (int column = 0; column < image.width_px; ++column) {
+      const double azimuth = azimuth_rad(image, row, column);
+      const bool white = nearest_place(azimuth) == marked;
+      for (int channel = 0; channel < 3; ++channel) {
+        pixel(image, row, column)[channel] = white ? 255 : channel_of_hue(azimuth, channel * 2 * pi / 3);
+      }
+    }
+  }
+  return image;
+}
+
+std::optional<int> mark_place(const Image& image) {
+  const auto rgb = to_rgb8(image);
+  if (!rgb) return std::nullopt;
+  // A saturated hue has one channel at 0, so nothing but the mark is bright in all three.
+  constexpr std::uint8_t kWhite = 128;
+  double x = 0, y = 0;
+  bool seen = false;
+  for (int row = 0; row < rgb->height_px; ++row) {
+    for (int column = 0; column < rgb->width_px; ++column) {
+      const std::size_t at = 3 * (std::size_t(row) * std::size_t(rgb->width_px) + std::size_t(column));
+      if (std::min({rgb->bytes[at], rgb->bytes[at + 1], rgb->bytes[at + 2]}) < kWhite) continue;
+      const double azimuth = azimuth_rad(*rgb, row, column);
+      x += std::cos(azimuth);
+      y += std::sin(azimuth);
+      seen = true;
+    }
+  }
+  if (!seen) return std::nullopt;
+  return nearest_place(std::atan2(y, x));
+}
+
+MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, Picture picture)
+    : clock_(std::move(clock)), picture_(std::move(picture)) {
+  if (!clock_ || !picture_) throw std::invalid_argument("MemoryCamera: needs a clock and a picture");
+}
+
+MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, Picture picture)
+    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due), picture_(std::move(picture)) {
+  if (!clock_ || !picture_) throw std::invalid_argument("MemoryCamera: needs a clock and a picture");
+}
+
+MemoryCamera::~MemoryCamera() { stop(); }
+
+Result<CameraSettings> MemoryCamera::do_configure(const CameraSettings& wanted) {
+  return settings_ = {std::min(wanted.width_px, kLargestSide_px), std::min(wanted.height_px, kLargestSide_px),
+                      std::clamp(wanted.rate_hz, kSlowest_hz, kFastest_hz)};
+}
+
+Status MemoryCamera::do_start() {
+  started_ = clock_->now();
+  next_ = 0;
+  return {};
+}
+
+void MemoryCamera::do_stop() noexcept {}
+
+std::chrono::nanoseconds MemoryCamera::since_start(std::uint64_t sequence) const {
+  // From the count, not from the exposure before: a rounded period, added up, would drift.
+  return std::chrono::nanoseconds(std::llround(static_cast<double>(sequence) * 1e9 / settings_.rate_hz));
+}
+
+std::uint64_t MemoryCamera::exposed() const {
+  const auto running = clock_->now() - started_;
+  auto count = static_cast<std::uint64_t>(std::chrono::duration<double>(running).count() * settings_.rate_hz);
+  // The product may be a rounding error off either way; since_start() is what counts.
+  while (since_start(count) <= running) ++count;
+  while (count > 0 && since_start(count - 1) > running) --count;
+  return count;
+}
+
+Status MemoryCamera::wait_for_next(std::chrono::milliseconds timeout) {
+  const auto wait = since_start(next_) - (clock_->now() - started_);
+  if (wait.count() <= 0) return {};
+  const Error not_yet{ErrorCode::kTimeout, fmt::format("exposure {} is not due within {} ms", next_, timeout.count())};
+  if (manual_) {
+    if (when_not_due_ == WhenNotDue::kTimeOut) return not_yet;
+    manual_->advance(wait);
+    return {};
+  }
+  // Compared in milliseconds: the largest timeout does not fit into nanoseconds.
+  if (std::chrono::ceil<std::chrono::milliseconds>(wait) > timeout) {
+    std::this_thread::sleep_for(timeout);
+    return not_yet;
+  }
+  std::this_thread::sleep_for(wait);
+  return {};
+}
+
+Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds timeout) {
+  if (auto due = wait_for_next(timeout); !due) return due.error();
+  const std::uint64_t newest = exposed() - 1;
+  const Frame::Header header{newest, {started_.clock, started_.since_zero + since_start(newest)}, newest - next_};
+  next_ = newest + 1;
+  return Frame(header, picture_(newest, settings_));
+}
+
+}  // namespace twocone::memory

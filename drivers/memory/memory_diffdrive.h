@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/diff_drive.h"
+
+namespace twocone::memory {
+
+/// Two ideal wheels and the controller that turns them: they take a speed at once and keep the dead-man rule by
+/// themselves, as a motor controller does. They live on when the drive is gone, so that one can see them stop.
+class Wheels {
+ public:
+  struct Command {
+    Timestamp time;
+    WheelSpeeds speeds;  ///< 0 and 0 for a stop
+  };
+
+  /// @param command_timeout dead-man time, > 0
+  /// @throws std::invalid_argument for a missing clock or a time that is not positive
+  Wheels(std::shared_ptr<const Clock> clock, std::chrono::nanoseconds command_timeout);
+
+  void command(const WheelSpeeds& speeds);
+
+  /// How they turn at this moment: 0 and 0 from exactly command_timeout after the last command.
+  [[nodiscard]] WheelSpeeds speeds() const;
+
+  /// The integral of speeds() so far, not rounded to encoder counts.
+  [[nodiscard]] WheelAngles angles() const;
+
+  /// Everything they were told, oldest first.
+  [[nodiscard]] const std::vector<Command>& commands() const { return commands_; }
+
+ private:
+  std::shared_ptr<const Clock> clock_;
+  std::chrono::nanoseconds command_timeout_;
+  std::vector<Command> commands_;
+  WheelAngles at_last_command_;
+};
+
+/// A drive without a device, on the given clock. No call ever fails.
+class MemoryDiffDrive final : public DiffDrive {
+ public:
+  /// @throws std::invalid_argument for a missing clock and as check(limits) does
+  MemoryDiffDrive(std::shared_ptr<const Clock> clock, const DriveLimits& limits);
+  ~MemoryDiffDrive() override;
+
+  [[nodiscard]] std::shared_ptr<const Wheels> wheels() const { return wheels_; }
+  [[nodiscard]] const std::vector<Wheels::Command>& commands() const { return wheels_->commands(); }
+
+ private:
+  Status do_set_speeds(const WheelSpeeds& speeds) override;
+  Result<WheelAngles> do_read_angles() override;
+  Status do_stop() noexcept override;
+
+  std::shared_ptr<Wheels> wheels_;
+};
+
+}  // namespace twocone::memory

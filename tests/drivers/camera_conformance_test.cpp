@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/drivers/camera_conformance.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+namespace twocone::test {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
+
+// For a frame or picture that will come: a simulated one has to be rendered, on a machine that may be busy. Only a test
+// that fails waits so long.
+constexpr auto kLong = 30s;
+
+// "At once" on a machine that does other things too. A grab that waited for the next frame at kSlow_hz would take twice
+// as long.
+constexpr auto kPrompt = 1s;
+constexpr double kSlow_hz = 0.5;
+
+// Two exposure times are each rounded to a nanosecond.
+constexpr auto kRounding = 1ns;
+
+nanoseconds periods(double count, double rate_hz) { return nanoseconds(std::llround(count * 1e9 / rate_hz)); }
+
+}  // namespace
+
+void CameraConformance::start(const CameraSettings& settings) {
+  const auto applied = camera().configure(settings);
+  ASSERT_TRUE(applied) << applied.error().message;
+  applied_ = *applied;
+  const auto started = camera().start();
+  ASSERT_TRUE(started) << started.error().message;
+}
+
+Result<Frame> CameraConformance::next() {
+  // The rounding on top: single periods, each rounded down, would fall behind the exposures.
+  if (GetParam().frames_come == FramesCome::kByPassing) opened_.pass(periods(1, applied_.rate_hz) + kRounding);
+  return camera().grab(kLong);
+}
+
+// Catches a backend that gets around the state machine of the front, or one whose stop leaves it unable to go on.
+TEST_P(CameraConformance, AnswersEveryCallInEveryState) {
+  using State = Camera::State;
+  struct Road {
+    const char* name;
+    State state;
+    bool streamed_before;
+  };
+  constexpr Road kRoads[] = {{"closed", State::kClosed, false},
+                             {"configured", State::kConfigured, false},
+                             {"streaming", State::kStreaming, false},
+                             {"stopped", State::kConfigured, true},
+                             {"streaming again", State::kStreaming, true}};
+  struct Call {
+    const char* name;
+    std::function<Status()> call;
+    std::function<bool(State)> allowed;
+    std::function<State(State)> after;  ///< if allowed
+  };
+  const auto status = [](const auto& result) { return result ? Status() : Status(result.error()); };
+  const Call calls[] = {{"configure", [&] { return status(camera().configure(GetParam().settings)); },
+                         [](State s) { return s != State::kStreaming; }, [](State) { return State::kConfigured; }},
+                        {"start", [&] { return camera().start(); }, [](State s) { return s == State::kConfigured; },
+                         [](State) { return State::kStreaming; }},
+                        {"grab", [&] { return status(next()); }, [](State s) { return s == State::kStreaming; },
+                         [](State s) { return s; }},
+                        {"stop", [&] { return camera().stop(), Status(); }, [](State) { return true; },
+                         [](State s) { return s == State::kStreaming ? State::kConfigured : s; }}};
+
+  for (const Road& road : kRoads) {
+    for (const Call& call : calls) {
+      SCOPED_TRACE(std::string(call.name) + " when " + road.name);
+      reopen();
+      if (road.state != State::kClosed) {
+        const auto applied = camera().configure(GetParam().settings);
+        ASSERT_TRUE(applied) << applied.error().message;
+        applied_ = *applied;
+      }
+      if (road.streamed_before) {
+        ASSERT_TRUE(camera().start());
+        camera().stop();
+      }
+      if (road.state == State::kStreaming) {
+        ASSERT_TRUE(camera().start());
+      }
+      ASSERT_EQ(camera().state(), road.state);
+
+      const Status answer = call.call();
+      if (call.allowed(road.state)) {
+        EXPECT_TRUE(answer) << answer.error().message;
+        EXPECT_EQ(camera().state(), call.after(road.state));
+      } else {
+        ASSERT_FALSE(answer);
+        EXPECT_EQ(answer.error().code, ErrorCode::kInvalidState) << answer.error().message;
+        EXPECT_EQ(camera().state(), road.state);
+      }
+    }
+  }
+}
+
+// Catches a backend that says "done" and does something else: the frames are measured against what it says.
+TEST_P(CameraConformance, TellsTheSettingsThatItApplies) {
+  constexpr int kFrames = 4;
+  for (const CameraSettings& wanted : {CameraSettings{61, 47, 7.3}, CameraSettings{100, 30, 31.7}}) {
+    SCOPED_TRACE(testing::Message() << wanted.width_px << " x " << wanted.height_px << " at " << wanted.rate_hz);
+    start(wanted);
+    EXPECT_NO_THROW(check(applied_));
+    const auto first = next();
+    ASSERT_TRUE(first) << first.error().message;
+    auto last = first;
+    for (int i = 1; i < kFrames; ++i) {
+      last = next();
+      ASSERT_TRUE(last) << last.error().message;
+    }
+    const auto image = last->image(kLong);
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ((*image)->width_px, applied_.width_px);
+    EXPECT_EQ((*image)->height_px, applied_.height_px);
+    const auto span = last->header().captured - first->header().captured;
+    const auto exposures = static_cast<double>(last->header().sequence - first->header().sequence);
+    EXPECT_LE(std::chrono::abs(span - periods(exposures, applied_.rate_hz)), 2 * kRounding + GetParam().jitter);
+    camera().stop();
+  }
+}
+
+// Catches a backend that hands impossible numbers to a device, and one that is left half configured by them.
+TEST_P(CameraConformance, RefusesImpossibleSettings) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (const CameraSettings& bad : {CameraSettings{0, 48, 20}, CameraSettings{64, -1, 20}, CameraSettings{64, 48, 0},
+                                    CameraSettings{64, 48, -5}, CameraSettings{64, 48, kNaN}}) {
+    EXPECT_THROW((void)camera().configure(bad), std::invalid_argument)
+        << bad.width_px << " x " << bad.height_px << " at " << bad.rate_hz;
+    EXPECT_EQ(camera().state(), Camera::State::kClosed);
+  }
+  start();
+  EXPECT_TRUE(next());
+}
+
+TEST_P(CameraConformance, RefusesANegativeTimeout) {
+  start();
+  EXPECT_THROW((void)camera().grab(-1ms), std::invalid_argument);
+  EXPECT_EQ(camera().state(), Camera::State::kStreaming);
+}
+
+// Catches a backend that leaks its buffers, its thread or its place in the world on stop.
+TEST_P(CameraConformance, StartsAgainAfterStop) {
+  start();
+  for (int round = 0; round < 3; ++round) {
+    const auto frame = next();
+    ASSERT_TRUE(frame) << "round " << round << ": " << frame.error().message;
+    const auto image = frame->image(kLong);
+    EXPECT_TRUE(image) << "round " << round << ": " << image.error().message;
+    camera().stop();
+    const auto started = camera().start();
+    ASSERT_TRUE(started) << "round " << round << ": " << started.error().message;
+  }
+}
+
+// Catches a backend that serves a buffer twice, numbers frames by grabs rather than exposures, stamps a frame when it
+// is grabbed rather than when it was taken, or adds up a rounded period.
+TEST_P(CameraConformance, CountsAndTimesItsExposures) {
+  constexpr int kFrames = 7;
+  start();
+  auto before = next();
+  ASSERT_TRUE(before) << before.error().message;
+  const Frame::Header first = before->header();
+  for (int i = 1; i < kFrames; ++i) {
+    const auto frame = next();
+    ASSERT_TRUE(frame) << frame.error().message;
+    const Frame::Header& now = frame->header();
+    const Frame::Header& last = before->header();
+    ASSERT_GT(now.sequence, last.sequence);
+    EXPECT_EQ(now.lost_before, now.sequence - last.sequence - 1) << "frame " << now.sequence;
+    EXPECT_EQ(now.captured.clock, first.captured.clock);
+    // From the first frame on, not from the last: a drift would hide in the rounding.
+    const auto expected = periods(static_cast<double>(now.sequence - first.sequence), applied_.rate_hz);
+    EXPECT_LE(std::chrono::abs((now.captured - first.captured) - expected), 2 * kRounding + GetParam().jitter)
+        << "frame " << now.sequence << " taken " << (now.captured - first.captured).count() << " ns after the first";
+    before = frame;
+  }
+}
+
+// Catches a grab that waits for a frame although it was told not to.
+TEST_P(CameraConformance, AGrabWithoutTimeoutReturnsAtOnce) {
+  auto slow = GetParam().settings;
+  slow.rate_hz = kSlow_hz;
+  start(slow);
+  ASSERT_TRUE(next());
+  const auto asked = steady_clock::now();
+  const auto frame = camera().grab(0ms);
+  EXPECT_LT(steady_clock::now() - asked, kPrompt);
+  if (!frame) {
+    EXPECT_EQ(frame.error().code, ErrorCode::kTimeout) << frame.error().message;
+  }
+}
+
+// Catches a grab that waits for its frame however long that takes, and one that cannot be tried again.
+TEST_P(CameraConformance, AGrabKeepsItsTimeout) {
+  auto slow = GetParam().settings;
+  slow.rate_hz = kSlow_hz;
+  start(slow);
+  ASSERT_TRUE(next());
+  const auto asked = steady_clock::now();
+  const auto frame = camera().grab(30ms);
+  EXPECT_LT(steady_clock::now() - asked, 30ms + kPrompt);
+  if (!frame) {
+    EXPECT_EQ(frame.error().code, ErrorCode::kTimeout) << frame.error().message;
+  }
+  EXPECT_TRUE(next());
+}
+
+// Catches a deadline that overflows: the largest timeout does not fit into nanoseconds, and "for ever" becomes "never".
+TEST_P(CameraConformance, AGrabMayHaveAnyTimeout) {
+  start();
+  ASSERT_TRUE(next());
+  if (GetParam().frames_come == FramesCome::kByPassing) opened_.pass(periods(1, applied_.rate_hz) + kRounding);
+  const auto frame = camera().grab(std::chrono::milliseconds::max());
+  EXPECT_TRUE(frame) << frame.error().message;
+}
+
+// Catches padding between rows, a forgotten pixel format, a half-filled buffer.
+TEST_P(CameraConformance, PicturesHoldWhatTheyPromise) {
+  start();
+  const auto frame = next();
+  ASSERT_TRUE(frame) << frame.error().message;
+  const auto image = frame->image(kLong);
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ((*image)->width_px, applied_.width_px);
+  EXPECT_EQ((*image)->height_px, applied_.height_px);
+  EXPECT_EQ((*image)->bytes.size(), std::size_t(applied_.width_px) * std::size_t(applied_.height_px) *
+                                        std::size_t(bytes_per_pixel((*image)->format)));
+  EXPECT_TRUE(to_rgb8(**image));
+}
+
+// Catches a backend that reuses the buffer of a frame that somebody still holds.
+TEST_P(CameraConformance, AFrameKeepsItsPixels) {
+  start();
+  const auto frame = next();
+  ASSERT_TRUE(frame) << frame.error().message;
+  const auto image = frame->image(kLong);
+  ASSERT_TRUE(image) << image.error().message;
+  const Image then = **image;
+  for (int i = 0; i < 3; ++i) {
+    const auto later = next();
+    ASSERT_TRUE(later) << later.error().message;
+    ASSERT_TRUE(later->image(kLong));
+  }
+  const auto again = frame->image(0ms);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->get(), image->get()) << "asked twice, the same picture";
+  EXPECT_EQ(**again, then);
+}
+
+// Catches pixels that live in the camera: a recorder still writes when the robot is gone.
+TEST_P(CameraConformance, AFrameOutlivesItsCamera) {
+  start();
+  std::vector<Frame> frames;
+  {
+    auto frame = next();
+    ASSERT_TRUE(frame) << frame.error().message;
+    frames.push_back(*frame);
+  }
+  const auto before = frames[0].image(kLong);
+  ASSERT_TRUE(before) << before.error().message;
+  opened_ = {};
+  const auto after = frames[0].image(0ms);
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_EQ(**after, **before);
+}
+
+// Catches a promise that is dropped when the camera goes: image() would throw, or wait for ever.
+TEST_P(CameraConformance, AFrameUnderWayAnswersAfterItsCameraIsGone) {
+  start();
+  auto frame = next();
+  ASSERT_TRUE(frame) << frame.error().message;
+  opened_ = {};
+  ASSERT_NO_THROW({
+    const auto image = frame->image(kLong);
+    if (!image) {
+      EXPECT_NE(image.error().code, ErrorCode::kTimeout) << "nobody is left who could still bring it";
+    }
+  });
+}
+
+// Catches a destructor that leaves the stream to the base class, which can no longer end it.
+TEST_P(CameraConformance, IsDestroyedWhileStreamingAndOpensAgain) {
+  for (int round = 0; round < 2; ++round) {
+    start();
+    const auto frame = next();
+    ASSERT_TRUE(frame) << "round " << round << ": " << frame.error().message;
+    opened_ = {};
+    reopen();
+  }
+}
+
+// Catches a queue of stale frames: a robot that thinks for a while must not then drive by an old picture.
+TEST_P(CameraThatDoesNotWait, ALateReaderGetsTheNewestAndIsToldOfTheLoss) {
+  start();
+  const auto first = next();
+  ASSERT_TRUE(first) << first.error().message;
+  constexpr int kMissed = 3;
+  opened_.pass(periods(kMissed + 1.5, applied_.rate_hz));
+  const auto frame = camera().grab(kLong);
+  ASSERT_TRUE(frame) << frame.error().message;
+  const auto ahead = frame->header().sequence - first->header().sequence;
+  EXPECT_GE(ahead, std::uint64_t(kMissed) + 1);
+  EXPECT_EQ(frame->header().lost_before, ahead - 1);
+  EXPECT_LE(std::chrono::abs((frame->header().captured - first->header().captured) -
+                             periods(static_cast<double>(ahead), applied_.rate_hz)),
+            2 * kRounding + GetParam().jitter);
+}
+
+// Catches a grab that gives up at its deadline before it looks: a program that polls would never see a picture.
+TEST_P(CameraThatDoesNotWait, AFrameThatIsThereIsHandedOutWithoutATimeout) {
+  start();
+  ASSERT_TRUE(next());
+  for (int i = 0; i < 3; ++i) {
+    opened_.pass(periods(1.5, applied_.rate_hz));
+    const auto frame = camera().grab(0ms);
+    ASSERT_TRUE(frame) << frame.error().message;
+  }
+}
+
+// Catches a simulation that runs on by itself: what a slow program sees would depend on the machine.
+TEST_P(CameraInLockStep, EveryGrabIsExactlyOneFrame) {
+  start();
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    const auto frame = next();
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(frame->header().sequence, i);
+    EXPECT_EQ(frame->header().lost_before, 0U);
+    EXPECT_EQ(frame->header().captured.clock, ClockKind::kSimulated);
+  }
+}
+
+}  // namespace twocone::test

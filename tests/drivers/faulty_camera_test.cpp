@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/memory/faulty_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/memory/memory_camera.h"
+
+namespace twocone::memory {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr CameraSettings kSmall{64, 48, 20};
+constexpr std::uint64_t kSeed = 20061;
+
+/// A lock-step camera behind a cable, streaming.
+std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t seed = kSeed) {
+  auto camera = std::make_unique<FaultyCamera>(
+      std::make_unique<MemoryCamera>(std::make_shared<ManualClock>(), WhenNotDue::kAdvance), faults, seed);
+  EXPECT_TRUE(camera->configure(kSmall));
+  EXPECT_TRUE(camera->start());
+  return camera;
+}
+
+/// What a camera of the same kind, but without faults, shows.
+Image intact(std::uint64_t sequence) { return test_pattern(sequence, kSmall); }
+
+TEST(CameraFaults, EveryBadFieldIsNamed) {
+  CameraFaults faults;
+  faults.lost_chance = 1.01;
+  faults.cut_chance = -0.5;
+  faults.late_chance = std::numeric_limits<double>::quiet_NaN();
+  faults.delay = -3ms;
+  try {
+    check(faults);
+    FAIL() << "nothing was thrown";
+  } catch (const std::invalid_argument& complaint) {
+    EXPECT_THAT(complaint.what(), AllOf(HasSubstr("lost_chance is 1.01"), HasSubstr("cut_chance is -0.5"),
+                                        HasSubstr("late_chance is nan"), HasSubstr("delay is -3 ms")));
+  }
+  EXPECT_THROW(FaultyCamera(nullptr, {}, kSeed), std::invalid_argument);
+  EXPECT_THROW(FaultyCamera(std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()), faults, kSeed),
+               std::invalid_argument);
+}
+
+TEST(FaultyCamera, ATimeoutLosesNothing) {
+  CameraFaults faults;
+  faults.timeout_chance = 0.5;
+  const auto camera = camera_with(faults);
+  std::uint64_t timeouts = 0, frames = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto frame = camera->grab(1h);
+    if (frame) {
+      EXPECT_EQ(frame->header().sequence, frames);
+      EXPECT_EQ(frame->header().lost_before, 0U);
+      ++frames;
+    } else {
+      EXPECT_EQ(frame.error().code, ErrorCode::kTimeout);
+      ++timeouts;
+    }
+  }
+  EXPECT_GT(timeouts, 0U);
+  EXPECT_GT(frames, 0U);
+}
+
+// The chance is the share: 2000 grabs know theirs to sqrt(0.3 * 0.7 / 2000) = 1 %; the seed is fixed, five of those are
+// enough for any.
+TEST(FaultyCamera, FaultsComeAsOftenAsTheyShould) {
+  constexpr int kGrabs = 2000;
+  constexpr double kChance = 0.3;
+  const double tolerance = 5 * std::sqrt(kChance * (1 - kChance) / kGrabs);
+  CameraFaults faults;
+  faults.timeout_chance = kChance;
+  const auto camera = camera_with(faults);
+  int timeouts = 0;
+  for (int i = 0; i < kGrabs; ++i) timeouts += camera->grab(0ms).has_value() ? 0 : 1;
+  EXPECT_NEAR(static_cast<double>(timeouts) / kGrabs, kChance, tolerance);
+}
+
+TEST(FaultyCamera, ALostFrameIsTold) {
+  CameraFaults faults;
+  faults.lost_chance = 1;
+  const auto camera = camera_with(faults);
+  for (const std::uint64_t sequence : {1U, 3U, 5U}) {
+    const auto frame = camera->grab(1s);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->header().sequence, sequence);
+    EXPECT_EQ(frame->header().lost_before, 1U);
+    EXPECT_EQ(**frame->image(0ms), intact(sequence)) << "the header's change left the picture alone";
+  }
+}
+
+TEST(FaultyCamera, BadDataLosesAFrameWhichTheNextOneTells) {
+  CameraFaults faults;
+  faults.bad_data_chance = 0.5;
+  const auto camera = camera_with(faults);
+  std::uint64_t lost = 0, expected = 0;
+  int told = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto frame = camera->grab(1s);
+    if (frame) {
+      EXPECT_EQ(frame->header().sequence, expected);
+      EXPECT_EQ(frame->header().lost_before, lost);
+      told += lost > 1 ? 1 : 0;
+      lost = 0;
+    } else {
+      EXPECT_EQ(frame.error().code, ErrorCode::kBadData);
+      ++lost;
+    }
+    ++expected;
+  }
+  EXPECT_GT(told, 0) << "several lost in a row are among them";
+}
+
+TEST(FaultyCamera, ALateFrameComesAfterItsDelay) {
+  CameraFaults faults;
+  faults.late_chance = 1;
+  faults.delay = 30ms;
+  const auto camera = camera_with(faults);
+  const auto asked = std::chrono::steady_clock::now();
+  const auto frame = camera->grab(10s);
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, 30ms);
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->header().sequence, 0U);
+}
+
+// What a late frame is about: the caller gets kTimeout and then a frame that is no longer the newest.
+TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
+  const auto clock = std::make_shared<ManualClock>();
+  CameraFaults faults;
+  faults.late_chance = 1;
+  faults.delay = 40ms;
+  FaultyCamera camera(std::make_unique<MemoryCamera>(clock, WhenNotDue::kTimeOut), faults, kSeed);
+  ASSERT_TRUE(camera.configure(kSmall));
+  ASSERT_TRUE(camera.start());
+  const auto early = camera.grab(1ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  clock->advance(150ms);  // three exposures later
+  const auto old = camera.grab(10s);
+  ASSERT_TRUE(old);
+  EXPECT_EQ(old->header().sequence, 0U);
+  const auto newest = camera.grab(10s);
+  ASSERT_TRUE(newest);
+  EXPECT_EQ(newest->header().sequence, 3U);
+  EXPECT_EQ(newest->header().lost_before, 2U);
+}
+
+TEST(FaultyCamera, AGarbledPictureLooksWhole) {
+  CameraFaults faults;
+  faults.garbled_chance = 1;
+  const auto camera = camera_with(faults);
+  const std::ptrdiff_t row_bytes = 3 * kSmall.width_px;
+  std::set<int> first_rows;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    SCOPED_TRACE(testing::Message() << "frame " << i);
+    const auto frame = camera->grab(1s);
+    ASSERT_TRUE(frame);
+    const auto image = frame->image(0ms);
+    ASSERT_TRUE(image);
+    EXPECT_TRUE(to_rgb8(**image));
+    const Image good = intact(i);
+    ASSERT_EQ((*image)->bytes.size(), good.bytes.size());
+    std::vector<int> bad_rows;
+    for (int row = 0; row < kSmall.height_px; ++row) {
+      const auto from = good.bytes.begin() + row * row_bytes;
+      if (!std::equal(from, from + row_bytes, (*image)->bytes.begin() + row * row_bytes)) bad_rows.push_back(row);
+    }
+    ASSERT_FALSE(bad_rows.empty());
+    EXPECT_LE(bad_rows.size(), std::size_t(kSmall.height_px / 4));
+    EXPECT_EQ(bad_rows.back() - bad_rows.front() + 1, std::ssize(bad_rows)) << "they lie together";
+    first_rows.insert(bad_rows.front());
+  }
+  EXPECT_GT(first_rows.size(), 5U) << "not always in one place, where nobody may be looking";
+}
+
+TEST(FaultyCamera, ACutPictureIsBadDataToItsReader) {
+  CameraFaults faults;
+  faults.cut_chance = 1;
+  const auto camera = camera_with(faults);
+  for (int i = 0; i < 20; ++i) {
+    const auto frame = camera->grab(1s);
+    ASSERT_TRUE(frame);
+    const auto image = frame->image(0ms);
+    ASSERT_TRUE(image);
+    const auto rgb = to_rgb8(**image);
+    ASSERT_FALSE(rgb);
+    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+  }
+}
+
+TEST(FaultyCamera, ACableThatCameOffStaysOffUntilTheCameraIsOpenedAgain) {
+  CameraFaults faults;
+  faults.disconnect_after = 3;
+  const auto camera = camera_with(faults);
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(camera->grab(1s)) << "round " << round << ", grab " << i;
+    for (int i = 0; i < 3; ++i) {
+      const auto frame = camera->grab(1s);
+      ASSERT_FALSE(frame) << "round " << round << ", grab " << i;
+      EXPECT_EQ(frame.error().code, ErrorCode::kDisconnected);
+    }
+    camera->stop();
+    ASSERT_TRUE(camera->start());
+  }
+}
+
+/// Sequence, or minus one and the code, of every grab; and whether the picture is intact.
+std::vector<std::pair<int, bool>> story(const CameraFaults& faults, std::uint64_t seed) {
+  const auto camera = camera_with(faults, seed);
+  std::vector<std::pair<int, bool>> story;
+  for (int i = 0; i < 200; ++i) {
+    const auto frame = camera->grab(1s);
+    if (!frame) {
+      story.emplace_back(-1 - static_cast<int>(frame.error().code), false);
+      continue;
+    }
+    const auto sequence = frame->header().sequence;
+    story.emplace_back(static_cast<int>(sequence), **frame->image(0ms) == intact(sequence));
+  }
+  return story;
+}
+
+// A bug that a bad cable brought out must be brought out again.
+TEST(FaultyCamera, TheSeedRepeatsTheStory) {
+  CameraFaults faults;
+  faults.timeout_chance = faults.bad_data_chance = faults.lost_chance = faults.garbled_chance = faults.cut_chance = 0.2;
+  EXPECT_EQ(story(faults, 5), story(faults, 5));
+  EXPECT_NE(story(faults, 5), story(faults, 6));
+}
+
+// Catches faults that share one number (they would always come together), and numbers drawn only when needed (switching
+// one fault on would move all others, and no two runs could be compared).
+TEST(FaultyCamera, FaultsAreIndependent) {
+  CameraFaults timeouts, both;
+  timeouts.timeout_chance = both.timeout_chance = 0.5;
+  both.garbled_chance = 0.5;
+  const auto alone = story(timeouts, 7), together = story(both, 7);
+  int whole = 0, garbled = 0;
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    EXPECT_EQ(together[i].first, alone[i].first) << "grab " << i;
+    if (together[i].first >= 0) ++(together[i].second ? whole : garbled);
+  }
+  EXPECT_GT(whole, 0);
+  EXPECT_GT(garbled, 0);
+}
+
+}  // namespace
+}  // namespace twocone::memory

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/memory/faulty_diffdrive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/memory/memory_diffdrive.h"
+
+namespace twocone::memory {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kSeed = 20062;
+constexpr auto kTimeout = 200ms;
+
+class FaultyDiffDriveTest : public testing::Test {
+ protected:
+  void open(const DriveFaults& faults, std::uint64_t seed = kSeed) {
+    clock_ = std::make_shared<ManualClock>();
+    auto drive = std::make_unique<MemoryDiffDrive>(clock_, DriveLimits{10, kTimeout});
+    wheels_ = drive->wheels();
+    drive_ = std::make_unique<FaultyDiffDrive>(std::move(drive), faults, seed);
+  }
+
+  std::shared_ptr<ManualClock> clock_;
+  std::shared_ptr<const Wheels> wheels_;
+  std::unique_ptr<DiffDrive> drive_;
+};
+
+TEST_F(FaultyDiffDriveTest, EveryBadFieldIsNamed) {
+  DriveFaults faults;
+  faults.command_lost_chance = 2;
+  faults.misread_chance = std::numeric_limits<double>::quiet_NaN();
+  faults.misread_rad = -1;
+  try {
+    check(faults);
+    FAIL() << "nothing was thrown";
+  } catch (const std::invalid_argument& complaint) {
+    EXPECT_THAT(complaint.what(), AllOf(HasSubstr("command_lost_chance is 2"), HasSubstr("misread_chance is nan"),
+                                        HasSubstr("misread_rad is -1 rad")));
+  }
+  EXPECT_THROW(open(faults), std::invalid_argument);
+  EXPECT_THROW(FaultyDiffDrive(nullptr, {}, kSeed), std::invalid_argument);
+}
+
+TEST_F(FaultyDiffDriveTest, HasTheLimitsOfTheDriveBehindIt) {
+  open({});
+  EXPECT_EQ(drive_->limits().max_speed_radps, 10);
+  EXPECT_EQ(drive_->limits().command_timeout, kTimeout);
+}
+
+TEST_F(FaultyDiffDriveTest, ALostCommandNeverReachesTheWheels) {
+  DriveFaults faults;
+  faults.command_lost_chance = 1;
+  open(faults);
+  const auto applied = drive_->set_speeds({1, 1});
+  ASSERT_FALSE(applied);
+  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(wheels_->commands().empty());
+}
+
+// The nastier half of "not acknowledged": who believes that nothing happened is wrong.
+TEST_F(FaultyDiffDriveTest, ALostReplyHidesThatTheWheelsObey) {
+  DriveFaults faults;
+  faults.reply_lost_chance = 1;
+  open(faults);
+  const auto applied = drive_->set_speeds({1, 2});
+  ASSERT_FALSE(applied);
+  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(wheels_->speeds(), (WheelSpeeds{1, 2}));
+  EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
+}
+
+TEST_F(FaultyDiffDriveTest, ReadingsFailInTheirTwoWays) {
+  DriveFaults faults;
+  faults.read_timeout_chance = 1;
+  open(faults);
+  EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kTimeout);
+  faults = {};
+  faults.bad_data_chance = 1;
+  open(faults);
+  EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kBadData);
+  EXPECT_TRUE(drive_->set_speeds({1, 1})) << "commands get through all the same";
+}
+
+TEST_F(FaultyDiffDriveTest, AMisreadAngleIsWrongByNoMoreThanAsked) {
+  DriveFaults faults;
+  faults.misread_chance = 0.5;
+  faults.misread_rad = 0.25;
+  open(faults);
+  int wrong = 0;
+  double largest_rad = 0;
+  constexpr int kReadings = 200;
+  for (int i = 0; i < kReadings; ++i) {
+    const auto angles = drive_->read_angles();
+    ASSERT_TRUE(angles);
+    wrong += angles->left_rad != 0 ? 1 : 0;
+    largest_rad = std::max({largest_rad, std::abs(angles->left_rad), std::abs(angles->right_rad)});
+  }
+  EXPECT_GT(wrong, 0);
+  EXPECT_LT(wrong, kReadings);
+  EXPECT_LE(largest_rad, 0.25);
+  EXPECT_GT(largest_rad, 0.2) << "of so many, some come near the bound";
+}
+
+// The test that the dead-man rule is for: the program still runs and commands, and nobody hears it.
+TEST_F(FaultyDiffDriveTest, WhenTheCableComesOffTheWheelsStopByThemselves) {
+  DriveFaults faults;
+  faults.disconnect_after = 3;
+  open(faults);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(drive_->set_speeds({5, 5})) << "call " << i;
+    clock_->advance(50ms);
+  }
+  const auto cut = wheels_->commands().size();
+  for (int i = 0; i < 6; ++i) {
+    const auto applied = drive_->set_speeds({5, 5});
+    ASSERT_FALSE(applied) << "call " << i << " after";
+    EXPECT_EQ(applied.error().code, ErrorCode::kDisconnected);
+    EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kDisconnected);
+    EXPECT_EQ(drive_->stop().error().code, ErrorCode::kDisconnected);
+    clock_->advance(50ms);
+  }
+  EXPECT_EQ(wheels_->commands().size(), cut) << "nothing reached them";
+  EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
+  // Two commands of 50 ms, and the dead-man time after the last.
+  EXPECT_DOUBLE_EQ(wheels_->angles().left_rad, 5 * (0.05 + 0.05 + 0.2));
+}
+
+TEST_F(FaultyDiffDriveTest, TheSeedRepeatsTheStory) {
+  DriveFaults faults;
+  faults.command_lost_chance = faults.reply_lost_chance = faults.read_timeout_chance = faults.bad_data_chance = 0.2;
+  faults.misread_chance = 0.3;
+  const auto story = [&](std::uint64_t seed) {
+    open(faults, seed);
+    std::vector<double> told;
+    for (int i = 0; i < 100; ++i) {
+      told.push_back(drive_->set_speeds({1, 1}) ? 1 : 0);
+      const auto angles = drive_->read_angles();
+      told.push_back(angles ? angles->left_rad : -1000 - static_cast<int>(angles.error().code));
+      clock_->advance(20ms);
+    }
+    return told;
+  };
+  EXPECT_EQ(story(5), story(5));
+  EXPECT_NE(story(5), story(6));
+}
+
+}  // namespace
+}  // namespace twocone::memory

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/memory/memory_camera.h"
+
+#include <array>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace twocone::memory {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr CameraSettings kSmall{64, 48, 20};
+constexpr auto kPeriod = 50ms;
+
+int mark_of(const Frame& frame) {
+  const auto image = frame.image(0ms);
+  if (!image) return -1;
+  return mark_place(**image).value_or(-1);
+}
+
+TEST(TestPattern, MarkTellsTheSequence) {
+  // The smallest height that the header promises; odd and even sizes have their centre on and between pixels.
+  for (const CameraSettings& size :
+       {CameraSettings{48, 48, 1}, CameraSettings{65, 49, 1}, CameraSettings{160, 120, 1}}) {
+    for (std::uint64_t sequence = 0; sequence < 2 * kMarkPlaces; ++sequence) {
+      const auto place = mark_place(test_pattern(sequence, size));
+      ASSERT_TRUE(place.has_value()) << size.width_px << " x " << size.height_px << ", sequence " << sequence;
+      ASSERT_EQ(*place, static_cast<int>(sequence % kMarkPlaces)) << size.width_px << " x " << size.height_px;
+    }
+  }
+}
+
+// The axes are where the azimuth needs no formula: right is 0 (red), down is pi/2, as a camera that looks up sees it.
+TEST(TestPattern, HueIsTheAzimuth) {
+  constexpr int kSide = 101, kMiddle = 50;
+  const Image image = test_pattern(7, {kSide, kSide, 1});
+  ASSERT_EQ(image.bytes.size(), std::size_t(kSide * kSide * 3));
+  const auto colour = [&image](int row, int column) {
+    const std::uint8_t* at = image.bytes.data() + 3 * (row * kSide + column);
+    return std::array<int, 3>{at[0], at[1], at[2]};
+  };
+  using Rgb = std::array<int, 3>;
+  // Hues 0, 90, 180 and 270 degrees; 128 is half of 255, rounded.
+  EXPECT_EQ(colour(kMiddle, 90), (Rgb{255, 0, 0}));
+  EXPECT_EQ(colour(90, kMiddle), (Rgb{128, 255, 0}));
+  EXPECT_EQ(colour(kMiddle, 10), (Rgb{0, 255, 255}));
+  EXPECT_EQ(colour(10, kMiddle), (Rgb{128, 0, 255}));
+}
+
+TEST(TestPattern, OnePixelHasNoAzimuthButAColour) {
+  EXPECT_EQ(test_pattern(1, {1, 1, 1}).bytes, (std::vector<std::uint8_t>{255, 0, 0}));
+}
+
+TEST(TestPattern, NoMarkIsNoPlace) {
+  EXPECT_EQ(mark_place(Image{2, 1, PixelFormat::kGrey8, {100, 100}}), std::nullopt);
+  EXPECT_EQ(mark_place(Image{2, 1, PixelFormat::kGrey8, {255}}), std::nullopt) << "bytes are missing";
+}
+
+TEST(MemoryCamera, NeedsAClockAndAPicture) {
+  EXPECT_THROW(MemoryCamera(std::shared_ptr<ManualClock>(), WhenNotDue::kAdvance), std::invalid_argument);
+  EXPECT_THROW(MemoryCamera(std::shared_ptr<SteadyClock>()), std::invalid_argument);
+  EXPECT_THROW(MemoryCamera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance, nullptr), std::invalid_argument);
+}
+
+TEST(MemoryCamera, ShowsTheExposureThatItSays) {
+  const auto clock = std::make_shared<ManualClock>();
+  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  ASSERT_TRUE(camera.configure(kSmall));
+  clock->advance(1234us);  // a start that is no whole period of the clock
+  ASSERT_TRUE(camera.start());
+  for (const int waited : {0, 1, 4, 1}) {
+    clock->advance(waited * kPeriod);
+    const auto frame = camera.grab(0ms);
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(mark_of(*frame), static_cast<int>(frame->header().sequence));
+    EXPECT_EQ(frame->header().captured, clock->now());
+    EXPECT_EQ(frame->header().lost_before, std::uint64_t(waited == 4 ? 3 : 0));
+  }
+}
+
+// Catches a frame that is due a nanosecond early or late.
+TEST(MemoryCamera, ExposesExactlyWhenDue) {
+  const auto clock = std::make_shared<ManualClock>();
+  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  ASSERT_TRUE(camera.configure(kSmall));
+  ASSERT_TRUE(camera.start());
+  ASSERT_TRUE(camera.grab(0ms)) << "the first is due at once";
+  clock->advance(kPeriod - 1ns);
+  const auto early = camera.grab(0ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  clock->advance(1ns);
+  ASSERT_TRUE(camera.grab(0ms));
+}
+
+// 1/30 s is no whole number of nanoseconds: a period that is rounded and added up is off by 36 us after this hour.
+TEST(MemoryCamera, DoesNotDrift) {
+  const auto clock = std::make_shared<ManualClock>();
+  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  ASSERT_TRUE(camera.configure({1, 1, 30}));
+  ASSERT_TRUE(camera.start());
+  clock->advance(1h);
+  const auto frame = camera.grab(0ms);
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->header().sequence, 30U * 3600U);
+  EXPECT_EQ(frame->header().captured.since_zero, 1h);
+}
+
+TEST(MemoryCamera, TwoCamerasOnOneClockRunInLockStep) {
+  const auto clock = std::make_shared<ManualClock>();
+  MemoryCamera lower(clock, WhenNotDue::kAdvance), upper(clock, WhenNotDue::kAdvance);
+  for (MemoryCamera* camera : {&lower, &upper}) {
+    ASSERT_TRUE(camera->configure({64, 48, 15}));
+    ASSERT_TRUE(camera->start());
+  }
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    const auto first = lower.grab(0ms);
+    const auto second = upper.grab(0ms);
+    ASSERT_TRUE(first);
+    ASSERT_TRUE(second);
+    EXPECT_EQ(first->header().sequence, i);
+    EXPECT_EQ(second->header().sequence, i);
+    EXPECT_EQ(first->header().captured, second->header().captured);
+    EXPECT_EQ(clock->now(), first->header().captured);
+  }
+}
+
+TEST(MemoryCamera, StartBeginsAgainWithTheFirstExposure) {
+  const auto clock = std::make_shared<ManualClock>();
+  MemoryCamera camera(clock, WhenNotDue::kAdvance);
+  ASSERT_TRUE(camera.configure(kSmall));
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE(camera.start());
+    for (std::uint64_t i = 0; i < 3; ++i) EXPECT_EQ(camera.grab(0ms)->header().sequence, i) << "round " << round;
+    camera.stop();
+    clock->advance(10 * kPeriod);
+  }
+}
+
+TEST(MemoryCamera, WaitsInRealTimeOnTheSteadyClock) {
+  using std::chrono::steady_clock;
+  MemoryCamera camera(std::make_shared<SteadyClock>());
+  ASSERT_TRUE(camera.configure({64, 48, 1}));
+  ASSERT_TRUE(camera.start());
+  ASSERT_TRUE(camera.grab(0ms));
+
+  auto asked = steady_clock::now();
+  const auto early = camera.grab(20ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  EXPECT_GE(steady_clock::now() - asked, 20ms);
+
+  const auto frame = camera.grab(std::chrono::milliseconds::max());
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->header().captured.clock, ClockKind::kSteady);
+  EXPECT_GE(steady_clock::now().time_since_epoch(), frame->header().captured.since_zero) << "not before it was taken";
+}
+
+TEST(MemoryCamera, AdjustsWhatNoMemoryHolds) {
+  MemoryCamera camera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance);
+  const auto big = camera.configure({1'000'000, 1'000'000, 1e12});
+  ASSERT_TRUE(big);
+  EXPECT_EQ(*big, (CameraSettings{kLargestSide_px, kLargestSide_px, kFastest_hz}));
+  const auto slow = camera.configure({1, 1, 1e-300});
+  ASSERT_TRUE(slow);
+  EXPECT_EQ(*slow, (CameraSettings{1, 1, kSlowest_hz}));
+}
+
+TEST(MemoryCamera, HandsOnThePicturesOfTheTest) {
+  const Image nonsense{5, 5, PixelFormat::kBgr8, {1, 2, 3}};
+  CameraSettings told;
+  MemoryCamera camera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance,
+                      [&](std::uint64_t sequence, const CameraSettings& settings) {
+                        told = settings;
+                        return sequence == 1 ? nonsense : Image{};
+                      });
+  ASSERT_TRUE(camera.configure(kSmall));
+  ASSERT_TRUE(camera.start());
+  ASSERT_TRUE(camera.grab(0ms));
+  const auto frame = camera.grab(0ms);
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(**frame->image(0ms), nonsense);
+  EXPECT_EQ(told, kSmall);
+}
+
+}  // namespace
+}  // namespace twocone::memory

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include "drivers/memory/faulty_camera.h"
+#include "drivers/memory/faulty_diffdrive.h"
+#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory_diffdrive.h"
+#include "tests/drivers/camera_conformance.h"
+#include "tests/drivers/diff_drive_conformance.h"
+
+namespace twocone::test {
+namespace {
+
+using namespace std::chrono_literals;
+using memory::FaultyCamera;
+using memory::FaultyDiffDrive;
+using memory::MemoryCamera;
+using memory::MemoryDiffDrive;
+using memory::WhenNotDue;
+using std::chrono::nanoseconds;
+
+OpenedCamera open_on_manual_clock(WhenNotDue when_not_due) {
+  auto clock = std::make_shared<ManualClock>();
+  return {std::make_unique<MemoryCamera>(clock, when_not_due), [clock](nanoseconds time) { clock->advance(time); }};
+}
+
+OpenedCamera open_on_steady_clock() {
+  return {std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()),
+          [](nanoseconds time) { std::this_thread::sleep_for(time); }};
+}
+
+/// A cable without a fault must be as good as none.
+OpenedCamera behind_a_cable(OpenedCamera opened) {
+  return {std::make_unique<FaultyCamera>(std::move(opened.camera), memory::CameraFaults{}, 1), opened.pass};
+}
+
+// Rates whose period is no whole number of nanoseconds: a rounded one that is added up shows.
+const CameraCase kLockStep{"MemoryLockStep", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, [] {
+                             return open_on_manual_clock(WhenNotDue::kAdvance);
+                           }};
+const CameraCase kPassing{"MemoryManualClock", FramesCome::kByPassing, {64, 48, 15}, 0ns, [] {
+                            return open_on_manual_clock(WhenNotDue::kTimeOut);
+                          }};
+const CameraCase kSteady{"MemorySteadyClock", FramesCome::kByWaiting, {64, 48, 60}, 0ns, open_on_steady_clock};
+const CameraCase kCableLockStep{"FaultlessCableLockStep", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, [] {
+                                  return behind_a_cable(open_on_manual_clock(WhenNotDue::kAdvance));
+                                }};
+const CameraCase kCableSteady{"FaultlessCableSteadyClock", FramesCome::kByWaiting, {64, 48, 60}, 0ns, [] {
+                                return behind_a_cable(open_on_steady_clock());
+                              }};
+
+INSTANTIATE_TEST_SUITE_P(Memory, CameraConformance,
+                         testing::Values(kLockStep, kPassing, kSteady, kCableLockStep, kCableSteady), camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraThatDoesNotWait,
+                         testing::Values(kLockStep, kPassing, kSteady, kCableLockStep, kCableSteady), camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraInLockStep, testing::Values(kLockStep, kCableLockStep), camera_case_name);
+
+OpenedDrive open_drive(std::shared_ptr<const Clock> clock, std::function<void(nanoseconds)> pass,
+                       const DriveLimits& limits) {
+  auto drive = std::make_unique<MemoryDiffDrive>(std::move(clock), limits);
+  const auto wheels = drive->wheels();
+  return {std::move(drive), std::move(pass), [wheels] { return wheels->angles().left_rad; }};
+}
+
+OpenedDrive open_manual_drive(const DriveLimits& limits) {
+  auto clock = std::make_shared<ManualClock>();
+  return open_drive(
+      clock, [clock](nanoseconds time) { clock->advance(time); }, limits);
+}
+
+OpenedDrive open_steady_drive(const DriveLimits& limits) {
+  return open_drive(
+      std::make_shared<SteadyClock>(), [](nanoseconds time) { std::this_thread::sleep_for(time); }, limits);
+}
+
+OpenedDrive behind_a_cable(OpenedDrive opened) {
+  return {std::make_unique<FaultyDiffDrive>(std::move(opened.drive), memory::DriveFaults{}, 1), opened.pass,
+          opened.way};
+}
+
+// On the steady clock a step is long beside what a machine at rest adds to a sleep; a busy one is waited for
+// (drive_for).
+INSTANTIATE_TEST_SUITE_P(
+    Memory, DiffDriveConformance,
+    testing::Values(DriveCase{"MemoryManualClock", 37ms, open_manual_drive},
+                    DriveCase{"MemorySteadyClock", 50ms, open_steady_drive},
+                    DriveCase{"FaultlessCableManualClock", 37ms,
+                              [](const DriveLimits& limits) { return behind_a_cable(open_manual_drive(limits)); }},
+                    DriveCase{"FaultlessCableSteadyClock", 50ms,
+                              [](const DriveLimits& limits) { return behind_a_cable(open_steady_drive(limits)); }}),
+    drive_case_name);
+
+}  // namespace
+}  // namespace twocone::test

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <stdexcept>
+
+#include "drivers/sim_povray/sim_povray.h"
+#include "tests/drivers/camera_conformance.h"
+#include "tests/drivers/diff_drive_conformance.h"
+
+/// The suites on a world rendered by POV-Ray itself. Pictures are small: what costs is the number of them.
+namespace twocone::test {
+namespace {
+
+using namespace std::chrono_literals;
+using sim_povray::Simulation;
+using std::chrono::nanoseconds;
+
+template <typename T>
+T take(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return *std::move(result);
+}
+
+std::unique_ptr<Simulation> open_world(const DriveLimits& limits) {
+  sim_povray::WorldSettings settings;
+  settings.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
+  settings.drive = limits;
+  return take(Simulation::open(settings));
+}
+
+OpenedCamera open_camera() { return {take(open_world({})->open_camera({"lower"})), nullptr}; }
+
+const CameraCase kCamera{"SimPovray", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, open_camera};
+
+INSTANTIATE_TEST_SUITE_P(SimPovray, CameraConformance, testing::Values(kCamera), camera_case_name);
+INSTANTIATE_TEST_SUITE_P(SimPovray, CameraInLockStep, testing::Values(kCamera), camera_case_name);
+// Time passes only by grabs.
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CameraThatDoesNotWait);
+
+/// 250 ms: few frames, so few pictures, and no whole number of them in the turn that AnglesDoNotWrap needs.
+constexpr double kRate_hz = 4;
+constexpr auto kStep = nanoseconds(1s) / 4;
+
+OpenedDrive open_drive(const DriveLimits& limits) {
+  const auto world = open_world(limits);
+  auto drive = world->open_drive();
+  const std::shared_ptr<GroundTruth> truth = world->open_truth();
+  const std::shared_ptr<Camera> camera = take(world->open_camera({"lower"}));
+  const auto grab = [camera] { return take(camera->grab(30s)); };
+  (void)take(camera->configure({8, 6, kRate_hz}));
+  if (auto started = camera->start(); !started) throw std::runtime_error(started.error().message);
+  (void)grab();  // the present instant, which moves nothing
+  return {std::move(drive),
+          [grab](nanoseconds time) {
+            for (; time >= kStep; time -= kStep) (void)grab();
+            if (time.count() != 0) throw std::logic_error("time passes in whole frames here");
+          },
+          [truth] {
+            const Pose2 pose = truth->true_pose();
+            return pose.x_m + 0.37 * pose.y_m + pose.heading_rad;  // changes with whatever of them changes
+          }};
+}
+
+INSTANTIATE_TEST_SUITE_P(SimPovray, DiffDriveConformance, testing::Values(DriveCase{"SimPovray", kStep, open_drive}),
+                         drive_case_name);
+
+}  // namespace
+}  // namespace twocone::test

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/frame.h"
+
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/hal/scripted_devices.h"
+
+namespace twocone {
+namespace {
+
+using namespace std::chrono_literals;
+using test::small_image;
+
+// Far longer than a loaded machine needs to wake a thread, far shorter than the test's own time limit.
+constexpr auto kLong = 10s;
+
+TEST(Frame, WithPixelsThereNeedsNoWaiting) {
+  const Frame frame({5, {ClockKind::kSimulated, 40ms}, 2}, small_image(11));
+  EXPECT_EQ(frame.header().sequence, 5U);
+  EXPECT_EQ(frame.header().captured.since_zero, 40ms);
+  EXPECT_EQ(frame.header().lost_before, 2U);
+  const auto image = frame.image(0ms);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(**image, small_image(11));
+}
+
+TEST(Frame, TimesOutWhileThePixelsAreOnTheirWayAndComesLater) {
+  std::promise<ImageResult> pixels;
+  const Frame frame({31, {}, 0}, pixels.get_future().share());
+  const auto asked = std::chrono::steady_clock::now();
+  const auto early = frame.image(20ms);
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, 20ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  EXPECT_NE(early.error().message.find("frame 31"), std::string::npos) << early.error().message;
+  EXPECT_NE(early.error().message.find("20 ms"), std::string::npos) << early.error().message;
+
+  pixels.set_value(std::make_shared<const Image>(small_image()));
+  EXPECT_TRUE(frame.image(0ms));
+}
+
+TEST(Frame, HandsOnWhatTheBackendMet) {
+  std::promise<ImageResult> pixels;
+  const Frame frame({}, pixels.get_future().share());
+  pixels.set_value(Error{ErrorCode::kUnavailable, "the renderer died"});
+  for (int asked = 0; asked < 2; ++asked) {
+    const auto image = frame.image(0ms);
+    ASSERT_FALSE(image) << "asked " << asked;
+    EXPECT_EQ(image.error().code, ErrorCode::kUnavailable);
+    EXPECT_EQ(image.error().message, "the renderer died");
+  }
+}
+
+// Catches a copy that copies pixels: a frame goes to the recorder, the display and the vision at once.
+TEST(Frame, CopiesShareThePixels) {
+  auto original = std::make_unique<Frame>(Frame::Header{}, small_image());
+  const Frame copy = *original;
+  const auto of_original = original->image(0ms);
+  original.reset();
+  const auto of_copy = copy.image(0ms);
+  ASSERT_TRUE(of_original);
+  ASSERT_TRUE(of_copy);
+  EXPECT_EQ(of_original->get(), of_copy->get());
+}
+
+// Under ThreadSanitizer, catches waiting on one shared_future object from two threads.
+TEST(Frame, IsWaitedForFromTwoThreads) {
+  std::promise<ImageResult> pixels;
+  const Frame frame({}, pixels.get_future().share());
+  const Image* seen[2] = {nullptr, nullptr};
+  {
+    std::jthread first([&] {
+      if (auto image = frame.image(kLong)) seen[0] = image->get();
+    });
+    std::jthread second([&] {
+      if (auto image = frame.image(kLong)) seen[1] = image->get();
+    });
+    std::this_thread::sleep_for(5ms);  // so that both are likely to be waiting already; right either way
+    pixels.set_value(std::make_shared<const Image>(small_image()));
+  }
+  EXPECT_NE(seen[0], nullptr);
+  EXPECT_EQ(seen[0], seen[1]);
+}
+
+}  // namespace
+}  // namespace twocone

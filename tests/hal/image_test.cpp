@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/image.h"
+
+#include <gtest/gtest.h>
+
+namespace twocone {
+namespace {
+
+// Not square and no two bytes alike, so that swapped sides, rows or channels show.
+const Image kRgb{3, 2, PixelFormat::kRgb8, {1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 18, 19}};
+
+TEST(ToRgb8, LeavesRgbAlone) {
+  const auto rgb = to_rgb8(kRgb);
+  ASSERT_TRUE(rgb);
+  EXPECT_EQ(*rgb, kRgb);
+}
+
+TEST(ToRgb8, SwapsRedAndBlueOfBgr) {
+  Image bgr = kRgb;
+  bgr.format = PixelFormat::kBgr8;
+  bgr.bytes = {3, 2, 1, 6, 5, 4, 9, 8, 7, 13, 12, 11, 16, 15, 14, 19, 18, 17};
+  const auto rgb = to_rgb8(bgr);
+  ASSERT_TRUE(rgb);
+  EXPECT_EQ(*rgb, kRgb);
+}
+
+TEST(ToRgb8, RepeatsGreyInAllChannels) {
+  const auto rgb = to_rgb8(Image{3, 1, PixelFormat::kGrey8, {0, 128, 255}});
+  ASSERT_TRUE(rgb);
+  EXPECT_EQ(*rgb, (Image{3, 1, PixelFormat::kRgb8, {0, 0, 0, 128, 128, 128, 255, 255, 255}}));
+}
+
+struct BadImage {
+  const char* name;
+  Image image;
+};
+void PrintTo(const BadImage& bad, std::ostream* os) { *os << bad.name; }
+
+class ToRgb8Refuses : public testing::TestWithParam<BadImage> {};
+
+// Catches a conversion that trusts the header and reads past the bytes that a bad cable delivered.
+TEST_P(ToRgb8Refuses, WithTheNumbersInTheMessage) {
+  const Image& image = GetParam().image;
+  const auto rgb = to_rgb8(image);
+  ASSERT_FALSE(rgb);
+  EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+  for (const std::string& number : {std::to_string(image.width_px), std::to_string(image.height_px),
+                                    std::to_string(image.bytes.size()), std::string(to_string(image.format))}) {
+    EXPECT_NE(rgb.error().message.find(number), std::string::npos) << number << " in: " << rgb.error().message;
+  }
+}
+
+std::vector<std::uint8_t> bytes(std::size_t count) { return std::vector<std::uint8_t>(count, 9); }
+
+INSTANTIATE_TEST_SUITE_P(Images, ToRgb8Refuses,
+                         testing::Values(BadImage{"OneByteShort", {3, 2, PixelFormat::kRgb8, bytes(17)}},
+                                         BadImage{"OneByteLong", {3, 2, PixelFormat::kBgr8, bytes(19)}},
+                                         BadImage{"NoBytes", {3, 2, PixelFormat::kGrey8, {}}},
+                                         BadImage{"GreyBytesForColour", {3, 2, PixelFormat::kRgb8, bytes(6)}},
+                                         BadImage{"NoWidth", {0, 2, PixelFormat::kRgb8, {}}},
+                                         BadImage{"NoHeight", {3, 0, PixelFormat::kRgb8, {}}},
+                                         // The product of two negative sides is what the bytes hold.
+                                         BadImage{"NegativeSides", {-3, -2, PixelFormat::kRgb8, bytes(18)}},
+                                         BadImage{"ProductPastInt", {65536, 65536, PixelFormat::kGrey8, bytes(1)}}),
+                         [](const auto& bad) { return bad.param.name; });
+
+TEST(PixelFormat, NamesAndSizes) {
+  EXPECT_EQ(to_string(PixelFormat::kRgb8), "rgb8");
+  EXPECT_EQ(to_string(PixelFormat::kBgr8), "bgr8");
+  EXPECT_EQ(to_string(PixelFormat::kGrey8), "grey8");
+  EXPECT_EQ(bytes_per_pixel(PixelFormat::kRgb8), 3);
+  EXPECT_EQ(bytes_per_pixel(PixelFormat::kBgr8), 3);
+  EXPECT_EQ(bytes_per_pixel(PixelFormat::kGrey8), 1);
+}
+
+}  // namespace
+}  // namespace twocone

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/stereo_rig.h"
+
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/hal/scripted_devices.h"
+
+namespace twocone {
+namespace {
+
+using namespace std::chrono_literals;
+using test::frame_at;
+using test::Log;
+using test::ScriptedCamera;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr auto kMaxSkew = 5ms;
+constexpr CameraSettings kSettings{64, 48, 20};
+
+class StereoRigTest : public testing::Test {
+ protected:
+  void start() { ASSERT_TRUE(rig_.start(kSettings, kSettings)); }
+
+  std::shared_ptr<Log> log_ = std::make_shared<Log>();
+  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
+  StereoRig rig_{std::make_unique<ScriptedCamera>("lower", lower_, log_),
+                 std::make_unique<ScriptedCamera>("upper", upper_, log_), kMaxSkew};
+};
+
+TEST_F(StereoRigTest, NeedsTwoCamerasAndABound) {
+  const auto camera = [this] { return std::make_unique<ScriptedCamera>("camera", lower_, log_); };
+  EXPECT_THROW(StereoRig(nullptr, camera(), 0ns), std::invalid_argument);
+  EXPECT_THROW(StereoRig(camera(), nullptr, 0ns), std::invalid_argument);
+  EXPECT_THROW(StereoRig(camera(), camera(), -1ns), std::invalid_argument);
+}
+
+TEST_F(StereoRigTest, PairsFramesOfOneInstant) {
+  start();
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    lower_->grabs.push_back(frame_at(i, i * 50ms));
+    upper_->grabs.push_back(frame_at(i + 10, i * 50ms + 2ms));
+  }
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    const auto pair = rig_.grab(1s);
+    ASSERT_TRUE(pair) << "pair " << i;
+    EXPECT_EQ(pair->lower.header().sequence, i);
+    EXPECT_EQ(pair->upper.header().sequence, i + 10);
+    EXPECT_EQ(pair->skew(), 2ms);
+  }
+  EXPECT_EQ(rig_.unpaired(), 0U);
+}
+
+TEST_F(StereoRigTest, ASkewOfExactlyTheBoundPassesInEitherSense) {
+  start();
+  lower_->grabs = {frame_at(0, 10ms), frame_at(1, 60ms)};
+  upper_->grabs = {frame_at(0, 15ms), frame_at(1, 55ms)};
+  const auto later = rig_.grab(1s);
+  ASSERT_TRUE(later);
+  EXPECT_EQ(later->skew(), 5ms);
+  const auto earlier = rig_.grab(1s);
+  ASSERT_TRUE(earlier);
+  EXPECT_EQ(earlier->skew(), -5ms);
+}
+
+// Catches a rig that drops both frames of a bad pair, or the newer one: it would never find its partner.
+TEST_F(StereoRigTest, DropsTheOlderOfTwoThatDoNotBelongTogether) {
+  start();
+  lower_->grabs = {frame_at(0, 0ms), frame_at(1, 50ms)};
+  upper_->grabs = {frame_at(1, 50ms)};
+  auto pair = rig_.grab(1s);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().sequence, 1U);
+  EXPECT_EQ(pair->upper.header().sequence, 1U);
+  EXPECT_EQ(rig_.unpaired(), 1U);
+
+  lower_->grabs = {frame_at(4, 200ms)};
+  upper_->grabs = {frame_at(2, 100ms), frame_at(3, 150ms), frame_at(4, 200ms)};
+  pair = rig_.grab(1s);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->upper.header().sequence, 4U);
+  EXPECT_EQ(rig_.unpaired(), 3U);
+}
+
+TEST_F(StereoRigTest, OneNanosecondPastTheBoundIsRefused) {
+  start();
+  lower_->grabs = {frame_at(0, 10ms)};
+  upper_->grabs = {frame_at(0, 15ms + 1ns)};
+  const auto pair = rig_.grab(0ms);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(pair.error().message, HasSubstr("5.000001 ms apart"));
+  EXPECT_EQ(rig_.unpaired(), 1U);
+}
+
+// Catches an endless search where two cameras never agree (one of them runs at another rate, say).
+TEST_F(StereoRigTest, GivesUpInTimeIfNoTwoFramesEverMatch) {
+  start();
+  constexpr std::uint64_t kMany = 50'000;  // more than two milliseconds can go through
+  for (std::uint64_t i = 0; i < kMany; ++i) {
+    lower_->grabs.push_back(frame_at(i, i * 50ms));
+    upper_->grabs.push_back(frame_at(i, i * 50ms + 25ms));
+  }
+  const auto pair = rig_.grab(2ms);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(pair.error().message, HasSubstr("25 ms apart"));
+  EXPECT_FALSE(lower_->grabs.empty());
+}
+
+// Catches a rig that throws the lower frame away when the upper one is late: at the next call the pair would be lost.
+TEST_F(StereoRigTest, KeepsAFrameWhosePartnerIsLate) {
+  start();
+  lower_->grabs = {frame_at(0, 0ms), frame_at(1, 50ms)};
+  const auto early = rig_.grab(0ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(early.error().message, StartsWith("upper: "));
+
+  upper_->grabs = {frame_at(0, 1ms)};
+  const auto pair = rig_.grab(0ms);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().sequence, 0U);
+  EXPECT_EQ(rig_.unpaired(), 0U);
+}
+
+TEST_F(StereoRigTest, ErrorsKeepTheirCodeAndNameTheView) {
+  start();
+  lower_->grabs = {Error{ErrorCode::kDisconnected, "unplugged"}};
+  auto pair = rig_.grab(1s);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(pair.error().message, "lower: unplugged");
+
+  lower_->grabs = {frame_at(0, 0ms)};
+  upper_->grabs = {Error{ErrorCode::kBadData, "half a frame"}};
+  pair = rig_.grab(1s);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kBadData);
+  EXPECT_EQ(pair.error().message, "upper: half a frame");
+}
+
+// Catches a rig that gives each camera the whole timeout, so that the caller waits twice as long.
+TEST_F(StereoRigTest, BothCamerasShareOneTimeout) {
+  start();
+  lower_->grabs = {frame_at(0, 0ms)};
+  upper_->grabs = {frame_at(0, 0ms)};
+  ASSERT_TRUE(rig_.grab(400ms));
+  ASSERT_EQ(lower_->timeouts.size(), 1U);
+  ASSERT_EQ(upper_->timeouts.size(), 1U);
+  EXPECT_LE(lower_->timeouts[0], 400ms);
+  EXPECT_LE(upper_->timeouts[0], lower_->timeouts[0]);
+}
+
+TEST_F(StereoRigTest, GrabBeforeStartIsRefused) {
+  const auto pair = rig_.grab(0ms);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kInvalidState);
+}
+
+// Catches a camera left streaming, which the next start would find busy.
+TEST_F(StereoRigTest, AStartThatFailsHalfWayStopsTheFirst) {
+  upper_->started = Error{ErrorCode::kUnavailable, "no such device"};
+  const auto started = rig_.start(kSettings, kSettings);
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(started.error().message, "upper: no such device");
+  EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "upper.start", "lower.stop"));
+
+  upper_->started = {};
+  EXPECT_TRUE(rig_.start(kSettings, kSettings)) << "and it can be tried again";
+}
+
+TEST_F(StereoRigTest, AFirstCameraThatFailsLeavesTheSecondAlone) {
+  lower_->configured = Error{ErrorCode::kDisconnected, "unplugged"};
+  const auto started = rig_.start(kSettings, kSettings);
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().message, "lower: unplugged");
+  EXPECT_THAT(*log_, ElementsAre("lower.configure"));
+}
+
+// Catches a rig that takes pictures of another size: every number of the robot's `rig:` would be wrong.
+TEST_F(StereoRigTest, RefusesACameraThatGivesAnotherSize) {
+  upper_->smaller_by.width_px = 4;
+  const auto started = rig_.start(kSettings, kSettings);
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(started.error().message, "upper: the camera gives 60 x 48 pixels instead of 64 x 48");
+  EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "lower.stop"));
+}
+
+// Catches a frame from before the stop that is paired with one from after it.
+TEST_F(StereoRigTest, StopForgetsAWaitingFrame) {
+  start();
+  lower_->grabs = {frame_at(0, 0ms)};
+  ASSERT_FALSE(rig_.grab(0ms));
+  rig_.stop();
+  start();
+  lower_->grabs = {frame_at(7, 350ms)};
+  upper_->grabs = {frame_at(7, 350ms)};
+  const auto pair = rig_.grab(0ms);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().sequence, 7U);
+  EXPECT_EQ(rig_.unpaired(), 0U);
+}
+
+TEST_F(StereoRigTest, FramesOfTwoClocksAreABugOfTheRobot) {
+  start();
+  lower_->grabs = {frame_at(0, 0ms)};
+  upper_->grabs = {Frame({0, {ClockKind::kSteady, 0ns}, 0}, test::small_image())};
+  EXPECT_THROW((void)rig_.grab(0ms), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twocone

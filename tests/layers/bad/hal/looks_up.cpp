@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+
+#include "hal/camera.h"
+#include "vision/mirror_view.h"
