@@ -164,12 +164,12 @@ box { W( 2.175,-1.70,  0) W( 2.20,  1.70, TP)     texture { T_White } no_shadow 
     pigment { color rgb <R, G, B> } finish { ambient 0.35 diffuse 0.62 } }
   cylinder { W(X, Y, 0) W(X, Y, 0.015) 0.21*M texture { T_Dark } no_shadow }
 #end
-Pillar(-2.60, -0.35,  0.80, 0.03, 0.03)   // red
-Pillar(-1.45,  2.10,  0.03, 0.80, 0.03)   // green
-Pillar( 1.60,  2.10,  0.03, 0.03, 0.80)   // blue
-Pillar( 2.60,  0.30,  0.03, 0.80, 0.80)   // cyan
-Pillar( 1.35, -2.10,  0.80, 0.03, 0.80)   // magenta
-Pillar(-1.55, -2.10,  0.80, 0.80, 0.03)   // yellow
+Pillar(-2.45, -0.35,  0.80, 0.03, 0.03)   // red
+Pillar(-1.40,  1.95,  0.03, 0.80, 0.03)   // green
+Pillar( 1.50,  1.95,  0.03, 0.03, 0.80)   // blue
+Pillar( 2.45,  0.30,  0.03, 0.80, 0.80)   // cyan
+Pillar( 1.30, -1.95,  0.80, 0.03, 0.80)   // magenta
+Pillar(-1.50, -1.95,  0.80, 0.80, 0.03)   // yellow
 
 // ----------------------------------------- furniture: pieces used often ----
 // A bench: birch top 0.74 m high, white panel legs, with an apron behind.

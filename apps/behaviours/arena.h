@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace twocone::behaviours {
+
+struct Disc {
+  Eigen::Vector2d centre_m;
+  double radius_m = 0;
+};
+using Outline = std::vector<Eigen::Vector2d>;  ///< corners of a simple polygon, world frame, metres
+
+/// Where a robot may drive, as its map says: inside the walls, outside every obstacle.
+struct Arena {
+  Eigen::Vector2d min_m, max_m;
+  std::vector<Outline> outlines;
+  std::vector<Disc> discs;
+
+  /// Distance from `p_m` to the nearest wall or obstacle, metres; negative inside an obstacle or beyond a wall.
+  [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
+};
+
+}  // namespace twocone::behaviours

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/behaviours/behaviour.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace twocone::behaviours {
+namespace {
+
+/// In [0, 1). The standard library's distributions differ between implementations; a run should not.
+double unit(std::mt19937_64& random) { return std::ldexp(double(random() >> 11), -53); }
+
+double turn_rate_on_the_spot(const Body& body) {
+  return 2 * Wander::kTurning * body.max_speed_mps / body.wheel_separation_m;
+}
+
+}  // namespace
+
+Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) { return {}; }
+
+Wander::Wander(const Body& body, Arena arena, std::uint64_t seed)
+    : body_(body), arena_(std::move(arena)), random_(seed) {}
+
+bool Wander::is_blocked(const localisation::Pose& believed) const {
+  const Eigen::Vector2d here(believed.x_m, believed.y_m);
+  const Eigen::Vector2d ahead =
+      here + kLookAhead_m * Eigen::Vector2d(std::cos(believed.heading_rad), std::sin(believed.heading_rad));
+  const double room_m = arena_.clearance_m(ahead);
+  return room_m < body_.radius_m + kMargin_m && room_m < arena_.clearance_m(here);
+}
+
+Motion Wander::decide(const localisation::Pose& believed, double step_s) {
+  turn_left_s_ = std::max(turn_left_s_ - step_s, 0.0);
+  if (turn_left_s_ == 0) {
+    if (!is_blocked(believed)) {
+      side_ = 0;
+      return {kForward * body_.max_speed_mps, 0};
+    }
+    if (side_ == 0) side_ = unit(random_) < 0.5 ? 1 : -1;
+    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * unit(random_);
+  }
+  return {0, side_ * turn_rate_on_the_spot(body_)};
+}
+
+Waypoints::Waypoints(const Body& body, std::vector<Eigen::Vector2d> points_m)
+    : body_(body), points_m_(std::move(points_m)) {
+  if (points_m_.empty()) throw std::invalid_argument("Waypoints: no points to drive to");
+}
+
+Motion Waypoints::decide(const localisation::Pose& believed, double /*step_s*/) {
+  const Eigen::Vector2d here(believed.x_m, believed.y_m);
+  if ((points_m_[next_] - here).norm() < kReached_m) next_ = (next_ + 1) % points_m_.size();
+  const Eigen::Vector2d to_go = points_m_[next_] - here;
+  const double error_rad = localisation::wrap_angle_rad(std::atan2(to_go.y(), to_go.x()) - believed.heading_rad);
+  const double most_radps = turn_rate_on_the_spot(body_);
+  const double turn_radps = std::clamp(kSteering_1ps * error_rad, -most_radps, most_radps);
+  if (std::abs(error_rad) > kTurnOnTheSpot_rad) return {0, std::copysign(most_radps, error_rad)};
+  // Slower close to the point, so that the turn towards it is not outrun.
+  const double speed_mps = std::min(Wander::kForward * body_.max_speed_mps, std::max(to_go.norm(), kReached_m));
+  return {speed_mps, turn_radps};
+}
+
+}  // namespace twocone::behaviours

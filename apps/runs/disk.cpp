@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/disk.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace twocone::runs {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file) {
+  throw DiskError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+}
+
+int open_for_writing(const std::filesystem::path& file) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail(file);
+  return descriptor;
+}
+
+void write_all(int descriptor, std::string_view bytes, const std::filesystem::path& file) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(file);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+}  // namespace
+
+void write_whole(const std::filesystem::path& file, std::string_view content) {
+  std::filesystem::path neighbour = file;
+  neighbour += ".part";
+  const int descriptor = open_for_writing(neighbour);
+  try {
+    write_all(descriptor, content, file);
+  } catch (...) {
+    ::close(descriptor);
+    ::unlink(neighbour.c_str());
+    throw;
+  }
+  if (::close(descriptor) != 0 || std::rename(neighbour.c_str(), file.c_str()) != 0) fail(file);
+}
+
+LineFile::LineFile(const std::filesystem::path& file) : file_(file), descriptor_(open_for_writing(file)) {}
+
+LineFile::LineFile(LineFile&& other) noexcept
+    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+LineFile::~LineFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void LineFile::add(std::string_view line) {
+  // One write for the whole line: what a reader finds after a kill is whole lines, but for a full disk's last one.
+  write_all(descriptor_, std::string(line) + '\n', file_);
+}
+
+}  // namespace twocone::runs

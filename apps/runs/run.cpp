@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/run.h"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "apps/behaviours/behaviour.h"
+#include "apps/files/file_error.h"
+#include "apps/files/to_layers.h"
+#include "apps/runs/believed_pose.h"
+#include "apps/runs/run_folder.h"
+#include "apps/runs/run_yaml.h"
+#include "apps/runs/summary.h"
+#include "apps/runs/version.h"
+#include "drivers/backends.h"
+#include "vision/rim.h"
+
+namespace twocone::runs {
+namespace {
+
+using std::chrono::milliseconds;
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+// Many frame periods of any camera; a simulation answers at once, as its pictures come later.
+constexpr milliseconds kFrameTimeout{5'000};
+// Longer than the renderer's own limit for one picture, so that its message is the one that is told.
+constexpr milliseconds kPictureTimeout{150'000};
+constexpr double kRimWarning_px = 1;
+
+double seconds_since(SteadyTime begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double cpu_seconds(int who) {
+  rusage usage{};
+  ::getrusage(who, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+PoseRow to_row(double t_s, double x_m, double y_m, double heading_rad) { return {t_s, x_m, y_m, heading_rad}; }
+
+std::unique_ptr<behaviours::Behaviour> make_behaviour(const files::Robot& robot, const files::Map& map,
+                                                      const RunOptions& options) {
+  const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
+  if (options.behaviour == "still") return std::make_unique<behaviours::Still>();
+  if (options.behaviour == "wander") {
+    return std::make_unique<behaviours::Wander>(body, files::to_arena(map), options.seed);
+  }
+  if (options.behaviour == "waypoints") {
+    std::vector<Eigen::Vector2d> points_m;
+    for (const files::Point& p : robot.waypoints) points_m.emplace_back(p.x_m, p.y_m);
+    if (points_m.empty()) {
+      throw files::FileError(fmt::format("{}: behaviour waypoints needs the key waypoints_m: [[x, y], ...] in metres",
+                                         robot.file.string()));
+    }
+    return std::make_unique<behaviours::Waypoints>(body, points_m);
+  }
+  throw std::invalid_argument(fmt::format("no behaviour '{}'; there are: wander, waypoints, still", options.behaviour));
+}
+
+/// A frame that has been stepped, but whose pictures have not been looked at.
+struct Pending {
+  StereoFrame frame;
+  FrameRecord record;
+};
+
+class Loop {
+ public:
+  Loop(const files::Robot& robot, const files::Map& map, const RunOptions& options)
+      : robot_(robot),
+        map_(map),
+        options_(options),
+        begin_(std::chrono::steady_clock::now()),
+        behaviour_(make_behaviour(robot, map, options)),
+        estimator_(options.method, robot, map),
+        odometry_(files::to_wheels(robot), files::to_start_pose(robot)) {
+    info_.version = version();
+    info_.commit = commit();
+    info_.compiler = compiler();
+    info_.behaviour = options.behaviour;
+    info_.method = to_string(options.method);
+    info_.seed = options.seed;
+    info_.frames_wanted = options.frames;
+  }
+
+  Result<RunInfo> go(const Progress& progress, const std::atomic<bool>& stop) {
+    const drivers::RobotSettings settings = files::to_robot_settings(robot_, map_, options_.seed);
+    auto opened = drivers::open_robot(settings);
+    if (!opened) return opened.error();
+    Robot robot = std::move(*opened);
+    folder_.emplace(options_.out);
+    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+
+    auto done = drive(robot, settings, progress, stop);
+    robot.stop();
+    if (!done) {
+      info_.events.push_back(done.error().message);
+      write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+      return done.error();
+    }
+    file_results(folder_->path(), info_.method);
+    info_.finished = true;
+    info_.wall_s = seconds_since(begin_);
+    info_.own_cpu_s = cpu_seconds(RUSAGE_SELF);
+    info_.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);
+    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+    write_summary_of(read_run(folder_->path()));
+    return info_;
+  }
+
+ private:
+  Status drive(Robot& robot, const drivers::RobotSettings& settings, const Progress& progress,
+               const std::atomic<bool>& stop) {
+    if (auto started = robot.start(settings.lower.settings, settings.upper.settings); !started) return started;
+    for (int i = 0; i < options_.frames; ++i) {
+      if (stop) return Error{ErrorCode::kRefused, fmt::format("stopped from outside after {} frames", finished_)};
+      if (auto stepped = step(robot, std::uint64_t(i)); !stepped) return stepped;
+      if (int(pending_.size()) > robot_.latency_frames) {
+        if (auto looked = look(); !looked) return looked;
+      }
+      if (auto steered = steer(robot); !steered) return steered;
+      progress(double(finished_) / options_.frames);
+    }
+    // The wheels rest while the last pictures come.
+    if (auto stopped = robot.drive().stop(); !stopped) return stopped;
+    while (!pending_.empty()) {
+      if (auto looked = look(); !looked) return looked;
+      progress(double(finished_) / options_.frames);
+    }
+    return {};
+  }
+
+  Status step(Robot& robot, std::uint64_t number) {
+    auto frame = robot.next_frame(kFrameTimeout);
+    if (!frame) return Error{frame.error().code, fmt::format("frame {}: {}", number, frame.error().message)};
+    const auto angles = robot.drive().read_angles();
+    if (!angles)
+      return Error{angles.error().code, fmt::format("drive at frame {}: {}", number, angles.error().message)};
+    const localisation::Pose& pose = odometry_.update(angles->left_rad, angles->right_rad);
+    belief_.add_odometry(number, pose);
+
+    const Frame::Header& lower = frame->lower.header();
+    const Frame::Header& upper = frame->upper.header();
+    if (number == 0) zero_s_ = lower.captured.seconds();
+    const double lower_t_s = lower.captured.seconds() - zero_s_;
+    const double upper_t_s = upper.captured.seconds() - zero_s_;
+    const double t_s = lower_t_s;
+    FrameRecord record;
+    record.frame = {number,
+                    t_s,
+                    std::chrono::duration<double>(frame->skew()).count(),
+                    lower_t_s,
+                    upper_t_s,
+                    lower.sequence,
+                    upper.sequence,
+                    lower.lost_before,
+                    upper.lost_before,
+                    seconds_since(begin_)};
+    record.drive = {t_s, command_.left_radps, command_.right_radps, angles->left_rad, angles->right_rad};
+    if (const auto truth = robot.true_pose()) record.truth = to_row(t_s, truth->x_m, truth->y_m, truth->heading_rad);
+    record.odometry = to_row(t_s, pose.x_m, pose.y_m, pose.heading_rad);
+    step_s_ = number == 0 ? 1 / robot_.lower.rate_hz : t_s - last_t_s_;
+    last_t_s_ = t_s;
+    pending_.push_back({std::move(*frame), std::move(record)});
+    return {};
+  }
+
+  /// Takes the oldest frame that nobody has looked at: waits for its pictures, ranges, fixes, writes.
+  Status look() {
+    Pending pending = std::move(pending_.front());
+    pending_.pop_front();
+    FrameRecord& record = pending.record;
+    const auto failed = [&record](const Error& error) {
+      return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
+    };
+    const auto waited_from = std::chrono::steady_clock::now();
+    const auto lower = pending.frame.lower.image(kPictureTimeout);
+    if (!lower) return failed(lower.error());
+    const auto upper = pending.frame.upper.image(kPictureTimeout);
+    if (!upper) return failed(upper.error());
+    info_.render_wait_s += seconds_since(waited_from);
+    if (finished_ == 0) check_rims(**lower, **upper);
+
+    const auto answer = estimator_.answer(**lower, **upper);
+    if (!answer) return failed(answer.error());
+    record.answer = to_rows(record.frame.frame, record.frame.t_s, *answer, map_,
+                            record.truth ? &*record.truth : nullptr, record.odometry);
+    folder_->add(record, **lower, **upper);
+    if (answer->fix.position_m && !answer->fix.other_position_m)
+      belief_.add_fix(record.frame.frame, *answer->fix.position_m);
+    ++finished_;
+    return {};
+  }
+
+  Status steer(Robot& robot) {
+    const behaviours::Motion motion = behaviour_->decide(belief_.pose(), step_s_);
+    const double half_m = robot_.drive.wheel_separation_m / 2;
+    const auto applied =
+        robot.drive().set_speeds({(motion.speed_mps - motion.turn_rate_radps * half_m) / robot_.drive.wheel_radius_m,
+                                  (motion.speed_mps + motion.turn_rate_radps * half_m) / robot_.drive.wheel_radius_m});
+    if (!applied) return Error{applied.error().code, fmt::format("drive: {}", applied.error().message)};
+    command_ = *applied;
+    return {};
+  }
+
+  /// Warns when the mirrors in the first pair are not where the robot file says.
+  void check_rims(const Image& lower, const Image& upper) {
+    for (const auto& [view, image, rig] :
+         {std::tuple{"lower", &lower, &robot_.rig.lower}, {"upper", &upper, &robot_.rig.upper}}) {
+      const auto rgb = to_rgb8(*image);
+      if (!rgb) continue;
+      const cv::Mat pixels(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data()));
+      const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
+      const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
+      if (!rim) {
+        info_.events.push_back(fmt::format(
+            "warning: no mirror rim was found in the first {} picture near the one that rig.{} tells", view, view));
+      } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
+                 (rim->centre_px - centre).norm() > kRimWarning_px) {
+        info_.events.push_back(fmt::format(
+            "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} says "
+            "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",
+            view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, centre.x(), centre.y(),
+            rig->rim_radius_px));
+      }
+    }
+  }
+
+  const files::Robot& robot_;
+  const files::Map& map_;
+  const RunOptions& options_;
+  const SteadyTime begin_;
+  std::unique_ptr<behaviours::Behaviour> behaviour_;
+  Estimator estimator_;
+  localisation::Odometry odometry_;
+  BelievedPose belief_;
+  std::optional<RunFolder> folder_;
+  std::deque<Pending> pending_;
+  RunInfo info_;
+  WheelSpeeds command_;
+  double zero_s_ = 0;
+  double last_t_s_ = 0;
+  double step_s_ = 0;
+  int finished_ = 0;
+};
+
+}  // namespace
+
+Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunOptions& options,
+                    const Progress& progress, const std::atomic<bool>& stop) {
+  if (options.frames < 1) throw std::invalid_argument(fmt::format("frames is {}, must be >= 1", options.frames));
+  return Loop(robot, map, options).go(progress, stop);
+}
+
+Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress) {
+  RunData run = read_run(folder);
+  const Estimator estimator(method, run.robot, run.map);
+  std::vector<AnswerRows> answers;
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    const FrameRow& frame = run.frames[i];
+    const auto lower = read_picture(lower_picture(folder, frame.frame));
+    if (!lower) return lower.error();
+    const auto upper = read_picture(upper_picture(folder, frame.frame));
+    if (!upper) return upper.error();
+    const auto answer = estimator.answer(*lower, *upper);
+    if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
+    answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i],
+                              run.odometry[i]));
+    progress(double(i + 1) / double(run.frames.size()));
+  }
+  const std::string name(to_string(method));
+  write_results(folder, name, answers);
+  RunData again = read_run(folder, name);
+  write_summary_of(again);
+  return again;
+}
+
+void write_summary_of(const RunData& run) { write_summary(run.folder, run.method, to_json(summarise(run), run.info)); }
+
+}  // namespace twocone::runs

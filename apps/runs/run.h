@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+#include "apps/runs/estimator.h"
+#include "apps/runs/run_data.h"
+
+namespace twocone::runs {
+
+/// Told how much is done, 0 to 1.
+using Progress = std::function<void(double done)>;
+
+struct RunOptions {
+  int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
+  std::string behaviour = "wander";  ///< wander, waypoints, still
+  Method method = Method::kPaper;
+  std::uint64_t seed = 1;
+  std::filesystem::path out;  ///< the run folder to make
+};
+
+/// Drives a robot and writes its run folder (DESIGN.md, "A run on disk").
+///
+/// The loop is the same in simulation and on hardware: take the next frame; look at the frame of `latency_frames` ago,
+/// whose pixels are there by then; steer by odometry corrected by that frame's fix. So what is decided does not depend
+/// on how fast pictures come. The true pose goes into the tables and nowhere else.
+///
+/// A device that fails ends the run: the wheels stop, what was written stays readable, and the message names the frame.
+/// @param robot,map as read from their files. @param stop set from outside (a signal) ends the run after the present
+/// frame
+/// @returns run.yaml's contents. @throws files::FileError, DiskError, std::invalid_argument (no such behaviour, no
+/// waypoints) Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive; kRefused when stopped
+/// from outside
+Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunOptions& options,
+                    const Progress& progress, const std::atomic<bool>& stop);
+
+/// Ranges and fixes again from the stored frames, into methods/NAME/ and the top of the run folder.
+/// @returns the run with the new results. @throws files::FileError, DiskError. Errors: kNotFound, kBadData (pictures)
+Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress);
+
+/// summary.json of a run's method, from its tables. @throws DiskError
+void write_summary_of(const RunData& run);
+
+}  // namespace twocone::runs

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/run_data.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+#include "apps/runs/run_yaml.h"
+#include "apps/runs/tables.h"
+
+namespace twocone::runs {
+namespace {
+
+std::filesystem::path picture(const std::filesystem::path& run, const char* view, std::uint64_t frame) {
+  return run / view / fmt::format("{:06}.png", frame);
+}
+
+}  // namespace
+
+std::filesystem::path lower_picture(const std::filesystem::path& run, std::uint64_t frame) {
+  return picture(run, "lower", frame);
+}
+std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint64_t frame) {
+  return picture(run, "upper", frame);
+}
+
+RunData read_run(const std::filesystem::path& folder, const std::string& method) {
+  RunData run;
+  run.folder = folder;
+  RunYaml yaml = read_run_yaml(folder);
+  run.info = std::move(yaml.info);
+  run.robot = std::move(yaml.robot);
+  run.map = std::move(yaml.map);
+  run.method = method.empty() ? run.info.method : method;
+
+  const std::filesystem::path results = method.empty() ? folder : folder / "methods" / method;
+  if (!std::filesystem::is_directory(results)) {
+    throw files::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
+                                       folder.string(), method, folder.string(), method));
+  }
+  run.frames = read_frames(folder / "frames.csv");
+  // frames.csv is written last, so a row in it stands for a frame whose pictures and other rows are there; pictures may
+  // have been taken away since.
+  const auto missing = std::find_if(run.frames.begin(), run.frames.end(), [&folder](const FrameRow& row) {
+    return !std::filesystem::exists(lower_picture(folder, row.frame)) ||
+           !std::filesystem::exists(upper_picture(folder, row.frame));
+  });
+  run.frames.erase(missing, run.frames.end());
+
+  run.drive = read_drive(folder / "drive.csv");
+  run.truth = read_poses(folder / "truth.tum");
+  run.odometry = read_poses(folder / "odometry.tum");
+  run.ranges = read_ranges(results / "ranges.csv");
+  run.fixes = read_fixes(results / "fixes.csv");
+  run.estimate = read_poses(results / "estimate.tum");
+
+  const std::size_t count = run.frames.size();
+  if (run.odometry.size() < count || (!run.truth.empty() && run.truth.size() < count)) {
+    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}",
+                                       folder.string(), count, run.odometry.size(), run.truth.size()));
+  }
+  run.odometry.resize(count);
+  if (!run.truth.empty()) run.truth.resize(count);
+  if (run.drive.size() > count) run.drive.resize(count);
+  const auto beyond = [&run](const auto& row) { return run.frames.empty() || row.frame > run.frames.back().frame; };
+  std::erase_if(run.ranges, beyond);
+  std::erase_if(run.fixes, beyond);
+  std::erase_if(run.estimate,
+                [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
+  return run;
+}
+
+}  // namespace twocone::runs

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+
+namespace twocone::runs {
+
+/// run.yaml: enough to repeat the run.
+struct RunInfo {
+  std::string version;  ///< of twocone
+  std::string commit;   ///< of its source, or "unknown"
+  std::string compiler;
+  std::string behaviour;  ///< wander, waypoints, still
+  std::string method;     ///< asked for when it was run
+  std::uint64_t seed = 0;
+  int frames_wanted = 0;
+  bool finished = false;            ///< false: the run was cut off, by a kill, a full disk or a device
+  double wall_s = 0;                ///< of the whole run; 0 if it was cut off
+  double render_wait_s = 0;         ///< of that, waiting for pictures
+  double own_cpu_s = 0;             ///< processor time of this program
+  double render_cpu_s = 0;          ///< processor time of the programs it started: POV-Ray
+  std::vector<std::string> events;  ///< what happened on the way, a sentence each
+};
+
+/// A row of frames.csv.
+struct FrameRow {
+  std::uint64_t frame = 0;
+  double t_s = 0, skew_s = 0, lower_t_s = 0, upper_t_s = 0;
+  std::uint64_t lower_sequence = 0, upper_sequence = 0;
+  std::uint64_t lower_lost = 0, upper_lost = 0;
+  double host_t_s = 0;  ///< since the run began, on the machine's steady clock
+};
+
+/// A row of drive.csv: speeds as commanded, angles as read.
+struct DriveRow {
+  double t_s = 0;
+  double left_command_radps = 0, right_command_radps = 0;
+  double left_rad = 0, right_rad = 0;
+};
+
+/// A row of ranges.csv. Fields that do not apply are empty.
+struct RangeRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string landmark;
+  std::string verdict;
+  std::optional<double> range_m, sigma_range_m, bearing_rad, sigma_bearing_rad, disparity_px, true_range_m;
+};
+
+/// A row of fixes.csv.
+struct FixRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string verdict;
+  std::optional<double> x_m, y_m, heading_rad;
+  std::optional<double> var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2;
+  std::optional<double> true_x_m, true_y_m, error_m;
+};
+
+/// A row of a .tum file, planar.
+struct PoseRow {
+  double t_s = 0, x_m = 0, y_m = 0, heading_rad = 0;
+};
+
+/// A run folder in memory (DESIGN.md, "A run on disk"); the pictures stay on disk.
+struct RunData {
+  std::filesystem::path folder;
+  RunInfo info;
+  files::Robot robot;
+  files::Map map;
+  std::string method;  ///< whose ranges, fixes and estimate these are
+  std::vector<FrameRow> frames;
+  std::vector<DriveRow> drive;
+  std::vector<RangeRow> ranges;
+  std::vector<FixRow> fixes;
+  std::vector<PoseRow> truth;     ///< one a frame; empty on hardware
+  std::vector<PoseRow> odometry;  ///< one a frame
+  std::vector<PoseRow> estimate;
+};
+
+std::filesystem::path lower_picture(const std::filesystem::path& run, std::uint64_t frame);
+std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint64_t frame);
+
+/// Reads a finished or a cut-off run: a half-written last line of a table is left out, and rows beyond the last frame
+/// with both pictures too. @param method of methods/NAME; empty: those on top
+/// @throws files::FileError naming file and line
+RunData read_run(const std::filesystem::path& folder, const std::string& method = "");
+
+}  // namespace twocone::runs

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/run_folder.h"
+
+#include <system_error>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "apps/files/text_file.h"
+#include "apps/runs/tables.h"
+
+namespace twocone::runs {
+namespace {
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+}
+
+std::filesystem::path prepare(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "run.yaml") || std::filesystem::exists(folder / "frames.csv")) {
+    throw DiskError(fmt::format("{} holds a run already: choose another --out, or remove it first", folder.string()));
+  }
+  make_folder(folder / "lower");
+  make_folder(folder / "upper");
+  return folder;
+}
+
+LineFile table(const std::filesystem::path& file, const std::string& header) {
+  LineFile lines(file);
+  lines.add(header);
+  return lines;
+}
+
+std::string text_of(const std::string& header, const std::vector<std::string>& lines) {
+  std::string text = header.empty() ? "" : header + '\n';
+  for (const std::string& line : lines) text += line + '\n';
+  return text;
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const std::filesystem::path& folder)
+    : folder_(prepare(folder)),
+      frames_(table(folder / "frames.csv", frames_header())),
+      drive_(table(folder / "drive.csv", drive_header())),
+      ranges_(table(folder / "ranges.csv", ranges_header())),
+      fixes_(table(folder / "fixes.csv", fixes_header())),
+      truth_(folder / "truth.tum"),
+      odometry_(folder / "odometry.tum"),
+      estimate_(folder / "estimate.tum") {}
+
+void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& upper) {
+  write_picture(lower_picture(folder_, record.frame.frame), lower);
+  write_picture(upper_picture(folder_, record.frame.frame), upper);
+  drive_.add(to_line(record.drive));
+  for (const RangeRow& row : record.answer.ranges) ranges_.add(to_line(row));
+  for (const FixRow& row : record.answer.fixes) fixes_.add(to_line(row));
+  if (record.truth) truth_.add(to_line(*record.truth));
+  odometry_.add(to_line(record.odometry));
+  if (record.answer.estimate) estimate_.add(to_line(*record.answer.estimate));
+  frames_.add(to_line(record.frame));
+}
+
+void write_results(const std::filesystem::path& folder, const std::string& method,
+                   const std::vector<AnswerRows>& answers) {
+  std::vector<std::string> ranges;
+  std::vector<std::string> fixes;
+  std::vector<std::string> estimate;
+  for (const AnswerRows& answer : answers) {
+    for (const RangeRow& row : answer.ranges) ranges.push_back(to_line(row));
+    for (const FixRow& row : answer.fixes) fixes.push_back(to_line(row));
+    if (answer.estimate) estimate.push_back(to_line(*answer.estimate));
+  }
+  make_folder(folder / "methods" / method);
+  for (const auto& place : {folder / "methods" / method, folder}) {
+    write_whole(place / "ranges.csv", text_of(ranges_header(), ranges));
+    write_whole(place / "fixes.csv", text_of(fixes_header(), fixes));
+    write_whole(place / "estimate.tum", text_of("", estimate));
+  }
+}
+
+void file_results(const std::filesystem::path& folder, const std::string& method) {
+  make_folder(folder / "methods" / method);
+  for (const char* name : {"ranges.csv", "fixes.csv", "estimate.tum"}) {
+    write_whole(folder / "methods" / method / name, files::read_text(folder / name));
+  }
+}
+
+void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json) {
+  make_folder(folder / "methods" / method);
+  write_whole(folder / "methods" / method / "summary.json", json);
+  write_whole(folder / "summary.json", json);
+}
+
+Result<Image> read_picture(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return Error{ErrorCode::kNotFound, fmt::format("no picture {}", file.string())};
+  cv::Mat bgr = cv::imread(file.string(), cv::IMREAD_COLOR);
+  if (bgr.empty())
+    return Error{ErrorCode::kBadData, fmt::format("{} is not a picture that can be read", file.string())};
+  cv::Mat rgb;
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  Image image{rgb.cols, rgb.rows, PixelFormat::kRgb8, {}};
+  image.bytes.assign(rgb.datastart, rgb.dataend);
+  return image;
+}
+
+void write_picture(const std::filesystem::path& file, const Image& image) {
+  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  std::vector<std::uint8_t> png;
+  // The fastest compression: a run writes 30 of these a second of its own time, and they shrink by half all the same.
+  cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  write_whole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+}
+
+}  // namespace twocone::runs

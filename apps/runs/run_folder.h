@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "apps/runs/disk.h"
+#include "apps/runs/estimator.h"
+#include "apps/runs/run_data.h"
+#include "hal/image.h"
+
+namespace twocone::runs {
+
+/// One finished frame of a run, with all that is written of it.
+struct FrameRecord {
+  FrameRow frame;
+  DriveRow drive;
+  std::optional<PoseRow> truth;
+  PoseRow odometry;
+  AnswerRows answer;
+};
+
+/// Writes a run folder frame by frame. A frame's row in frames.csv comes last: what is in there is wholly on disk.
+class RunFolder {
+ public:
+  /// Makes the folder; one that holds a run already is refused, so that no run is lost to another.
+  /// @throws DiskError
+  explicit RunFolder(const std::filesystem::path& folder);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
+
+  /// @throws DiskError
+  void add(const FrameRecord& record, const Image& lower, const Image& upper);
+
+ private:
+  std::filesystem::path folder_;
+  LineFile frames_, drive_, ranges_, fixes_, truth_, odometry_, estimate_;
+};
+
+/// Writes the tables of one method into methods/NAME/ and copies them to the top, whole files only. @throws DiskError
+void write_results(const std::filesystem::path& folder, const std::string& method,
+                   const std::vector<AnswerRows>& answers);
+
+/// Copies the tables on top into methods/NAME/, after a live run has written them. @throws DiskError
+void file_results(const std::filesystem::path& folder, const std::string& method);
+
+/// Writes summary.json of methods/NAME/ and the top. @throws DiskError
+void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json);
+
+/// Reads a stored picture. Errors: kNotFound, kBadData.
+Result<Image> read_picture(const std::filesystem::path& file);
+/// Writes one, whole or not at all. @param image kRgb8. @throws DiskError
+void write_picture(const std::filesystem::path& file, const Image& image);
+
+}  // namespace twocone::runs

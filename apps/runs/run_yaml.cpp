@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/run_yaml.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+#include "apps/runs/disk.h"
+
+namespace twocone::runs {
+namespace {
+
+std::filesystem::path file_of(const std::filesystem::path& folder) { return folder / "run.yaml"; }
+
+template <typename T>
+T field(const YAML::Node& node, const char* key, const std::filesystem::path& file) {
+  if (!node[key])
+    throw files::FileError(fmt::format("{}: key {} is missing: was this written by twocone run?", file.string(), key));
+  try {
+    return node[key].as<T>();
+  } catch (const YAML::Exception&) {
+    throw files::FileError(fmt::format("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key));
+  }
+}
+
+}  // namespace
+
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
+                    const std::filesystem::path& map_file) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment("A run of twocone: what it was made from. Tables and pictures lie beside this file.");
+  out << YAML::BeginMap;
+  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+  put("twocone", info.version);
+  put("commit", info.commit);
+  put("compiler", info.compiler);
+  put("behaviour", info.behaviour);
+  put("method", info.method);
+  put("seed", info.seed);
+  put("frames_wanted", info.frames_wanted);
+  put("finished", info.finished);
+  put("wall_s", info.wall_s);
+  put("render_wait_s", info.render_wait_s);
+  put("own_cpu_s", info.own_cpu_s);
+  put("render_cpu_s", info.render_cpu_s);
+  put("events", info.events);
+  put("robot_file", std::filesystem::absolute(robot_file).lexically_normal().string());
+  put("robot", files::load_robot_node(robot_file));
+  put("map_file", std::filesystem::absolute(map_file).lexically_normal().string());
+  put("map", files::load_map_node(map_file));
+  out << YAML::EndMap;
+  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
+RunYaml read_run_yaml(const std::filesystem::path& folder) {
+  const auto file = file_of(folder);
+  if (!std::filesystem::exists(file)) {
+    throw files::FileError(fmt::format("{}: no run here: there is no run.yaml", folder.string()));
+  }
+  YAML::Node node;
+  try {
+    node = YAML::Load(files::read_text(file));
+  } catch (const YAML::Exception& error) {
+    throw files::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
+  }
+  RunYaml run;
+  run.info.version = field<std::string>(node, "twocone", file);
+  run.info.commit = field<std::string>(node, "commit", file);
+  run.info.compiler = field<std::string>(node, "compiler", file);
+  run.info.behaviour = field<std::string>(node, "behaviour", file);
+  run.info.method = field<std::string>(node, "method", file);
+  run.info.seed = field<std::uint64_t>(node, "seed", file);
+  run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  run.info.finished = field<bool>(node, "finished", file);
+  run.info.wall_s = field<double>(node, "wall_s", file);
+  run.info.render_wait_s = field<double>(node, "render_wait_s", file);
+  run.info.own_cpu_s = field<double>(node, "own_cpu_s", file);
+  run.info.render_cpu_s = field<double>(node, "render_cpu_s", file);
+  run.info.events = field<std::vector<std::string>>(node, "events", file);
+  run.robot = files::parse_robot(node["robot"], file);
+  run.robot.file = field<std::string>(node, "robot_file", file);
+  run.map = files::parse_map(node["map"], file);
+  run.map.file = field<std::string>(node, "map_file", file);
+  return run;
+}
+
+}  // namespace twocone::runs

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "apps/runs/run_data.h"
+
+namespace twocone::runs {
+
+/// Writes run.yaml of `folder` anew, with the robot file and the map as they are now on disk, paths made absolute.
+/// @throws DiskError, files::FileError
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
+                    const std::filesystem::path& map_file);
+
+/// run.yaml's part of a run: info, robot and map. @throws files::FileError
+struct RunYaml {
+  RunInfo info;
+  files::Robot robot;
+  files::Map map;
+};
+RunYaml read_run_yaml(const std::filesystem::path& folder);
+
+}  // namespace twocone::runs

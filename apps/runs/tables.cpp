@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/tables.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+
+namespace twocone::runs {
+namespace {
+
+// One list of columns for each table serves header, writing and reading.
+template <typename Row>
+struct Columns;
+
+template <>
+struct Columns<FrameRow> {
+  static constexpr const char* header =
+      "frame,t_s,skew_s,lower_t_s,upper_t_s,lower_sequence,upper_sequence,lower_lost,upper_lost,host_t_s";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.skew_s, r.lower_t_s, r.upper_t_s, r.lower_sequence, r.upper_sequence,
+                    r.lower_lost, r.upper_lost, r.host_t_s);
+  }
+};
+template <>
+struct Columns<DriveRow> {
+  static constexpr const char* header = "t_s,left_command_radps,right_command_radps,left_rad,right_rad";
+  static auto of(auto& r) {
+    return std::tie(r.t_s, r.left_command_radps, r.right_command_radps, r.left_rad, r.right_rad);
+  }
+};
+template <>
+struct Columns<RangeRow> {
+  static constexpr const char* header =
+      "frame,t_s,landmark,verdict,range_m,sigma_range_m,bearing_rad,sigma_bearing_rad,disparity_px,true_range_m";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.landmark, r.verdict, r.range_m, r.sigma_range_m, r.bearing_rad,
+                    r.sigma_bearing_rad, r.disparity_px, r.true_range_m);
+  }
+};
+template <>
+struct Columns<FixRow> {
+  static constexpr const char* header =
+      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.verdict, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
+                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m);
+  }
+};
+
+std::string to_field(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+std::string to_field(double value) { return fmt::format("{}", value); }
+std::string to_field(std::uint64_t value) { return fmt::format("{}", value); }
+std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
+
+/// Commas, and double quotes round what holds them (RFC 4180).
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
+      fields.back() += line[++i];
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
+template <typename Number>
+requires std::integral<Number> || std::floating_point<Number>
+bool parse(const std::string& text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+bool parse(const std::string& text, std::string& value) {
+  value = text;
+  return true;
+}
+bool parse(const std::string& text, std::optional<double>& value) {
+  if (text.empty()) {
+    value.reset();
+    return true;
+  }
+  return parse(text, value.emplace());
+}
+
+/// Whole lines only: what follows the last newline is not handed out.
+std::vector<std::string> whole_lines(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return {};
+  const std::string text = files::read_text(file);
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    lines.push_back(text.substr(begin, end - begin));
+  }
+  return lines;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file, std::size_t line, const std::string& what) {
+  throw files::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
+}
+
+template <typename Row>
+std::string line_of(const Row& row) {
+  return std::apply(
+      [](const auto&... field) {
+        const std::array<std::string, sizeof...(field)> fields{to_field(field)...};
+        return fmt::format("{}", fmt::join(fields, ","));
+      },
+      Columns<Row>::of(row));
+}
+
+template <typename Row>
+std::vector<Row> read_table(const std::filesystem::path& file) {
+  const auto lines = whole_lines(file);
+  std::vector<Row> rows;
+  if (lines.empty()) return rows;
+  if (lines[0] != Columns<Row>::header) refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const auto fields = split(lines[i]);
+    Row row;
+    auto columns = Columns<Row>::of(row);
+    constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
+    if (fields.size() != kCount) refuse(file, i + 1, fmt::format("has {} fields, must have {}", fields.size(), kCount));
+    std::size_t at = 0;
+    std::apply(
+        [&](auto&... column) {
+          const auto take = [&](auto& value) {
+            if (!parse(fields[at], value))
+              refuse(file, i + 1, fmt::format("field {} is '{}', must be a number", at + 1, fields[at]));
+            ++at;
+          };
+          (take(column), ...);
+        },
+        columns);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::string frames_header() { return Columns<FrameRow>::header; }
+std::string drive_header() { return Columns<DriveRow>::header; }
+std::string ranges_header() { return Columns<RangeRow>::header; }
+std::string fixes_header() { return Columns<FixRow>::header; }
+
+std::string to_line(const FrameRow& row) { return line_of(row); }
+std::string to_line(const DriveRow& row) { return line_of(row); }
+std::string to_line(const RangeRow& row) { return line_of(row); }
+std::string to_line(const FixRow& row) { return line_of(row); }
+std::string to_line(const PoseRow& row) {
+  // Twelve digits of the quaternion give the heading to 1e-12 rad, and stay what they are when read and written again.
+  return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(row.heading_rad / 2),
+                     std::cos(row.heading_rad / 2));
+}
+
+std::vector<FrameRow> read_frames(const std::filesystem::path& file) { return read_table<FrameRow>(file); }
+std::vector<DriveRow> read_drive(const std::filesystem::path& file) { return read_table<DriveRow>(file); }
+std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return read_table<RangeRow>(file); }
+std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
+
+std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
+  const auto lines = whole_lines(file);
+  std::vector<PoseRow> rows;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].empty() || lines[i][0] == '#') continue;
+    std::vector<double> v;
+    for (std::size_t begin = 0; begin < lines[i].size();) {
+      const std::size_t end = std::min(lines[i].find(' ', begin), lines[i].size());
+      if (end > begin && !parse(lines[i].substr(begin, end - begin), v.emplace_back())) {
+        refuse(file, i + 1, fmt::format("'{}' is no number", lines[i].substr(begin, end - begin)));
+      }
+      begin = end + 1;
+    }
+    if (v.size() != 8)
+      refuse(file, i + 1, fmt::format("has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size()));
+    // The heading of a rotation that may also roll and pitch a little: the angle about z.
+    const double heading = std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6]));
+    rows.push_back({v[0], v[1], v[2], heading});
+  }
+  return rows;
+}
+
+}  // namespace twocone::runs

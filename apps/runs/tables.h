@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/runs/run_data.h"
+
+/// The text form of a run folder's tables, both ways (DESIGN.md, "A run on disk"). Numbers are written so that reading
+/// gives the same double; a field that does not apply is empty.
+namespace twocone::runs {
+
+std::string frames_header();
+std::string drive_header();
+std::string ranges_header();
+std::string fixes_header();
+
+std::string to_line(const FrameRow& row);
+std::string to_line(const DriveRow& row);
+std::string to_line(const RangeRow& row);
+std::string to_line(const FixRow& row);
+/// TUM: t tx ty tz qx qy qz qw.
+std::string to_line(const PoseRow& row);
+
+/// Each reads a table whole. A last line without its newline was being written when the program ended, and is left out.
+/// A file that is not there is an empty table. @throws files::FileError: FILE:LINE: what is wrong
+std::vector<FrameRow> read_frames(const std::filesystem::path& file);
+std::vector<DriveRow> read_drive(const std::filesystem::path& file);
+std::vector<RangeRow> read_ranges(const std::filesystem::path& file);
+std::vector<FixRow> read_fixes(const std::filesystem::path& file);
+std::vector<PoseRow> read_poses(const std::filesystem::path& file);
+
+}  // namespace twocone::runs

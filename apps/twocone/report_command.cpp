@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "apps/report/report.h"
+#include "apps/report/table.h"
+#include "apps/runs/run.h"
+#include "apps/runs/summary.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+
+namespace twocone::cli {
+namespace {
+
+void execute(const std::filesystem::path& folder) {
+  const runs::RunData data = runs::read_run(folder);
+  const runs::Summary summary = runs::summarise(data);
+  runs::write_summary_of(data);
+  std::optional<report::ReportResult> result;
+  {
+    ProgressBar bar("report");
+    report::ReportSettings settings;
+    settings.progress = [&bar](double done, std::string_view /*next*/) { bar.show(done); };
+    result = value_or_fail(report::write_report(data, settings));
+  }
+  for (const std::string& note : result->notes) fmt::print(stderr, "note: {}\n", note);
+  fmt::print("{}", report::table(summary, data.info, data.robot));
+  fmt::print("\nreport  {}\n", result->html.string());
+}
+
+}  // namespace
+
+void add_report(CLI::App& program) {
+  auto folder = std::make_shared<std::filesystem::path>();
+  CLI::App* command = program.add_subcommand("report", "Tables and figures of a run, as one page: DIR/report.html");
+  command->add_option("DIR", *folder, "Run folder, also of a run that was cut off")->required();
+  command->callback([folder] { execute(*folder); });
+}
+
+}  // namespace twocone::cli

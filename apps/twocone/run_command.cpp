@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "apps/report/table.h"
+#include "apps/runs/run.h"
+#include "apps/runs/summary.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+
+namespace twocone::cli {
+namespace {
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+
+void on_signal(int /*signal*/) { stop_asked = true; }
+
+struct Options {
+  std::filesystem::path robot;
+  std::string method = "paper";
+  runs::RunOptions run;
+};
+
+/// runs/NAME-BEHAVIOUR-seedN, or with -2, -3 ... behind it where that holds a run.
+std::filesystem::path free_folder(const std::string& robot, const runs::RunOptions& run) {
+  const std::string name = fmt::format("runs/{}-{}-seed{}", robot, run.behaviour, run.seed);
+  std::filesystem::path folder = name;
+  for (int i = 2; std::filesystem::exists(folder); ++i) folder = fmt::format("{}-{}", name, i);
+  return folder;
+}
+
+void execute(Options options) {
+  options.run.method = runs::method_named(options.method);
+  const files::Robot robot = files::read_robot(options.robot);
+  const files::Map map = files::read_map(robot.map);
+  if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
+
+  // The present frame is finished and the wheels stop; a second signal ends the program at once.
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESETHAND;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+
+  runs::RunInfo info;
+  {
+    ProgressBar bar(fmt::format("{} frames", options.run.frames));
+    info = value_or_fail(runs::run(
+        robot, map, options.run, [&bar](double done) { bar.show(done); }, stop_asked));
+  }
+  for (const std::string& event : info.events) fmt::print(stderr, "{}\n", event);
+  const runs::RunData data = runs::read_run(options.run.out);
+  fmt::print("{}", report::table(runs::summarise(data), data.info, data.robot));
+  fmt::print("\nrun folder  {}\n", options.run.out.string());
+}
+
+}  // namespace
+
+void add_run(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
+  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  command->add_option("--frames", options->run.frames, "Stereo frames to take")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  command->add_option("--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still")
+      ->check(CLI::IsMember({"wander", "waypoints", "still"}))
+      ->capture_default_str();
+  command->add_option("--method", options->method, "How to range and localise: paper")
+      ->check(CLI::IsMember({"paper"}))
+      ->capture_default_str();
+  command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
+  command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

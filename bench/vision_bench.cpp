@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one stereo frame costs above the HAL. Quote the ratio to DecodePngPair, the work of reading the same two
+// pictures from a run folder, from one run of this program; and medians: --benchmark_repetitions=9
+// --benchmark_report_aggregates_only=true
+#include <cstdio>
+
+#include <benchmark/benchmark.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "localisation/paper_trilateration.h"
+#include "vision/paper_ranging.h"
+#include "vision/rim.h"
+#include "vision/unwrap.h"
+
+namespace {
+
+using namespace twocone;  // NOLINT(google-build-using-namespace): a program of its own
+
+const cv::Size kSize(640, 480);
+
+vision::Rig lab_rig() {
+  vision::MirrorViewSettings s{.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
+                               .lens_height_m = 0.25,
+                               .centre_px = {319.5, 239.5},
+                               .rim_radius_px = 236};
+  const vision::MirrorView lower(s);
+  s.lens_height_m = 0.55;
+  return {lower, vision::MirrorView(s)};
+}
+
+std::vector<vision::Target> six_targets() {
+  return {{"red", {1, 0, 0}, 0.15},  {"green", {0, 1, 0}, 0.15},   {"blue", {0, 0, 1}, 0.15},
+          {"cyan", {0, 1, 1}, 0.15}, {"magenta", {1, 0, 1}, 0.15}, {"yellow", {1, 1, 0}, 0.15}};
+}
+
+/// Six spokes on grey, from the tip out to `radius_px`: about what pillars look like, with as many coloured pixels.
+cv::Mat picture(double radius_px) {
+  const cv::Vec3b colours[] = {{200, 20, 20},  {20, 200, 20},  {20, 20, 200},
+                               {20, 200, 200}, {200, 20, 200}, {200, 200, 20}};
+  cv::Mat p(kSize, CV_8UC3);
+  for (int row = 0; row < p.rows; ++row) {
+    for (int column = 0; column < p.cols; ++column) {
+      const double dx = column - 319.5;
+      const double dy = row - 239.5;
+      const double turn = std::atan2(dy, dx) / (2 * std::numbers::pi) * 6 + 3;
+      const bool spoke = std::abs(turn - std::floor(turn) - 0.5) < 0.05 && std::hypot(dx, dy) < radius_px;
+      const auto grey = static_cast<std::uint8_t>(120 + (row * 7 + column * 13) % 64);
+      p.at<cv::Vec3b>(row, column) = spoke ? colours[static_cast<std::size_t>(turn) % 6] : cv::Vec3b::all(grey);
+    }
+  }
+  return p;
+}
+
+void DecodePngPair(benchmark::State& state) {
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", picture(130), png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(cv::imdecode(png, cv::IMREAD_COLOR));
+    benchmark::DoNotOptimize(cv::imdecode(png, cv::IMREAD_COLOR));
+  }
+}
+BENCHMARK(DecodePngPair)->Unit(benchmark::kMillisecond);
+
+void PaperRangingOfAPair(benchmark::State& state) {
+  const vision::PaperRanging ranging(lab_rig(), six_targets(), kSize, kSize);
+  const cv::Mat lower = picture(130);
+  const cv::Mat upper = picture(60);
+  for (auto _ : state) benchmark::DoNotOptimize(ranging.measure(lower, upper));
+}
+BENCHMARK(PaperRangingOfAPair)->Unit(benchmark::kMillisecond);
+
+void FixByTriangle(benchmark::State& state) {
+  const std::vector<localisation::LandmarkRange> ranges = {{{-2.6, -0.35}, 2.81}, {{-1.45, 2.1}, 2.43},
+                                                           {{1.6, 2.1}, 2.69},    {{2.6, 0.3}, 2.55},
+                                                           {{1.35, -2.1}, 2.51},  {{-1.55, -2.1}, 2.66}};
+  for (auto _ : state) benchmark::DoNotOptimize(localisation::fix_by_triangle(ranges));
+}
+BENCHMARK(FixByTriangle)->Unit(benchmark::kMicrosecond);
+
+void Unwrap(benchmark::State& state) {
+  const auto rig = lab_rig();
+  const cv::Mat p = picture(130);
+  for (auto _ : state) benchmark::DoNotOptimize(vision::unwrap(p, rig.lower, 1440));
+}
+BENCHMARK(Unwrap)->Unit(benchmark::kMillisecond);
+
+void FindRim(benchmark::State& state) {
+  const cv::Mat p = picture(236);
+  for (auto _ : state) benchmark::DoNotOptimize(vision::find_rim(p, {{319.5, 239.5}, 236, 0}));
+}
+BENCHMARK(FindRim)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+#ifndef NDEBUG
+  std::fputs("WARNING: assertions are on: these times mean nothing; use the release preset\n", stderr);
+#endif
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+}

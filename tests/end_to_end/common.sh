@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by the scripts of this folder, which are called with the program and the tree: SCRIPT.sh TWOCONE SOURCE_DIR
+set -u
+twocone=$(realpath "$1")
+source_dir=$(realpath "$2")
+work=$(mktemp -d "${TMPDIR:-/tmp}/twocone_test_XXXXXX")
+trap 'rm -rf "$work"' EXIT
+failures=0
+
+fail() { echo "FAILED: $*" >&2; failures=$((failures + 1)); }
+
+finish() {
+  if ((failures)); then echo "$failures failed" >&2; exit 1; fi
+  echo "all as promised"
+}

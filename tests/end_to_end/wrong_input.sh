@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Wrong input: each is answered by one clear line on stderr and exit status 1 or 2. Prints what was answered, as a table.
+#   wrong_input.sh TWOCONE SOURCE_DIR
+. "$(dirname "$0")/common.sh"
+lab=$work/lab
+mkdir -p "$lab"
+cp -r "$source_dir/scenes" "$lab/scenes"
+mkdir "$lab/robots"
+sed 's|\.\./\.\./\.\./scenes|../scenes|' "$source_dir/tests/end_to_end/data/small.yaml" >"$lab/robots/small.yaml"
+cd "$lab" || exit 1
+
+# expect NAME STATUS PATTERN COMMAND...
+expect() {
+  local name=$1 status=$2 pattern=$3
+  shift 3
+  timeout 100 "$@" >"$work/out" 2>"$work/err" </dev/null
+  local got=$?
+  local lines
+  lines=$(wc -l <"$work/err")
+  printf '%-34s exit %d  %s\n' "$name" "$got" "$(head -n 1 "$work/err" | sed "s|$work|...|g")"
+  [ "$got" -eq "$status" ] || fail "$name: exit $got, wanted $status"
+  [ "$lines" -eq 1 ] || fail "$name: $lines lines on stderr, wanted one: $(cat "$work/err")"
+  grep -qE -- "$pattern" "$work/err" || fail "$name: the line does not match '$pattern'"
+  [ -s "$work/out" ] && fail "$name: something on stdout"
+}
+run() { "$twocone" run --frames 1 --behaviour still --out "$work/run_$RANDOM$RANDOM" "$@"; }
+export -f run
+export twocone work
+
+# variant FILE SED: a copy of a file with one thing wrong.
+variant() { sed "$2" "$1" >"$3"; cmp -s "$1" "$3" && fail "the variation '$2' of $1 changes nothing"; }
+robot_with_map() { variant robots/small.yaml "s|lab.map.yaml|$1|" "robots/$2"; }
+with_scene() { # SCENE NAME: map and robot for a varied scene
+  variant scenes/lab.map.yaml "s|^scene: lab.pov|scene: $1|" "scenes/$2.map.yaml"
+  robot_with_map "$2.map.yaml" "$2.yaml"
+}
+with_map() { # SED NAME
+  variant scenes/lab.map.yaml "$1" "scenes/$2.map.yaml"
+  robot_with_map "$2.map.yaml" "$2.yaml"
+}
+
+expect 'no such robot file' 1 'nowhere.yaml' bash -c 'run --robot robots/nowhere.yaml'
+with_scene nowhere.pov no_scene
+expect 'no such scene' 1 'nowhere.pov' bash -c 'run --robot robots/no_scene.yaml'
+variant scenes/lab.pov 's|//\*PMName robot|//*PMName cart|' scenes/no_robot.pov
+with_scene no_robot.pov no_robot
+expect 'scene without robot' 1 'no_robot.pov.*PMName robot' bash -c 'run --robot robots/no_robot.yaml'
+variant scenes/lab.pov 's|//\*PMName upper|//*PMName lower|' scenes/two_lower.pov
+with_scene two_lower.pov two_lower
+expect 'scene with two cameras lower' 1 'two_lower.pov:[0-9]+.*lower' bash -c 'run --robot robots/two_lower.yaml'
+variant scenes/lab.pov '0,/^light_source *{/s||light_source { bogus|' scenes/syntax.pov
+with_scene syntax.pov syntax
+expect 'scene with a syntax error' 1 'syntax.pov:[0-9]+: .*bogus' bash -c 'run --robot robots/syntax.yaml'
+variant scenes/lab.pov '$s|$|\n#declare Broken = union {|' scenes/open_brace.pov
+with_scene open_brace.pov open_brace
+expect 'scene with an open brace' 1 'open_brace.pov:[0-9]+:[0-9]+' bash -c 'run --robot robots/open_brace.yaml'
+with_map '/^bounds_m/d' no_bounds
+expect 'map with a missing key' 1 'no_bounds.map.yaml:[0-9]+: bounds_m' bash -c 'run --robot robots/no_bounds.yaml'
+with_map 's|^unit_m: 0.05|unit_m: five|' wrong_type
+expect 'map with a wrong type' 1 'wrong_type.map.yaml:[0-9]+: unit_m is .five' bash -c 'run --robot robots/wrong_type.yaml'
+with_map '0,/radius_m: 0.1/s||radius_m: -0.1|' negative
+expect 'map with a negative radius' 1 'negative.map.yaml:[0-9]+: .*radius_m is -0.1 m' bash -c 'run --robot robots/negative.yaml'
+variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: teleport|' robots/unknown.yaml
+expect 'robot with an unknown driver' 1 'teleport' bash -c 'run --robot robots/unknown.yaml'
+variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_camera|' robots/absent.yaml
+expect 'robot with a driver not built' 1 'v4l2_camera.*not in this build' bash -c 'run --robot robots/absent.yaml'
+variant robots/small.yaml 's|^latency_frames|latency_frame|' robots/typo.yaml
+expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c 'run --robot robots/typo.yaml'
+
+touch "$work/file"
+expect 'output folder not to be made' 1 "$work/file" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/file/run"
+expect 'report of no run' 1 'no run here' "$twocone" report "$lab"
+expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$work" bash -c 'exec "$0" "$@"' "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/run_no_povray"
+
+expect 'no subcommand' 2 'subcommand' "$twocone"
+expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
+expect 'no robot' 2 'robot' "$twocone" run
+expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many
+expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 0
+expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --method magic
+expect 'unknown behaviour' 2 'behaviour' "$twocone" run --robot robots/small.yaml --behaviour dance
+
+# A full disk: a file system of 1 MiB in a mount namespace of our own.
+if unshare -rm true 2>/dev/null || [ "$(id -u)" -eq 0 ]; then
+  mkdir "$work/full"
+  flags=$([ "$(id -u)" -eq 0 ] && echo -m || echo -rm)
+  expect 'disk full' 1 'cannot write .*No space left on device' unshare "$flags" bash -c \
+    'mount -t tmpfs -o size=1m tmpfs "$1/full" && exec "$2" run --robot robots/small.yaml --frames 40 --out "$1/full/run"' _ "$work" "$twocone"
+else
+  fail 'disk full: no mount namespace to try it in (needs root or unprivileged user namespaces)'
+fi
+finish

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by the scripts of this folder. Rows are collected with row(), long output with block(); page() writes the page.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+topic=$(basename "$0" .sh)
+commit=$(git rev-parse --short=10 HEAD)
+[ -z "$(git status --porcelain --untracked-files=no -- . ':!docs/evidence')" ] || commit+="+"
+work=$PWD/evidence-runs/$commit/$topic
+mkdir -p "$work" docs/evidence
+twocone=$PWD/build/release/twocone
+rows=""
+blocks=""
+unmet=0
+
+say() { echo "evidence $topic: $*" >&2; }
+
+# row WHAT FIGURE TARGET yes|no
+row() {
+  rows+="| $1 | $2 | $3 | $4 |"$'\n'
+  [ "$4" = yes ] || unmet=$((unmet + 1))
+  say "$1: $2 (target $3): $4"
+}
+block() { blocks+=$'\n'"### $1"$'\n\n```text\n'"$2"$'\n```\n'; }
+
+# holds EXPRESSION: yes or no
+holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
+
+# step NAME COMMAND...: runs it once for this commit; its output is $work/NAME.log, its status $work/NAME.status, its seconds $work/NAME.seconds
+step() {
+  local name=$1
+  shift
+  if [ -f "$work/$name.status" ]; then
+    say "$name: done before"
+    return
+  fi
+  say "$name ..."
+  local begin status=0
+  begin=$(date +%s.%N)
+  "$@" >"$work/$name.log" 2>&1 || status=$?
+  awk "BEGIN { printf \"%.0f\", $(date +%s.%N) - $begin }" >"$work/$name.seconds"
+  echo "$status" >"$work/$name.status"
+}
+status_of() { cat "$work/$1.status"; }
+seconds_of() { cat "$work/$1.seconds"; }
+passed() { [ "$(status_of "$1")" = 0 ] && echo yes || echo no; }
+
+page() { # page TITLE
+  {
+    echo "# Evidence: $1"
+    echo
+    echo "Written by \`./evidence.sh $topic\`, not by hand."
+    echo
+    echo "| | |"
+    echo "|---|---|"
+    echo "| commit | $commit |"
+    echo "| date | $(date -u +%Y-%m-%d) |"
+    echo "| machine | $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ { printf "%.0f GiB", $2 / 1048576 }' /proc/meminfo), $(. /etc/os-release && echo "$PRETTY_NAME") |"
+    echo "| program | $($twocone --version) |"
+    echo
+    echo "| what | figure | target | met |"
+    echo "|---|---|---|---|"
+    printf '%s' "$rows"
+    printf '%s' "$blocks"
+  } >"docs/evidence/$topic.md.part"
+  mv "docs/evidence/$topic.md.part" "docs/evidence/$topic.md"
+  say "docs/evidence/$topic.md written, $unmet not met"
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/summary.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace twocone::runs {
+namespace {
+
+TEST(Statistics, AreThoseOfTheListAndHideNothing) {
+  const auto s = statistics({0.03, 0.01, 0.02, 0.5});
+  ASSERT_TRUE(s);
+  EXPECT_EQ(s->count, 4);
+  EXPECT_DOUBLE_EQ(s->mean_m, 0.14);
+  EXPECT_DOUBLE_EQ(s->rmse_m, std::sqrt((0.0009 + 0.0001 + 0.0004 + 0.25) / 4));
+  EXPECT_EQ(s->p95_m, 0.5);
+  EXPECT_EQ(s->max_m, 0.5);
+  EXPECT_FALSE(statistics({}));
+}
+
+TEST(Statistics, TheNinetyFifthPercentileIsTheNearestRank) {
+  std::vector<double> errors;
+  for (int i = 1; i <= 100; ++i) errors.push_back(i);
+  EXPECT_EQ(statistics(errors)->p95_m, 95);
+  errors.push_back(101);
+  EXPECT_EQ(statistics(errors)->p95_m, 96);
+  EXPECT_EQ(statistics({7})->p95_m, 7);
+}
+
+RunData small_run() {
+  RunData run;
+  run.method = "paper";
+  files::Landmark red;
+  red.name = "red";
+  run.map.landmarks = {red};
+  for (int i = 0; i < 4; ++i) {
+    FrameRow frame;
+    frame.frame = std::uint64_t(i);
+    frame.t_s = i * 0.5;
+    run.frames.push_back(frame);
+    run.truth.push_back({frame.t_s, 0.3 * i, 0.4 * i, 0.1 * i});
+    run.odometry.push_back({frame.t_s, 0.3 * i, 0.4 * i + 0.01 * i, 0});
+    RangeRow range;
+    range.frame = frame.frame;
+    range.landmark = "red";
+    range.verdict = i == 2 ? "truncated" : "ok";
+    range.true_range_m = 2;
+    if (i != 2) range.range_m = 2 + 0.01 * (i + 1) * (i % 2 == 0 ? 1 : -1);
+    run.ranges.push_back(range);
+  }
+  const auto fix = [](std::uint64_t frame, const char* verdict, std::optional<double> error_m) {
+    FixRow row;
+    row.frame = frame;
+    row.verdict = verdict;
+    row.error_m = error_m;
+    if (error_m) row.x_m = 1;
+    return row;
+  };
+  run.fixes = {fix(0, "ok", 0.02), fix(1, "ambiguous", 0.01), fix(1, "ambiguous", 1.5), fix(2, "too_few", {}),
+               fix(3, "gap", 0.04)};
+  return run;
+}
+
+TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
+  const Summary s = summarise(small_run());
+  EXPECT_EQ(s.frames, 4);
+  EXPECT_DOUBLE_EQ(s.duration_s, 1.5);
+  ASSERT_EQ(s.landmarks.size(), 1U);
+  EXPECT_EQ(s.landmarks[0].verdicts.at("ok"), 3);
+  EXPECT_EQ(s.landmarks[0].verdicts.at("truncated"), 1);
+  EXPECT_EQ(s.landmarks[0].error->count, 3);
+  EXPECT_NEAR(s.landmarks[0].error->mean_m, (0.01 + 0.02 + 0.04) / 3, 1e-15);
+  EXPECT_EQ(s.frames_with_fix, 3);
+  EXPECT_EQ(s.fix_verdicts.at("ambiguous"), 1);
+  EXPECT_EQ(s.fix_error->max_m, 1.5);
+  EXPECT_EQ(s.fix_error->count, 3);
+  EXPECT_NEAR(*s.travelled_m, 1.5, 1e-15);
+  EXPECT_EQ(*s.headings_covered_deg, 20);  // 0, 5.7 | 11.5, 17.2 degrees: two bins of ten
+  EXPECT_NEAR(s.odometry_error->max_m, 0.03, 1e-15);
+}
+
+TEST(Summary, WithoutTruthThereAreNoErrors) {
+  RunData run = small_run();
+  run.truth.clear();
+  for (auto& row : run.ranges) row.true_range_m.reset();
+  for (auto& row : run.fixes) row.error_m.reset();
+  const Summary s = summarise(run);
+  EXPECT_FALSE(s.landmarks[0].error);
+  EXPECT_FALSE(s.fix_error);
+  EXPECT_FALSE(s.odometry_error);
+  EXPECT_FALSE(s.travelled_m);
+  EXPECT_EQ(s.frames_with_fix, 3);
+  const auto json = nlohmann::json::parse(to_json(s, {}));
+  EXPECT_TRUE(json.at("fix").at("position_error").is_null());
+  EXPECT_EQ(json.at("fix").at("verdicts").at("gap"), 1);
+}
+
+}  // namespace
+}  // namespace twocone::runs

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/tables.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "apps/files/file_error.h"
+#include "tests/runs/temporary_folder.h"
+
+namespace twocone::runs {
+namespace {
+
+std::string error_of(const auto& call) {
+  try {
+    call();
+  } catch (const files::FileError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Tables, WhatIsWrittenIsReadAgainToTheBit) {
+  const TemporaryFolder folder;
+  RangeRow row;
+  row.frame = 12;
+  row.t_s = 0.1 + 0.2;
+  row.landmark = "red, \"the\" one";
+  row.verdict = "ok";
+  row.range_m = 2.0 / 3;
+  row.bearing_rad = -1e-17;
+  const auto file = folder.write("ranges.csv", ranges_header() + '\n' + to_line(row) + '\n');
+  const auto rows = read_ranges(file);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].frame, 12U);
+  EXPECT_EQ(rows[0].t_s, 0.1 + 0.2);
+  EXPECT_EQ(rows[0].landmark, row.landmark);
+  EXPECT_EQ(rows[0].range_m, row.range_m);
+  EXPECT_EQ(rows[0].bearing_rad, row.bearing_rad);
+  EXPECT_FALSE(rows[0].sigma_range_m);
+  EXPECT_FALSE(rows[0].true_range_m);
+}
+
+TEST(Tables, HeadersAreThoseOfTheDesign) {
+  EXPECT_EQ(frames_header(),
+            "frame,t_s,skew_s,lower_t_s,upper_t_s,lower_sequence,upper_sequence,lower_lost,upper_lost,host_t_s");
+  EXPECT_EQ(drive_header(), "t_s,left_command_radps,right_command_radps,left_rad,right_rad");
+  EXPECT_EQ(ranges_header(),
+            "frame,t_s,landmark,verdict,range_m,sigma_range_m,bearing_rad,sigma_bearing_rad,disparity_px,true_range_m");
+  EXPECT_EQ(
+      fixes_header(),
+      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m");
+}
+
+TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
+  FixRow row;
+  row.frame = 3;
+  row.t_s = 0.2;
+  row.verdict = "too_few";
+  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,");
+}
+
+TEST(Tables, AHalfWrittenLastLineIsLeftOut) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("drive.csv", drive_header() + "\n0,1,2,3,4\n0.5,1,2,3,4\n1.0,1,2");
+  EXPECT_EQ(read_drive(file).size(), 2U);
+  EXPECT_TRUE(read_drive(folder.write("half_header.csv", "t_s,left")).empty());
+  EXPECT_TRUE(read_drive(folder.path() / "not_there.csv").empty());
+}
+
+TEST(Tables, AWrongLineIsNamed) {
+  const TemporaryFolder folder;
+  const auto wrong = folder.write("drive.csv", drive_header() + "\n0,1,2,3,4\n0.5,1,two,3,4\n");
+  EXPECT_EQ(error_of([&] { (void)read_drive(wrong); }), wrong.string() + ":3: field 3 is 'two', must be a number");
+  const auto few = folder.write("few.csv", drive_header() + "\n0,1,2\n");
+  EXPECT_EQ(error_of([&] { (void)read_drive(few); }), few.string() + ":2: has 3 fields, must have 5");
+  const auto header = folder.write("header.csv", "a,b\n0,1,2\n");
+  EXPECT_EQ(error_of([&] { (void)read_drive(header); }),
+            header.string() + ":1: the first line must be " + drive_header());
+  const auto tum = folder.write("truth.tum", "0 1 2 0 0 0 0\n");
+  EXPECT_EQ(error_of([&] { (void)read_poses(tum); }),
+            tum.string() + ":1: has 7 numbers, must have 8: t tx ty tz qx qy qz qw");
+}
+
+TEST(Tables, PosesKeepTheirHeading) {
+  const TemporaryFolder folder;
+  constexpr double kTwelveDigits = 4e-12;  // of the quaternion; the angle moves by twice that
+  for (const double heading : {-3.1, -1.0, 0.0, 0.7, 3.1, std::numbers::pi}) {
+    const auto file = folder.write("truth.tum", "# comment\n" + to_line(PoseRow{1.5, 0.1, -0.2, heading}) + "\n");
+    const auto rows = read_poses(file);
+    ASSERT_EQ(rows.size(), 1U);
+    EXPECT_EQ(rows[0].x_m, 0.1);
+    EXPECT_EQ(rows[0].y_m, -0.2);
+    EXPECT_NEAR(std::remainder(rows[0].heading_rad - heading, 2 * std::numbers::pi), 0, kTwelveDigits);
+    EXPECT_EQ(to_line(rows[0]), to_line(PoseRow{1.5, 0.1, -0.2, heading})) << "written again it is the same text";
+  }
+}
+
+}  // namespace
+}  // namespace twocone::runs

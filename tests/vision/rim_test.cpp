@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/rim.h"
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace twocone::vision {
+namespace {
+
+// A soft edge drawn by coverage is known to a fraction of a pixel; noise of a few grey levels against a step of 90 adds
+// little.
+constexpr double kSharp_px = 0.1;
+
+/// A disc on a background with 4 grey levels of noise, its edge pixels shaded by how far the edge cuts into them.
+cv::Mat disc(double column, double row, double radius_px, double inside, double outside) {
+  cv::Mat picture(480, 640, CV_8UC3);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 4);
+  for (int r = 0; r < picture.rows; ++r) {
+    for (int c = 0; c < picture.cols; ++c) {
+      const double cover = std::clamp(radius_px - std::hypot(c - column, r - row) + 0.5, 0.0, 1.0);
+      const double value = std::clamp(cover * inside + (1 - cover) * outside + noise(random), 0.0, 255.0);
+      picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(static_cast<std::uint8_t>(value));
+    }
+  }
+  return picture;
+}
+
+TEST(FindRim, FindsARimThatIsElsewhereThanExpected) {
+  const auto rim = find_rim(disc(325.3, 233.1, 219.7, 90, 180), {{319.5, 239.5}, 236, 0});
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->centre_px.x(), 325.3, kSharp_px);
+  EXPECT_NEAR(rim->centre_px.y(), 233.1, kSharp_px);
+  EXPECT_NEAR(rim->radius_px, 219.7, kSharp_px);
+  EXPECT_GT(rim->support, 0.9);
+}
+
+TEST(FindRim, IsNotLedAstrayByOtherEdges) {
+  cv::Mat picture = disc(319.5, 239.5, 220, 90, 180);
+  picture(cv::Rect(470, 0, 40, 480))
+      .setTo(cv::Scalar::all(255));  // a bright bar across a third of the rim's right side
+  picture(cv::Rect(120, 100, 20, 200)).setTo(cv::Scalar::all(0));
+  const auto rim = find_rim(picture, {{319.5, 239.5}, 225, 0});
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->radius_px, 220, kSharp_px);
+}
+
+TEST(FindRim, FindsNothingWhereThereIsNothing) {
+  EXPECT_FALSE(find_rim(disc(0, 0, 0, 128, 128), {{319.5, 239.5}, 200, 0}));
+  EXPECT_FALSE(find_rim(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(7)), {{319.5, 239.5}, 200, 0}));
+  EXPECT_FALSE(find_rim(disc(319.5, 239.5, 100, 90, 180), {{319.5, 239.5}, 200, 0})) << "far outside the search";
+  EXPECT_FALSE(find_rim(disc(319.5, 239.5, 100, 90, 180), {{-900, 239.5}, 100, 0}))
+      << "the search lies outside the picture";
+}
+
+TEST(FindRim, RefusesWhatIsNoPictureOrNoCircle) {
+  EXPECT_THROW((void)find_rim(cv::Mat(10, 10, CV_8UC1), {{5, 5}, 3, 0}), std::invalid_argument);
+  EXPECT_THROW((void)find_rim(cv::Mat(10, 10, CV_8UC3), {{5, 5}, 0, 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twocone::vision
