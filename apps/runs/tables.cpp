@@ -113,6 +113,13 @@ std::vector<std::string> whole_lines(const std::filesystem::path& file) {
   return lines;
 }
 
+/// A heading as the files keep it. Rounded to 1e-9 rad both when written and when read, it survives the twelve digits
+/// of a quaternion unchanged, so that what is computed from a stored run equals what was computed while it ran.
+double nanoradians(double heading_rad) {
+  constexpr double kMost_rad = 3.141592653;  // the last step before pi, which lies between two
+  return std::clamp(std::round(heading_rad * 1e9) / 1e9, -kMost_rad, kMost_rad);
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& file, std::size_t line, const std::string& what) {
   throw files::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
 }
@@ -167,9 +174,9 @@ std::string to_line(const DriveRow& row) { return line_of(row); }
 std::string to_line(const RangeRow& row) { return line_of(row); }
 std::string to_line(const FixRow& row) { return line_of(row); }
 std::string to_line(const PoseRow& row) {
-  // Twelve digits of the quaternion give the heading to 1e-12 rad, and stay what they are when read and written again.
-  return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(row.heading_rad / 2),
-                     std::cos(row.heading_rad / 2));
+  const double half_rad = nanoradians(row.heading_rad) / 2;
+  return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
+                     std::cos(half_rad));
 }
 
 std::vector<FrameRow> read_frames(const std::filesystem::path& file) { return read_table<FrameRow>(file); }
@@ -194,7 +201,7 @@ std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
       refuse(file, i + 1, fmt::format("has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size()));
     // The heading of a rotation that may also roll and pitch a little: the angle about z.
     const double heading = std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6]));
-    rows.push_back({v[0], v[1], v[2], heading});
+    rows.push_back({v[0], v[1], v[2], nanoradians(heading)});
   }
   return rows;
 }

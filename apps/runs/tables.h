@@ -20,7 +20,7 @@ std::string to_line(const FrameRow& row);
 std::string to_line(const DriveRow& row);
 std::string to_line(const RangeRow& row);
 std::string to_line(const FixRow& row);
-/// TUM: t tx ty tz qx qy qz qw.
+/// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
 /// Each reads a table whole. A last line without its newline was being written when the program ended, and is left out.

@@ -46,6 +46,7 @@ TEST(Still, DoesNotMove) {
 }
 
 TEST(Wander, KeepsClearTravelsAndTurnsThroughAllHeadings) {
+  // A minute at 0.35 m/s on the straight; a quarter of it must be spent there, however the turns fall.
   constexpr double kStep_s = 1.0 / 15;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Wander wander(kBody, room(), seed);
@@ -61,7 +62,7 @@ TEST(Wander, KeepsClearTravelsAndTurnsThroughAllHeadings) {
       headings.insert(int(std::floor((pose.heading_rad + std::numbers::pi) / (2 * std::numbers::pi) * 12)) % 12);
     }
     EXPECT_GT(least_m, kBody.radius_m) << "seed " << seed;
-    EXPECT_GT(travelled_m, 10) << "seed " << seed;
+    EXPECT_GT(travelled_m, 5) << "seed " << seed;
     EXPECT_EQ(headings.size(), 12U) << "seed " << seed;
   }
 }

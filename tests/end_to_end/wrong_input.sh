@@ -59,8 +59,8 @@ with_map '/^bounds_m/d' no_bounds
 expect 'map with a missing key' 1 'no_bounds.map.yaml:[0-9]+: bounds_m' bash -c 'run --robot robots/no_bounds.yaml'
 with_map 's|^unit_m: 0.05|unit_m: five|' wrong_type
 expect 'map with a wrong type' 1 'wrong_type.map.yaml:[0-9]+: unit_m is .five' bash -c 'run --robot robots/wrong_type.yaml'
-with_map '0,/radius_m: 0.1/s||radius_m: -0.1|' negative
-expect 'map with a negative radius' 1 'negative.map.yaml:[0-9]+: .*radius_m is -0.1 m' bash -c 'run --robot robots/negative.yaml'
+with_map '0,/radius_m: 0.15/s||radius_m: -0.15|' negative
+expect 'map with a negative radius' 1 'negative.map.yaml:[0-9]+: .*radius_m is -0.15 m' bash -c 'run --robot robots/negative.yaml'
 variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: teleport|' robots/unknown.yaml
 expect 'robot with an unknown driver' 1 'teleport' bash -c 'run --robot robots/unknown.yaml'
 variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_camera|' robots/absent.yaml
@@ -71,7 +71,7 @@ expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c
 touch "$work/file"
 expect 'output folder not to be made' 1 "$work/file" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/file/run"
 expect 'report of no run' 1 'no run here' "$twocone" report "$lab"
-expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$work" bash -c 'exec "$0" "$@"' "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/run_no_povray"
+expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$work" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/run_no_povray"
 
 expect 'no subcommand' 2 'subcommand' "$twocone"
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
