@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/gnuplot.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "apps/report/figures/child.h"
+#include "apps/report/markup.h"
+
+namespace twocone::report {
+namespace {
+
+/// The look of every figure: two axes, light grid, no colour but the data's.
+std::string preamble(const Plot& plot) {
+  return fmt::format(
+      "# Draw again by hand: gnuplot -d {0}.gp > {0}.svg\n"
+      "set encoding utf8\n"
+      "set terminal svg size {1},{2} dynamic noenhanced font 'sans-serif,14' background '#ffffff' name {3}\n"
+      "set border 3 lc rgb '#777777' lw 1\n"
+      "set tics nomirror out scale 0.5 textcolor rgb '#333333'\n"
+      "set grid back lc rgb '#e4e4e4' lw 1 dt solid\n"
+      "set key textcolor rgb '#333333' samplen 1.6 spacing 1.1\n"
+      "set style fill solid 1.0 noborder\n"
+      "set datafile missing '?'\n",
+      plot.stem, plot.width_px, plot.height_px, gnuplot_string(plot.stem));
+}
+
+void replace_between(std::string& text, std::string_view begin, std::string_view end, const std::string& middle) {
+  const std::size_t from = text.find(begin);
+  const std::size_t to = from == std::string::npos ? from : text.find(end, from);
+  if (to != std::string::npos) text.replace(from + begin.size(), to - from - begin.size(), middle);
+}
+
+/// gnuplot would write a plotted picture as a file of its own beside the SVG, so it is put in afterwards.
+bool insert_underlay(std::string& svg, const Underlay& underlay) {
+  const std::size_t at = svg.find("<defs>");  // comes just after the background
+  if (at == std::string::npos) return false;
+  svg.insert(at, fmt::format("<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
+                             "preserveAspectRatio=\"none\" xlink:href=\"{}\"/>\n",
+                             underlay.x_px, underlay.y_px, underlay.width_px, underlay.height_px,
+                             data_uri("image/jpeg", underlay.jpeg)));
+  return true;
+}
+
+}  // namespace
+
+Gnuplot::Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout)
+    : program_(std::move(program)), folder_(std::move(folder)), timeout_(timeout) {}
+
+Status Gnuplot::check() const {
+  const Result<ProgramOutput> version = run_program(program_, {"--version"}, timeout_);
+  if (version && version->exit_code == 0 && version->out.starts_with("gnuplot")) return {};
+  const std::string why =
+      version ? fmt::format("'{} --version' ended with {}", program_, version->exit_code) : version.error().message;
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("gnuplot is not installed or does not run ({}); the report's figures need it: "
+                           "apt install gnuplot-nox",
+                           why)};
+}
+
+Result<std::string> Gnuplot::draw(const Plot& plot) const {
+  const std::filesystem::path script = folder_ / (plot.stem + ".gp");
+  if (const Status written = write_file(script, preamble(plot) + plot.commands); !written) return written.error();
+  Result<ProgramOutput> drawn = run_program(program_, {"-d", script.string()}, timeout_);
+  if (!drawn) return drawn.error();
+  std::string& svg = drawn->out;
+  if (drawn->exit_code != 0 || svg.find("</svg>") == std::string::npos) {
+    return Error{ErrorCode::kBadData, fmt::format("gnuplot could not draw {} (ended with {}): {}", script.string(),
+                                                  drawn->exit_code, drawn->err.substr(0, 2000))};
+  }
+  replace_between(svg, "<title>", "</title>", escape(plot.title));
+  if (plot.underlay && !insert_underlay(svg, *plot.underlay)) {
+    return Error{ErrorCode::kBadData, fmt::format("gnuplot's SVG of {} is not as expected", script.string())};
+  }
+  if (const Status written = write_file(folder_ / (plot.stem + ".svg"), svg); !written) return written.error();
+  return std::move(svg);
+}
+
+std::string gnuplot_string(std::string_view text) {
+  std::string safe = "'";
+  for (const char c : cleaned(text)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '\'') {
+      safe += "''";
+    } else {
+      safe += byte < 0x20 || byte == 0x7F ? ' ' : c;
+    }
+  }
+  return safe + "'";
+}
+
+std::string number(std::optional<double> value) {
+  return value && std::isfinite(*value) ? fmt::format("{:.9g}", *value) : "NaN";
+}
+
+Status write_file(const std::filesystem::path& file, std::string_view content) {
+  std::filesystem::path fresh = file;
+  fresh += ".new";
+  const auto failed = [&](const std::string& reason) {
+    std::error_code ignored;
+    std::filesystem::remove(fresh, ignored);
+    return Error{ErrorCode::kUnavailable, fmt::format("cannot write {}: {}", file.string(), reason)};
+  };
+  errno = 0;
+  std::ofstream stream(fresh, std::ios::binary | std::ios::trunc);
+  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+  stream.close();
+  if (!stream) return failed(errno != 0 ? std::strerror(errno) : "the disk may be full");
+  std::error_code error;
+  std::filesystem::rename(fresh, file, error);
+  if (error) return failed(error.message());
+  return {};
+}
+
+}  // namespace twocone::report

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/palette.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace twocone::report {
+namespace {
+
+/// Luminance at which a colour's contrast with white is 3 to 1, as WCAG 2.1 asks of graphics: (1 + 0.05) / (Y + 0.05).
+constexpr double kLightestLine = 0.30;
+
+int srgb_code(double linear) {
+  const double value = std::isfinite(linear) ? std::clamp(linear, 0.0, 1.0) : 0.0;
+  const double coded = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;  // IEC 61966-2-1
+  return static_cast<int>(std::lround(255 * coded));
+}
+
+struct Verdict {
+  std::string_view name, colour, meaning;
+};
+
+const Verdict* find_verdict(std::string_view name) {
+  static constexpr std::array<Verdict, 9> kVerdicts{
+      {{"ok", "#009e73", "an answer"},
+       {"gap", "#56b4e9", "an answer, though two circles did not meet: the middle between them was taken"},
+       {"ambiguous", "#cc79a7", "two answers fit equally well"},
+       {"not_seen", "#999999", "nothing of its colour in the lower mirror"},
+       {"too_few", "#999999", "fewer than three ranges"},
+       {"truncated", "#e69f00", "it reaches the lower rim: too near for its top to be seen"},
+       {"no_match", "#0072b2", "seen in the lower mirror, not found in the upper one"},
+       {"beyond_limit", "#d55e00", "no positive disparity: too far to tell"},
+       {"same_colour", "#f0e442", "another landmark has this colour"}}};
+  const auto* found =
+      std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](const Verdict& v) { return v.name == name; });
+  return found == kVerdicts.end() ? nullptr : found;
+}
+
+}  // namespace
+
+std::string own_colour(const std::array<double, 3>& colour) {
+  return fmt::format("#{:02x}{:02x}{:02x}", srgb_code(colour[0]), srgb_code(colour[1]), srgb_code(colour[2]));
+}
+
+std::string line_colour(const std::array<double, 3>& colour) {
+  const double luminance = 0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2];  // ITU-R BT.709
+  const double factor = luminance > kLightestLine ? kLightestLine / luminance : 1.0;
+  return own_colour({colour[0] * factor, colour[1] * factor, colour[2] * factor});
+}
+
+std::string verdict_colour(std::string_view verdict) {
+  const Verdict* known = find_verdict(verdict);
+  return known != nullptr ? std::string(known->colour) : "#5b4a8a";
+}
+
+std::string_view verdict_meaning(std::string_view verdict) {
+  const Verdict* known = find_verdict(verdict);
+  return known != nullptr ? known->meaning : "";
+}
+
+}  // namespace twocone::report

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/path_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "apps/report/figures/palette.h"
+#include "apps/report/figures/plan.h"
+#include "apps/report/figures/series.h"
+#include "apps/report/paper_figures.h"
+
+namespace twocone::report {
+namespace {
+
+constexpr double kMmPerM = 1000;
+constexpr int kWidth_px = 640;
+constexpr int kTallest_px = 760;
+constexpr int kJpegQuality = 82;
+
+std::string block(const std::string& name, const std::string& rows) {
+  return fmt::format("${} << END_OF_DATA\n{}END_OF_DATA\n", name, rows);
+}
+
+std::string pose_block(const std::string& name, const std::vector<runs::PoseRow>& poses) {
+  std::string rows;
+  for (const runs::PoseRow& pose : poses) rows += fmt::format("{} {}\n", number(pose.x_m), number(pose.y_m));
+  return block(name, rows);
+}
+
+/// Grows to hold what is added; starts as nothing.
+struct Extent {
+  files::Bounds box{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                    std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  void add(const std::vector<runs::PoseRow>& poses) {
+    for (const runs::PoseRow& pose : poses) {
+      box = {std::min(box.min_x_m, pose.x_m), std::max(box.max_x_m, pose.x_m), std::min(box.min_y_m, pose.y_m),
+             std::max(box.max_y_m, pose.y_m)};
+    }
+  }
+  [[nodiscard]] bool empty() const { return box.min_x_m > box.max_x_m; }
+};
+
+/// Start and end of a path, named on sides that keep the two words apart.
+std::string ends(const std::vector<runs::PoseRow>& path, bool boxed) {
+  if (path.empty()) return "";
+  const runs::PoseRow& start = path.front();
+  const runs::PoseRow& end = path.back();
+  const bool start_above = start.y_m >= end.y_m;
+  const auto offset = [&](bool above) {
+    return fmt::format("left offset 1,{}{}", above ? 0.9 : -0.9, boxed ? " boxed" : "");
+  };
+  return block("start", fmt::format("{} {}\n", number(start.x_m), number(start.y_m))) +
+         block("end", fmt::format("{} {}\n", number(end.x_m), number(end.y_m))) +
+         label_command("start", start.x_m, start.y_m, offset(start_above)) +
+         label_command("end", end.x_m, end.y_m, offset(!start_above));
+}
+
+std::string end_marks() {
+  return "$start using 1:2 with points pt 7 ps 1.1 lc rgb '#222222' notitle, "
+         "$start using 1:2 with points pt 7 ps 0.7 lc rgb '#ffffff' notitle, "
+         "$end using 1:2 with points pt 5 ps 0.9 lc rgb '#222222' notitle";
+}
+
+/// Its frame's mark in figure 17 or 18, with the reason when there is no position.
+struct FixData {
+  std::string points;                          ///< frame, x, y, error in mm
+  std::map<std::string, std::string> missing;  ///< frames without a position by verdict
+  int count = 0;
+  std::vector<double> errors_mm;
+};
+
+FixData collect_fixes(const runs::RunData& run) {
+  FixData data;
+  for (const runs::FixRow& fix : run.fixes) {
+    if (!fix.x_m || !fix.y_m) {
+      data.missing[fix.verdict] += fmt::format("{} 1\n", fix.frame);
+      continue;
+    }
+    ++data.count;
+    if (fix.error_m) data.errors_mm.push_back(*fix.error_m * kMmPerM);
+    data.points += fmt::format("{} {} {} {}\n", fix.frame, number(fix.x_m), number(fix.y_m),
+                               number(fix.error_m ? std::optional(*fix.error_m * kMmPerM) : std::nullopt));
+  }
+  return data;
+}
+
+std::string join(const std::vector<std::string>& plots) {
+  std::string text = "plot ";
+  for (std::size_t i = 0; i < plots.size(); ++i) text += (i > 0 ? ", \\\n     " : "") + plots[i];
+  return text + "\n";
+}
+
+}  // namespace
+
+Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead) {
+  const runs::RunData& run = drawing.run;
+  const bool truth = !run.truth.empty();
+  const std::vector<runs::PoseRow>& path = truth ? run.truth : run.odometry;
+  const Sheet sheet = lay_out(run.map.bounds, kWidth_px, kTallest_px);
+
+  Plot plot;
+  plot.width_px = sheet.width_px;
+  plot.height_px = sheet.height_px;
+  plot.commands = sheet_commands(sheet, run.map.unit_m);
+  if (overhead) {
+    Underlay picture{sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px, {}};
+    cv::imencode(".jpg", *overhead, picture.jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+    plot.underlay = std::move(picture);
+    plot.commands += "unset grid\n";
+  } else {
+    plot.commands += plan_commands(run.map);
+  }
+  plot.commands +=
+      landmark_commands(run.map, overhead.has_value()) + "set key outside top center horizontal maxrows 1\n";
+  std::vector<std::string> plots{"NaN notitle"};
+  if (!path.empty()) {
+    plot.commands += pose_block("path", path) + ends(path, true);
+    plots = {"$path using 1:2 with lines lw 5 lc rgb '#ffffff' notitle",
+             fmt::format("$path using 1:2 with lines lw 2.5 lc rgb '{}' title {}", kOdometryColour,
+                         gnuplot_string(truth ? "true trajectory" : "odometry's trajectory")),
+             end_marks()};
+  }
+  plot.commands += join(plots);
+
+  Figure figure{"fig07_trajectory", "Figure 7", truth ? "The robot's true trajectory" : "The trajectory by odometry",
+                "", ""};
+  figure.wide = false;
+  figure.caption =
+      fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
+                  truth ? "Where the robot really drove." : "Dead reckoning alone: there is no ground truth.",
+                  overhead ? "The arena from above as POV-Ray sees it, with the robot at its start."
+                           : "Plan drawn from the map: walls, obstacles, pillars.",
+                  run.map.unit_m * 100);
+  return drawn(drawing, std::move(figure), std::move(plot));
+}
+
+std::optional<Figure> draw_position_error(const Drawing& drawing) {
+  const runs::RunData& run = drawing.run;
+  const std::vector<std::optional<double>> odometry_m = odometry_errors_m(run);
+  const FixData fixes = collect_fixes(run);
+  const bool any_odometry =
+      std::any_of(odometry_m.begin(), odometry_m.end(), [](const auto& e) { return e.has_value(); });
+  if (fixes.errors_mm.empty() && !any_odometry) return std::nullopt;
+
+  std::string odometry;
+  for (std::size_t i = 0; i < odometry_m.size(); ++i) {
+    const auto mm = odometry_m[i] ? std::optional(*odometry_m[i] * kMmPerM) : std::nullopt;
+    odometry += fmt::format("{} {}\n", run.frames[i].frame, number(mm));
+  }
+  const FrameSpan span = frame_span(run);
+  Plot plot;
+  plot.height_px = 400;
+  plot.commands = block("fixes", fixes.points) + block("odometry", odometry);
+  plot.commands += fmt::format(
+      "set xrange [{:g}:{:g}]\nset yrange [0:*]\nset offsets 0,0,graph 0.08,0\nset y2range [0:1]\nset boxwidth 1\n"
+      "set xlabel 'frame' offset 0,0.3\nset ylabel 'position error / mm'\nset key outside top center horizontal "
+      "maxrows 1\n",
+      span.first, span.last);
+  std::vector<std::string> plots;
+  int k = 0;
+  for (const auto& [verdict, frames] : fixes.missing) {
+    plot.commands += block(fmt::format("missing{}", k), frames);
+    plots.push_back(fmt::format("$missing{} using 1:(0.04) axes x1y2 with boxes lc rgb '{}' title {}", k++,
+                                verdict_colour(verdict), gnuplot_string("no fix: " + verdict)));
+  }
+  if (any_odometry) {
+    plots.push_back(fmt::format("$odometry using 1:2 with lines lw 2 lc rgb '{}' title 'odometry'", kOdometryColour));
+  }
+  const double limit_mm = std::max(readable_limit(fixes.errors_mm), 1.2 * paper::kPositionMean_mm);
+  const auto beyond =
+      std::count_if(fixes.errors_mm.begin(), fixes.errors_mm.end(), [&](double e) { return e > limit_mm; });
+  if (!fixes.errors_mm.empty()) {
+    plots.push_back(
+        fmt::format("$fixes using 1:($4 <= {:.9g} ? $4 : NaN) with points pt 7 ps 0.4 lc rgb '{}' title 'fix'",
+                    limit_mm, kFixColour));
+  }
+  if (beyond > 0) {
+    plots.push_back(
+        fmt::format("$fixes using 1:($4 > {0:.9g} ? {0:.9g} : NaN) with points pt 9 ps 0.9 lc rgb '{1}' title 'fix "
+                    "beyond the axis'",
+                    limit_mm, kFixColour));
+  }
+  plots.push_back(fmt::format("{} with lines lw 1 dt (6,4) lc rgb '{}' title 'the paper''s mean'",
+                              paper::kPositionMean_mm, kPaperColour));
+  if (span.last > paper::kFigure17Frames) {
+    plot.commands += fmt::format(
+        "set arrow from {0},graph 0 to {0},graph 1 nohead back lw 1 dt (2,3) lc rgb '{1}'\n"
+        "set label 'the paper shows the first {0} frames' at {0},graph 0.96 right offset -0.6,0 "
+        "textcolor rgb '#666666' font ',12'\n",
+        paper::kFigure17Frames, kPaperColour);
+  }
+  plot.commands += join(plots);
+
+  Figure figure{"fig17_error", "Figure 17", "Error of the position", "", ""};
+  figure.caption =
+      "Distance from the true position, frame by frame. Each fix stands alone (one stereo frame, the map and the "
+      "rig), so its error does not build up; odometry's does.";
+  if (beyond > 0) {
+    figure.caption += fmt::format(" {} of the errors lie beyond the axis, up to {:.0f} mm: triangles at its edge.",
+                                  beyond, *std::max_element(fixes.errors_mm.begin(), fixes.errors_mm.end()));
+  }
+  if (!fixes.missing.empty()) figure.caption += " Marks along the bottom: frames without a position.";
+  return drawn(drawing, std::move(figure), std::move(plot));
+}
+
+Figure draw_paths(const Drawing& drawing) {
+  const runs::RunData& run = drawing.run;
+  const FixData fixes = collect_fixes(run);
+  Extent extent;
+  extent.add(run.truth);
+  extent.add(run.odometry);
+  files::Bounds world = run.map.bounds;
+  if (!extent.empty()) {
+    constexpr double kMargin_m = 0.35;
+    const files::Bounds& box = extent.box;
+    world = {box.min_x_m - kMargin_m, box.max_x_m + kMargin_m, box.min_y_m - kMargin_m, box.max_y_m + kMargin_m};
+  }
+  const int outside = static_cast<int>(std::count_if(run.fixes.begin(), run.fixes.end(), [&](const runs::FixRow& fix) {
+    return fix.x_m && fix.y_m &&
+           !(*fix.x_m >= world.min_x_m && *fix.x_m <= world.max_x_m && *fix.y_m >= world.min_y_m &&
+             *fix.y_m <= world.max_y_m);
+  }));
+
+  const Sheet sheet = lay_out(world, kWidth_px, kTallest_px);
+  Plot plot;
+  plot.width_px = sheet.width_px;
+  plot.height_px = sheet.height_px;
+  plot.commands = sheet_commands(sheet, run.map.unit_m) + plan_commands(run.map) + landmark_commands(run.map, false) +
+                  "set key outside top center horizontal maxrows 1\n";
+  std::vector<std::string> plots;
+  const auto path = [&](const char* name, const std::vector<runs::PoseRow>& poses, const std::string& style) {
+    if (poses.empty()) return;
+    plot.commands += pose_block(name, poses);
+    plots.push_back(fmt::format("${} using 1:2 with lines {}", name, style));
+  };
+  path("truth", run.truth, fmt::format("lw 2 lc rgb '{}' title 'true'", kTruthColour));
+  path("odometry", run.odometry, fmt::format("lw 1.5 dt (8,4) lc rgb '{}' title 'odometry'", kOdometryColour));
+  if (fixes.count > 0) {
+    plot.commands += block("fixes", fixes.points);
+    plots.push_back(
+        fmt::format("$fixes using 2:3 with points pt 7 ps 0.35 lc rgb '{}' title 'calculated'", kFixColour));
+  }
+  const std::vector<runs::PoseRow>& marked = run.truth.empty() ? run.odometry : run.truth;
+  if (!marked.empty()) {
+    plot.commands += ends(marked, false);
+    plots.push_back(end_marks());
+  }
+  if (plots.empty()) plots.emplace_back("NaN notitle");
+  plot.commands += join(plots);
+
+  Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory", "", ""};
+  figure.wide = false;
+  figure.caption = fmt::format("{} positions from one stereo frame each{}, and the path by odometry alone.",
+                               fixes.count, run.truth.empty() ? "" : " beside the true trajectory");
+  if (outside > 0) figure.caption += fmt::format(" {} of them lie outside this picture.", outside);
+  return drawn(drawing, std::move(figure), std::move(plot));
+}
+
+}  // namespace twocone::report

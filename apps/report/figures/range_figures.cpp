@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/range_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "apps/report/figures/palette.h"
+#include "apps/report/figures/series.h"
+#include "apps/report/markup.h"
+#include "apps/report/paper_figures.h"
+#include "apps/report/table.h"
+
+namespace twocone::report {
+namespace {
+
+constexpr double kMmPerM = 1000;
+/// The marks' height, in parts of the plot's.
+constexpr double kMarkHeight = 0.045;
+
+/// What one landmark's figure shows, as gnuplot data.
+struct RangeData {
+  std::string points;                          ///< frame, true, computed, error in mm
+  std::map<std::string, std::string> reasons;  ///< frames without a range by verdict
+  bool any_true = false, any_computed = false, any_error = false;
+  double longest_m = 0;
+  std::vector<double> errors_mm;  ///< absolute
+};
+
+RangeData collect(const runs::RunData& run, const std::string& landmark) {
+  RangeData data;
+  std::optional<std::uint64_t> previous;
+  for (const runs::RangeRow* row : rows_of(run, landmark)) {
+    if (previous && row->frame > *previous + 1) data.points += "\n";  // a line is not drawn over missing frames
+    previous = row->frame;
+    std::optional<double> error_mm;
+    if (row->range_m && row->true_range_m) error_mm = (*row->range_m - *row->true_range_m) * kMmPerM;
+    data.points +=
+        fmt::format("{} {} {} {}\n", row->frame, number(row->true_range_m), number(row->range_m), number(error_mm));
+    if (!row->range_m) data.reasons[row->verdict] += fmt::format("{} 1\n", row->frame);
+    data.any_true |= row->true_range_m.has_value();
+    data.any_computed |= row->range_m.has_value();
+    data.any_error |= error_mm.has_value();
+    if (error_mm) data.errors_mm.push_back(std::abs(*error_mm));
+    data.longest_m = std::max({data.longest_m, row->range_m.value_or(0), row->true_range_m.value_or(0)});
+  }
+  return data;
+}
+
+std::string data_blocks(const RangeData& data) {
+  std::string text = "$range << END_OF_DATA\n" + data.points + "END_OF_DATA\n";
+  int k = 0;
+  for (const auto& [reason, frames] : data.reasons) {
+    text += fmt::format("$reason{} << END_OF_DATA\n{}END_OF_DATA\n", k++, frames);
+  }
+  return text;
+}
+
+std::string range_panel(const RangeData& data, const std::string& colour) {
+  const double top_m = data.longest_m > 0 && std::isfinite(data.longest_m) ? data.longest_m * 1.1 : 1;
+  std::string plots;
+  const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "plot " : ", \\\n     ") + plot; };
+  if (data.any_true) add(fmt::format("$range using 1:2 with lines lw 2 lc rgb '{}' title 'true'", kTruthColour));
+  if (data.any_computed) {
+    add(fmt::format("$range using 1:3 with points pt 7 ps 0.35 lc rgb '{}' title 'computed'", colour));
+  }
+  int k = 0;
+  for (const auto& [reason, frames] : data.reasons) {
+    add(fmt::format("$reason{} using 1:({}) axes x1y2 with boxes lc rgb '{}' title {}", k++, kMarkHeight,
+                    verdict_colour(reason), gnuplot_string(reason)));
+  }
+  if (plots.empty()) add("NaN notitle");
+  return fmt::format("set yrange [0:{:.6g}]\nset y2range [0:1]\nset ylabel 'range / m'\n{}\n", top_m, plots);
+}
+
+/// Distance of tick marks for an axis that reaches `reach` to both sides: 1, 2 or 5 times a power of ten, at most three
+/// a side.
+double tick_step(double reach) {
+  const double power = std::pow(10, std::floor(std::log10(reach / 3)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= reach / 3) return factor * power;
+  }
+  return 10 * power;
+}
+
+/// Errors that the error panel's axis does not reach.
+int count_beyond(const RangeData& data) {
+  const double limit_mm = readable_limit(data.errors_mm);
+  return static_cast<int>(
+      std::count_if(data.errors_mm.begin(), data.errors_mm.end(), [&](double e) { return e > limit_mm; }));
+}
+
+std::string error_panel(const RangeData& data, const std::string& colour) {
+  const double limit_mm = readable_limit(data.errors_mm);
+  const double reach_mm = std::max(limit_mm, 1e-3) * 1.15;
+  // Within the limit as dots; beyond it as triangles at the edge, pointing outwards.
+  return fmt::format(
+      "set ylabel 'error / mm'\nset yrange [{0:.6g}:{1:.6g}]\nset ytics {2:.6g}\nset xzeroaxis lc rgb '#777777' lw 1 "
+      "dt solid\n"
+      "plot $range using 1:(abs($4) <= {3:.9g} ? $4 : NaN) with points pt 7 ps 0.3 lc rgb '{4}' notitle, \\\n"
+      "     $range using 1:($4 > {3:.9g} ? {3:.9g} : NaN) with points pt 9 ps 0.8 lc rgb '{4}' notitle, \\\n"
+      "     $range using 1:($4 < -{3:.9g} ? -{3:.9g} : NaN) with points pt 11 ps 0.8 lc rgb '{4}' notitle\n",
+      -reach_mm, reach_mm, tick_step(reach_mm), limit_mm, colour);
+}
+
+Plot range_plot(const runs::RunData& run, const RangeData& data, const std::string& colour) {
+  const FrameSpan span = frame_span(run);
+  Plot plot;
+  plot.width_px = 620;
+  plot.height_px = data.any_error ? 450 : 320;
+  plot.commands = data_blocks(data);
+  plot.commands += fmt::format(
+      "set xrange [{:g}:{:g}]\nset boxwidth 1\nset lmargin 8\nset rmargin 2\n"
+      "set key outside top center horizontal\n",
+      span.first, span.last);
+  const std::string frame_axis = "set xlabel 'frame' offset 0,0.4\n";
+  if (!data.any_error) {
+    plot.commands += frame_axis + range_panel(data, colour);
+    return plot;
+  }
+  plot.commands +=
+      "set multiplot\n" +
+      std::string(data.reasons.size() > 1 ? "set tmargin at screen 0.86\n" : "set tmargin at screen 0.90\n") +
+      "set bmargin at screen 0.43\nset format x ''\n" + range_panel(data, colour) +
+      "unset key\nset tmargin at screen 0.38\nset bmargin at screen 0.135\nset format x '%g'\n" + frame_axis +
+      error_panel(data, colour) + "unset multiplot\n";
+  return plot;
+}
+
+std::string caption(const Drawing& drawing, const files::Landmark& landmark, const RangeData& data) {
+  const runs::LandmarkSummary* summary = find_landmark(&drawing.summary, landmark.name);
+  const int seen = summary != nullptr ? count_of(summary->verdicts, "ok") : 0;
+  std::string text = fmt::format("{} of {} frames have a range.", seen, drawing.summary.frames);
+  if (summary != nullptr && summary->error) {
+    text +=
+        fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", summary->error->mean_m * kMmPerM,
+                    summary->error->p95_m * kMmPerM, summary->error->max_m * kMmPerM);
+    if (const paper::PillarFigures* figures = paper::find_pillar(landmark.name)) {
+      text += fmt::format(" The paper: mean {}, worst {} mm.", figures->mean_mm, figures->max_mm);
+    }
+  }
+  if (const int beyond = count_beyond(data); beyond > 0) {
+    text += fmt::format(" {} {} beyond the error's axis: {} at its edge.", beyond,
+                        beyond == 1 ? "error lies" : "errors lie", beyond == 1 ? "a triangle" : "triangles");
+  }
+  if (!data.reasons.empty()) text += " Marks along the bottom: frames without a range, coloured by the reason.";
+  return text;
+}
+
+}  // namespace
+
+std::vector<Figure> draw_ranges(const Drawing& drawing) {
+  std::vector<Figure> figures;
+  int position = 0;
+  for (const files::Landmark& landmark : drawing.run.map.landmarks) {
+    const paper::PillarFigures* paper_pillar = paper::find_pillar(landmark.name);
+    const RangeData data = collect(drawing.run, landmark.name);
+    Figure figure;
+    figure.stem = paper_pillar != nullptr ? fmt::format("fig{}_range_{}", paper_pillar->figure, slug(landmark.name))
+                                          : fmt::format("range_{:02}_{}", position, slug(landmark.name));
+    ++position;
+    if (paper_pillar != nullptr) figure.number = fmt::format("Figure {}", paper_pillar->figure);
+    figure.title = fmt::format("Range to {}", landmark.name);
+    figure.wide = false;
+    figure.caption = caption(drawing, landmark, data);
+    figures.push_back(drawn(drawing, std::move(figure), range_plot(drawing.run, data, line_colour(landmark.colour))));
+  }
+  return figures;
+}
+
+}  // namespace twocone::report

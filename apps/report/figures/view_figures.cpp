@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/view_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "apps/files/to_layers.h"
+#include "apps/report/figures/palette.h"
+#include "apps/report/markup.h"
+#include "vision/paper_ranging.h"
+#include "vision/unwrap.h"
+
+namespace twocone::report {
+namespace {
+
+struct Pictures {
+  cv::Mat lower, upper;  ///< CV_8UC3, b g r
+};
+
+std::optional<Pictures> read_pictures(const runs::RunData& run, std::uint64_t frame) {
+  std::error_code ignored;
+  const auto lower = runs::lower_picture(run.folder, frame);
+  const auto upper = runs::upper_picture(run.folder, frame);
+  if (!std::filesystem::exists(lower, ignored) || !std::filesystem::exists(upper, ignored)) return std::nullopt;
+  Pictures pictures{cv::imread(lower.string(), cv::IMREAD_COLOR), cv::imread(upper.string(), cv::IMREAD_COLOR)};
+  if (pictures.lower.empty() || pictures.upper.empty()) return std::nullopt;
+  return pictures;
+}
+
+std::string jpeg_uri(const cv::Mat& picture, int quality) {
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return data_uri("image/jpeg", jpeg);
+}
+
+std::string svg_begin(double width, double height, const std::string& title) {
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" "
+      "xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
+      "font-family=\"sans-serif\" font-size=\"14\">\n<title>{}</title>\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
+      width, height, escape(title));
+}
+
+std::string svg_image(double x, double y, double width, double height, const std::string& uri) {
+  return fmt::format(
+      "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
+      "xlink:href=\"{}\"/>\n",
+      x, y, width, height, uri);
+}
+
+/// Text that can be read on any picture.
+std::string svg_label(double x, double y, std::string_view anchor, const std::string& text) {
+  return fmt::format(
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" fill=\"#ffffff\" stroke=\"#000000\" stroke-width=\"3\" "
+      "paint-order=\"stroke\" stroke-linejoin=\"round\">{}</text>\n",
+      x, y, anchor, escape(text));
+}
+
+/// Affine map from the upper image to the lower one, so that equal bearings and elevations meet.
+cv::Mat upper_to_lower(const vision::Rig& rig) {
+  std::array<cv::Point2f, 3> from;
+  std::array<cv::Point2f, 3> to;
+  const double reach = rig.upper.settings().rim_radius_px;
+  const double scale = rig.lower.focal_length_px() / rig.upper.focal_length_px();
+  const std::array<std::pair<double, double>, 3> places{{{0, 0}, {0, reach}, {std::numbers::pi / 2, reach}}};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto& [bearing, radius] = places[i];
+    const Eigen::Vector2d u = rig.upper.settings().centre_px + rig.upper.offset_px(bearing, radius);
+    const Eigen::Vector2d l = rig.lower.settings().centre_px + rig.lower.offset_px(bearing, radius * scale);
+    from[i] = {static_cast<float>(u.x()), static_cast<float>(u.y())};
+    to[i] = {static_cast<float>(l.x()), static_cast<float>(l.y())};
+  }
+  return cv::getAffineTransform(from, to);
+}
+
+Eigen::Vector2d apply(const cv::Mat& affine, const Eigen::Vector2d& p) {
+  const auto at = [&](int row, int column) { return affine.at<double>(row, column); };
+  return {at(0, 0) * p.x() + at(0, 1) * p.y() + at(0, 2), at(1, 0) * p.x() + at(1, 1) * p.y() + at(1, 2)};
+}
+
+struct NamedMatch {
+  const files::Landmark* landmark;
+  vision::RangeMeasurement measurement;
+};
+
+/// What the paper's method finds in these pictures; nothing where the rig or the colours are outside its domain.
+std::vector<NamedMatch> match(const runs::RunData& run, const Pictures& pictures) {
+  std::vector<NamedMatch> matches;
+  try {
+    const vision::PaperRanging ranging(files::to_rig(run.robot), files::to_targets(run.map), pictures.lower.size(),
+                                       pictures.upper.size());
+    cv::Mat lower;
+    cv::Mat upper;
+    cv::cvtColor(pictures.lower, lower, cv::COLOR_BGR2RGB);
+    cv::cvtColor(pictures.upper, upper, cv::COLOR_BGR2RGB);
+    const std::vector<vision::RangeMeasurement> measured = ranging.measure(lower, upper);
+    for (std::size_t i = 0; i < measured.size(); ++i) matches.push_back({&run.map.landmarks[i], measured[i]});
+  } catch (const std::invalid_argument&) {
+    matches.clear();
+  }
+  return matches;
+}
+
+/// The frames, best first: most ranges, then the largest disparities, which are the clearest to look at.
+std::vector<std::uint64_t> by_merit(const runs::RunData& run) {
+  std::map<std::uint64_t, std::pair<int, double>> merit;
+  for (const runs::FrameRow& frame : run.frames) merit[frame.frame] = {0, 0};
+  for (const runs::RangeRow& row : run.ranges) {
+    const auto found = merit.find(row.frame);
+    if (found == merit.end() || !row.range_m) continue;
+    ++found->second.first;
+    found->second.second += row.disparity_px.value_or(0);
+  }
+  std::vector<std::uint64_t> frames;
+  for (const auto& [frame, value] : merit) frames.push_back(frame);
+  std::stable_sort(frames.begin(), frames.end(), [&](std::uint64_t a, std::uint64_t b) { return merit[a] > merit[b]; });
+  return frames;
+}
+
+/// `count` of `run.frames`, evenly spaced, the first and the last among them; their places in the list.
+std::vector<std::size_t> spread(std::size_t frames, int count) {
+  std::set<std::size_t> places;
+  const int steps = std::max(1, count - 1);
+  for (int i = 0; i < count && frames > 0; ++i)
+    places.insert((frames - 1) * static_cast<std::size_t>(i) / static_cast<std::size_t>(steps));
+  return {places.begin(), places.end()};
+}
+
+constexpr double kStripWidth = 960;
+constexpr double kStripHeight = 150;  ///< of one mirror's
+constexpr double kStripLeft = 58;
+
+double strip_x(double bearing_rad) { return kStripLeft + kStripWidth * (0.5 - bearing_rad / (2 * std::numbers::pi)); }
+
+/// The landmarks' names and ranges at their measured bearings over both views; names that would meet stand one below
+/// the other.
+std::string bearing_marks(const runs::RunData& run, std::uint64_t frame, double top) {
+  constexpr double kLetterWidth = 7.6;  // of 14 px sans-serif, on the generous side
+  constexpr double kLine = 17;
+  struct Mark {
+    double x, half_width;
+    std::string text;
+  };
+  std::vector<Mark> marks;
+  for (const runs::RangeRow& row : run.ranges) {
+    if (row.frame != frame || !row.bearing_rad) continue;
+    const std::string text = row.range_m ? fmt::format("{} {:.2f} m", row.landmark, *row.range_m) : row.landmark;
+    marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * static_cast<double>(text.size()) / 2, text});
+  }
+  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x < b.x; });
+  std::string svg;
+  std::vector<double> line_ends;  // where the last name of each line ends
+  for (const Mark& mark : marks) {
+    const double x = std::clamp(mark.x, kStripLeft + mark.half_width,
+                                std::max(kStripLeft + mark.half_width, kStripLeft + kStripWidth - mark.half_width));
+    const auto free =
+        std::find_if(line_ends.begin(), line_ends.end(), [&](double end) { return end < x - mark.half_width; });
+    const auto line = free - line_ends.begin();
+    if (free == line_ends.end()) line_ends.push_back(0);
+    line_ends[static_cast<std::size_t>(line)] = x + mark.half_width;
+    const double y = top + 15 + kLine * static_cast<double>(line);
+    svg += fmt::format(
+        "<path d=\"M{0:.1f},{1:.1f}V{2:.1f}\" stroke=\"#ffffff\" stroke-opacity=\"0.75\" stroke-dasharray=\"4 4\"/>\n",
+        mark.x, y + 5, top + 2 * kStripHeight + 4);
+    svg += svg_label(x, y, "middle", mark.text);
+  }
+  return svg;
+}
+
+/// Both views unrolled with their marks, from `top` downwards; 2 kStripHeight + 4 high.
+std::string strip(const runs::RunData& run, std::uint64_t frame, const Pictures& pictures, double top, int quality,
+                  int picture_width_px) {
+  const vision::Rig rig = files::to_rig(run.robot);
+  const int picture_height_px = static_cast<int>(std::lround(picture_width_px * kStripHeight / kStripWidth));
+  std::string svg;
+  double y = top;
+  for (const auto& [name, picture, view] :
+       {std::tuple{"lower", &pictures.lower, &rig.lower}, std::tuple{"upper", &pictures.upper, &rig.upper}}) {
+    cv::Mat small;
+    cv::resize(vision::unwrap(*picture, *view, 2 * picture_width_px), small, {picture_width_px, picture_height_px}, 0,
+               0, cv::INTER_AREA);
+    svg += svg_image(kStripLeft, y, kStripWidth, kStripHeight, jpeg_uri(small, quality));
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#333333\">{}</text>\n",
+                       kStripLeft - 8, y + kStripHeight / 2 + 5, name);
+    y += kStripHeight + 4;
+  }
+  return svg + bearing_marks(run, frame, top);
+}
+
+std::string bearing_axis(double top) {
+  std::string svg;
+  for (const auto& [degrees, word] :
+       {std::pair{180, "behind"}, {90, "left 90\u00b0"}, {0, "ahead"}, {-90, "right 90\u00b0"}, {-180, "behind"}}) {
+    const double x = strip_x(degrees * std::numbers::pi / 180);
+    const char* anchor = degrees == 180 ? "start" : degrees == -180 ? "end" : "middle";
+    svg += fmt::format(
+        "<path d=\"M{0:.1f},{1:.1f}v5\" stroke=\"#777777\"/><text x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"{3}\" "
+        "fill=\"#333333\">{4}</text>\n",
+        x, top, top + 20, anchor, word);
+  }
+  return svg;
+}
+
+Figure saved(const Drawing& drawing, Figure figure) {
+  if (const Status written = write_file(drawing.folder / (figure.stem + ".svg"), figure.svg); !written) {
+    drawing.notes.push_back("The figure \"" + figure.title +
+                            "\" is in the report but not in the folder: " + written.error().message);
+  }
+  return figure;
+}
+
+}  // namespace
+
+std::optional<Figure> draw_superimposed(const Drawing& drawing) {
+  const runs::RunData& run = drawing.run;
+  std::optional<Pictures> pictures;
+  std::uint64_t frame = 0;
+  for (const std::uint64_t candidate : by_merit(run)) {
+    pictures = read_pictures(run, candidate);
+    frame = candidate;
+    if (pictures) break;
+  }
+  if (!pictures) {
+    drawing.notes.emplace_back("Figure 9 and the views are missing: the run has no pictures.");
+    return std::nullopt;
+  }
+
+  const vision::Rig rig = files::to_rig(run.robot);
+  const cv::Mat affine = upper_to_lower(rig);
+  cv::Mat upper;
+  cv::warpAffine(pictures->upper, upper, affine, pictures->lower.size(), cv::INTER_LINEAR);
+  cv::Mat both;
+  cv::addWeighted(pictures->lower, 0.5, upper, 0.5, 0, both);
+
+  // The square round the lower mirror, as far as the picture goes.
+  const vision::MirrorViewSettings& s = rig.lower.settings();
+  const int reach = static_cast<int>(std::ceil(s.rim_radius_px)) + 6;
+  const cv::Rect square(static_cast<int>(s.centre_px.x()) - reach, static_cast<int>(s.centre_px.y()) - reach,
+                        2 * reach + 1, 2 * reach + 1);
+  const cv::Rect crop = square & cv::Rect(0, 0, both.cols, both.rows);
+  if (crop.empty()) {
+    drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower picture.");
+    return std::nullopt;
+  }
+  constexpr double kWidth = 720;
+  const double scale = kWidth / crop.width;
+  // Pixel (0, 0) is the centre of the first pixel, SVG's (0, 0) its corner.
+  const auto place = [&](const Eigen::Vector2d& p) {
+    return Eigen::Vector2d((p.x() + 0.5 - crop.x) * scale, (p.y() + 0.5 - crop.y) * scale);
+  };
+
+  Figure figure{"fig09_disparity", "Figure 9", "The disparity between the two mirrors", "", ""};
+  figure.svg = svg_begin(kWidth, crop.height * scale, figure.title);
+  figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(both(crop), 85));
+  std::vector<std::string> missing;
+  for (const NamedMatch& match : match(run, *pictures)) {
+    const vision::RangeMeasurement& m = match.measurement;
+    if (m.verdict != vision::RangeVerdict::kOk || !m.lower_px || !m.upper_px) {
+      missing.push_back(fmt::format("{} ({})", match.landmark->name, vision::to_string(m.verdict)));
+      continue;
+    }
+    const Eigen::Vector2d a = place(*m.lower_px);
+    const Eigen::Vector2d b = place(apply(affine, *m.upper_px));
+    const std::string colour = own_colour(match.landmark->colour);
+    for (const auto& [stroke, width] : {std::pair{std::string("#000000"), 4.5}, std::pair{colour, 2.0}}) {
+      figure.svg += fmt::format(
+          "<g fill=\"none\" stroke=\"{0}\" stroke-width=\"{1}\"><circle cx=\"{2:.1f}\" cy=\"{3:.1f}\" r=\"9\"/>"
+          "<circle cx=\"{4:.1f}\" cy=\"{5:.1f}\" r=\"9\"/></g>\n",
+          stroke, width, a.x(), a.y(), b.x(), b.y());
+    }
+    const Eigen::Vector2d centre = place(s.centre_px);
+    const Eigen::Vector2d outwards = (a - centre).normalized();
+    const Eigen::Vector2d sideways(-outwards.y(), outwards.x());
+    const Eigen::Vector2d at = a + sideways * 18;  // clear of the circles
+    figure.svg += svg_label(at.x(), at.y() + 5, sideways.x() >= 0 ? "start" : "end", match.landmark->name);
+  }
+  figure.svg += "</svg>\n";
+  figure.caption = fmt::format(
+      "Frame {}: the upper mirror's image laid half-transparent on the lower one's. Circles: where the paper's "
+      "algorithm matched the top of a pillar, the outer one in the lower mirror, the inner one in the upper.",
+      frame);
+  if (!missing.empty()) figure.caption += fmt::format(" No match: {}.", fmt::join(missing, ", "));
+  return saved(drawing, std::move(figure));
+}
+
+std::optional<Figure> draw_strips(const Drawing& drawing) {
+  const runs::RunData& run = drawing.run;
+  std::string strips;
+  double y = 4;
+  for (const std::size_t place : spread(run.frames.size(), 3)) {
+    const runs::FrameRow& frame = run.frames[place];
+    const std::optional<Pictures> pictures = read_pictures(run, frame.frame);
+    if (!pictures) continue;
+    strips += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"#333333\">frame {}, t = {:.2f} s</text>\n",
+                          kStripLeft, y + 14, frame.frame, frame.t_s);
+    strips += strip(run, frame.frame, *pictures, y + 22, 78, 960);
+    y += 22 + 2 * kStripHeight + 4 + 14;
+  }
+  if (strips.empty()) return std::nullopt;
+  Figure figure{"views_unwrapped", "", "All round in both mirrors", "", ""};
+  figure.svg =
+      svg_begin(kStripLeft + kStripWidth + 10, y + 16, figure.title) + strips + bearing_axis(y - 10) + "</svg>\n";
+  figure.caption =
+      "The two mirrors' images unrolled, lower above upper, on the same bearings: a pillar stands at one bearing in "
+      "both, "
+      "higher in the lower mirror. Rows run from the rim (top) to the tip, which is the horizon of 90 degree cones.";
+  return saved(drawing, std::move(figure));
+}
+
+std::vector<FrameView> frame_views(const runs::RunData& run, int count) {
+  std::vector<FrameView> views;
+  for (const std::size_t place : spread(run.frames.size(), count)) {
+    const runs::FrameRow& frame = run.frames[place];
+    const std::optional<Pictures> pictures = read_pictures(run, frame.frame);
+    if (!pictures) continue;
+    constexpr double kHeight = 2 * kStripHeight + 34;
+    views.push_back({frame.frame, frame.t_s,
+                     svg_begin(kStripLeft + kStripWidth + 10, kHeight, fmt::format("Frame {}", frame.frame)) +
+                         strip(run, frame.frame, *pictures, 2, 70, 640) + bearing_axis(2 * kStripHeight + 8) +
+                         "</svg>\n"});
+  }
+  return views;
+}
+
+}  // namespace twocone::report

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/page/page.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "apps/report/markup.h"
+#include "apps/report/page/html.h"
+#include "apps/report/page/results.h"
+#include "apps/report/page/style.h"
+#include "apps/report/table.h"
+
+namespace twocone::report {
+namespace {
+
+std::string figure_html(const Figure& figure) {
+  std::string caption = html::text("strong", figure.title + ".");
+  if (!figure.number.empty()) caption += html::text("span", fmt::format("The paper's {}. ", figure.number));
+  caption = html::element("figcaption", caption + escape(figure.caption));
+  return html::element("figure", inline_svg(figure.svg, figure.stem) + caption,
+                       fmt::format("id=\"{}\"{}", escape(figure.stem), figure.wide ? " class=\"wide\"" : ""));
+}
+
+std::string group_html(const FigureGroup& group) {
+  std::string figures;
+  for (const Figure& figure : group.figures) {
+    if (!figure.svg.empty()) figures += figure_html(figure);
+  }
+  if (figures.empty()) return "";
+  const std::string intro = group.intro.empty() ? "" : html::text("p", group.intro);
+  return html::section(group.id, group.title, intro + html::element("div", figures, "class=\"figures\""));
+}
+
+/// A slider through some frames; without a script the first one is there.
+std::string browser_html(const std::vector<FrameView>& frames) {
+  if (frames.empty()) return "";
+  std::string views;
+  bool first = true;
+  for (const FrameView& view : frames) {
+    const std::string name = fmt::format("frame {}, t = {:.2f} s", view.frame, view.t_s);
+    views += html::element(
+        "div", inline_svg(view.svg, fmt::format("frame{}", view.frame)),
+        fmt::format("class=\"frame\" data-name=\"{}\"{}", escape(name), first ? "" : " hidden=\"hidden\""));
+    first = false;
+  }
+  const std::string slider = html::element(
+      "div",
+      fmt::format("<input id=\"frame-choice\" type=\"range\" min=\"0\" max=\"{}\" value=\"0\" disabled=\"disabled\" "
+                  "aria-label=\"frame\"/>",
+                  frames.size() - 1) +
+          html::element("output", "", "id=\"frame-name\""),
+      "class=\"slider\"");
+  const std::string caption = html::element(
+      "figcaption",
+      fmt::format("{} frames, evenly spaced over the run: both mirrors unrolled, pillars at their measured "
+                  "bearings with the computed range.",
+                  frames.size()));
+  return html::section("browse", "Through the run",
+                       html::element("figure", slider + views + caption, "class=\"wide\""));
+}
+
+std::string repeat_html(const runs::RunData& run) {
+  return html::section("repeat", "How to repeat this",
+                       html::text("p", "The same version makes the same run byte for byte from these words:") +
+                           html::text("pre", repeat_command(run.info, run.robot, run.method)) +
+                           html::text("p", "The scripts that drew the figures are beside them, in figures/*.gp."));
+}
+
+std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
+  std::string rows;
+  const auto add = [&](std::string_view name, const std::string& value) {
+    rows += html::text("dt", name) + html::text("dd", value);
+  };
+  add("twocone", fmt::format("{}, commit {}", run.info.version, run.info.commit));
+  add("compiler", run.info.compiler);
+  add("robot", fmt::format("{} ({})", run.robot.name, run.robot.file.string()));
+  add("map", run.map.file.string());
+  add("scene", run.map.scene ? run.map.scene->string() : "none: a real room");
+  add("behaviour", run.info.behaviour);
+  add("method", run.method == run.info.method
+                    ? run.method
+                    : fmt::format("{} (the run itself used {})", run.method, run.info.method));
+  add("seed", fmt::to_string(run.info.seed));
+  add("frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s));
+  add("pictures", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
+                              run.robot.lower.rate_hz));
+  if (run.info.finished && run.info.wall_s > 0) {
+    add("time taken",
+        fmt::format("{:.1f} s, of which {:.1f} s waiting for pictures; processor {:.1f} s here, {:.1f} s in POV-Ray",
+                    run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
+  }
+  return html::element("dl", rows);
+}
+
+std::string provenance_html(const PageContent& content) {
+  std::string text = facts_html(content.run, content.summary);
+  text += html::text("h3", "What happened on the way");
+  text += content.run.info.events.empty() ? html::text("p", "Nothing out of the ordinary.")
+                                          : html::list(content.run.info.events);
+  text += html::text("h3", "Notes on this report");
+  text += content.notes.empty() ? html::text("p", "Nothing is missing.") : html::list(content.notes);
+  return html::section("run", "The run", text);
+}
+
+std::string nav_html(const std::vector<std::pair<std::string, std::string>>& places) {
+  std::string links;
+  for (const auto& [id, title] : places) links += html::text("a", title, fmt::format("href=\"#{}\"", escape(id)));
+  return html::element("nav", links);
+}
+
+}  // namespace
+
+std::string page(const PageContent& content) {
+  const runs::RunData& run = content.run;
+  const runs::Summary& summary = content.summary;
+  const std::string title =
+      fmt::format("twocone run: robot {}, method {}, seed {}", run.robot.name, run.method, run.info.seed);
+
+  std::vector<std::pair<std::string, std::string>> places{{"ranges", "Ranges"}, {"position", "Position"}};
+  std::string figures;
+  for (const FigureGroup& group : content.groups) {
+    const std::string inner = group_html(group);
+    if (inner.empty()) continue;
+    figures += inner;
+    places.emplace_back(group.id, group.title);
+  }
+  if (!content.frames.empty()) places.emplace_back("browse", "Through the run");
+  places.insert(places.end(), {{"repeat", "Repeat"}, {"run", "The run"}});
+
+  std::string main = html::text("h1", title);
+  main += html::text("p", headline(summary), "class=\"headline\"");
+  if (!run.info.finished) {
+    main += html::text("p",
+                       fmt::format("This run was cut off after {} of {} frames; what follows is of those.",
+                                   summary.frames, run.info.frames_wanted),
+                       "class=\"warning\"");
+  }
+  main += nav_html(places) + rules(content) + tiles(summary);
+  main += html::section("ranges", "Ranges", range_table(content) + coverage_table(content));
+  main += html::section("position", "Position", position_table(content));
+  main += figures + browser_html(content.frames) + repeat_html(run) + provenance_html(content);
+
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
+         html::text("title", title) + html::element("style", style()) + "</head>\n<body>\n" +
+         html::element("main", main) + html::element("script", script()) + "</body>\n</html>\n";
+}
+
+}  // namespace twocone::report

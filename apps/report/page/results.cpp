@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/page/results.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "apps/report/figures/palette.h"
+#include "apps/report/markup.h"
+#include "apps/report/page/html.h"
+#include "apps/report/paper_figures.h"
+#include "apps/report/rig_numbers.h"
+#include "apps/report/table.h"
+
+namespace twocone::report {
+namespace {
+
+constexpr double kMmPerM = 1000;
+
+std::string mm(double metres) { return fmt::format("{:.2f}", metres * kMmPerM); }
+std::string percent(int part, int whole) {
+  return whole > 0 ? fmt::format("{:.1f}\u00a0%", 100.0 * part / whole) : std::string("\u2013");
+}
+const std::string kNone = "\u2013";
+
+void add_errors(std::vector<std::string>& cells, const std::optional<runs::ErrorStatistics>& error) {
+  if (!error) {
+    cells.insert(cells.end(), 4, kNone);
+    return;
+  }
+  for (const double value : {error->mean_m, error->rmse_m, error->p95_m, error->max_m}) cells.push_back(mm(value));
+}
+
+void add_mean_max(std::vector<std::string>& cells, const std::optional<runs::ErrorStatistics>& error) {
+  cells.push_back(error ? mm(error->mean_m) : kNone);
+  cells.push_back(error ? mm(error->max_m) : kNone);
+}
+
+/// Verdicts with their counts, `ok` first, then the most frequent.
+std::vector<std::pair<std::string, int>> ordered(const std::map<std::string, int>& verdicts) {
+  std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return (a.first == "ok") != (b.first == "ok") ? a.first == "ok" : a.second > b.second;
+  });
+  return sorted;
+}
+
+std::string swatch(const std::string& colour) {
+  return fmt::format("<span class=\"swatch\" style=\"background:{}\"></span>", colour);
+}
+
+std::string share_bar(const std::map<std::string, int>& verdicts) {
+  int whole = 0;
+  for (const auto& [verdict, count] : verdicts) whole += count;
+  std::string parts;
+  for (const auto& [verdict, count] : ordered(verdicts)) {
+    if (count <= 0) continue;
+    parts += fmt::format("<i style=\"width:{:.3f}%;background:{}\" title=\"{}: {}\"></i>", 100.0 * count / whole,
+                         verdict_colour(verdict), escape(verdict), count);
+  }
+  return html::element("div", parts, "class=\"share\"");
+}
+
+std::string words(const std::map<std::string, int>& verdicts) {
+  std::string text;
+  for (const auto& [verdict, count] : ordered(verdicts)) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
+  }
+  return escape(text);
+}
+
+/// For a large letter: as many digits as are read at a glance.
+std::string tile_mm(double metres) { return fmt::format("{:.{}f} mm", metres * kMmPerM, metres < 1 ? 1 : 0); }
+
+std::string tile(std::string_view value, std::string_view meaning) {
+  return html::element("div", html::text("b", value) + html::text("span", meaning), "class=\"tile\"");
+}
+
+}  // namespace
+
+std::string headline(const runs::Summary& summary) {
+  if (summary.frames == 0) return "This run has no frames.";
+  if (summary.frames_with_fix == 0) return fmt::format("None of {} frames has a position.", summary.frames);
+  if (!summary.fix_error) {
+    return fmt::format("{} of {} frames have a position; without ground truth nobody can say how good it is.",
+                       summary.frames_with_fix, summary.frames);
+  }
+  return fmt::format(
+      "From one stereo frame at a time, the robot's position is off by {:.1f} mm on average; the paper reports {} mm.",
+      summary.fix_error->mean_m * kMmPerM, paper::kPositionMean_mm);
+}
+
+std::string tiles(const runs::Summary& summary) {
+  std::string text;
+  if (summary.fix_error) {
+    text += tile(tile_mm(summary.fix_error->mean_m),
+                 fmt::format("mean position error (paper: {})", paper::kPositionMean_mm));
+    text += tile(tile_mm(summary.fix_error->max_m),
+                 fmt::format("worst position error (paper: within {})", paper::kPositionWithin_mm));
+  }
+  text += tile(percent(summary.frames_with_fix, summary.frames),
+               fmt::format("of {} frames have a position", summary.frames));
+  if (summary.odometry_error) {
+    text += tile(tile_mm(summary.odometry_error->mean_m), "mean error of odometry alone");
+  }
+  if (summary.travelled_m)
+    text += tile(fmt::format("{:.2f} m", *summary.travelled_m), fmt::format("driven in {:.1f} s", summary.duration_s));
+  if (summary.headings_covered_deg)
+    text += tile(fmt::format("{:.0f}\u00b0", *summary.headings_covered_deg), "of all 360\u00b0 of heading covered");
+  return html::element("div", text, "class=\"tiles\"");
+}
+
+std::string rules(const PageContent& content) {
+  const runs::Summary& summary = content.summary;
+  std::string success = html::element(
+      "p", fmt::format("<strong>Rule of success.</strong> As good as the paper: over every frame with a position the "
+                       "mean error is at "
+                       "most {} mm and none is above {} mm. Nothing is left out: of two answers to one frame the worse "
+                       "counts, and a frame without an answer is counted by its reason (the paper writes 0 for it).",
+                       paper::kPositionMean_mm, paper::kPositionWithin_mm));
+  if (summary.fix_error) {
+    const double mean_mm = summary.fix_error->mean_m * kMmPerM;
+    const double max_mm = summary.fix_error->max_m * kMmPerM;
+    const bool met = mean_mm <= paper::kPositionMean_mm && max_mm <= paper::kPositionWithin_mm;
+    success += html::element(
+        "p",
+        fmt::format("<span class=\"{}\">{}</span> mean {:.2f} mm, worst {:.2f} mm; {} of {} frames have no position.",
+                    met ? "met" : "unmet", met ? "Met:" : "Not met:", mean_mm, max_mm,
+                    summary.frames - summary.frames_with_fix, summary.frames));
+  }
+  std::string truth = html::element(
+      "p",
+      has_truth(summary)
+          ? "<strong>Precision of the truth.</strong> It is the simulated world's own pose, the very numbers that "
+            "place the cameras in the scene, written with every digit; a true range is the distance from there to "
+            "the pillar's axis in the map. So it is exact as far as the map agrees with the scene. No behaviour and "
+            "no estimator reads it."
+          : "<strong>No ground truth.</strong> This run has none (a real robot in a real room), so no error is given "
+            "anywhere below: coverage only.");
+  truth += html::element(
+      "p",
+      "The paper's figures stand beside ours as a yardstick: Burbridge &amp; Spacek (2006) had another room, "
+      "and a rig whose sizes they do not give.",
+      "class=\"soft\"");
+  return html::element("div", html::element("div", success) + html::element("div", truth), "class=\"rules\"");
+}
+
+std::string range_table(const PageContent& content) {
+  const runs::Summary& summary = content.summary;
+  const bool truth = has_truth(summary);
+  std::vector<std::string> groups{
+      "",
+      "frames",
+  };
+  std::vector<int> spans{1, 2};
+  std::vector<std::string> heads{"pillar", "with a range", "covered"};
+  if (truth) {
+    groups.insert(groups.end(), {"error / mm", "rounding to pixels"});
+    spans.insert(spans.end(), {4, 1});
+    heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max", "alone: mean"});
+    if (content.baseline != nullptr) {
+      groups.emplace_back("method paper");
+      spans.push_back(2);
+      heads.insert(heads.end(), {"mean", "max"});
+    }
+    groups.emplace_back("the paper");
+    spans.push_back(2);
+    heads.insert(heads.end(), {"mean", "max"});
+  }
+  html::Table table(truth ? "Range to each pillar, |computed \u2212 true|" : "Range to each pillar",
+                    html::head_row(groups, spans) + html::head_row(heads));
+  for (const files::Landmark& landmark : content.run.map.landmarks) {
+    const runs::LandmarkSummary* own = find_landmark(&summary, landmark.name);
+    const int seen = own != nullptr ? count_of(own->verdicts, "ok") : 0;
+    std::vector<std::string> cells{swatch(own_colour(landmark.colour)) + escape(landmark.name), fmt::to_string(seen),
+                                   percent(seen, summary.frames)};
+    if (truth) {
+      add_errors(cells, own != nullptr ? own->error : std::nullopt);
+      const std::optional<double> rounding_m = rounding_error_m(content.run, landmark);
+      cells.push_back(rounding_m ? mm(*rounding_m) : kNone);
+      if (content.baseline != nullptr) {
+        const runs::LandmarkSummary* other = find_landmark(content.baseline, landmark.name);
+        add_mean_max(cells, other != nullptr ? other->error : std::nullopt);
+      }
+      const paper::PillarFigures* figures = paper::find_pillar(landmark.name);
+      cells.push_back(figures != nullptr ? fmt::to_string(figures->mean_mm) : kNone);
+      cells.push_back(figures != nullptr ? fmt::to_string(figures->max_mm) : kNone);
+    }
+    table.add(cells);
+  }
+  std::string text = table.str();
+  if (truth) {
+    text += html::element("p",
+                          "\"Rounding to pixels alone\" is what the mean error would be if both matches were right to "
+                          "the nearest whole pixel and "
+                          "nothing else were wrong: a third of a pixel of disparity at the true ranges of this run.",
+                          "class=\"soft\"");
+  }
+  return text;
+}
+
+std::string coverage_table(const PageContent& content) {
+  html::Table table("What became of each frame", html::head_row({"", "share of the frames", "frames by verdict"}),
+                    "class=\"words\"");
+  std::set<std::string> verdicts;
+  for (const runs::LandmarkSummary& landmark : content.summary.landmarks) {
+    table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts)});
+    for (const auto& [verdict, count] : landmark.verdicts) verdicts.insert(verdict);
+  }
+  table.add({"position", share_bar(content.summary.fix_verdicts), words(content.summary.fix_verdicts)});
+  for (const auto& [verdict, count] : content.summary.fix_verdicts) verdicts.insert(verdict);
+  std::string legend;
+  for (const std::string& verdict : verdicts) {
+    const std::string meaning = verdict_meaning(verdict).empty() ? "" : ": " + escape(verdict_meaning(verdict));
+    legend += html::element("span", swatch(verdict_colour(verdict)) + "<b>" + escape(verdict) + "</b>" + meaning);
+  }
+  return table.str() + html::element("div", legend, "class=\"legend\"");
+}
+
+std::string position_table(const PageContent& content) {
+  const runs::Summary& summary = content.summary;
+  const bool truth = has_truth(summary);
+  std::vector<std::string> heads{"", "frames", "covered"};
+  if (truth) heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max"});
+  html::Table table(truth ? "Position, distance from the true one in mm" : "Position", html::head_row(heads));
+  const auto add = [&](const std::string& name, int frames, const std::optional<runs::ErrorStatistics>& error) {
+    std::vector<std::string> cells{name, fmt::to_string(frames), percent(frames, summary.frames)};
+    if (truth) add_errors(cells, error);
+    table.add(cells);
+  };
+  add("fix, method " + escape(summary.method), summary.frames_with_fix, summary.fix_error);
+  if (content.baseline != nullptr)
+    add("fix, method paper", content.baseline->frames_with_fix, content.baseline->fix_error);
+  if (truth) {
+    add("odometry alone", summary.odometry_error ? summary.odometry_error->count : 0, summary.odometry_error);
+    table.add({"the paper", kNone, kNone, fmt::to_string(paper::kPositionMean_mm), kNone, kNone,
+               fmt::format("within {}", paper::kPositionWithin_mm)},
+              "class=\"soft\"");
+  }
+  return table.str();
+}
+
+}  // namespace twocone::report

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/table.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "apps/report/paper_figures.h"
+
+namespace twocone::report {
+namespace {
+
+constexpr std::size_t kWidth = 100;
+constexpr std::size_t kNameWidth = 12;
+constexpr double kMmPerM = 1000;
+
+/// `text` in plain ASCII: one '?' for each other character of its UTF-8.
+std::string ascii(std::string_view text) {
+  std::string plain;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 && byte < 0xC0) continue;  // the rest of a character already replaced
+    plain += byte >= 0x20 && byte < 0x7F ? c : '?';
+  }
+  return plain;
+}
+
+std::string cut(std::string_view text, std::size_t width) {
+  std::string plain = ascii(text);
+  if (plain.size() > width) plain = plain.substr(0, width - 2) + "..";
+  return plain;
+}
+
+/// Puts `words` into lines of at most kWidth columns; `first` begins the first line, `next` the others, `end` closes
+/// all but the last.
+std::string wrapped(std::string_view first, std::string_view next, const std::vector<std::string>& words,
+                    std::string_view end = "") {
+  std::string text;
+  std::string line{first};
+  bool begun = false;
+  for (const std::string& word : words) {
+    if (begun && line.size() + 1 + word.size() + end.size() > kWidth) {
+      text += line + std::string(end) + "\n";
+      line = next;
+      begun = false;
+    }
+    if (begun) line += ' ';
+    line += word;
+    begun = true;
+  }
+  return text + line + "\n";
+}
+
+std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
+
+std::string error_columns(const std::optional<runs::ErrorStatistics>& error) {
+  if (!error) return fmt::format("{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
+  return fmt::format("{:9.2f}{:9.2f}{:9.2f}{:9.2f}", error->mean_m * kMmPerM, error->rmse_m * kMmPerM,
+                     error->p95_m * kMmPerM, error->max_m * kMmPerM);
+}
+
+std::string baseline_columns(const std::optional<runs::ErrorStatistics>& error) {
+  if (!error) return fmt::format(" |{:>9}{:>9}", "-", "-");
+  return fmt::format(" |{:9.2f}{:9.2f}", error->mean_m * kMmPerM, error->max_m * kMmPerM);
+}
+
+std::string paper_columns(std::optional<double> mean_mm, std::optional<double> max_mm) {
+  if (!mean_mm) return " |";
+  return fmt::format(" |{:>7}{:>6}", *mean_mm, *max_mm);
+}
+
+/// `ok` first, then the most frequent reason.
+std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool with_ok) {
+  std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return (a.first == "ok") != (b.first == "ok") ? a.first == "ok" : a.second > b.second;
+  });
+  std::vector<std::string> words;
+  for (const auto& [verdict, count] : sorted) {
+    if (count > 0 && (with_ok || verdict != "ok")) words.push_back(fmt::format("{} {},", ascii(verdict), count));
+  }
+  if (!words.empty()) words.back().pop_back();
+  return words;
+}
+
+std::string head(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot) {
+  std::string text = wrapped("", "  ",
+                             {fmt::format("twocone {},", ascii(info.version)),
+                              fmt::format("commit {},", ascii(info.commit)), ascii(info.compiler)});
+  text += wrapped("", "  ",
+                  {fmt::format("robot {},", ascii(robot.name)), fmt::format("behaviour {},", ascii(info.behaviour)),
+                   fmt::format("method {},", ascii(summary.method)), fmt::format("seed {}", info.seed)});
+  std::vector<std::string> facts{fmt::format("{} of {} frames,", summary.frames, info.frames_wanted),
+                                 fmt::format("{:.2f} s,", summary.duration_s)};
+  if (summary.travelled_m) facts.push_back(fmt::format("{:.2f} m driven,", *summary.travelled_m));
+  if (summary.headings_covered_deg) {
+    facts.push_back(fmt::format("headings covered: {:.0f} of 360 degrees,", *summary.headings_covered_deg));
+  }
+  facts.back().pop_back();
+  text += wrapped("", "  ", facts);
+  if (!info.finished) text += "This run was cut off: what follows is of the frames that it finished.\n";
+
+  std::vector<std::string> words;
+  std::string command = ascii(repeat_command(info, robot, summary.method));
+  for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
+    words.push_back(command.substr(0, at));
+    command = command.substr(at + 1);
+  }
+  words.push_back(command);
+  return text + wrapped("repeat: ", "          ", words, " \\");
+}
+
+std::string range_rows(const runs::Summary& summary, bool truth, const runs::Summary* baseline) {
+  std::string text;
+  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+    const int seen = count_of(landmark.verdicts, "ok");
+    text += fmt::format("{:<{}}{:>8}{:>9}", cut(landmark.name, kNameWidth - 1), kNameWidth, seen,
+                        percent(seen, summary.frames));
+    if (truth) {
+      text += error_columns(landmark.error);
+      if (baseline != nullptr) {
+        const runs::LandmarkSummary* other = find_landmark(baseline, landmark.name);
+        text += baseline_columns(other != nullptr ? other->error : std::nullopt);
+      }
+      const paper::PillarFigures* figures = paper::find_pillar(landmark.name);
+      text += figures != nullptr ? paper_columns(figures->mean_mm, figures->max_mm) : paper_columns({}, {});
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string column_heads(std::string_view first, bool truth, const runs::Summary* baseline) {
+  std::string text = fmt::format("{:<{}}{:>8}{:>9}", first, kNameWidth, "frames", "covered");
+  if (!truth) return text + "\n";
+  text += fmt::format("{:>9}{:>9}{:>9}{:>9}", "mean", "rmse", "95 %", "max");
+  if (baseline != nullptr) text += fmt::format(" |{:>9}{:>9}", "mean", "max");
+  return text + fmt::format(" |{:>7}{:>6}\n", "mean", "max");
+}
+
+std::string group_heads(std::string_view what, bool truth, const runs::Summary* baseline) {
+  if (!truth) return fmt::format("{}\n", what);
+  std::string text = fmt::format("{:<65}", fmt::format("{}, error in mm", what));
+  if (baseline != nullptr) text += fmt::format(" | {:<17}", "method paper");
+  return text + " | the paper\n";
+}
+
+std::string why_not(const runs::Summary& summary) {
+  std::string text;
+  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+    const std::vector<std::string> words = counts(landmark.verdicts, false);
+    if (!words.empty()) {
+      text +=
+          wrapped(fmt::format("  {:<{}}", cut(landmark.name, kNameWidth - 1), kNameWidth), std::string(16, ' '), words);
+    }
+  }
+  return text.empty() ? "Every frame has a range to every pillar.\n" : "Frames without a range, and why:\n" + text;
+}
+
+}  // namespace
+
+bool has_truth(const runs::Summary& summary) {
+  return summary.travelled_m || summary.fix_error || summary.odometry_error ||
+         std::any_of(summary.landmarks.begin(), summary.landmarks.end(),
+                     [](const runs::LandmarkSummary& landmark) { return landmark.error.has_value(); });
+}
+
+int count_of(const std::map<std::string, int>& verdicts, const std::string& verdict) {
+  const auto found = verdicts.find(verdict);
+  return found == verdicts.end() ? 0 : found->second;
+}
+
+const runs::LandmarkSummary* find_landmark(const runs::Summary* summary, const std::string& name) {
+  if (summary == nullptr) return nullptr;
+  const auto found = std::find_if(summary->landmarks.begin(), summary->landmarks.end(),
+                                  [&](const runs::LandmarkSummary& landmark) { return landmark.name == name; });
+  return found == summary->landmarks.end() ? nullptr : &*found;
+}
+
+std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
+  const auto quoted = [](const std::string& word) {
+    constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
+    if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
+    std::string safe = "'";
+    for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return safe + "'";
+  };
+  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {} --seed {}",
+                     quoted(robot.file.string()), quoted(info.behaviour), info.frames_wanted, quoted(method),
+                     info.seed);
+}
+
+std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,
+                  const runs::Summary* baseline) {
+  const bool truth = has_truth(summary);
+  std::string text = head(summary, info, robot) + "\n";
+
+  text += group_heads("Range to each pillar", truth, baseline) + column_heads("pillar", truth, baseline);
+  text += range_rows(summary, truth, baseline) + why_not(summary) + "\n";
+
+  text += group_heads("Position", truth, baseline) + column_heads("", truth, baseline);
+  text += fmt::format("{:<{}}{:>8}{:>9}", "fix", kNameWidth, summary.frames_with_fix,
+                      percent(summary.frames_with_fix, summary.frames));
+  if (truth) {
+    text += error_columns(summary.fix_error);
+    if (baseline != nullptr) text += baseline_columns(baseline->fix_error);
+    text += paper_columns(paper::kPositionMean_mm, paper::kPositionWithin_mm) + "\n";
+    const int poses = summary.odometry_error ? summary.odometry_error->count : 0;
+    text += fmt::format("{:<{}}{:>8}{:>9}", "odometry", kNameWidth, poses, percent(poses, summary.frames));
+    text += error_columns(summary.odometry_error);
+  }
+  text += "\n";
+  text += wrapped("Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + "\n";
+  text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's: its figures\n"
+                  "are a yardstick. Its maximum of the position is its \"to within 130 mm\".\n"
+                : "There is no ground truth (a real room): no errors can be given, and none are.\n";
+  return text;
+}
+
+}  // namespace twocone::report
