@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/motion.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace twocone::sim_povray {
+namespace {
+
+void require_finite(std::string& bad, const char* name, double value, const char* unit) {
+  if (!std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be finite;", name, value, unit);
+}
+
+void require_positive(std::string& bad, const char* name, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    bad += fmt::format(" {} is {} {}, must be > 0 and finite;", name, value, unit);
+  }
+}
+
+}  // namespace
+
+double wrap_angle(double angle_rad) {
+  if (!std::isfinite(angle_rad)) {
+    throw std::invalid_argument(fmt::format("wrap_angle: angle_rad is {} rad, must be finite", angle_rad));
+  }
+  if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
+  return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
+}
+
+BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m) {
+  std::string bad;
+  require_finite(bad, "left_mps", wheels.left_mps, "m/s");
+  require_finite(bad, "right_mps", wheels.right_mps, "m/s");
+  require_positive(bad, "separation_m", separation_m, "m");
+  if (!bad.empty()) throw std::invalid_argument("body_speeds:" + bad);
+  return {wheels.left_mps / 2 + wheels.right_mps / 2, (wheels.right_mps - wheels.left_mps) / separation_m};
+}
+
+Pose2 advance(const Pose2& from, const BodySpeeds& speeds, double dt_s) {
+  std::string bad;
+  require_finite(bad, "x_m", from.x_m, "m");
+  require_finite(bad, "y_m", from.y_m, "m");
+  require_finite(bad, "heading_rad", from.heading_rad, "rad");
+  require_finite(bad, "speed_mps", speeds.speed_mps, "m/s");
+  require_finite(bad, "turn_radps", speeds.turn_radps, "rad/s");
+  require_positive(bad, "dt_s", dt_s, "s");
+  if (!bad.empty()) throw std::invalid_argument("advance:" + bad);
+
+  const double turn_rad = speeds.turn_radps * dt_s;
+  const double half_rad = turn_rad / 2;
+  // sin(a)/a is good to an ulp for every a but 0: sin is, down to the smallest doubles.
+  const double chord_m = speeds.speed_mps * dt_s * (half_rad == 0 ? 1 : std::sin(half_rad) / half_rad);
+  return {from.x_m + chord_m * std::cos(from.heading_rad + half_rad),
+          from.y_m + chord_m * std::sin(from.heading_rad + half_rad), wrap_angle(from.heading_rad + turn_rad)};
+}
+
+FloorMotion motion_between(const Pose2& start, const Pose2& now) {
+  const double turn_rad = now.heading_rad - start.heading_rad;
+  const double c = std::cos(turn_rad);
+  const double s = std::sin(turn_rad);
+  return {c, s, now.x_m - (c * start.x_m - s * start.y_m), now.y_m - (s * start.x_m + c * start.y_m)};
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/simulation.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+constexpr int kMaxSide_px = 16384;
+/// For eyes: edges without stairs.
+constexpr int kAntialias = 3;
+
+double height_px(const OverheadView& view) {
+  return std::round(view.width_px * (view.max_y_m - view.min_y_m) / (view.max_x_m - view.min_x_m));
+}
+
+void check(const OverheadView& view, double unit_m) {
+  std::string bad;
+  const auto span = [&bad](const char* axis, double min, double max) {
+    if (!(min < max) || !std::isfinite(max - min)) {
+      bad += fmt::format(" min_{0}_m is {1} m and max_{0}_m {2} m, must be finite and min < max;", axis, min, max);
+    }
+  };
+  span("x", view.min_x_m, view.max_x_m);
+  span("y", view.min_y_m, view.max_y_m);
+  if (!(view.height_m > 0) || !std::isfinite(view.height_m)) {
+    bad += fmt::format(" height_m is {} m, must be > 0 and finite;", view.height_m);
+  }
+  if (view.width_px < 1 || view.width_px > kMaxSide_px) {
+    bad += fmt::format(" width_px is {}, must be 1 to {};", view.width_px, kMaxSide_px);
+  } else if (bad.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
+    bad += fmt::format(" the picture would be {} pixels high, must be 1 to {};", height_px(view), kMaxSide_px);
+  }
+  if (!(unit_m > 0) || !std::isfinite(unit_m)) bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", unit_m);
+  if (!bad.empty()) throw std::invalid_argument("OverheadView:" + bad);
+}
+
+}  // namespace
+
+Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m, const OverheadView& view,
+                              const RenderSettings& render) {
+  check(view, unit_m);
+  check(render);
+  auto text = Scene::read(scene);
+  if (!text) return text.error();
+  const auto program = find_povray(render.povray);
+  if (!program) return program.error();
+
+  // Through an orthographic camera the picture is `right` wide and `up` high, about `location`.
+  const double x = (view.min_x_m + view.max_x_m) / 2 / unit_m;
+  const double y = (view.min_y_m + view.max_y_m) / 2 / unit_m;
+  const std::string camera = fmt::format(
+      "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
+      view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
+  const Povray povray(*program, scene, render.timeout);
+  const auto image =
+      povray.render({"overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias}, -1);
+  if (!image) return image.error();
+  return **image;
+}
+
+}  // namespace twocone::sim_povray

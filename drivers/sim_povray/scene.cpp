@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/scene.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace twocone::sim_povray {
+namespace {
+
+/// The blocks of POV-Ray 3.7 that stand in a scene and take a transformation.
+const std::set<std::string_view> kObjects{
+    "bicubic_patch", "blob",         "box",          "cone",           "cubic",         "cylinder", "difference",
+    "disc",          "height_field", "intersection", "isosurface",     "julia_fractal", "lathe",    "light_group",
+    "light_source",  "merge",        "mesh",         "mesh2",          "object",        "ovus",     "parametric",
+    "plane",         "poly",         "polygon",      "prism",          "quadric",       "quartic",  "smooth_triangle",
+    "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
+    "union"};
+
+/// What is put in at an offset of the text.
+struct Insertion {
+  std::size_t offset;
+  std::string text;
+};
+
+}  // namespace
+
+Result<Scene> Scene::read(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    return Error{ErrorCode::kNotFound, fmt::format("{}: no such scene file", path.string())};
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    return Error{ErrorCode::kRefused, fmt::format("{}: is not a file", path.string())};
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) return Error{ErrorCode::kRefused, fmt::format("{}: cannot be read", path.string())};
+  return parse(std::move(text), path.string());
+}
+
+Result<Scene> Scene::parse(std::string text, std::string path) {
+  try {
+    SceneOutline found = outline(text);
+    return Scene(std::move(path), std::move(text), std::move(found));
+  } catch (const SceneError& e) {
+    return Error{ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path, e.place.line, e.place.column, e.message)};
+  }
+}
+
+Error Scene::refused(const Place& place, const std::string& message) const {
+  return {ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path_, place.line, place.column, message)};
+}
+
+Result<NamedBlock> Scene::object(const std::string& name) const {
+  auto found = find(name, "union", "object");
+  if (found && !kObjects.contains(found->keyword)) {
+    return refused(found->place, fmt::format("'{}' must be an object (union, merge, object, ...), but is {}", name,
+                                             found->keyword.empty() ? "a brace without a keyword"
+                                                                    : fmt::format("a '{}'", found->keyword)));
+  }
+  return found;
+}
+
+Result<NamedBlock> Scene::camera(const std::string& name) const {
+  auto found = find(name, "camera", "camera");
+  if (found && found->keyword != "camera") {
+    return refused(found->place, fmt::format("'{}' must be a camera, but is {}", name,
+                                             found->keyword.empty() ? "a brace without a keyword"
+                                                                    : fmt::format("a '{}'", found->keyword)));
+  }
+  return found;
+}
+
+Result<NamedBlock> Scene::find(const std::string& name, const std::string& keyword, const std::string& what) const {
+  std::vector<NamedBlock> named;
+  std::copy_if(found_.blocks.begin(), found_.blocks.end(), std::back_inserter(named),
+               [&](const NamedBlock& b) { return b.name == name; });
+  if (named.size() > 1) {
+    std::string lines;
+    for (const auto& block : named) lines += fmt::format("{}{}", lines.empty() ? "" : ", ", block.place.line);
+    return refused(named[1].place, fmt::format("'{}' is the name of {} blocks, in lines {}; which one is the {}?", name,
+                                               named.size(), lines, what));
+  }
+  if (named.size() == 1) {
+    if (named[0].obstacle.empty()) return named[0];
+    return refused(named[0].place, fmt::format("the {} '{}' must stand at the top level of the file, and {}", what,
+                                               name, named[0].obstacle));
+  }
+  const auto stray = std::find_if(found_.strays.begin(), found_.strays.end(),
+                                  [&](const SceneOutline::Stray& s) { return s.name == name; });
+  if (stray != found_.strays.end()) {
+    return refused(stray->place, fmt::format("'//*PMName {}' names nothing here: it must be the first line inside the "
+                                             "braces of the {}",
+                                             name, what));
+  }
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
+                  "braces, at the top level of this file (not in files that it includes)",
+                  path_, what, name, keyword, name)};
+}
+
+std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const {
+  // The camera becomes a declared one, used at the very end: POV-Ray looks through the last camera of a scene.
+  std::string identifier = "Twocone_View";
+  while (text_.find(identifier) != std::string::npos) identifier += "_";
+
+  std::vector<Insertion> insertions;
+  for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
+  insertions.push_back({view.block.begin, fmt::format("#declare {} = ", identifier)});
+  insertions.push_back({view.block.close, ' ' + matrix(view.motion, unit_m) + ' '});
+  std::sort(insertions.begin(), insertions.end(),
+            [](const Insertion& a, const Insertion& b) { return a.offset < b.offset; });
+
+  std::string frame;
+  frame.reserve(text_.size() + 1024);
+  std::size_t done = 0;
+  for (const auto& insertion : insertions) {
+    frame.append(text_, done, insertion.offset - done).append(insertion.text);
+    done = insertion.offset;
+  }
+  frame.append(text_, done);
+  return frame += fmt::format("\ncamera {{ {} }}\n", identifier);
+}
+
+std::string Scene::seen(const std::string& camera) const { return fmt::format("{}\n{}\n", text_, camera); }
+
+std::string matrix(const FloorMotion& motion, double unit_m) {
+  // POV-Ray multiplies row vectors: each row is where one axis goes. World x, y, z are its x, z, y.
+  // 0 - s instead of -s: no "-0".
+  return fmt::format("matrix <{},0,{}, 0,1,0, {},0,{}, {},0,{}>", motion.cos_turn, motion.sin_turn, 0 - motion.sin_turn,
+                     motion.cos_turn, motion.x_m / unit_m, motion.y_m / unit_m);
+}
+
+}  // namespace twocone::sim_povray

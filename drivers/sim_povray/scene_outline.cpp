@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/scene_outline.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace twocone::sim_povray {
+namespace {
+
+enum class Truth { kFalse, kTrue, kUnknown };
+
+/// What a condition right after its directive evaluates to, if it is a literal: (0), (1), ((-2.5)), (false), (yes), ...
+Truth literal_condition(Lexer ahead) {
+  int parentheses = 0;
+  Token token = ahead.next();
+  for (; token.is('('); token = ahead.next()) ++parentheses;
+  while (token.is('-') || token.is('+')) token = ahead.next();
+  Truth truth = Truth::kUnknown;
+  if (token.kind == Token::Kind::kNumber) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(token.text.data(), token.text.data() + token.text.size(), value);
+    if (error != std::errc() || end != token.text.data() + token.text.size()) return Truth::kUnknown;
+    // POV-Ray takes what is this near to 0 for false.
+    constexpr double kFalseBelow = 1e-10;
+    truth = std::abs(value) < kFalseBelow ? Truth::kFalse : Truth::kTrue;
+  } else if (token.text == "false" || token.text == "no" || token.text == "off") {
+    truth = Truth::kFalse;
+  } else if (token.text == "true" || token.text == "yes" || token.text == "on") {
+    truth = Truth::kTrue;
+  }
+  if (parentheses == 0) return Truth::kUnknown;
+  for (; parentheses > 0; --parentheses) {
+    if (!ahead.next().is(')')) return Truth::kUnknown;
+  }
+  return truth;
+}
+
+/// An open brace, parenthesis or bracket.
+struct Frame {
+  char symbol = '{';
+  Place place;
+  std::string_view keyword;
+  std::size_t begin = 0;             // of the keyword
+  bool declared = false;             // on the right of `=`
+  bool fresh = true;                 // nothing but comments inside so far
+  std::size_t uncertain = 0;         // conditions, loops and macros around it
+  std::optional<std::size_t> named;  // index among the blocks
+};
+using Frames = std::vector<Frame>;
+
+/// An `#if ... #end` and its kin, while it is open.
+struct Section {
+  enum class Kind { kIf, kSwitch, kLoop, kMacro };
+  Kind kind = Kind::kIf;
+  std::string_view directive;
+  Place place;
+  bool outer_dead = false;
+  bool in_branch = true;         // false between #switch and its first #case
+  Truth reached = Truth::kTrue;  // whether the present branch's condition is asked at all
+  bool dead = false;             // the present branch is cut off for sure
+  bool uncertain = false;        // the present branch may or may not be taken, or more than once
+  Frames at_start;
+  std::optional<Frames> after_first;  // the first branch that is not dead decides how braces stand behind #end
+
+  // Of a macro:
+  std::string_view macro;
+  std::size_t base = 0;    // braces that were open before it
+  std::size_t closes = 0;  // braces of its caller that it closes
+};
+
+/// Braces that calling a macro closes and then opens.
+struct MacroBraces {
+  std::size_t closes = 0;
+  std::size_t opens = 0;
+};
+
+class Outliner {
+ public:
+  explicit Outliner(std::string_view text) : lexer_(text) {}
+
+  SceneOutline run() {
+    while (true) {
+      const Token token = lexer_.next();
+      if (token.kind == Token::Kind::kEnd) break;
+      take(token);
+    }
+    // Sections first: an #if without #end explains the braces inside it, not the other way round.
+    if (!sections_.empty()) {
+      throw SceneError{sections_.back().place, fmt::format("this #{} has no #end", sections_.back().directive)};
+    }
+    const auto open = std::find_if(frames_.rbegin(), frames_.rend(), [](const Frame& f) { return f.symbol == '{'; });
+    if (open != frames_.rend()) throw SceneError{open->place, "this '{' is never closed"};
+    std::sort(outline_.blocks.begin(), outline_.blocks.end(),
+              [](const NamedBlock& a, const NamedBlock& b) { return a.place.offset < b.place.offset; });
+    return std::move(outline_);
+  }
+
+ private:
+  [[nodiscard]] bool dead() const {
+    return !sections_.empty() && (sections_.back().outer_dead || sections_.back().dead);
+  }
+
+  [[nodiscard]] std::size_t uncertain() const {
+    return std::size_t(std::count_if(sections_.begin(), sections_.end(), [](const Section& s) { return s.uncertain; }));
+  }
+
+  void take(const Token& token) {
+    if (token.kind == Token::Kind::kDirective) {
+      directive(token);
+      if (!dead()) touch();
+      previous_ = before_previous_ = {};
+      return;
+    }
+    if (dead()) return;
+    if (token.kind == Token::Kind::kName) return name(token);
+    if (token.is('{') || token.is('(') || token.is('[')) {
+      touch();
+      open(token);
+    } else if (token.is('}')) {
+      close_brace(token.place);
+    } else if (token.is(')') || token.is(']')) {
+      const char partner = token.is(')') ? '(' : '[';
+      if (!frames_.empty() && frames_.back().symbol == partner) frames_.pop_back();
+    } else {
+      touch();
+      if (token.kind == Token::Kind::kWord) call(token);
+    }
+    before_previous_ = previous_;
+    previous_ = token;
+  }
+
+  void touch() {
+    if (!frames_.empty()) frames_.back().fresh = false;
+  }
+
+  void open(const Token& token) {
+    Frame frame;
+    frame.symbol = token.text.front();
+    frame.place = token.place;
+    frame.begin = token.place.offset;
+    if (token.is('{') && previous_.kind == Token::Kind::kWord) {
+      frame.keyword = previous_.text;
+      frame.begin = previous_.place.offset;
+      frame.declared = before_previous_.is('=');
+    }
+    frame.uncertain = uncertain();
+    frames_.push_back(frame);
+  }
+
+  void close_brace(const Place& place) {
+    while (!frames_.empty() && frames_.back().symbol != '{' && frames_.size() > base()) frames_.pop_back();
+    if (frames_.size() <= base()) {
+      Section* macro = innermost_macro();
+      if (macro == nullptr) throw SceneError{place, "this '}' closes nothing"};
+      ++macro->closes;
+      return;
+    }
+    const Frame frame = frames_.back();
+    frames_.pop_back();
+    if (!frame.named) return;
+    NamedBlock& block = outline_.blocks[*frame.named];
+    if (block.close == 0) block.close = place.offset;
+    if (block.obstacle.empty() && uncertain() != frame.uncertain) {
+      block.obstacle = fmt::format("its closing brace, in line {}, is {}", place.line, innermost_uncertain());
+    }
+  }
+
+  void name(const Token& token) {
+    if (frames_.empty() || frames_.back().symbol != '{' || !frames_.back().fresh) {
+      outline_.strays.push_back({std::string(token.text), token.place});
+      return;
+    }
+    Frame& frame = frames_.back();
+    touch();
+    frame.named = outline_.blocks.size();
+    NamedBlock block{std::string(token.text), std::string(frame.keyword), token.place, frame.begin, 0, {}};
+    if (uncertain() > 0) {
+      block.obstacle = "it is " + innermost_uncertain();
+    } else if (frames_.size() > 1) {
+      const Frame& outer = frames_[frames_.size() - 2];
+      block.obstacle =
+          outer.symbol != '{'
+              ? fmt::format("it is inside the '{}' of line {}", outer.symbol, outer.place.line)
+              : fmt::format("it is inside the {} of line {}",
+                            outer.keyword.empty() ? "braces" : fmt::format("'{}'", outer.keyword), outer.place.line);
+    } else if (frame.declared) {
+      block.obstacle = "it is the value of a #declare or #local, not an object that stands in the scene";
+    }
+    outline_.blocks.push_back(std::move(block));
+  }
+
+  // ---- macros
+
+  [[nodiscard]] Section* innermost_macro() {
+    const auto found = std::find_if(sections_.rbegin(), sections_.rend(),
+                                    [](const Section& s) { return s.kind == Section::Kind::kMacro; });
+    return found == sections_.rend() ? nullptr : &*found;
+  }
+  [[nodiscard]] std::size_t base() {
+    const Section* macro = innermost_macro();
+    return macro == nullptr ? 0 : macro->base;
+  }
+
+  void call(const Token& token) {
+    const auto found = macros_.find(token.text);
+    if (found == macros_.end()) return;
+    for (std::size_t i = 0; i < found->second.closes; ++i) close_brace(token.place);
+    for (std::size_t i = 0; i < found->second.opens; ++i) {
+      Frame frame;
+      frame.place = token.place;
+      frame.keyword = token.text;
+      frame.begin = token.place.offset;
+      frame.fresh = false;
+      frame.uncertain = uncertain();
+      frames_.push_back(frame);
+    }
+  }
+
+  // ---- directives
+
+  void directive(const Token& token) {
+    const std::string_view word = token.text;
+    if (word == "if") {
+      begin(Section::Kind::kIf, token, literal_condition(lexer_));
+    } else if (word == "ifdef" || word == "ifndef") {
+      begin(Section::Kind::kIf, token, Truth::kUnknown);
+    } else if (word == "while" || word == "for") {
+      begin(Section::Kind::kLoop, token, Truth::kUnknown);
+    } else if (word == "switch") {
+      begin(Section::Kind::kSwitch, token, Truth::kUnknown);
+    } else if (word == "macro") {
+      begin(Section::Kind::kMacro, token, Truth::kUnknown);
+    } else if (word == "elseif") {
+      branch(token, Section::Kind::kIf, literal_condition(lexer_));
+    } else if (word == "case" || word == "range") {
+      branch(token, Section::Kind::kSwitch, Truth::kUnknown);
+    } else if (word == "else") {
+      const bool in_switch = !sections_.empty() && sections_.back().kind == Section::Kind::kSwitch;
+      branch(token, in_switch ? Section::Kind::kSwitch : Section::Kind::kIf,
+             in_switch ? Truth::kUnknown : Truth::kTrue);
+    } else if (word == "end") {
+      end(token);
+    }
+  }
+
+  void begin(Section::Kind kind, const Token& token, Truth condition) {
+    Section section;
+    section.kind = kind;
+    section.directive = token.text;
+    section.place = token.place;
+    section.outer_dead = dead();
+    section.at_start = frames_;
+    section.in_branch = kind != Section::Kind::kSwitch;
+    if (kind == Section::Kind::kMacro) {
+      section.macro = lexer_.next().text;
+      section.base = frames_.size();
+    }
+    enter_branch(section, condition);
+    sections_.push_back(std::move(section));
+  }
+
+  static void enter_branch(Section& section, Truth condition) {
+    section.dead = section.reached == Truth::kFalse || condition == Truth::kFalse;
+    section.uncertain = !section.dead && !(section.reached == Truth::kTrue && condition == Truth::kTrue);
+    if (condition == Truth::kTrue) {
+      section.reached = Truth::kFalse;
+    } else if (condition == Truth::kUnknown && section.reached == Truth::kTrue) {
+      section.reached = Truth::kUnknown;
+    }
+  }
+
+  void branch(const Token& token, Section::Kind kind, Truth condition) {
+    if (sections_.empty() || sections_.back().kind != kind) {
+      throw SceneError{token.place, fmt::format("this #{} belongs to no {}", token.text,
+                                                kind == Section::Kind::kIf ? "#if" : "#switch")};
+    }
+    Section& section = sections_.back();
+    leave_branch(section);
+    frames_ = section.at_start;
+    section.in_branch = true;
+    enter_branch(section, condition);
+  }
+
+  void leave_branch(Section& section) {
+    if (section.in_branch && !section.dead && !section.outer_dead && !section.after_first)
+      section.after_first = frames_;
+  }
+
+  void end(const Token& token) {
+    if (sections_.empty()) throw SceneError{token.place, "this #end ends nothing"};
+    Section& section = sections_.back();
+    if (section.kind == Section::Kind::kMacro) {
+      if (!section.outer_dead) {
+        const auto opens =
+            std::size_t(std::count_if(frames_.begin() + std::ptrdiff_t(std::min(section.base, frames_.size())),
+                                      frames_.end(), [](const Frame& f) { return f.symbol == '{'; }));
+        macros_[section.macro] = {section.closes, opens};
+        frames_ = section.at_start;
+      }
+    } else {
+      leave_branch(section);
+      frames_ = section.after_first.value_or(section.at_start);
+    }
+    sections_.pop_back();
+  }
+
+  [[nodiscard]] std::string innermost_uncertain() const {
+    const auto found = std::find_if(sections_.rbegin(), sections_.rend(), [](const Section& s) { return s.uncertain; });
+    if (found == sections_.rend()) return "outside the condition that it was opened under";
+    const int line = found->place.line;
+    switch (found->kind) {
+      case Section::Kind::kIf:
+      case Section::Kind::kSwitch:
+        return fmt::format("under a condition that needs evaluating (#{} in line {})", found->directive, line);
+      case Section::Kind::kLoop:
+        return fmt::format("in a loop (#{} in line {})", found->directive, line);
+      case Section::Kind::kMacro:
+        return fmt::format("in a macro (#macro {} in line {})", found->macro, line);
+    }
+    return "";
+  }
+
+  Lexer lexer_;
+  SceneOutline outline_;
+  Frames frames_;
+  std::vector<Section> sections_;
+  std::map<std::string_view, MacroBraces> macros_;
+  Token previous_;
+  Token before_previous_;
+};
+
+}  // namespace
+
+SceneOutline outline(std::string_view text) { return Outliner(text).run(); }
+
+}  // namespace twocone::sim_povray

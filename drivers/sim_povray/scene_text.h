@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+/// POV-Ray's scene language, as far as its tokens. What POV-Ray 3.7 does was measured, not only read:
+///  - block comments nest, `//*` inside one opens another, `/*/` does not close, a line comment inside one is not seen;
+///  - in strings a backslash takes the next character with it, in file names too, and a string may run over lines;
+///  - a lone carriage return ends a line; a byte-order mark in front and a Ctrl-Z at the end are not seen;
+///  - `#` and its word may stand apart; comments and strings count in skipped branches too.
+namespace twocone::sim_povray {
+
+/// A place in a text, as people and editors count: from 1, columns in characters.
+struct Place {
+  std::size_t offset = 0;
+  int line = 1;
+  int column = 1;
+};
+
+struct Token {
+  enum class Kind {
+    kWord,  ///< identifier or keyword
+    kNumber,
+    kString,     ///< with its quotes
+    kSymbol,     ///< one character
+    kDirective,  ///< `#` and its word; `text` is the word
+    kName,       ///< a comment `//*PMName NAME`; `text` is NAME
+    kEnd,        ///< of the text
+  };
+  Kind kind = Kind::kEnd;
+  std::string_view text;
+  Place place;
+
+  [[nodiscard]] bool is(char symbol) const { return kind == Kind::kSymbol && text.front() == symbol; }
+};
+
+/// What is wrong with a text, and where.
+struct SceneError {
+  Place place;
+  std::string message;
+};
+
+/// Hands out the tokens of a text one by one; comments are passed over, but for those that name an object. Cheap to
+/// copy, to look ahead. Keeps a view of the text only.
+class Lexer {
+ public:
+  explicit Lexer(std::string_view text);
+
+  /// The next token; kEnd for ever after the last. @throws SceneError for a comment or a string without an end
+  Token next();
+
+ private:
+  [[nodiscard]] char at(std::size_t ahead = 0) const {
+    return here_.offset + ahead < text_.size() ? text_[here_.offset + ahead] : '\0';
+  }
+  [[nodiscard]] bool done() const { return here_.offset >= text_.size(); }
+  [[nodiscard]] std::string_view since(std::size_t begin) const { return text_.substr(begin, here_.offset - begin); }
+  void step();
+  void skip_block_comment();
+  std::string_view take_line();
+  std::string_view take_word();
+  std::string_view take_number();
+  std::string_view take_string();
+  bool skip_blanks(Token& name);
+
+  std::string_view text_;
+  Place here_;
+};
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of POV-Ray, with shell scripts in its place that misbehave in every way we could think of.
+#include "drivers/sim_povray/povray.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr auto kLong = 30s;
+constexpr auto kShort = 300ms;
+
+// A picture of 2 x 1 pixels.
+constexpr const char* kPicture = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
+
+class PovrayTest : public testing::Test {
+ protected:
+  /// What comes of a job when `commands` stand for POV-Ray.
+  ImageResult render(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
+    const Povray povray(folder_.script("povray", commands), folder_.path() / "lab.pov", timeout);
+    return povray.render({"frame 12, view lower", "the scene", 2, 1, 1}, -1);
+  }
+  Error error_of(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
+    auto result = render(commands, timeout);
+    if (result) {
+      ADD_FAILURE() << "a picture came of: " << commands;
+      return {ErrorCode::kInvalidState, ""};
+    }
+    return result.error();
+  }
+  [[nodiscard]] std::string scene_path() const { return (folder_.path() / "lab.pov").string(); }
+
+  void TearDown() override { EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped"; }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(PovrayTest, TakesThePicture) {
+  const auto image = render(kPicture);
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(**image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
+}
+
+TEST_F(PovrayTest, GivesTheSceneInMemoryAndWorksInItsFolder) {
+  ASSERT_TRUE(render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kPicture)));
+  EXPECT_EQ(read_file(folder_.path() / "got"), "the scene");
+  EXPECT_THAT(read_file(folder_.path() / "arguments"),
+              AllOf(HasSubstr("+I/proc/self/fd/3"), HasSubstr("+W2 +H1"), HasSubstr("-A"), HasSubstr("+WT1")));
+  EXPECT_THAT(read_file(folder_.path() / "environment"),
+              AllOf(HasSubstr("LC_ALL=C"), HasSubstr("POVINI=/etc/povray/3.7/povray.ini")));
+}
+
+TEST_F(PovrayTest, AskingForAntialiasing) {
+  EXPECT_THAT(povray_arguments({"", "", 2, 1, 4}), testing::IsSupersetOf({"+A0.03", "+AM1", "+R4", "-J"}));
+  EXPECT_THAT(povray_arguments({"", "", 2, 1, 4}), testing::Not(testing::Contains("-A")));
+  EXPECT_THAT(povray_arguments({"", "", 2, 1, 1}), testing::Contains("-A"));
+}
+
+TEST_F(PovrayTest, ACrashNamesTheSignal) {
+  const Error error = error_of("kill -SEGV $$");
+  EXPECT_EQ(error.code, ErrorCode::kDisconnected);
+  EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray crashed (SIGSEGV)");
+}
+
+TEST_F(PovrayTest, AHangNamesFrameViewAndSeconds) {
+  const Error error = error_of("sleep 1000 & wait", kShort);
+  EXPECT_EQ(error.code, ErrorCode::kTimeout);
+  EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray did not finish within 0.3 s and was killed");
+}
+
+TEST_F(PovrayTest, ASilentFailure) {
+  const Error error = error_of("exit 1");
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
+  EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray stopped with exit status 1 and no message");
+}
+
+TEST_F(PovrayTest, AFailureOfAnotherKindGivesItsLastLine) {
+  const Error error = error_of("echo first >&2; printf 'no more room\\n\\n' >&2; exit 9");
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
+  EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray stopped with exit status 9: no more room");
+}
+
+TEST_F(PovrayTest, AParseErrorIsOneLineWithTheScenesName) {
+  const Error error = error_of(
+      "printf \"File '/proc/self/fd/3' line 7: Parse Error: Expected 'numeric expression',\\n undeclared identifier "
+      "'bogus' found instead\\nFatal error in parser: Cannot parse input.\\nRender failed\\n\" >&2; exit 1");
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
+  EXPECT_EQ(error.message, scene_path() +
+                               ":7: POV-Ray: Parse Error: Expected 'numeric expression', undeclared identifier 'bogus' "
+                               "found instead");
+}
+
+TEST_F(PovrayTest, ATruncatedPicture) {
+  const Error error = error_of("printf 'P6\\n2 1\\n255\\nabc'");
+  EXPECT_EQ(error.code, ErrorCode::kBadData);
+  EXPECT_THAT(error.message, HasSubstr("frame 12, view lower: POV-Ray's picture: 3 bytes of pixels instead of 6"));
+}
+
+TEST_F(PovrayTest, APictureOfAnotherSize) {
+  const Error error = error_of("printf 'P6\\n1 2\\n255\\nabcdef'");
+  EXPECT_EQ(error.code, ErrorCode::kBadData);
+  EXPECT_THAT(error.message, HasSubstr("1 x 2 pixels instead of 2 x 1"));
+}
+
+TEST_F(PovrayTest, NoPictureAtAll) { EXPECT_EQ(error_of("exit 0").code, ErrorCode::kBadData); }
+
+TEST_F(PovrayTest, AHundredMegabytesOfMessages) {
+  const Error error = error_of("head -c 100000000 /dev/zero | tr '\\0' x >&2; echo >&2; echo the end >&2; exit 1");
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
+  EXPECT_THAT(error.message, testing::EndsWith("the end"));
+}
+
+TEST_F(PovrayTest, AFloodOnStandardOutput) {
+  const Error error = error_of("cat /dev/zero");
+  EXPECT_EQ(error.code, ErrorCode::kBadData);
+  EXPECT_THAT(error.message, HasSubstr("more than a picture of 2 x 1 pixels"));
+}
+
+TEST_F(PovrayTest, AProgramThatWentAway) {
+  const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kLong);
+  const auto result = povray.render({"frame 12, view lower", "", 2, 1, 1}, -1);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));
+}
+
+// ---- finding the program
+
+TEST(FindPovray, InThePathOrWhereItIsSaidToBe) {
+  const TemporaryFolder folder;
+  const std::string program = folder.script("tracer", "");
+  EXPECT_EQ(find_povray(program).value(), program);
+  const std::string old_path = ::getenv("PATH");
+  ::setenv("PATH", ("/nowhere:" + folder.path().string()).c_str(), 1);
+  const auto found = find_povray("tracer");
+  const auto missing = find_povray("sh");
+  ::setenv("PATH", old_path.c_str(), 1);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(*found, program);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
+}
+
+TEST(FindPovray, AFileThatIsNoProgram) {
+  const TemporaryFolder folder;
+  const auto found = find_povray(folder.write("tracer", "text").string());
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().code, ErrorCode::kUnavailable);
+  EXPECT_FALSE(find_povray(folder.path().string())) << "a folder is executable, but no program";
+}
+
+// ---- the picture's format
+
+TEST(ParsePpm, HeadersOfEveryKind) {
+  for (const char* header : {"P6\n2 1\n255\n", "P6 2 1 255 ", "P6\n# a comment 9 9\n2\n# another\n\n1\t255\r"}) {
+    const auto image = parse_ppm(std::string(header) + "abcdef");
+    ASSERT_TRUE(image) << header << ": " << image.error().message;
+    EXPECT_EQ(image->bytes, (std::vector<std::uint8_t>{'a', 'b', 'c', 'd', 'e', 'f'})) << header;
+  }
+}
+
+TEST(ParsePpm, RefusesWhatIsNoWholePicture) {
+  for (const char* bytes :
+       {"", "P6", "P6\n2", "P6\n2 1\n255", "P6\n2 1\n255\nabcde", "P6\n2 1\n255\nabcdefg", "P5\n2 1\n255\nab",
+        "P6\n-2 1\n255\nabcdef", "P6\n2 0\n255\n", "P6\n2 1\n65535\nabcdefabcdef", "P6\n2 x\n255\nabcdef",
+        "P6\n# no end", "P6\n99999999999 1\n255\nabcdef", "P6\n2 1\n255abcdef"}) {
+    const auto image = parse_ppm(bytes);
+    ASSERT_FALSE(image) << bytes;
+    EXPECT_EQ(image.error().code, ErrorCode::kBadData) << bytes;
+  }
+}
+
+// ---- POV-Ray's messages, as 3.7.0.10 prints them
+
+struct MessageCase {
+  const char* errors;
+  const char* complaint;
+};
+
+TEST(PovrayComplaint, IsOneLine) {
+  for (
+      const MessageCase& c : std::vector<MessageCase>{
+          {"", ""},
+          {"povray: cannot open the user configuration file /x/povray.conf: No such file or directory\n", ""},
+          {"File '/proc/self/fd/3' line 6: Parse Error: No matching } in 'sphere', End of\n File found instead\n"
+           "Fatal error in parser: Cannot parse input.\nRender failed\n",
+           "lab.pov:6: POV-Ray: Parse Error: No matching } in 'sphere', End of File found instead"},
+          {"File '/proc/self/fd/3' line 3: Parse Warning: Camera location to look_at\n direction and sky.\n"
+           "File 'parts.inc' line 2: Parse Error: Array subscript out of range\nFatal error in parser: Cannot parse "
+           "input.\n",
+           "parts.inc:2: POV-Ray: Parse Error: Array subscript out of range"},
+          {"File '/a/very/long/name/of/an/include/file/that/does/not/fit/into/eighty/colu\nmns.inc' line 2: Parse "
+           "Error: "
+           "No\nFatal error in parser: Cannot parse input.\n",
+           "/a/very/long/name/of/an/include/file/that/does/not/fit/into/eighty/columns.inc:2: POV-Ray: Parse Error: "
+           "No"},
+          {"File '/proc/self/fd/3' line 5: Possible Parse Error: Cannot find file\n 'nofile.png', even after trying to "
+           "append file type extension.\nFile '/proc/self/fd/3' line 5: Possible Parse Error: Cannot find image file.\n"
+           "Fatal error in parser: Cannot open file.\nRender failed\n",
+           "lab.pov:5: POV-Ray: Possible Parse Error: Cannot find file 'nofile.png', even after trying to append file "
+           "type "
+           "extension."},
+          {"File '/proc/self/fd/3' line 2: Possible Parse Error: All #version and #declares\n of float require "
+           "semi-colon ';' at end.\nFatal error in renderer: Out of memory.\n",
+           "lab.pov: POV-Ray: Fatal error in renderer: Out of memory."},
+          {"==== [Parsing...] =====\nFatal error in renderer: Out of memory.\nRender failed\n",
+           "lab.pov: POV-Ray: Fatal error in renderer: Out of memory."},
+      }) {
+    EXPECT_EQ(povray_complaint(c.errors, "lab.pov"), c.complaint) << c.errors;
+  }
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

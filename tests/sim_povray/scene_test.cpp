@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr const char* kScene =
+    "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n}\n"
+    "camera {\n  //*PMName lower\n  location y // eye\n}\n"
+    "camera { location x } // the default, no newline";
+
+Scene parsed(const std::string& text) {
+  auto scene = Scene::parse(text, "dir/lab.pov");
+  if (!scene) throw std::runtime_error(scene.error().message);
+  return *scene;
+}
+
+std::string why_no_object(const std::string& text, const std::string& name = "robot") {
+  const auto found = parsed(text).object(name);
+  if (found) return "found";
+  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  return found.error().message;
+}
+
+std::string why_no_camera(const std::string& text, const std::string& name = "lower") {
+  const auto found = parsed(text).camera(name);
+  if (found) return "found";
+  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  return found.error().message;
+}
+
+TEST(Scene, FileErrorsNameTheFile) {
+  const TemporaryFolder folder;
+  const auto missing = Scene::read(folder.path() / "none.pov");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(missing.error().message, HasSubstr("none.pov: no such scene file"));
+  const auto directory = Scene::read(folder.path());
+  ASSERT_FALSE(directory);
+  EXPECT_EQ(directory.error().code, ErrorCode::kRefused);
+  const auto broken = Scene::read(folder.write("broken.pov", "union {\n  sphere {\n}\n"));
+  ASSERT_FALSE(broken);
+  EXPECT_EQ(broken.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(broken.error().message, HasSubstr("broken.pov:1:7: this '{' is never closed"));
+}
+
+TEST(Scene, KeepsEveryByteOfTheFile) {
+  const TemporaryFolder folder;
+  const std::string text = "\xEF\xBB\xBF// a\r\nsphere { 0, 1 }\n\x1A";
+  const auto scene = Scene::read(folder.write("a.pov", text));
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->text(), text);
+}
+
+TEST(Scene, SaysWhatItLookedFor) {
+  EXPECT_THAT(why_no_object("sphere { 0, 1 }"), AllOf(StartsWith("dir/lab.pov: no object 'robot'"),
+                                                      HasSubstr("'//*PMName robot' as the first line inside"),
+                                                      HasSubstr("not in files that it includes")));
+  EXPECT_THAT(why_no_object(""), HasSubstr("no object 'robot'"));
+  EXPECT_THAT(why_no_camera(kScene, "upper"), AllOf(HasSubstr("no camera 'upper'"), HasSubstr("//*PMName upper")));
+}
+
+TEST(Scene, RefusesWithLineAndReason) {
+  EXPECT_THAT(why_no_object("\nunion {\n  sphere { 0, 1 }\n  //*PMName robot\n}"),
+              AllOf(StartsWith("dir/lab.pov:4:3: "), HasSubstr("must be the first line inside the braces")));
+  EXPECT_THAT(why_no_object("\n#declare R = union {\n  //*PMName robot\n}"),
+              AllOf(StartsWith("dir/lab.pov:3:3: "), HasSubstr("must stand at the top level of the file")));
+  EXPECT_THAT(why_no_object("camera {\n  //*PMName robot\n}"),
+              AllOf(StartsWith("dir/lab.pov:2:3: "), HasSubstr("must be an object"), HasSubstr("'camera'")));
+  EXPECT_THAT(why_no_object("texture { //*PMName robot\n}"), HasSubstr("'texture'"));
+  EXPECT_THAT(why_no_object("<1> { //*PMName robot\n}"), HasSubstr("a brace without a keyword"));
+  EXPECT_THAT(why_no_camera("union {\n  //*PMName lower\n}"),
+              AllOf(StartsWith("dir/lab.pov:2:3: "), HasSubstr("must be a camera, but is a 'union'")));
+}
+
+TEST(Scene, RefusesTwoOfOneName) {
+  const std::string two = "camera {\n  //*PMName lower\n}\n#if (X)\ncamera {\n  //*PMName lower\n}\n#end\n";
+  EXPECT_THAT(why_no_camera(two), AllOf(StartsWith("dir/lab.pov:6:3: "), HasSubstr("lines 2, 6")));
+}
+
+TEST(Scene, NamesNobodyAsksForDoNoHarm) {
+  EXPECT_EQ(why_no_object("union { //*PMName robot\n sphere { //*PMName wheel\n } sphere { //*PMName wheel\n } }\n"
+                          "#while (X) box { //*PMName crate\n } #end"),
+            "found");
+}
+
+TEST(Scene, MatrixIsTheIdentityAtTheStart) {
+  EXPECT_EQ(matrix(motion_between({0.1, -0.7, 2.9}, {0.1, -0.7, 2.9}), 0.05), "matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0>");
+}
+
+// World (x, y, z) is POV-Ray <x, z, y> / unit, and POV-Ray multiplies rows: catches a transposed or mirrored rotation.
+TEST(Scene, MatrixMovesPointsAsTheWorldDoes) {
+  const FloorMotion motion = motion_between({0.31, -0.47, 0.83}, {-1.2, 0.6, -2.1});
+  constexpr double kUnit_m = 0.05;
+  double m[12];
+  ASSERT_EQ(std::sscanf(matrix(motion, kUnit_m).c_str(), "matrix <%lf,%lf,%lf, %lf,%lf,%lf, %lf,%lf,%lf, %lf,%lf,%lf>",
+                        &m[0], &m[1], &m[2], &m[3], &m[4], &m[5], &m[6], &m[7], &m[8], &m[9], &m[10], &m[11]),
+            12);
+  const double x_m = 0.71;
+  const double y_m = -0.33;
+  const double z_m = 0.25;
+  const double row[4] = {x_m / kUnit_m, z_m / kUnit_m, y_m / kUnit_m, 1};
+  double moved[3] = {0, 0, 0};
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 3; ++k) moved[k] += row[i] * m[3 * i + k];
+  }
+  constexpr double kTolerance = 1e-13;  // a dozen roundings of numbers below 50
+  EXPECT_NEAR(moved[0] * kUnit_m, motion.cos_turn * x_m - motion.sin_turn * y_m + motion.x_m, kTolerance);
+  EXPECT_NEAR(moved[2] * kUnit_m, motion.sin_turn * x_m + motion.cos_turn * y_m + motion.y_m, kTolerance);
+  EXPECT_NEAR(moved[1] * kUnit_m, z_m, kTolerance);
+}
+
+TEST(Scene, FrameKeepsEveryLineAndPutsTheViewLast) {
+  const Scene scene = parsed(kScene);
+  const FloorMotion motion = motion_between({0, 0, 0}, {0.4, 0.3, 0.2});
+  const std::string m = matrix(motion, 0.05);
+  const std::string frame = scene.seen({{*scene.object("robot"), motion}}, {*scene.camera("lower"), motion}, 0.05);
+  EXPECT_EQ(frame, "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n " + m +
+                       " }\n"
+                       "#declare Twocone_View = camera {\n  //*PMName lower\n  location y // eye\n " +
+                       m +
+                       " }\n"
+                       "camera { location x } // the default, no newline\n"
+                       "camera { Twocone_View }\n");
+  EXPECT_EQ(std::count(frame.begin(), frame.end(), '\n'), std::count(kScene, kScene + std::strlen(kScene), '\n') + 2)
+      << "lines are added behind the end only";
+}
+
+TEST(Scene, TheIdentifierIsOneThatTheSceneDoesNotUse) {
+  const Scene scene = parsed(std::string("#declare Twocone_View = 3; #declare Twocone_View_ = 4;\n") + kScene);
+  const std::string frame = scene.seen({}, {*scene.camera("lower"), {}}, 1);
+  EXPECT_THAT(frame, HasSubstr("#declare Twocone_View__ = camera {"));
+  EXPECT_THAT(frame, testing::EndsWith("\ncamera { Twocone_View__ }\n"));
+}
+
+TEST(Scene, MovesWhicheverStandsFirst) {
+  const Scene scene = parsed("camera { //*PMName lower\n}\nunion { //*PMName robot\n}\n");
+  const FloorMotion away = motion_between({0, 0, 0}, {1, 0, 0});
+  const std::string frame = scene.seen({{*scene.object("robot"), away}}, {*scene.camera("lower"), {}}, 1);
+  EXPECT_EQ(frame,
+            "#declare Twocone_View = camera { //*PMName lower\n matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0> }\n"
+            "union { //*PMName robot\n matrix <1,0,0, 0,1,0, 0,0,1, 1,0,0> }\n\ncamera { Twocone_View }\n");
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

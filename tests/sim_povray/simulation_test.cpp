@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lock-step of cameras, drive and world, with pictures that come when the test says so.
+#include "drivers/sim_povray/simulation.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr const char* kScene = "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
+// Nothing here takes as long unless it is broken.
+constexpr auto kLong = 10s;
+// Long enough to be told from "at once", and what a test that waits for a time-out costs.
+constexpr auto kShort = 50ms;
+
+/// Pictures are made by calling finish() or fail().
+class HandRenderer final : public Renderer {
+ public:
+  struct Desk {
+    std::vector<RenderJob> jobs;
+    std::vector<std::promise<ImageResult>> promises;
+    void finish(std::size_t i) { promises.at(i).set_value(std::make_shared<const Image>()); }
+    void fail(std::size_t i) { promises.at(i).set_value(Error{ErrorCode::kDisconnected, "crashed"}); }
+  };
+  explicit HandRenderer(std::shared_ptr<Desk> desk) : desk_(std::move(desk)) {}
+  std::shared_future<ImageResult> submit(RenderJob job) override {
+    desk_->jobs.push_back(std::move(job));
+    desk_->promises.emplace_back();
+    return desk_->promises.back().get_future().share();
+  }
+
+ private:
+  std::shared_ptr<Desk> desk_;
+};
+
+class SimulationTest : public testing::Test {
+ protected:
+  SimulationTest() {
+    settings_.scene = "lab.pov";
+    settings_.start = {0.31, -0.47, 0.83};
+    settings_.render.run_ahead_frames = 3;
+    open();
+  }
+
+  void open() {
+    desk_ = std::make_shared<HandRenderer::Desk>();
+    auto opened = make_simulation(settings_, *Scene::parse(kScene, "lab.pov"), std::make_unique<HandRenderer>(desk_));
+    ASSERT_TRUE(opened) << opened.error().message;
+    simulation_ = std::move(*opened);
+  }
+
+  std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
+    auto camera = simulation_->open_camera({name});
+    if (!camera) throw std::runtime_error(camera.error().message);
+    if (auto applied = (*camera)->configure({64, 48, rate_hz}); !applied) {
+      throw std::runtime_error(applied.error().message);
+    }
+    if (auto started = (*camera)->start(); !started) throw std::runtime_error(started.error().message);
+    return std::move(*camera);
+  }
+
+  /// Grabs and finishes the picture, so that the run-ahead bound is out of the way.
+  Frame::Header grab(Camera& camera) {
+    auto frame = camera.grab(kLong);
+    if (!frame) throw std::runtime_error(frame.error().message);
+    desk_->finish(desk_->jobs.size() - 1);
+    return frame->header();
+  }
+
+  WorldSettings settings_;
+  std::shared_ptr<HandRenderer::Desk> desk_;
+  std::unique_ptr<Simulation> simulation_;
+};
+
+TEST_F(SimulationTest, TwoCamerasInTurnSeeOneInstant) {
+  auto lower = streaming("lower");
+  auto upper = streaming("upper");
+  for (std::uint64_t tick = 0; tick < 5; ++tick) {
+    const auto a = grab(*lower);
+    const auto b = grab(*upper);
+    EXPECT_EQ(a.sequence, tick);
+    EXPECT_EQ(b.sequence, tick);
+    EXPECT_EQ(a.captured, b.captured);
+    EXPECT_EQ(a.captured.clock, ClockKind::kSimulated);
+    EXPECT_EQ(a.captured.since_zero.count(), std::llround(double(tick) * 1e9 / 15));
+    EXPECT_EQ(a.lost_before, 0U);
+    EXPECT_EQ(b.lost_before, 0U);
+  }
+}
+
+// Catches frames that belong to one instant and show another: both texts must have one matrix.
+TEST_F(SimulationTest, BothViewsShowThePoseOfTheirInstant) {
+  auto lower = streaming("lower");
+  auto upper = streaming("upper");
+  auto drive = simulation_->open_drive();
+  auto truth = simulation_->open_truth();
+  for (int i = 0; i < 3; ++i) {
+    (void)drive->set_speeds({2.1, 3.4});
+    grab(*lower);
+    grab(*upper);
+  }
+  const std::string m = matrix(motion_between(settings_.start, truth->true_pose()), settings_.unit_m);
+  EXPECT_NE(truth->true_pose(), settings_.start);
+  for (const std::size_t job : {4, 5}) {
+    const std::string& text = desk_->jobs[job].scene;
+    EXPECT_NE(text.find(m), text.rfind(m)) << "robot and camera move as one: " << text;
+  }
+  EXPECT_THAT(desk_->jobs[0].scene, HasSubstr("robot\n matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0> }"));
+  EXPECT_EQ(desk_->jobs[4].label, "frame 2, view lower");
+  EXPECT_EQ(desk_->jobs[5].label, "frame 2, view upper");
+  EXPECT_EQ(desk_->jobs[5].width_px, 64);
+  EXPECT_EQ(desk_->jobs[5].height_px, 48);
+}
+
+TEST_F(SimulationTest, GrabbingOneCameraTwiceLosesAnInstantOfTheOther) {
+  auto lower = streaming("lower");
+  auto upper = streaming("upper");
+  grab(*lower);
+  grab(*upper);
+  EXPECT_EQ(grab(*lower).sequence, 1U);
+  EXPECT_EQ(grab(*lower).sequence, 2U);
+  const auto late = grab(*upper);
+  EXPECT_EQ(late.sequence, 2U);
+  EXPECT_EQ(late.lost_before, 1U);
+  EXPECT_EQ(grab(*upper).lost_before, 0U);
+}
+
+TEST_F(SimulationTest, AfterARestartTheStreamGoesOn) {
+  auto lower = streaming("lower");
+  auto upper = streaming("upper");
+  EXPECT_EQ(grab(*lower).sequence, 0U);
+  lower->stop();
+  ASSERT_TRUE(lower->start());
+  EXPECT_EQ(grab(*lower).sequence, 1U) << "an instant is handed out once";
+  lower->stop();
+  for (int i = 0; i < 4; ++i) grab(*upper);
+  ASSERT_TRUE(lower->start());
+  const auto frame = grab(*lower);
+  EXPECT_EQ(frame.sequence, 4U);
+  EXPECT_EQ(frame.lost_before, 0U) << "a stopped camera loses nothing";
+}
+
+TEST_F(SimulationTest, OnlyAGrabMovesTheWorld) {
+  auto lower = streaming("lower");
+  auto drive = simulation_->open_drive();
+  auto truth = simulation_->open_truth();
+  grab(*lower);
+  (void)drive->set_speeds({3, 3});
+  for (int i = 0; i < 3; ++i) (void)drive->read_angles();
+  EXPECT_EQ(truth->true_pose(), settings_.start);
+  EXPECT_EQ(drive->read_angles()->time.since_zero, 0ns);
+  grab(*lower);
+  EXPECT_NE(truth->true_pose(), settings_.start);
+  EXPECT_EQ(drive->read_angles()->time.since_zero, 66'666'667ns);
+}
+
+// ---- run-ahead
+
+TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfInstants) {
+  auto lower = streaming("lower");
+  auto upper = streaming("upper");
+  auto truth = simulation_->open_truth();
+  auto drive = simulation_->open_drive();
+  (void)drive->set_speeds({3, 3});
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(lower->grab(0ms)) << "instant " << i;
+    ASSERT_TRUE(upper->grab(0ms)) << "instant " << i;
+  }
+  const Pose2 before = truth->true_pose();
+  const auto fourth = lower->grab(kShort);
+  ASSERT_FALSE(fourth);
+  EXPECT_EQ(fourth.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(fourth.error().message, HasSubstr("frame 0"));
+  EXPECT_EQ(truth->true_pose(), before) << "a grab that fails must not step the world";
+  EXPECT_EQ(desk_->jobs.size(), 6U);
+
+  desk_->finish(0);
+  EXPECT_FALSE(lower->grab(kShort)) << "instant 0 has one picture, not both";
+  desk_->finish(1);
+  const auto later = lower->grab(0ms);
+  ASSERT_TRUE(later);
+  EXPECT_EQ(later->header().sequence, 3U);
+  EXPECT_EQ(later->header().lost_before, 0U);
+}
+
+TEST_F(SimulationTest, AWaitingGrabGoesOnWhenThePictureComes) {
+  auto lower = streaming("lower");
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(lower->grab(0ms));
+  std::thread worker([this] {
+    std::this_thread::sleep_for(kShort);
+    desk_->finish(1);  // a newer one first: the grab waits for the oldest
+    desk_->finish(0);
+  });
+  const auto frame = lower->grab(kLong);
+  worker.join();
+  ASSERT_TRUE(frame) << frame.error().message;
+}
+
+// Catches a bound that counts failed pictures as unfinished: it would lock up.
+TEST_F(SimulationTest, AFailedPictureMakesRoomAndKeepsItsError) {
+  settings_.render.run_ahead_frames = 1;
+  open();
+  auto lower = streaming("lower");
+  const auto first = lower->grab(0ms);
+  ASSERT_TRUE(first);
+  desk_->fail(0);
+  const auto second = lower->grab(0ms);
+  ASSERT_TRUE(second) << second.error().message;
+  const auto image = first->image(0ms);
+  ASSERT_FALSE(image);
+  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+}
+
+TEST_F(SimulationTest, PixelsMayComeLater) {
+  auto lower = streaming("lower");
+  const auto frame = lower->grab(0ms);
+  ASSERT_TRUE(frame);
+  const auto early = frame->image(0ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  desk_->finish(0);
+  EXPECT_TRUE(frame->image(0ms));
+}
+
+// ---- configuration
+
+TEST_F(SimulationTest, OneRateForAllCameras) {
+  auto lower = simulation_->open_camera({"lower"});
+  auto upper = simulation_->open_camera({"upper"});
+  ASSERT_TRUE((*lower)->configure({64, 48, 15}));
+  const auto other = (*upper)->configure({64, 48, 30});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(other.error().message, AllOf(HasSubstr("'upper' wants 30 Hz"), HasSubstr("'lower' runs at 15 Hz")));
+  EXPECT_EQ((*upper)->state(), Camera::State::kClosed);
+  EXPECT_TRUE((*upper)->configure({32, 24, 15})) << "sizes may differ";
+  (*upper).reset();
+  EXPECT_TRUE((*lower)->configure({64, 48, 40})) << "nobody else is left to disagree";
+}
+
+TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
+  StereoRig rig(std::move(*simulation_->open_camera({"lower"})), std::move(*simulation_->open_camera({"upper"})), 0ns);
+  ASSERT_TRUE(rig.start({64, 48, 15}, {64, 48, 15}));
+  ASSERT_TRUE(rig.grab(0ms));
+  rig.stop();
+  const auto again = rig.start({64, 48, 20}, {64, 48, 20});
+  ASSERT_TRUE(again) << again.error().message;
+  const auto pair = rig.grab(0ms);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().captured.since_zero, 50ms);
+}
+
+TEST_F(SimulationTest, AStoppedCameraCannotComeBackAtAnOldRate) {
+  auto lower = streaming("lower");
+  lower->stop();
+  auto upper = streaming("upper", 30);
+  const auto again = lower->start();
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+}
+
+TEST_F(SimulationTest, RefusesWhatCannotBeRendered) {
+  auto camera = simulation_->open_camera({"lower"});
+  for (const CameraSettings& bad :
+       {CameraSettings{64, 48, 1e-9}, CameraSettings{64, 48, 1e12}, CameraSettings{100000, 48, 15}}) {
+    const auto applied = (*camera)->configure(bad);
+    ASSERT_FALSE(applied);
+    EXPECT_EQ(applied.error().code, ErrorCode::kRefused);
+  }
+  EXPECT_EQ((*camera)->configure({63, 47, 12.5}).value(), (CameraSettings{63, 47, 12.5})) << "applied as asked";
+}
+
+TEST_F(SimulationTest, RefusesCamerasThatAreNotThere) {
+  const auto camera = simulation_->open_camera({"rear"});
+  ASSERT_FALSE(camera);
+  EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(camera.error().message, HasSubstr("lab.pov: no camera 'rear'"));
+  EXPECT_THROW((void)simulation_->open_camera({""}), std::invalid_argument);
+  EXPECT_THROW((void)simulation_->open_camera({"lower", 0}), std::invalid_argument);
+}
+
+// ---- drive
+
+TEST_F(SimulationTest, AnglesCountFromTheDrivesOpening) {
+  settings_.wheels.encoder_counts_per_turn = 100;
+  open();
+  auto lower = streaming("lower");
+  auto first = simulation_->open_drive();
+  (void)first->set_speeds({1.3, -2.1});
+  grab(*lower);
+  grab(*lower);
+  const auto angles = first->read_angles();
+  ASSERT_TRUE(angles);
+  constexpr double kCount_rad = 2 * std::numbers::pi / 100;
+  // A fifteenth of a second: 1.379 counts forward, 2.228 backward, rounded down.
+  EXPECT_DOUBLE_EQ(angles->left_rad, 1 * kCount_rad);
+  EXPECT_DOUBLE_EQ(angles->right_rad, -3 * kCount_rad);
+  auto second = simulation_->open_drive();
+  EXPECT_EQ(second->read_angles()->left_rad, 0);
+  EXPECT_EQ(second->read_angles()->right_rad, 0);
+}
+
+TEST_F(SimulationTest, DestroyingTheDriveStopsTheWheels) {
+  auto lower = streaming("lower");
+  auto truth = simulation_->open_truth();
+  grab(*lower);
+  (void)simulation_->open_drive()->set_speeds({3, 3});
+  grab(*lower);
+  EXPECT_EQ(truth->true_pose(), settings_.start);
+}
+
+TEST_F(SimulationTest, WhatWasOpenedOutlivesTheSimulation) {
+  auto lower = streaming("lower");
+  auto drive = simulation_->open_drive();
+  auto truth = simulation_->open_truth();
+  simulation_.reset();
+  (void)drive->set_speeds({3, 3});
+  grab(*lower);
+  grab(*lower);
+  EXPECT_NE(truth->true_pose(), settings_.start);
+  lower.reset();
+  EXPECT_TRUE(drive->stop());
+}
+
+// ---- settings
+
+TEST(WorldSettingsCheck, NamesEveryBadField) {
+  WorldSettings s;
+  s.unit_m = 0;
+  s.robot_name = "";
+  s.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
+  s.wheels.separation_m = -0.3;
+  s.wheels.radius_m = std::numeric_limits<double>::infinity();
+  s.wheels.slip = -0.1;
+  s.wheels.slip_correlation_s = 0;
+  s.wheels.encoder_counts_per_turn = -1;
+  s.drive.max_speed_radps = 0;
+  s.render.povray = "";
+  s.render.processes = 0;
+  s.render.run_ahead_frames = 0;
+  s.render.timeout = 0ms;
+  try {
+    (void)Simulation::open(s);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& e) {
+    for (const char* field :
+         {"scene is empty", "unit_m is 0 m", "robot_name", "start.heading_rad is nan rad", "separation_m is -0.3 m",
+          "radius_m is inf m", "slip is -0.1", "slip_correlation_s is 0 s", "encoder_counts_per_turn is -1",
+          "max_speed_radps is 0", "render.povray", "processes is 0", "run_ahead_frames is 0", "timeout is 0 ms"}) {
+      EXPECT_THAT(e.what(), HasSubstr(field));
+    }
+  }
+}
+
+TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
+  const TemporaryFolder folder;
+  WorldSettings s;
+  s.scene = folder.path() / "none.pov";
+  const auto no_scene = Simulation::open(s);
+  ASSERT_FALSE(no_scene);
+  EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);
+
+  s.scene = folder.write("lab.pov", kScene);
+  s.render.povray = "no-such-program";
+  const auto no_povray = Simulation::open(s);
+  ASSERT_FALSE(no_povray);
+  EXPECT_EQ(no_povray.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(no_povray.error().message,
+            "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray");
+
+  s.robot_name = "robot.2";
+  const auto no_robot = Simulation::open(s);
+  ASSERT_FALSE(no_robot);
+  EXPECT_EQ(no_robot.error().code, ErrorCode::kRefused);
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <signal.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace twocone::sim_povray {
+
+/// A folder of its own for a test, gone afterwards.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "twocone_test_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const {
+    const auto path = path_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
+  }
+  /// A program: a shell script. To be called while nothing is being started: a file that is still open for writing in a
+  /// child forked meanwhile cannot be executed.
+  [[nodiscard]] std::string script(const std::string& name, const std::string& commands) const {
+    const auto path = write(name, "#!/bin/sh\n" + commands + "\n");
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    return path.string();
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// State letter and parent of a process, as /proc tells; state 'X' if there is none.
+struct ProcessState {
+  char state = 'X';
+  pid_t parent = 0;
+};
+inline ProcessState process_state(pid_t pid) {
+  const std::string stat = read_file("/proc/" + std::to_string(pid) + "/stat");
+  const auto name_end = stat.rfind(')');
+  ProcessState result;
+  if (name_end == std::string::npos) return result;
+  std::istringstream(stat.substr(name_end + 1)) >> result.state >> result.parent;
+  return result;
+}
+/// Dead also means a zombie that only its new parent could reap.
+inline bool is_running(pid_t pid) {
+  const char state = process_state(pid).state;
+  return state != 'X' && state != 'Z';
+}
+
+inline std::vector<pid_t> children_of(pid_t parent) {
+  std::vector<pid_t> result;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const auto pid = pid_t(std::stol(name));
+    if (process_state(pid).parent == parent) result.push_back(pid);
+  }
+  return result;
+}
+
+/// Waits until `condition` holds, ten seconds at most: far more than anything here takes.
+template <typename Condition>
+bool eventually(Condition condition) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+}  // namespace twocone::sim_povray
