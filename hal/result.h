@@ -41,16 +41,16 @@ class [[nodiscard]] Result {
   explicit operator bool() const { return has_value(); }
 
   /// The value; asking for it without one is a bug of the caller.
-  [[nodiscard]] const T& value() const& { return assert(has_value()), *std::get_if<0>(&content_); }
-  [[nodiscard]] T& value() & { return assert(has_value()), *std::get_if<0>(&content_); }
-  [[nodiscard]] T&& value() && { return assert(has_value()), std::move(*std::get_if<0>(&content_)); }
+  [[nodiscard]] const T& value() const& { return assert(has_value()), std::get<0>(content_); }
+  [[nodiscard]] T& value() & { return assert(has_value()), std::get<0>(content_); }
+  [[nodiscard]] T&& value() && { return assert(has_value()), std::move(std::get<0>(content_)); }
   const T& operator*() const& { return value(); }
   T& operator*() & { return value(); }
   T&& operator*() && { return std::move(*this).value(); }
   const T* operator->() const { return &value(); }
   T* operator->() { return &value(); }
 
-  [[nodiscard]] const Error& error() const { return assert(!has_value()), *std::get_if<1>(&content_); }
+  [[nodiscard]] const Error& error() const { return assert(!has_value()), std::get<1>(content_); }
 
  private:
   std::variant<T, Error> content_;

@@ -49,7 +49,7 @@ class Still final : public Behaviour {
 class Wander final : public Behaviour {
  public:
   static constexpr double kForward = 0.7;  ///< share of the top speed on the straight
-  static constexpr double kTurning = 0.5;        ///< share of the top speed, each wheel, in a turn on the spot
+  static constexpr double kTurning = 0.5;  ///< share of the top speed, each wheel, in a turn on the spot
   static constexpr double kLookAhead_m = 0.20;
   static constexpr double kMargin_m = 0.20;  ///< seven times the paper's mean error
   static constexpr double kShortestTurn_s = 0.5;

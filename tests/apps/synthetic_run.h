@@ -7,39 +7,20 @@
 #include <filesystem>
 #include <numbers>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/files/to_layers.h"
 #include "apps/runs/run_data.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::report {
 
-/// A folder that goes away with its test.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "twocone_report_XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make a scratch folder");
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using ScratchFolder = testing_support::TemporaryFolder;
 
 /// A run as it could have been: a smooth wander among six pillars, ranges and fixes with noise and drop-outs, odometry
 /// that drifts, pictures drawn by the mirrors' own formula. No rendering and no vision, so that only the report is

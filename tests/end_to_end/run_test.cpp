@@ -2,8 +2,8 @@
 // Whole runs in the simulated lab: what a run promises about repetition, and about belief and truth.
 #include "apps/runs/run.h"
 
-#include <stdlib.h>
-
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -12,6 +12,7 @@
 #include "apps/files/to_layers.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/summary.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
 namespace {
@@ -31,16 +32,6 @@ std::string robot_file() {
 
 class RunInTheLab : public testing::Test {
  protected:
-  RunInTheLab() {
-    std::string name = (std::filesystem::temp_directory_path() / "twocone_run_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    folder_ = name;
-  }
-  ~RunInTheLab() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
   Result<RunInfo> go(const std::string& robot_file, const std::string& out, int frames,
                      const std::string& behaviour = "wander") {
     const files::Robot robot = files::read_robot(robot_file);
@@ -60,7 +51,8 @@ class RunInTheLab : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
-  std::filesystem::path folder_;
+  const testing_support::TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
   std::atomic<bool> stop_{false};
 };
 

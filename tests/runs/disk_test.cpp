@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "apps/runs/run_folder.h"
-#include "tests/runs/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
 namespace {
+
+using testing_support::TemporaryFolder;
 
 std::string error_of(const auto& call) {
   try {

@@ -119,6 +119,7 @@ class SpawnSetup {
     std::vector<std::string> words{program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     return ::posix_spawnp(&pid, program.c_str(), &actions_, &attributes_, argv.data(), environ);

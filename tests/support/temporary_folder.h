@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace twocone::runs {
+namespace twocone::testing_support {
 
 /// A folder of its own for a test, gone afterwards.
 class TemporaryFolder {
@@ -40,4 +40,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace twocone::runs
+}  // namespace twocone::testing_support
