@@ -108,8 +108,11 @@ std::string inline_svg(std::string_view svg, std::string_view prefix) {
   // The ways in which gnuplot and we name and use things inside an SVG.
   for (const std::string_view use : {"id='", "id=\"", "href='#", "href=\"#", "url(#"}) {
     // " id=" so as not to touch an attribute that only ends in "id"; the others cannot be mistaken.
-    const std::string from = (use.starts_with("id") ? " " : "") + std::string(use);
-    text = replaced(std::move(text), from, from + std::string(prefix) + "_");
+    std::string from = use.starts_with("id") ? " " : "";
+    from += use;
+    std::string to = from;
+    to.append(prefix).append("_");
+    text = replaced(std::move(text), from, to);
   }
   return text;
 }

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/world.h"
+#include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {
 namespace {

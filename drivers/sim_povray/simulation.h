@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "drivers/sim_povray/renderer.h"
-#include "drivers/sim_povray/scene.h"
+#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/files/to_layers.h"
-#include "drivers/sim_povray/renderer.h"
-#include "drivers/sim_povray/scene.h"
+#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
 
 namespace twocone {

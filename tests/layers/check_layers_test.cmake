@@ -15,7 +15,7 @@ set(behaviours_rule "apps/behaviours, localisation, hal/clock.h, hal/diff_drive.
 set(expected
   "apps/behaviours/CMakeLists.txt:2: apps/behaviours may link only: ${behaviours_rule}, not twocone::one (drivers/one)"
   "apps/behaviours/cheats.cpp:3: apps/behaviours may include only: ${behaviours_rule}, not \"hal/robot.h\""
-  "apps/files/reaches_inside.cpp:3: apps/files may include only: ${files_rule}, not \"drivers/sim_povray/world.h\""
+  "apps/files/reaches_inside.cpp:3: apps/files may include only: ${files_rule}, not \"drivers/sim_povray/world/world.h\""
   "apps/files/reaches_inside.cpp:4: apps/files may include only: ${files_rule}, not \"robot_file.h\""
   "apps/files/reaches_inside.cpp:5: an include that this check cannot read: #include ROBOT_FILE"
   "apps/newcomer/anything.cpp:1: this folder has no rule, add one to tests/layers/check_layers.cmake"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/motion.h"
+#include "drivers/sim_povray/world/motion.h"
 
 #include <cmath>
 #include <limits>

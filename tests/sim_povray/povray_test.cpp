@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One run of POV-Ray, with shell scripts in its place that misbehave in every way we could think of.
-#include "drivers/sim_povray/povray.h"
+#include "drivers/sim_povray/render/povray.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/world.h"
+#include "drivers/sim_povray/world/world.h"
 
 #include <cmath>
 #include <limits>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/motion.h"
+#include "drivers/sim_povray/world/motion.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -31,6 +31,13 @@ class TemporaryFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;
   }
+  /// A program: a shell script. To be called while nothing is being started: a file that is still open for writing in a
+  /// child forked meanwhile cannot be executed.
+  [[nodiscard]] std::string script(const std::string& name, const std::string& commands) const {
+    const auto path = write(name, "#!/bin/sh\n" + commands + "\n");
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    return path.string();
+  }
   [[nodiscard]] std::string read(const std::string& name) const {
     std::ifstream in(path_ / name, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};

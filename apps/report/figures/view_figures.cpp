@@ -121,6 +121,7 @@ std::vector<std::uint64_t> by_merit(const runs::RunData& run) {
     found->second.second += row.disparity_px.value_or(0);
   }
   std::vector<std::uint64_t> frames;
+  frames.reserve(merit.size());
   for (const auto& [frame, value] : merit) frames.push_back(frame);
   std::stable_sort(frames.begin(), frames.end(), [&](std::uint64_t a, std::uint64_t b) { return merit[a] > merit[b]; });
   return frames;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/scene_text.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/povray.h"
+#include "drivers/sim_povray/render/povray.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/child_process.h"
+#include "drivers/sim_povray/render/child_process.h"
 
 namespace twocone::sim_povray {
 namespace {

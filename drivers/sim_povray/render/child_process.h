@@ -54,7 +54,7 @@ struct ChildRequest {
 };
 constexpr int kChildInput = 3;
 /// Of standard error the newest bytes are kept, this many at most.
-constexpr std::size_t kMaxErrors = 64 * 1024;
+constexpr std::size_t kMaxErrors = std::size_t{64} * 1024;
 
 struct ChildResult {
   enum class End {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/child_process.h"
+#include "drivers/sim_povray/render/child_process.h"
 
 #include <fcntl.h>
 #include <linux/close_range.h>

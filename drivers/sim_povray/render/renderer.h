@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/sim_povray/child_process.h"
-#include "drivers/sim_povray/povray.h"
+#include "drivers/sim_povray/render/child_process.h"
+#include "drivers/sim_povray/render/povray.h"
 
 namespace twocone::sim_povray {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/motion.h"
-#include "drivers/sim_povray/scene_outline.h"
+#include "drivers/sim_povray/scene/scene_outline.h"
+#include "drivers/sim_povray/world/motion.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/renderer.h"
+#include "drivers/sim_povray/render/renderer.h"
 
 #include <exception>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/scene.h"
+#include "drivers/sim_povray/scene/scene.h"
 
 #include <algorithm>
 #include <fstream>
@@ -112,6 +112,7 @@ std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, doub
   while (text_.find(identifier) != std::string::npos) identifier += "_";
 
   std::vector<Insertion> insertions;
+  insertions.reserve(moved.size() + 2);
   for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
   insertions.push_back({view.block.begin, fmt::format("#declare {} = ", identifier)});
   insertions.push_back({view.block.close, ' ' + matrix(view.motion, unit_m) + ' '});

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/sim_povray/scene_text.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 

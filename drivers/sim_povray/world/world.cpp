@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/world.h"
+#include "drivers/sim_povray/world/world.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
-#include "drivers/sim_povray/motion.h"
+#include "drivers/sim_povray/world/motion.h"
 
 namespace twocone::sim_povray {
 namespace {
