@@ -20,7 +20,8 @@ row() {
   [ "$4" = yes ] || unmet=$((unmet + 1))
   say "$1: $2 (target $3): $4"
 }
-block() { blocks+=$'\n'"### $1"$'\n\n```text\n'"$2"$'\n```\n'; }
+# block TITLE TEXT: paths are told from the source tree on.
+block() { blocks+=$'\n'"### $1"$'\n\n```text\n'"${2//"$PWD/"/}"$'\n```\n'; }
 
 # holds EXPRESSION: yes or no
 holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
