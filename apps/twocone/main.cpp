@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <exception>
+#include <string>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -17,6 +18,17 @@ int complain(const char* what, int status) {
   return status;
 }
 
+/// CLI11 would only say that a subcommand is required.
+void check_subcommand(const CLI::App& program, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string known;
+  for (const CLI::App* command : program.get_subcommands({})) {
+    if (command->get_name() == argv[1]) return;
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  throw twocone::cli::BadUsage(fmt::format("no subcommand '{}'; there are: {}", argv[1], known));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -28,6 +40,7 @@ int main(int argc, char** argv) {
     twocone::cli::add_run(program);
     twocone::cli::add_localise(program);
     twocone::cli::add_report(program);
+    check_subcommand(program, argc, argv);
     program.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return program.exit(asked);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,6 +20,8 @@ void execute(const std::filesystem::path& folder) {
   const runs::RunData data = runs::read_run(folder);
   const runs::Summary summary = runs::summarise(data);
   runs::write_summary_of(data);
+  fmt::print("{}", report::table(summary, data.info, data.robot));
+  std::fflush(stdout);
   std::optional<report::ReportResult> result;
   {
     ProgressBar bar("report");
@@ -27,7 +30,6 @@ void execute(const std::filesystem::path& folder) {
     result = value_or_fail(report::write_report(data, settings));
   }
   for (const std::string& note : result->notes) fmt::print(stderr, "note: {}\n", note);
-  fmt::print("{}", report::table(summary, data.info, data.robot));
   fmt::print("\nreport  {}\n", result->html.string());
 }
 
