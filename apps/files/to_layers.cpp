@@ -94,6 +94,8 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
     world.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
     world.drive = settings.drive.limits;
     world.seed = seed;
+    // The run looks at the frame of latency_frames ago: with one more being stepped, no step waits for a picture.
+    world.render.run_ahead_frames = robot.latency_frames + 2;
   }
   try {
     drivers::check(settings);

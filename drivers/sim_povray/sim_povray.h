@@ -31,8 +31,8 @@ struct WheelSettings {
 /// How to have pictures rendered. Defaults suit two cores.
 struct RenderSettings {
   std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
-  int processes = 4;         ///< POV-Ray processes at one time, >= 1: more than cores, since each one mostly sleeps
-  int run_ahead_frames = 6;  ///< instants whose pictures may be unfinished before a grab waits, >= 1
+  int processes = 8;              ///< POV-Ray processes at one time, >= 1: more than cores, as each sleeps 0.6 s
+  int run_ahead_frames = 6;       ///< instants whose pictures may be unfinished before a grab waits, >= 1
   std::chrono::milliseconds timeout{120'000};  ///< for one picture, > 0: then the process is killed
 };
 
