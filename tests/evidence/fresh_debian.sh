@@ -17,6 +17,7 @@ mirror=$(apt-get indextargets --format '$(SITE)' 'Codename: bookworm' 'Created-B
 [ -n "$mirror" ] || { echo "fresh_debian: this machine's apt knows no mirror of bookworm" >&2; exit 1; }
 debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { tail -n 5 "$root.log" >&2; exit 1; }
 rm -f "$root.log"
+rm -f "$root/etc/apt/sources.list"  # debootstrap's own: this machine's set-up names the same mirror
 cp -r /etc/apt/. "$root/etc/apt/"
 cp /etc/resolv.conf /etc/hosts "$root/etc/" 2>/dev/null || true
 # A mount point of its own and nobody's peer, so that a test may make a mount namespace inside.
