@@ -9,7 +9,7 @@ frames=${4:-40}
 "$twocone" run --robot "$robot" --frames "$frames" --out "$work/run" >/dev/null 2>&1 &
 pid=$!
 for _ in $(seq 6000); do
-  rows=$(wc -l <"$work/run/frames.csv" 2>/dev/null || echo 0)
+  rows=$(cat "$work/run/frames.csv" 2>/dev/null | wc -l)
   ((rows > frames / 2)) && break
   sleep 0.1
 done

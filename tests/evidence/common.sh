@@ -4,8 +4,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 topic=$(basename "$0" .sh)
 commit=$(git rev-parse --short=10 HEAD)
-[ -z "$(git status --porcelain --untracked-files=no -- . ':!docs/evidence')" ] || commit+="+"
-work=$PWD/evidence-runs/$commit/$topic
+# What is measured: the program and what it reads. A commit that leaves these alone, a document's say, leaves the steps done.
+measured=(CMakeLists.txt CMakePresets.json cmake hal vision localisation drivers apps scenes robots)
+[ -z "$(git status --porcelain --untracked-files=no -- "${measured[@]}")" ] || commit+="+"
+work=$PWD/evidence-runs/$(git ls-tree HEAD -- "${measured[@]}" | sha1sum | cut -c1-10)${commit##*[0-9a-f]}/$topic
 mkdir -p "$work" docs/evidence
 twocone=$PWD/build/release/twocone
 rows=""
@@ -26,7 +28,7 @@ block() { blocks+=$'\n'"### $1"$'\n\n```text\n'"${2//"$PWD/"/}"$'\n```\n'; }
 # holds EXPRESSION: yes or no
 holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
 
-# step NAME COMMAND...: runs it once for this commit; its output is $work/NAME.log, its status $work/NAME.status, its seconds $work/NAME.seconds
+# step NAME COMMAND...: runs it once for these sources; its output is $work/NAME.log, its status $work/NAME.status
 step() {
   local name=$1
   shift
@@ -35,14 +37,12 @@ step() {
     return
   fi
   say "$name ..."
-  local begin status=0
-  begin=$(date +%s.%N)
+  local status=0
   "$@" >"$work/$name.log" 2>&1 || status=$?
-  awk "BEGIN { printf \"%.0f\", $(date +%s.%N) - $begin }" >"$work/$name.seconds"
+  echo "$commit" >"$work/$name.commit"
   echo "$status" >"$work/$name.status"
 }
 status_of() { cat "$work/$1.status"; }
-seconds_of() { cat "$work/$1.seconds"; }
 passed() { [ "$(status_of "$1")" = 0 ] && echo yes || echo no; }
 
 page() { # page TITLE
@@ -53,7 +53,7 @@ page() { # page TITLE
     echo
     echo "| | |"
     echo "|---|---|"
-    echo "| commit | $commit |"
+    echo "| commit measured | $(sort -u "$work"/*.commit | tr '\n' ' ')|"
     echo "| date | $(date -u +%Y-%m-%d) |"
     echo "| machine | $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ { printf "%.0f GiB", $2 / 1048576 }' /proc/meminfo), $(. /etc/os-release && echo "$PRETTY_NAME") |"
     echo "| program | $($twocone --version) |"
