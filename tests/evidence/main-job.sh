@@ -38,7 +38,7 @@ row "wrong input" "$(grep -c ' exit [12] ' "$work/wrong_input.log") cases, liste
 step fresh_debian tests/evidence/fresh_debian.sh
 log=$work/fresh_debian.log
 took() { sed -n "s/^took $1: //p" "$log"; }
-row "fresh Debian 12: \`./demo.sh --frames 60\`" "$(took 'first demo') s with all set-up; again, 10 frames: $(took 'second demo') s" "ends with the table and the report's path; again quickly" "$(holds "\"$(took 'second demo')\" != \"\"")"
+row "fresh Debian 12: \`./demo.sh\`" "$(took 'first demo') s with all set-up; again, 10 frames: $(took 'second demo') s" "ends with the table and the report's path; again quickly" "$(holds "\"$(took 'second demo')\" != \"\"")"
 row "fresh Debian 12: \`./test.sh\`" "$(took 'first test') s; again: $(took 'second test') s; $(grep -E 'tests passed' "$log" | tail -n 1)" "passes; again quickly" "$(passed fresh_debian)"
 
 block "Run of seed 1" "$(cat "$work/seed1.log")"
