@@ -48,6 +48,7 @@ void summarise_fixes(const RunData& run, Summary& summary) {
   }
   for (const auto& [frame, verdict] : verdicts) ++summary.fix_verdicts[verdict];
   std::vector<double> errors_m;
+  errors_m.reserve(worst_m.size());
   for (const auto& [frame, error] : worst_m) errors_m.push_back(error);
   summary.fix_error = statistics(std::move(errors_m));
   summary.frames_with_fix = int(with_fix.size());

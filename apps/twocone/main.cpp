@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
 #include <exception>
 #include <string>
 
@@ -13,8 +14,10 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kBadUsage = 2;
 
-int complain(const char* what, int status) {
-  fmt::print(stderr, "twocone: {}\n", what);
+int complain(const char* what, int status) noexcept {
+  std::fputs("twocone: ", stderr);
+  std::fputs(what, stderr);
+  std::fputs("\n", stderr);
   return status;
 }
 
@@ -29,28 +32,35 @@ void check_subcommand(const CLI::App& program, int argc, char** argv) {
   throw twocone::cli::BadUsage(fmt::format("no subcommand '{}'; there are: {}", argv[1], known));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_program(int argc, char** argv) {
   CLI::App program{"twocone: a robot that sees all round with two cone mirrors, simulated or real", "twocone"};
   program.set_version_flag("--version", fmt::format("twocone {} ({}) {}", twocone::runs::version(),
                                                     twocone::runs::commit(), twocone::runs::compiler()));
   program.require_subcommand(1);
+  twocone::cli::add_run(program);
+  twocone::cli::add_localise(program);
+  twocone::cli::add_report(program);
   try {
-    twocone::cli::add_run(program);
-    twocone::cli::add_localise(program);
-    twocone::cli::add_report(program);
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return program.exit(asked);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "twocone: {} (twocone --help tells more)\n", error.what());
-    return kBadUsage;
+    return complain(fmt::format("{} (twocone --help tells more)", error.what()).c_str(), kBadUsage);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run_program(argc, argv);
   } catch (const twocone::cli::BadUsage& error) {
     return complain(error.what(), kBadUsage);
   } catch (const std::exception& error) {
     return complain(error.what(), kFailed);
+  } catch (...) {
+    return complain("something was thrown that is no exception", kFailed);
   }
-  return 0;
 }

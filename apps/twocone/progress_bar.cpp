@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,9 +34,9 @@ void ProgressBar::show(double done) {
   const double spent_s = std::chrono::duration<double>(now - begin_).count();
   const int filled = static_cast<int>(share * kWidth);
   // Before a fiftieth is done, an estimate would jump about.
-  std::string left = "";
+  std::string left;
   if (share > 0.02) {
-    const int left_s = static_cast<int>(spent_s / share * (1 - share) + 0.5);
+    const int left_s = static_cast<int>(std::lround(spent_s / share * (1 - share)));
     left = fmt::format("{}:{:02} left", left_s / 60, left_s % 60);
   }
   fmt::print(stderr, "\r{} [{}{}] {:3.0f} % {}\x1b[K", what_, std::string(std::size_t(filled), '#'),
