@@ -22,8 +22,11 @@ row() {
   [ "$4" = yes ] || unmet=$((unmet + 1))
   say "$1: $2 (target $3): $4"
 }
-# block TITLE TEXT: paths are told from the source tree on.
-block() { blocks+=$'\n'"### $1"$'\n\n```text\n'"${2//"$PWD/"/}"$'\n```\n'; }
+# block TITLE TEXT: paths are told from the source tree on, here or in the fresh Debian.
+block() {
+  local text=${2//"$PWD/"/}
+  blocks+=$'\n'"### $1"$'\n\n```text\n'"${text//\/root\/twocone\//}"$'\n```\n'
+}
 
 # holds EXPRESSION: yes or no
 holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
