@@ -45,8 +45,6 @@ double cpu_seconds(int who) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-PoseRow to_row(double t_s, double x_m, double y_m, double heading_rad) { return {t_s, x_m, y_m, heading_rad}; }
-
 std::unique_ptr<behaviours::Behaviour> make_behaviour(const files::Robot& robot, const files::Map& map,
                                                       const RunOptions& options) {
   const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
@@ -165,8 +163,8 @@ class Loop {
                     upper.lost_before,
                     seconds_since(begin_)};
     record.drive = {t_s, command_.left_radps, command_.right_radps, angles->left_rad, angles->right_rad};
-    if (const auto truth = robot.true_pose()) record.truth = to_row(t_s, truth->x_m, truth->y_m, truth->heading_rad);
-    record.odometry = to_row(t_s, pose.x_m, pose.y_m, pose.heading_rad);
+    if (const auto truth = robot.true_pose()) record.truth = PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
+    record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
     step_s_ = number == 0 ? 1 / robot_.lower.rate_hz : t_s - last_t_s_;
     last_t_s_ = t_s;
     pending_.push_back({std::move(*frame), std::move(record)});
