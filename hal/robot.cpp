@@ -1,30 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/robot.h"
 
+#include <algorithm>
+#include <set>
 #include <stdexcept>
 
-namespace twocone {
+#include <fmt/format.h>
 
-Robot::Robot(StereoRig cameras, std::unique_ptr<DiffDrive> drive, std::unique_ptr<GroundTruth> truth)
-    : cameras_(std::move(cameras)), drive_(std::move(drive)), truth_(std::move(truth)) {
+namespace twocone {
+namespace {
+
+void check(const std::vector<NamedCamera>& others) {
+  std::string bad;
+  std::set<std::string> taken{"lower", "upper"};
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const std::string& name = others[i].name;
+    if (!others[i].camera) bad += fmt::format(" camera {} ('{}') is missing;", i, name);
+    if (name.empty()) bad += fmt::format(" camera {} has no name;", i);
+    if (!taken.insert(name).second) bad += fmt::format(" the name '{}' of camera {} is taken;", name, i);
+  }
+  if (!bad.empty()) throw std::invalid_argument("Robot:" + bad);
+}
+
+}  // namespace
+
+Robot::Robot(StereoRig cameras, std::unique_ptr<DiffDrive> drive, std::unique_ptr<GroundTruth> truth,
+             std::vector<NamedCamera> others)
+    : cameras_(std::move(cameras)), drive_(std::move(drive)), truth_(std::move(truth)), others_(std::move(others)) {
   if (!drive_) throw std::invalid_argument("Robot: needs a drive");
+  check(others_);
 }
 
 Robot::~Robot() { stop(); }
 
-Status Robot::start(const CameraSettings& lower, const CameraSettings& upper) { return cameras_.start(lower, upper); }
+Status Robot::start(const CameraSettings& lower, const CameraSettings& upper) {
+  if (auto started = cameras_.start(lower, upper); !started) return started;
+  auto started = start_others();
+  if (!started) stop_cameras();
+  return started;
+}
 
-Result<StereoFrame> Robot::next_frame(std::chrono::milliseconds timeout) { return cameras_.grab(timeout); }
+Status Robot::start_others() {
+  for (const NamedCamera& other : others_) {
+    if (auto started = start_camera(other.name, *other.camera, other.settings); !started) return started;
+  }
+  return {};
+}
+
+Result<StereoFrame> Robot::next_frame(std::chrono::milliseconds timeout) {
+  const auto deadline = std::chrono::steady_clock::now() + std::min(timeout, kLongestWait);
+  if (!waiting_pair_) {
+    auto pair = cameras_.grab(timeout);
+    if (!pair) return pair.error();
+    waiting_pair_.emplace(std::move(*pair));
+  }
+  while (waiting_others_.size() < others_.size()) {
+    const NamedCamera& other = others_[waiting_others_.size()];
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    auto frame = other.camera->grab(std::max(left, std::chrono::milliseconds(0)));
+    if (!frame) return with_name(other.name, frame.error());
+    waiting_others_.push_back({other.name, std::move(*frame)});
+  }
+  StereoFrame pair = std::move(*waiting_pair_);
+  waiting_pair_.reset();
+  other_frames_ = std::exchange(waiting_others_, {});
+  return pair;
+}
 
 std::optional<Pose2> Robot::true_pose() const {
   if (!truth_) return std::nullopt;
   return truth_->true_pose();
 }
 
+std::string Robot::contact() const { return truth_ ? truth_->contact() : std::string(); }
+
 void Robot::stop() noexcept {
   // The dead-man rule covers a drive that cannot be told; there is nobody left to hand the error to.
   if (drive_) (void)drive_->stop();
+  stop_cameras();
+}
+
+void Robot::stop_cameras() noexcept {
   cameras_.stop();
+  for (const NamedCamera& other : others_) {
+    if (other.camera) other.camera->stop();
+  }
+  waiting_pair_.reset();
+  waiting_others_.clear();
 }
 
 }  // namespace twocone

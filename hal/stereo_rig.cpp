@@ -6,24 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "hal/named_camera.h"
+
 namespace twocone {
-namespace {
-
-Error in_view(const char* view, const Error& error) { return {error.code, fmt::format("{}: {}", view, error.message)}; }
-
-Status start_one(const char* view, Camera& camera, const CameraSettings& wanted) {
-  const auto applied = camera.configure(wanted);
-  if (!applied) return in_view(view, applied.error());
-  if (applied->width_px != wanted.width_px || applied->height_px != wanted.height_px) {
-    return in_view(
-        view, {ErrorCode::kRefused, fmt::format("the camera gives {} x {} pixels instead of {} x {}", applied->width_px,
-                                                applied->height_px, wanted.width_px, wanted.height_px)});
-  }
-  if (const auto started = camera.start(); !started) return in_view(view, started.error());
-  return {};
-}
-
-}  // namespace
 
 StereoRig::StereoRig(std::unique_ptr<Camera> lower, std::unique_ptr<Camera> upper, std::chrono::nanoseconds max_skew)
     : lower_(std::move(lower)), upper_(std::move(upper)), max_skew_(max_skew) {
@@ -34,8 +19,8 @@ StereoRig::StereoRig(std::unique_ptr<Camera> lower, std::unique_ptr<Camera> uppe
 }
 
 Status StereoRig::start(const CameraSettings& lower, const CameraSettings& upper) {
-  if (auto started = start_one("lower", *lower_, lower); !started) return started;
-  auto started = start_one("upper", *upper_, upper);
+  if (auto started = start_camera("lower", *lower_, lower); !started) return started;
+  auto started = start_camera("upper", *upper_, upper);
   if (!started) lower_->stop();
   return started;
 }
@@ -44,7 +29,7 @@ Status StereoRig::grab_into(const char* view, Camera& camera, std::unique_ptr<Fr
                             std::chrono::steady_clock::time_point deadline) {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
   auto frame = camera.grab(std::max(left, std::chrono::milliseconds(0)));
-  if (!frame) return in_view(view, frame.error());
+  if (!frame) return with_name(view, frame.error());
   slot = std::make_unique<Frame>(std::move(*frame));
   return {};
 }

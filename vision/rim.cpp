@@ -31,35 +31,56 @@ double sample(const cv::Mat& grey, double x, double y) {
          fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
 }
 
-/// The place of the strongest step of brightness on the way outwards, where there is one within the picture.
-std::optional<Eigen::Vector2d> strongest_edge(const cv::Mat& grey, const RimCircle& about, double angle_rad) {
-  const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
-  const double begin_px = about.radius_px * (1 - kSearch);
+/// Brightness along the search, outwards, as far as the picture goes.
+std::vector<double> profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
   const int count = static_cast<int>(2 * kSearch * about.radius_px * kSamplesPerPixel);
   std::vector<double> profile;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector2d p = about.centre_px + out * (begin_px + double(i) / kSamplesPerPixel);
+    const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
     if (p.x() < 0 || p.y() < 0 || p.x() >= grey.cols - 1 || p.y() >= grey.rows - 1) break;
     profile.push_back(sample(grey, p.x(), p.y()));
   }
+  return profile;
+}
+
+/// The samples before the picture gets black and stays so to the end of the search: a picture may hold the mirror and
+/// its nearest surroundings only, and where it ends is no rim.
+std::size_t recorded(const std::vector<double>& profile) {
+  const auto last = std::find_if(profile.rbegin(), profile.rend(), [](double grey) { return grey > 0; });
+  const auto lit = std::size_t(profile.rend() - last);
+  // The step from the last lit pixel is spread over two pixels by the interpolation.
+  constexpr std::size_t kSpread = 2 * kSamplesPerPixel;
+  return profile.size() - lit > kSpread && lit > kSpread ? lit - kSpread : profile.size();
+}
+
+/// The place of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
+std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count) {
   const int half = kSamplesPerPixel;  // the step over two pixels
+  const int end = static_cast<int>(count) - half;
+  const auto step_at = [&](int i) { return std::abs(profile[std::size_t(i + half)] - profile[std::size_t(i - half)]); };
   double best = kMinStep;
   int best_at = -1;
-  for (int i = half; i + half < static_cast<int>(profile.size()); ++i) {
-    const double step = std::abs(profile[std::size_t(i + half)] - profile[std::size_t(i - half)]);
-    if (step > best) {
-      best = step;
+  for (int i = half; i < end; ++i) {
+    if (step_at(i) > best) {
+      best = step_at(i);
       best_at = i;
     }
   }
   if (best_at < 0) return std::nullopt;
   // The middle of the plateau of equally strong steps.
   int last = best_at;
-  while (last + 1 + half < static_cast<int>(profile.size()) &&
-         std::abs(profile[std::size_t(last + 1 + half)] - profile[std::size_t(last + 1 - half)]) > 0.99 * best) {
-    ++last;
-  }
-  return about.centre_px + out * (begin_px + (best_at + last) / 2.0 / kSamplesPerPixel);
+  while (last + 1 < end && step_at(last + 1) > 0.99 * best) ++last;
+  return (best_at + last) / 2.0;
+}
+
+std::optional<Eigen::Vector2d> strongest_edge(const cv::Mat& grey, const RimCircle& about, double angle_rad) {
+  const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
+  const std::vector<double> profile = profile_along(grey, about, out);
+  auto step = strongest_step(profile, recorded(profile));
+  // A mirror before something wholly black has its rim there.
+  if (!step) step = strongest_step(profile, profile.size());
+  if (!step) return std::nullopt;
+  return about.centre_px + out * (about.radius_px * (1 - kSearch) + *step / kSamplesPerPixel);
 }
 
 }  // namespace

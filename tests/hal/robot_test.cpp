@@ -20,6 +20,7 @@ using testing::ElementsAre;
 class FixedTruth final : public GroundTruth {
  public:
   [[nodiscard]] Pose2 true_pose() const override { return {1.5, -0.25, 0.75}; }
+  [[nodiscard]] std::string contact() const override { return "landmark red"; }
 };
 
 class RobotTest : public testing::Test {
@@ -31,10 +32,25 @@ class RobotTest : public testing::Test {
   std::unique_ptr<Robot> robot(std::unique_ptr<GroundTruth> truth = nullptr) {
     return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), std::move(truth));
   }
+  NamedCamera other(const std::string& name, const std::shared_ptr<ScriptedCamera::Script>& script) {
+    return {name, std::make_unique<ScriptedCamera>(name, script, log_), {320, 240, 7.5}};
+  }
+  std::unique_ptr<Robot> robot_with(std::vector<NamedCamera> others) {
+    return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), nullptr, std::move(others));
+  }
+  /// A robot with the cameras `front` and `back` besides its pair.
+  std::unique_ptr<Robot> robot_with_two_more() {
+    std::vector<NamedCamera> others;
+    others.push_back(other("front", front_));
+    others.push_back(other("back", back_));
+    return robot_with(std::move(others));
+  }
 
   std::shared_ptr<Log> log_ = std::make_shared<Log>();
   std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> front_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> back_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedDrive::Script> drive_ = std::make_shared<ScriptedDrive::Script>();
 };
 
@@ -43,6 +59,11 @@ TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(rig(), nullptr, nullptr), st
 TEST_F(RobotTest, OffersTruthOnlyWhereThereIsOne) {
   EXPECT_EQ(robot()->true_pose(), std::nullopt);
   EXPECT_EQ(robot(std::make_unique<FixedTruth>())->true_pose(), (Pose2{1.5, -0.25, 0.75}));
+}
+
+TEST_F(RobotTest, TellsWhatItTouchesOnlyWhereThereIsTruth) {
+  EXPECT_EQ(robot()->contact(), "");
+  EXPECT_EQ(robot(std::make_unique<FixedTruth>())->contact(), "landmark red");
 }
 
 TEST_F(RobotTest, StepsByPairs) {
@@ -94,6 +115,126 @@ TEST_F(RobotTest, MovesWithoutStopping) {
     ASSERT_TRUE(moved.drive().set_speeds({1, 1}));
   }
   EXPECT_THAT(*log_, ElementsAre("drive.set_speeds", "drive.stop", "lower.stop", "upper.stop", "drive.gone"));
+}
+
+TEST_F(RobotTest, RefusesOtherCamerasThatAreMissingOrShareANameNamingAll) {
+  std::vector<NamedCamera> others;
+  others.push_back({"front", nullptr, {}});
+  others.push_back(other("", front_));
+  others.push_back(other("lower", front_));
+  others.push_back(other("back", front_));
+  others.push_back(other("back", front_));
+  try {
+    robot_with(std::move(others));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "Robot: camera 0 ('front') is missing; camera 1 has no name; the name 'lower' of camera 2 is taken; the "
+        "name 'back' of camera 4 is taken;");
+  }
+}
+
+TEST_F(RobotTest, StartsTheOthersAfterThePairAndStopsThemLast) {
+  const auto bot = robot_with_two_more();
+  ASSERT_TRUE(bot->start({}, {}));
+  EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "upper.start", "front.configure",
+                                 "front.start", "back.configure", "back.start"));
+  log_->clear();
+  bot->stop();
+  EXPECT_THAT(*log_, ElementsAre("drive.stop", "lower.stop", "upper.stop", "front.stop", "back.stop"));
+}
+
+// Catches a camera that streams on although its robot did not start.
+TEST_F(RobotTest, LeavesNoCameraRunningIfOneDoesNotStart) {
+  back_->started = Error{ErrorCode::kUnavailable, "no such device"};
+  const auto bot = robot_with_two_more();
+  const auto started = bot->start({}, {});
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(started.error().message, "back: no such device");
+  log_->clear();
+  (void)bot->next_frame(0ms);
+  EXPECT_THAT(*log_, ElementsAre()) << "a camera was grabbed that should stand still";
+}
+
+TEST_F(RobotTest, RefusesAnotherCameraOfAnotherSize) {
+  front_->smaller_by = {0, 40, 0};
+  const auto started = robot_with_two_more()->start({}, {});
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().message, "front: the camera gives 320 x 200 pixels instead of 320 x 240");
+}
+
+TEST_F(RobotTest, OffersWhatTheOthersSawWithTheNewestPair) {
+  const auto bot = robot_with_two_more();
+  EXPECT_TRUE(bot->other_frames().empty());
+  ASSERT_TRUE(bot->start({}, {}));
+  EXPECT_TRUE(bot->other_frames().empty());
+  for (const std::uint64_t n : {4U, 5U}) {
+    for (const auto& camera : {lower_, upper_}) camera->grabs.push_back(test::frame_at(n, 50ms));
+    front_->grabs.push_back(test::frame_at(10 + n, 50ms));
+    back_->grabs.push_back(test::frame_at(20 + n, 50ms));
+  }
+  log_->clear();
+  ASSERT_TRUE(bot->next_frame(1s));
+  EXPECT_THAT(*log_, ElementsAre("lower.grab", "upper.grab", "front.grab", "back.grab"));
+  ASSERT_TRUE(bot->next_frame(1s));
+  ASSERT_EQ(bot->other_frames().size(), 2U);
+  EXPECT_EQ(bot->other_frames()[0].name, "front");
+  EXPECT_EQ(bot->other_frames()[0].frame.header().sequence, 15U);
+  EXPECT_EQ(bot->other_frames()[1].name, "back");
+  EXPECT_EQ(bot->other_frames()[1].frame.header().sequence, 25U);
+}
+
+// Catches a retry that grabs the pair again: in simulation that steps the world, on hardware it loses a pair.
+TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveCome) {
+  const auto bot = robot_with_two_more();
+  ASSERT_TRUE(bot->start({}, {}));
+  for (const auto& camera : {lower_, upper_}) camera->grabs = {test::frame_at(3, 50ms), test::frame_at(4, 60ms)};
+  front_->grabs = {test::frame_at(13, 50ms)};
+  const auto failed = bot->next_frame(1s);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(failed.error().message.starts_with("back: ")) << failed.error().message;
+  EXPECT_TRUE(bot->other_frames().empty()) << "half an instant was handed out";
+
+  back_->grabs = {test::frame_at(23, 50ms)};
+  const auto pair = bot->next_frame(1s);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().sequence, 3U);
+  ASSERT_EQ(bot->other_frames().size(), 2U);
+  EXPECT_EQ(bot->other_frames()[0].frame.header().sequence, 13U);
+}
+
+// Catches a timeout of its own for each camera: five cameras would wait five times as long.
+TEST_F(RobotTest, WaitsForAllCamerasTogetherNoLongerThanTheTimeout) {
+  const auto bot = robot_with_two_more();
+  ASSERT_TRUE(bot->start({}, {}));
+  lower_->grabs = {test::frame_at(3, 50ms)};
+  upper_->grabs = {test::frame_at(3, 50ms)};
+  front_->grabs = {test::frame_at(3, 50ms)};
+  back_->grabs = {test::frame_at(3, 50ms)};
+  ASSERT_TRUE(bot->next_frame(1s));
+  for (const auto& camera : {front_, back_}) {
+    ASSERT_EQ(camera->timeouts.size(), 1U);
+    EXPECT_LT(camera->timeouts[0], 1s) << "time has passed since the call began";
+    EXPECT_GT(camera->timeouts[0], 0s);
+  }
+}
+
+// Catches a frame from before a stop that is handed out after the next start.
+TEST_F(RobotTest, ForgetsHalfAnInstantWhenItStops) {
+  const auto bot = robot_with_two_more();
+  ASSERT_TRUE(bot->start({}, {}));
+  lower_->grabs = {test::frame_at(3, 50ms)};
+  upper_->grabs = {test::frame_at(3, 50ms)};
+  ASSERT_FALSE(bot->next_frame(1s));
+  bot->stop();
+  ASSERT_TRUE(bot->start({}, {}));
+  for (const auto& camera : {lower_, upper_, front_, back_}) camera->grabs = {test::frame_at(8, 90ms)};
+  const auto pair = bot->next_frame(1s);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->lower.header().sequence, 8U);
 }
 
 }  // namespace

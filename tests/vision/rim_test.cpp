@@ -48,6 +48,24 @@ TEST(FindRim, IsNotLedAstrayByOtherEdges) {
   EXPECT_NEAR(rim->radius_px, 220, kSharp_px);
 }
 
+// Catches a rim that is taken for the end of a picture which holds little more than the mirror.
+TEST(FindRim, IsNotLedAstrayByWhereThePictureEnds) {
+  cv::Mat picture = disc(319.5, 239.5, 220, 90, 110);
+  for (int r = 0; r < picture.rows; ++r) {
+    for (int c = 0; c < picture.cols; ++c) {
+      if (std::hypot(c - 319.5, r - 239.5) > 226) picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
+    }
+  }
+  const auto rim = find_rim(picture, {{319.5, 239.5}, 222, 0});
+  ASSERT_TRUE(rim);
+  // A step of 20 grey levels with a noise of 4: the edge of one direction is off by most of a pixel now and then.
+  EXPECT_NEAR(rim->radius_px, 220, 5 * kSharp_px);
+  // Before black, the rim is where the black begins.
+  const auto before_black = find_rim(disc(319.5, 239.5, 220, 90, 0), {{319.5, 239.5}, 222, 0});
+  ASSERT_TRUE(before_black);
+  EXPECT_NEAR(before_black->radius_px, 220, 5 * kSharp_px);
+}
+
 TEST(FindRim, FindsNothingWhereThereIsNothing) {
   EXPECT_FALSE(find_rim(disc(0, 0, 0, 128, 128), {{319.5, 239.5}, 200, 0}));
   EXPECT_FALSE(find_rim(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(7)), {{319.5, 239.5}, 200, 0}));

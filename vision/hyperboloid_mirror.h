@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+namespace twocone::vision {
+
+/// The upper sheet of y^2 / a^2 - r^2 / b^2 = 1 above an upward-looking lens that stands in the lower focus. With
+/// b^2 = c^2 - a^2 the foci are 2 c apart, and the mirror's lowest point is a + c above the lens.
+struct HyperboloidMirrorSettings {
+  double half_axis_m = 0;   ///< a, > 0
+  double half_focal_m = 0;  ///< c, > a
+  double rim_radius_m = 0;  ///< > 0
+};
+
+/// Where a hyperbolic mirror shows points, and back. It has a single viewpoint, the upper focus F: the lens sees a
+/// point by the ray that was on its way to F. Heights are over the lens.
+///
+/// Seen from F at elevation e, the mirror is t = b^2 / (a - c sin e) away, so a point in that direction is reflected at
+/// P = F + t (cos e, sin e), and the lens sees it at the slope P_r / P_z: its image radius over the focal length. Back:
+/// the lens's ray of slope s meets the mirror at height z = b^2 (c + a sqrt(1 + s^2)) / (b^2 - a^2 s^2), and e is the
+/// elevation of (s z, z - 2 c). (Both are the polar form of a conic about its foci: Baker & Nayar 1999.)
+///
+/// Error growth: the picture is coarsest in its middle, straight down, where a step of slope is (c + a) / (c - a) times
+/// that of elevation, and finer the farther out.
+class HyperboloidMirror {
+ public:
+  /// @throws std::invalid_argument naming every field outside its domain
+  explicit HyperboloidMirror(const HyperboloidMirrorSettings& settings);
+
+  /// Height of F over the lens: 2 c.
+  [[nodiscard]] double viewpoint_m() const { return 2 * settings_.half_focal_m; }
+  /// Slope at which the lens sees the rim.
+  [[nodiscard]] double rim_slope() const { return rim_slope_; }
+
+  /// Slope at which the lens sees a point at `distance_m` >= 0 from the axis. Nothing beyond the rim, behind the
+  /// mirror's surface, and for input that is not finite.
+  [[nodiscard]] std::optional<double> slope(double distance_m, double height_m) const;
+
+  /// Elevation, seen from F, of what the lens sees at `slope`. Nothing outside 0 to rim_slope().
+  [[nodiscard]] std::optional<double> elevation_rad(double slope) const;
+
+ private:
+  HyperboloidMirrorSettings settings_;
+  double b2_m2_;
+  double rim_slope_;
+};
+
+}  // namespace twocone::vision
