@@ -6,7 +6,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build git ca-certificates
-  libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev
+  libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev libode-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   povray gnuplot-nox procps
 )

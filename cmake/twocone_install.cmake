@@ -5,6 +5,7 @@ configure_package_config_file(cmake/twoconeConfig.cmake.in ${PROJECT_BINARY_DIR}
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/twoconeConfig.cmake ${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake
+              cmake/FindODE.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
 # As in the source tree, so that robots/lab_sim.yaml finds ../scenes/lab.map.yaml.
 install(DIRECTORY robots scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/twocone)

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/sim_povray/world/world.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "drivers/sim_povray/world/chance.h"
 #include "drivers/sim_povray/world/motion.h"
+#include "drivers/sim_povray/world/wheel_course.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -17,124 +22,189 @@ using std::chrono::nanoseconds;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-WorldSettings settings() {
-  WorldSettings s;
-  s.start = {0.2, -0.3, 0.4};
-  s.wheels.separation_m = 0.27;
-  s.wheels.radius_m = 0.043;
-  s.drive.command_timeout = nanoseconds(500'000'000);
-  return s;
+RobotBody body() {
+  RobotBody b;
+  b.start = {0.2, -0.3, 0.4};
+  b.wheels.separation_m = 0.27;
+  b.wheels.radius_m = 0.043;
+  b.command_timeout = nanoseconds(500'000'000);
+  return b;
 }
 
-World world_at(const WorldSettings& s, double rate_hz) {
-  World world(s);
-  world.set_rate(rate_hz);
-  return world;
-}
+/// A world with one robot in it.
+struct Alone {
+  Alone(const RobotBody& b, double rate_hz) : world(PlaceSettings{}), robot(*world.add_robot(b)) {
+    world.set_rate(rate_hz);
+  }
+  void command(const WheelSpeeds& speeds) { world.command(robot, speeds); }
+  void step() { world.step(); }
+  [[nodiscard]] const Pose2& pose() const { return world.pose(robot); }
+  [[nodiscard]] const World::Turned& turned() const { return world.turned(robot); }
+
+  World world;
+  World::RobotId robot;
+};
+
+double between(const Pose2& a, const Pose2& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
 
 // Catches a clock that adds up rounded periods: 1/15 s is not a whole number of nanoseconds.
 TEST(World, InstantsAreRoundedOneByOne) {
-  World world = world_at(settings(), 15);
-  EXPECT_EQ(world.now(), (Timestamp{ClockKind::kSimulated, nanoseconds(0)}));
+  World world{PlaceSettings{}};
+  world.set_rate(15);
+  EXPECT_EQ(world.now(), nanoseconds(0));
   world.step();
-  EXPECT_EQ(world.now().since_zero, nanoseconds(66'666'667));
+  EXPECT_EQ(world.now(), nanoseconds(66'666'667));
   world.step();
-  EXPECT_EQ(world.now().since_zero, nanoseconds(133'333'333));
+  EXPECT_EQ(world.now(), nanoseconds(133'333'333));
   while (world.tick() < 450) world.step();
-  EXPECT_EQ(world.now().since_zero, nanoseconds(30'000'000'000));
+  EXPECT_EQ(world.now(), nanoseconds(30'000'000'000));
 }
 
 TEST(World, ANewRateHoldsFromThePresentInstantOn) {
-  World world = world_at(settings(), 15);
+  World world{PlaceSettings{}};
+  world.set_rate(15);
   for (int i = 0; i < 3; ++i) world.step();
   world.set_rate(40);
   world.step();
-  EXPECT_EQ(world.now().since_zero, nanoseconds(200'000'000 + 25'000'000));
+  EXPECT_EQ(world.now(), nanoseconds(200'000'000 + 25'000'000));
   EXPECT_EQ(world.tick(), 4U);
 }
 
 TEST(World, StandsWhileNothingIsCommanded) {
-  World world = world_at(settings(), 15);
-  for (int i = 0; i < 5; ++i) world.step();
-  EXPECT_EQ(world.pose(), settings().start);
-  EXPECT_EQ(world.turned().left_rad, 0);
+  Alone a(body(), 15);
+  for (int i = 0; i < 5; ++i) a.step();
+  EXPECT_EQ(a.pose(), body().start);
+  EXPECT_EQ(a.turned().left_rad, 0);
 }
 
 TEST(World, DrivesTheArcOfItsWheels) {
-  World world = world_at(settings(), 4);
-  world.command({2.3, 3.1});
-  world.step();
-  const Pose2 expected = advance(settings().start, body_speeds({2.3 * 0.043, 3.1 * 0.043}, 0.27), 0.25);
+  Alone a(body(), 4);
+  a.command({2.3, 3.1});
+  a.step();
+  const Pose2 expected = advance(body().start, body_speeds({2.3 * 0.043, 3.1 * 0.043}, 0.27), 0.25);
   // The same few operations in the same order but for one product.
-  EXPECT_NEAR(world.pose().x_m, expected.x_m, 4 * kEps);
-  EXPECT_NEAR(world.pose().y_m, expected.y_m, 4 * kEps);
-  EXPECT_NEAR(world.pose().heading_rad, expected.heading_rad, 4 * kEps);
-  EXPECT_DOUBLE_EQ(world.turned().left_rad, 2.3 * 0.25);
-  EXPECT_DOUBLE_EQ(world.turned().right_rad, 3.1 * 0.25);
+  EXPECT_NEAR(a.pose().x_m, expected.x_m, 4 * kEps);
+  EXPECT_NEAR(a.pose().y_m, expected.y_m, 4 * kEps);
+  EXPECT_NEAR(a.pose().heading_rad, expected.heading_rad, 4 * kEps);
+  EXPECT_DOUBLE_EQ(a.turned().left_rad, 2.3 * 0.25);
+  EXPECT_DOUBLE_EQ(a.turned().right_rad, 3.1 * 0.25);
+}
+
+// A run is byte-equal to what it was before there were many robots, contacts and lag: the very same operations, written
+// out here. Catches every "harmless" change of their order, and a body or a wall that changes a path it does not touch.
+TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
+  RobotBody b = body();
+  b.seed = 7;
+  b.wheels.slip = 0.02;
+  for (const double radius_m : {0.0, 0.2}) {
+    b.radius_m = radius_m;
+    PlaceSettings place;
+    place.walls = Walls{-30, 30, -30, 30};
+    World world(place);
+    world.set_rate(15);
+    const World::RobotId robot = *world.add_robot(b);
+
+    Slip left(0.02, b.wheels.slip_correlation_s, engine_for(7, Purpose::kLeftSlip));
+    Slip right(0.02, b.wheels.slip_correlation_s, engine_for(7, Purpose::kRightSlip));
+    Pose2 pose = b.start;
+    World::Turned turned;
+    nanoseconds now{0};
+    nanoseconds commanded_at{0};
+    WheelSpeeds speeds;
+    for (int i = 0; i < 200; ++i) {
+      if (i % 11 < 2) {  // so that the dead-man time ends inside the eighth step after
+        speeds = {2 + 0.01 * i, 2.5 - 0.02 * i};
+        world.command(robot, speeds);
+        commanded_at = now;
+      }
+      world.step();
+      const nanoseconds next(std::llround(double(i + 1) * 1e9 / 15));
+      const auto alive = std::max(b.command_timeout - (now - commanded_at), nanoseconds(0));
+      const double dt_s = std::chrono::duration<double>(std::min(alive, next - now)).count();
+      if (dt_s > 0) {
+        pose = advance(pose,
+                       body_speeds({speeds.left_radps * 0.043 * (1 + left.value()),
+                                    speeds.right_radps * 0.043 * (1 + right.value())},
+                                   0.27),
+                       dt_s);
+        turned.left_rad += speeds.left_radps * dt_s;
+        turned.right_rad += speeds.right_radps * dt_s;
+      }
+      left.advance(std::chrono::duration<double>(next - now).count());
+      right.advance(std::chrono::duration<double>(next - now).count());
+      now = next;
+      ASSERT_EQ(world.pose(robot), pose) << "step " << i << ", body " << radius_m << " m";
+      ASSERT_EQ(world.turned(robot).left_rad, turned.left_rad) << "step " << i;
+      ASSERT_EQ(world.turned(robot).right_rad, turned.right_rad) << "step " << i;
+    }
+  }
 }
 
 // Catches a dead-man rule that acts at the next instant only: 0.5 s end inside the eighth period of 1/15 s.
 TEST(World, WheelsStopExactlyWhenTheCommandIsTooOld) {
-  World world = world_at(settings(), 15);
-  world.command({1.7, 1.7});
-  for (int i = 0; i < 7; ++i) world.step();
-  EXPECT_NEAR(world.turned().left_rad, 1.7 * 7 / 15, 1.7e-9) << "a nanosecond of rounding in the period";
-  world.step();
+  Alone a(body(), 15);
+  a.command({1.7, 1.7});
+  for (int i = 0; i < 7; ++i) a.step();
+  EXPECT_NEAR(a.turned().left_rad, 1.7 * 7 / 15, 1.7e-9) << "a nanosecond of rounding in the period";
+  a.step();
   constexpr double kExact_rad = 1.7 * 0.5;
-  EXPECT_NEAR(world.turned().left_rad, kExact_rad, 8 * 8 * kEps);
-  for (int i = 0; i < 20; ++i) world.step();
-  EXPECT_NEAR(world.turned().left_rad, kExact_rad, 8 * 8 * kEps);
-  EXPECT_NEAR(std::hypot(world.pose().x_m - 0.2, world.pose().y_m + 0.3), kExact_rad * 0.043, 8 * 8 * kEps);
+  EXPECT_NEAR(a.turned().left_rad, kExact_rad, 8 * 8 * kEps);
+  // Half a period ago the wheels stood already.
+  EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(33'333'333)), a.pose());
+  EXPECT_NE(a.world.pose_before(a.robot, nanoseconds(33'333'335)), a.pose());
+  for (int i = 0; i < 20; ++i) a.step();
+  EXPECT_NEAR(a.turned().left_rad, kExact_rad, 8 * 8 * kEps);
+  EXPECT_NEAR(between(a.pose(), body().start), kExact_rad * 0.043, 8 * 8 * kEps);
 }
 
 TEST(World, ACommandLastsToTheEndOfItsTimeAndNoLonger) {
-  WorldSettings s = settings();
-  s.drive.command_timeout = nanoseconds(250'000'000);
-  World world = world_at(s, 4);  // the dead-man instant is an instant of the world
-  world.command({1, 1});
-  world.step();
-  EXPECT_DOUBLE_EQ(world.turned().left_rad, 0.25);
-  world.step();
-  EXPECT_DOUBLE_EQ(world.turned().left_rad, 0.25);
-  world.command({1, 1});
-  world.step();
-  EXPECT_DOUBLE_EQ(world.turned().left_rad, 0.5);
+  RobotBody b = body();
+  b.command_timeout = nanoseconds(250'000'000);
+  Alone a(b, 4);  // the dead-man instant is an instant of the world
+  a.command({1, 1});
+  a.step();
+  EXPECT_DOUBLE_EQ(a.turned().left_rad, 0.25);
+  a.step();
+  EXPECT_DOUBLE_EQ(a.turned().left_rad, 0.25);
+  a.command({1, 1});
+  a.step();
+  EXPECT_DOUBLE_EQ(a.turned().left_rad, 0.5);
 }
 
 TEST(World, EachCommandStartsTheTimeAnew) {
-  World world = world_at(settings(), 4);
+  Alone a(body(), 4);
   for (int i = 0; i < 10; ++i) {
-    world.command({1, -1});
-    world.step();
+    a.command({1, -1});
+    a.step();
   }
-  EXPECT_NEAR(world.turned().left_rad, 2.5, 20 * kEps);
-  EXPECT_NEAR(world.turned().right_rad, -2.5, 20 * kEps);
+  EXPECT_NEAR(a.turned().left_rad, 2.5, 20 * kEps);
+  EXPECT_NEAR(a.turned().right_rad, -2.5, 20 * kEps);
 }
 
 TEST(World, TheLongestTimeoutDoesNotOverflow) {
-  WorldSettings s = settings();
-  s.drive.command_timeout = nanoseconds::max();
-  World world = world_at(s, 1);
-  world.step();
-  world.command({1, 1});
-  world.step();
-  EXPECT_DOUBLE_EQ(world.turned().left_rad, 1);
+  RobotBody b = body();
+  b.command_timeout = nanoseconds::max();
+  Alone a(b, 1);
+  a.step();
+  a.command({1, 1});
+  a.step();
+  EXPECT_DOUBLE_EQ(a.turned().left_rad, 1);
 }
 
 TEST(World, HaltStopsAtOnce) {
-  World world = world_at(settings(), 10);
-  world.command({1, 1});
-  world.halt();
-  world.step();
-  EXPECT_EQ(world.pose(), settings().start);
+  Alone a(body(), 10);
+  a.command({1, 1});
+  a.world.halt(a.robot);
+  a.step();
+  EXPECT_EQ(a.pose(), body().start);
 }
 
 // Slip is the way over the floor against the wheel's turning: the encoder does not see it.
 TEST(World, SlipMovesTheBodyAndNotTheEncoder) {
-  WorldSettings s = settings();
-  World exact = world_at(s, 15);
-  s.wheels.slip = 0.05;
-  World slipping = world_at(s, 15);
+  RobotBody b = body();
+  Alone exact(b, 15);
+  b.wheels.slip = 0.05;
+  Alone slipping(b, 15);
   for (int i = 0; i < 100; ++i) {
     exact.command({2, 2.5});
     slipping.command({2, 2.5});
@@ -143,36 +213,220 @@ TEST(World, SlipMovesTheBodyAndNotTheEncoder) {
   }
   EXPECT_EQ(slipping.turned().left_rad, exact.turned().left_rad);
   EXPECT_EQ(slipping.turned().right_rad, exact.turned().right_rad);
-  EXPECT_GT(std::hypot(slipping.pose().x_m - exact.pose().x_m, slipping.pose().y_m - exact.pose().y_m), 1e-3);
+  EXPECT_GT(between(slipping.pose(), exact.pose()), 1e-3);
 }
 
 // Catches one slip for both wheels: commanded straight, the robot would go straight.
 TEST(World, EachWheelSlipsByItself) {
-  WorldSettings s = settings();
-  s.wheels.slip = 0.05;
-  World world = world_at(s, 15);
+  RobotBody b = body();
+  b.wheels.slip = 0.05;
+  Alone a(b, 15);
   for (int i = 0; i < 30; ++i) {
-    world.command({2, 2});
-    world.step();
+    a.command({2, 2});
+    a.step();
   }
-  EXPECT_GT(std::abs(world.pose().heading_rad - s.start.heading_rad), 1e-3);
+  EXPECT_GT(std::abs(a.pose().heading_rad - b.start.heading_rad), 1e-3);
 }
 
 TEST(World, TheSeedDecidesThePath) {
-  WorldSettings s = settings();
-  s.wheels.slip = 0.02;
-  const auto end_of_path = [&s](std::uint64_t seed) {
-    s.seed = seed;
-    World world = world_at(s, 15);
+  RobotBody b = body();
+  b.wheels.slip = 0.02;
+  const auto end_of_path = [&b](std::uint64_t seed) {
+    b.seed = seed;
+    Alone a(b, 15);
     for (int i = 0; i < 60; ++i) {
-      world.command({2, 2.5});
-      world.step();
+      a.command({2, 2.5});
+      a.step();
     }
-    return world.pose();
+    return a.pose();
   };
   EXPECT_EQ(end_of_path(7), end_of_path(7));
   EXPECT_NE(end_of_path(7), end_of_path(8));
   EXPECT_NE(end_of_path(7), end_of_path(7 + (std::uint64_t(1) << 32))) << "the seed's upper half counts too";
+}
+
+// ---- where it was
+
+// The picture of a moving camera is made of poses within the step: they have to lie on the arc that was driven.
+TEST(World, PosesWithinTheLastStepLieOnItsArc) {
+  Alone a(body(), 4);
+  EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(0)), body().start) << "before the first step";
+  a.command({2.3, 9.1});
+  a.step();
+  EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(0)), a.pose());
+  EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(250'000'000)), body().start);
+  const Pose2 expected = advance(body().start, body_speeds({2.3 * 0.043, 9.1 * 0.043}, 0.27), 0.18);
+  const Pose2 there = a.world.pose_before(a.robot, nanoseconds(70'000'000));
+  EXPECT_NEAR(there.x_m, expected.x_m, 4 * kEps);
+  EXPECT_NEAR(there.y_m, expected.y_m, 4 * kEps);
+  EXPECT_NEAR(there.heading_rad, expected.heading_rad, 4 * kEps);
+}
+
+// ---- many robots
+
+TEST(World, ARobotsPathDependsOnNoOther) {
+  RobotBody b = body();
+  b.wheels.slip = 0.03;
+  b.radius_m = 0.2;
+  const auto drive = [](World& world, World::RobotId robot) {
+    world.set_rate(15);
+    for (int i = 0; i < 40; ++i) {
+      world.command(robot, {2, 2.5});
+      world.step();
+    }
+    return world.pose(robot);
+  };
+  World alone{PlaceSettings{}};
+  const Pose2 expected = drive(alone, *alone.add_robot(b));
+
+  RobotBody other = b;
+  other.name = "robot.2";
+  other.start = {5, 5, 0};
+  World first{PlaceSettings{}};
+  const World::RobotId robot = *first.add_robot(b);
+  ASSERT_TRUE(first.add_robot(other));
+  EXPECT_EQ(drive(first, robot), expected);
+  World second{PlaceSettings{}};
+  ASSERT_TRUE(second.add_robot(other));
+  EXPECT_EQ(drive(second, *second.add_robot(b)), expected);
+}
+
+TEST(World, ARobotThatJoinsLaterStartsAtItsStart) {
+  Alone a(body(), 15);
+  for (int i = 0; i < 9; ++i) a.step();
+  const World::RobotId late = *a.world.add_robot(body());
+  EXPECT_NE(late, a.robot);
+  EXPECT_EQ(a.world.pose(late), body().start);
+  EXPECT_EQ(a.world.pose_before(late, nanoseconds(50'000'000)), body().start);
+  EXPECT_EQ(a.world.turned(late).left_rad, 0);
+}
+
+// The next run has to see what a world of its own would show it: the same times, ids and draws.
+TEST(World, BegunAnewItRepeatsItself) {
+  RobotBody b = body();
+  b.wheels.slip = 0.03;
+  PlaceSettings place;
+  place.moving = {{"cart", {{0, 1}, {1, 1}}, 0.3, true, 0.1}};
+  World world(place);
+  world.set_rate(15);
+  const auto run = [&world, &b] {
+    const World::RobotId robot = *world.add_robot(b);
+    for (int i = 0; i < 40; ++i) {
+      world.command(robot, {2, 2.5});
+      world.step();
+    }
+    return std::tuple(robot, world.now(), world.tick(), world.pose(robot), world.moving_pose(0));
+  };
+  const auto first = run();
+  world.begin_anew();
+  EXPECT_EQ(world.now(), nanoseconds(0));
+  EXPECT_EQ(world.tick(), 0U);
+  EXPECT_EQ(world.moving_pose(0), (Pose2{0, 1, 0}));
+  EXPECT_EQ(run(), first);
+}
+
+// ---- lag
+
+RobotBody lagging() {
+  RobotBody b = body();
+  b.wheels.lag_s = 0.17;
+  return b;
+}
+
+// w = u (1 - e^(-t/lag)), so the angle is u (t - lag (1 - e^(-t/lag))); exact though the path is made of pieces.
+TEST(Lag, AnglesAreThoseOfTheClosedForm) {
+  Alone a(lagging(), 15);
+  double time_s = 0;
+  for (int i = 0; i < 30; ++i) {
+    a.command({3, -1.1});
+    a.step();
+    time_s = std::chrono::duration<double>(a.world.now()).count();
+    const double angle = time_s - 0.17 * (1 - std::exp(-time_s / 0.17));
+    // Per step a few roundings of angles below 6 rad.
+    ASSERT_NEAR(a.turned().left_rad, 3 * angle, (i + 1) * 20 * kEps) << "step " << i;
+    ASSERT_NEAR(a.turned().right_rad, -1.1 * angle, (i + 1) * 20 * kEps) << "step " << i;
+  }
+}
+
+// Catches lag that only begins at an instant of the world, and a dead-man time that cuts wheels off.
+TEST(Lag, WheelsRunOutAfterTheDeadManTime) {
+  Alone a(lagging(), 15);
+  a.command({3, 3});
+  for (int i = 0; i < 8; ++i) a.step();
+  EXPECT_GT(a.turned().left_rad, 3 * (0.5 - 0.17 * (1 - std::exp(-0.5 / 0.17))) + 0.01) << "they run on at 0.5 s";
+  for (int i = 0; i < 200; ++i) a.step();
+  // In all u times the time driven: what is lost in the beginning is made up for at the end.
+  EXPECT_NEAR(a.turned().left_rad, 3 * 0.5, 1e-12);
+  const Pose2 standing = a.pose();
+  a.step();
+  EXPECT_EQ(a.pose(), standing) << "they do come to stand";
+}
+
+TEST(Lag, HaltLetsTheWheelsRunOut) {
+  Alone a(lagging(), 10);
+  a.command({3, 3});
+  a.step();
+  a.world.halt(a.robot);
+  const double before_rad = a.turned().left_rad;
+  const double speed_radps = 3 * (1 - std::exp(-0.1 / 0.17));
+  a.step();
+  EXPECT_NEAR(a.turned().left_rad - before_rad, speed_radps * 0.17 * (1 - std::exp(-0.1 / 0.17)), 20 * kEps);
+}
+
+/// Runge-Kutta of fourth order on x' = v cos h, y' = v sin h with the wheels' closed form, from standing.
+Pose2 fine_reference(const Pose2& start, const WheelSpeeds& u, double lag_s, double time_s, int steps) {
+  const auto slope = [&](double t, double heading_rad) {
+    const double w = 1 - std::exp(-t / lag_s);
+    const BodySpeeds b = body_speeds({u.left_radps * w * 0.043, u.right_radps * w * 0.043}, 0.27);
+    return std::array{b.speed_mps * std::cos(heading_rad), b.speed_mps * std::sin(heading_rad), b.turn_radps};
+  };
+  Pose2 p = start;
+  const double h = time_s / steps;
+  for (int i = 0; i < steps; ++i) {
+    const double t = h * i;
+    const auto k1 = slope(t, p.heading_rad);
+    const auto k2 = slope(t + h / 2, p.heading_rad + h / 2 * k1[2]);
+    const auto k3 = slope(t + h / 2, p.heading_rad + h / 2 * k2[2]);
+    const auto k4 = slope(t + h, p.heading_rad + h * k3[2]);
+    p.x_m += h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0]);
+    p.y_m += h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1]);
+    p.heading_rad += h / 6 * (k1[2] + 2 * k2[2] + 2 * k3[2] + k4[2]);
+  }
+  return p;
+}
+
+// The bound that moving_robot.h states, for time constants far above, at and far below the pieces' length.
+TEST(Lag, ThePathAgreesWithAFineReferenceWithinTheStatedBound) {
+  const WheelSpeeds u{4, 23};
+  const BodySpeeds most = body_speeds({u.left_radps * 0.043, u.right_radps * 0.043}, 0.27);
+  constexpr double kArc_s = 0.25e-3;
+  const double bound_m = kArc_s * kArc_s / 2 * 2 * most.speed_mps * most.turn_radps;
+  // The reference's own: Simpson's rule on e^(-t/lag) in steps of a quarter of the shortest lag errs by
+  // (1/4)^4 / 2880 of turn x lag, 3 rad/s x 1e-5 s.
+  constexpr double kHeading_rad = 1e-10;
+  for (const double lag_s : {0.17, 0.01, 0.25e-3, 1e-5}) {
+    RobotBody b = body();
+    b.wheels.lag_s = lag_s;
+    Alone a(b, 4);
+    a.command(u);
+    a.step();
+    const Pose2 expected = fine_reference(b.start, u, lag_s, 0.25, 100'000);
+    EXPECT_LT(between(a.pose(), expected), bound_m) << "lag " << lag_s << " s";
+    EXPECT_NEAR(wrap_angle(a.pose().heading_rad - expected.heading_rad), 0, kHeading_rad) << "lag " << lag_s << " s";
+    // Within the step likewise.
+    EXPECT_LT(between(a.world.pose_before(a.robot, nanoseconds(100'000'000)),
+                      fine_reference(b.start, u, lag_s, 0.15, 100'000)),
+              bound_m)
+        << "lag " << lag_s << " s";
+  }
+}
+
+TEST(Lag, WithoutItNothingLags) {
+  WheelCourse course{99, 2, 0.3, 0};
+  EXPECT_EQ(course.turned_rad(0.2), 2 * 0.2);
+  EXPECT_EQ(course.turned_rad(0.5), 2 * 0.3);
+  EXPECT_EQ(course.speed_radps(0.2), 2);
+  EXPECT_EQ(course.speed_radps(0.4), 0);
 }
 
 // ---- the slip process

@@ -3,85 +3,85 @@
 
 #include <chrono>
 #include <cstdint>
-#include <random>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/world/motion.h"
 
 namespace twocone::sim_povray {
 
-/// Relative slip of one wheel: a first-order Gauss-Markov process of stationary standard deviation sigma,
-///     s' = a s + sigma sqrt(1 - a^2) n,   a = exp(-dt / tau),   n ~ N(0, 1),
-/// begun from its stationary law. With sigma = 0 it draws nothing and is 0.
-class Slip {
- public:
-  Slip(double sigma, double correlation_s, std::mt19937_64 engine);
-  [[nodiscard]] double value() const { return value_; }
-  void advance(double dt_s);
-
- private:
-  double sigma_;
-  double correlation_s_;
-  std::mt19937_64 engine_;
-  std::normal_distribution<double> normal_;
-  double value_ = 0;
-};
-
-/// What each random engine of a world is for. One engine each, so that switching one effect on or off leaves the
-/// others' draws as they were. The numbers go into the seed: they stay as they are.
-enum class Purpose : std::uint32_t { kLeftSlip = 1, kRightSlip = 2 };
-
-std::mt19937_64 engine_for(std::uint64_t seed, Purpose purpose);
-
-/// The truth: time, the robot's pose and its wheels. Knows nothing of pictures.
+/// The truth: time, and where robots and moving things are. Knows nothing of pictures. No thread, no lock.
 ///
 /// Instant n is at base + round((n - n_base) 1e9 / rate) ns, so that no error adds up. Between two instants the wheels
-/// turn at the speeds commanded, without lag, until the dead-man time is over: then they stand still from that very
-/// nanosecond.
+/// turn at the speeds commanded (behind their lag, if they have one), until the dead-man time is over: then they are
+/// told to stand still from that very nanosecond.
+///
+/// Each robot moves by exact arcs (with lag: by short ones, moving_robot.h states the error) and stands still where it
+/// touches something, wheels included, until it is commanded away from it: it is stopped between 0.5e-9 m and 1e-9 m
+/// off, at any speed. Turning on the spot is leading away. A robot of body radius 0 touches nothing and is touched by
+/// nothing. Robots that drive at each other are both stopped. A moving thing is on rails: it goes on, over a robot that
+/// stands in its way, which from then on can move away from it and not deeper.
+///
+/// If its RobotBody calls for physics, a robot moves by the Open Dynamics Engine (physics.h), which is not entered
+/// otherwise: its wheels turn as commanded though the body slides or is blocked. For such a robot things, and robots
+/// without physics, are on rails; those stop at it as at anything else.
+///
+/// What happens to one robot depends neither on the order in which robots came (with physics: but for rounding) nor on
+/// other robots' random numbers.
 class World {
  public:
-  /// `settings` are taken as checked (Simulation::open).
-  explicit World(const WorldSettings& settings);
+  explicit World(const PlaceSettings& place);  // taken as checked
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
 
-  [[nodiscard]] std::uint64_t tick() const { return tick_; }
-  [[nodiscard]] Timestamp now() const { return {ClockKind::kSimulated, now_}; }
-  [[nodiscard]] const Pose2& pose() const { return pose_; }
+  [[nodiscard]] std::uint64_t tick() const;
+  [[nodiscard]] std::chrono::nanoseconds now() const;
+  [[nodiscard]] double rate_hz() const;
+  /// From the present instant on. @param rate_hz > 0 and finite
+  void set_rate(double rate_hz);
+  /// To the next instant. A rate has been set.
+  void step();
+  /// Back to time 0: moving things where they began, and no robot in it. The rate stays.
+  void begin_anew();
 
-  /// How far the wheels have turned since the world began, to the last bit. Turning, not the way over the floor.
+  using RobotId = std::uint32_t;
+  /// Puts a robot at its start. An id is not used again until begin_anew().
+  /// Errors: kRefused: the start touches something, and what; kUnavailable: physics in a build without it.
+  Result<RobotId> add_robot(const RobotBody& robot);
+  /// The robot stays where it is, standing, as an obstacle.
+  void abandon(RobotId robot);
+  /// It is gone (its place in the scene is taken by another, or the world begins anew).
+  void remove(RobotId robot);
+
+  void command(RobotId robot, const WheelSpeeds& speeds);
+  void halt(RobotId robot);
+  [[nodiscard]] const Pose2& pose(RobotId robot) const;
+  /// How far the wheels have turned since the robot was added, to the last bit. Turning, not the way over the floor.
   struct Turned {
     double left_rad = 0;
     double right_rad = 0;
   };
-  [[nodiscard]] const Turned& turned() const { return turned_; }
+  [[nodiscard]] const Turned& turned(RobotId robot) const;
+  /// What its body touches now: "wall", the name of a solid, "robot.2", "moving.trolley"; empty: nothing. Of several,
+  /// the one that stopped it, else the nearest. Over once it is 1e-6 m away. A robot with physics touches what is
+  /// within that.
+  [[nodiscard]] const std::string& contact(RobotId robot) const;
 
-  [[nodiscard]] double rate_hz() const { return rate_hz_; }
-  /// From the present instant on. @param rate_hz > 0 and finite
-  void set_rate(double rate_hz);
+  /// `thing` counts as PlaceSettings::moving does.
+  [[nodiscard]] Pose2 moving_pose(std::size_t thing) const;
 
-  void command(const WheelSpeeds& speeds);
-  void halt() { speeds_ = {}; }
-
-  /// To the next instant.
-  void step();
+  /// Where things were `before` now, 0 <= before <= the last step; on the very path they took, up to where they were
+  /// stopped (with physics: on straight lines between the engine's steps of 0.5 ms or less). Before its beginning, a
+  /// robot's or the world's, everything stood as at the beginning.
+  [[nodiscard]] Pose2 pose_before(RobotId robot, std::chrono::nanoseconds before) const;
+  [[nodiscard]] Pose2 moving_pose_before(std::size_t thing, std::chrono::nanoseconds before) const;
 
  private:
-  void drive_for(std::chrono::nanoseconds span);
-
-  double separation_m_;
-  double radius_m_;
-  std::chrono::nanoseconds command_timeout_;
-  Slip left_slip_;
-  Slip right_slip_;
-
-  double rate_hz_ = 0;
-  std::uint64_t base_tick_ = 0;
-  std::chrono::nanoseconds base_{0};
-
-  std::uint64_t tick_ = 0;
-  std::chrono::nanoseconds now_{0};
-  Pose2 pose_;
-  Turned turned_;
-  WheelSpeeds speeds_;
-  std::chrono::nanoseconds commanded_at_{0};
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// What an encoder of `counts_per_turn` tells of `turned_rad`: rounded down to a count; exact if it has 0 counts.

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/world/surroundings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace twocone::sim_povray {
+namespace {
+
+Facing from_point(const FloorPoint& from, const FloorPoint& point, double radius_m) {
+  const double x_m = point.x_m - from.x_m;
+  const double y_m = point.y_m - from.y_m;
+  const double away_m = std::sqrt(x_m * x_m + y_m * y_m);
+  if (away_m == 0) return {-radius_m, 0, 0};
+  return {away_m - radius_m, x_m / away_m, y_m / away_m};
+}
+
+/// By the number of edges that a ray to the right crosses.
+bool is_inside(const Outline& outline, const FloorPoint& point) {
+  bool inside = false;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const FloorPoint& a = outline[i];
+    const FloorPoint& b = outline[(i + 1) % outline.size()];
+    if ((a.y_m > point.y_m) == (b.y_m > point.y_m)) continue;
+    if (point.x_m < a.x_m + (point.y_m - a.y_m) / (b.y_m - a.y_m) * (b.x_m - a.x_m)) inside = !inside;
+  }
+  return inside;
+}
+
+}  // namespace
+
+Facing facing(const HalfPlane& wall, const FloorPoint& point) {
+  return {wall.x_n * point.x_m + wall.y_n * point.y_m - wall.offset_m, wall.x_n, wall.y_n};
+}
+
+Facing facing(const Disc& disc, const FloorPoint& point) { return from_point(disc.centre, point, disc.radius_m); }
+
+Facing facing(const Edge& edge, const FloorPoint& point) {
+  const double x_m = edge.to.x_m - edge.from.x_m;
+  const double y_m = edge.to.y_m - edge.from.y_m;
+  const double square = x_m * x_m + y_m * y_m;
+  const double along = (point.x_m - edge.from.x_m) * x_m + (point.y_m - edge.from.y_m) * y_m;
+  if (along <= 0) return from_point(edge.from, point, 0);
+  if (along >= square) return from_point(edge.to, point, 0);
+  // Across the edge's line rather than from the foot: a foot rounded by an ulp would turn the direction of a near one.
+  const double length_m = std::sqrt(square);
+  const double across_m = (x_m * (point.y_m - edge.from.y_m) - y_m * (point.x_m - edge.from.x_m)) / length_m;
+  if (across_m == 0) return {};
+  const double side = across_m > 0 ? 1 : -1;
+  return {std::abs(across_m), -side * y_m / length_m, side * x_m / length_m};
+}
+
+Surroundings::Surroundings(const PlaceSettings& place) {
+  if (place.walls) {
+    names_.push_back("wall");
+    const Walls& w = *place.walls;
+    for (const HalfPlane& wall : {HalfPlane{1, 0, w.min_x_m}, HalfPlane{-1, 0, -w.max_x_m}, HalfPlane{0, 1, w.min_y_m},
+                                  HalfPlane{0, -1, -w.max_y_m}}) {
+      parts_.push_back({wall, 0});
+    }
+  }
+  for (const Solid& solid : place.solids) {
+    const std::size_t owner = names_.size();
+    names_.push_back(solid.name);
+    if (const auto* disc = std::get_if<Disc>(&solid.shape)) {
+      parts_.push_back({*disc, owner});
+      continue;
+    }
+    const auto& outline = std::get<Outline>(solid.shape);
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      parts_.push_back({Edge{outline[i], outline[(i + 1) % outline.size()]}, owner});
+    }
+    outlines_.push_back({outline, owner});
+  }
+}
+
+const std::string* Surroundings::outline_around(const FloorPoint& point) const {
+  const auto around = std::find_if(outlines_.begin(), outlines_.end(),
+                                   [&point](const NamedOutline& o) { return is_inside(o.outline, point); });
+  return around == outlines_.end() ? nullptr : &names_[around->owner];
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/world/moving_path.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/world/world.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr double kPi = std::numbers::pi;
+// A few roundings of coordinates below 4 m.
+constexpr double kTolerance_m = 16 * std::numeric_limits<double>::epsilon();
+
+/// Legs of 1.5, 2 and back 2.5 m.
+MovingThing triangle(bool loop) { return {"trolley", {{0.5, 1}, {2, 1}, {2, 3}}, 0.7, loop, 0.2}; }
+
+void expect_pose(const Pose2& pose, const Pose2& expected, const char* what) {
+  EXPECT_NEAR(pose.x_m, expected.x_m, kTolerance_m) << what;
+  EXPECT_NEAR(pose.y_m, expected.y_m, kTolerance_m) << what;
+  EXPECT_NEAR(pose.heading_rad, expected.heading_rad, kTolerance_m) << what;
+}
+
+TEST(MovingPath, IsAtItsFirstPointAtTimeZero) { expect_pose(MovingPath(triangle(true)).pose(0), {0.5, 1, 0}, ""); }
+
+TEST(MovingPath, GoesAlongItsLegsAtItsSpeed) {
+  const MovingPath path(triangle(true));
+  expect_pose(path.pose(1.1), {0.5 + 0.77, 1, 0}, "first leg");
+  expect_pose(path.pose(1.5 / 0.7 + 0.3), {2, 1.21, kPi / 2}, "second leg");
+  // The way back is (-1.5, -2), 2.5 m long.
+  expect_pose(path.pose(3.5 / 0.7 + 1), {2 - 0.7 * 0.6, 3 - 0.7 * 0.8, std::atan2(-2.0, -1.5)}, "straight back");
+  expect_pose(path.pose(6 / 0.7 * 3 + 1.1), {0.5 + 0.77, 1, 0}, "the fourth round");
+}
+
+TEST(MovingPath, WithoutALoopItStandsAtTheEnd) {
+  const MovingPath path(triangle(false));
+  expect_pose(path.pose(3.5 / 0.7 - 0.1), {2, 2.93, kPi / 2}, "just before");
+  expect_pose(path.pose(1e6), {2, 3, kPi / 2}, "long after");
+  EXPECT_EQ(path.stretch(1e6).y_mps, 0);
+  EXPECT_EQ(path.stretch(1e6).until_s, std::numeric_limits<double>::infinity());
+}
+
+// Catches positions that are added up step by step: after eleven days it has to be where the closed form says.
+TEST(MovingPath, NothingAddsUpOverDays) {
+  MovingThing square{"cart", {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, 1, true, 0.1};
+  expect_pose(MovingPath(square).pose(1e6 + 0.25), {0.25, 0, 0}, "a million rounds of four seconds and a quarter");
+}
+
+TEST(MovingPath, ALoopMayEndWhereItBegan) {
+  const MovingThing closed{"cart", {{0, 0}, {1, 0}, {0, 0}}, 0.5, true, 0.1};
+  expect_pose(MovingPath(closed).pose(3), {0.5, 0, kPi}, "on the way back");
+  expect_pose(MovingPath(closed).pose(4.5), {0.25, 0, 0}, "the second round");
+}
+
+TEST(MovingPath, TellsTheStretchItIsOn) {
+  const Stretch s = MovingPath(triangle(true)).stretch(1.5 / 0.7 + 0.3);
+  EXPECT_NEAR(s.at.y_m, 1.21, kTolerance_m);
+  EXPECT_NEAR(s.x_mps, 0, kTolerance_m);
+  EXPECT_NEAR(s.y_mps, 0.7, kTolerance_m);
+  EXPECT_NEAR(s.until_s, 3.5 / 0.7, kTolerance_m);
+}
+
+// Rolling shutter and motion blur ask for places inside the step, round the corner too.
+TEST(MovingThings, AWorldTellsWhereTheyWere) {
+  PlaceSettings place;
+  place.moving = {triangle(true), triangle(false)};
+  World world(place);
+  world.set_rate(2);
+  expect_pose(world.moving_pose_before(0, nanoseconds(400'000'000)), {0.5, 1, 0}, "before the beginning");
+  for (int i = 0; i < 5; ++i) world.step();
+  expect_pose(world.moving_pose(0), {2, 1 + 2.5 * 0.7 - 1.5, kPi / 2}, "now");
+  expect_pose(world.moving_pose_before(0, nanoseconds(500'000'000)), {0.5 + 2 * 0.7, 1, 0}, "before the corner");
+  while (world.now() < std::chrono::seconds(20)) world.step();
+  expect_pose(world.moving_pose(1), {2, 3, kPi / 2}, "the other one stands at its end");
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// In place of physics_test.cpp in a build without the Open Dynamics Engine.
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/world/physics.h"
+#include "drivers/sim_povray/world/world.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+// Catches a robot that silently moves without the physics it was given.
+TEST(Physics, WithoutTheEngineARobotThatNeedsItIsRefused) {
+  World world{PlaceSettings{}};
+  RobotBody body;
+  body.radius_m = 0.2;
+  EXPECT_TRUE(world.add_robot(body));
+  body.start.x_m = 1;
+  body.physics = Physics{};
+  const auto refused = world.add_robot(body);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(refused.error().message, "physics needs the Open Dynamics Engine, which this build does not have");
+  EXPECT_EQ(PhysicsEngine::opened(), 0);
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray
