@@ -26,9 +26,9 @@ class ChildProcessTest : public testing::Test {
  protected:
   [[nodiscard]] ChildRequest request(const std::string& commands) const {
     ChildRequest r;
-    r.program = folder_.script("child", commands);
-    r.environment = {"PATH=/usr/bin:/bin", "GREETING=hello"};
-    r.folder = folder_.path().string();
+    r.program.path = folder_.script("child", commands);
+    r.program.environment = {"PATH=/usr/bin:/bin", "GREETING=hello"};
+    r.program.folder = folder_.path().string();
     r.max_output = 1'000'000;
     r.timeout = kLong;
     return r;
@@ -44,10 +44,10 @@ class ChildProcessTest : public testing::Test {
 
 TEST_F(ChildProcessTest, GivesBackWhatTheChildSays) {
   auto r = request("echo \"$GREETING $1 $HOME\"; pwd; echo no >&2; exit 3");
-  r.arguments = {"a b"};
+  r.program.arguments = {"a b"};
   const ChildResult result = run_child(r);
-  EXPECT_EQ(result.end, End::kExited);
-  EXPECT_EQ(result.number, 3);
+  EXPECT_EQ(result.end, End::kEnded);
+  EXPECT_EQ(WEXITSTATUS(result.wait_status), 3);
   EXPECT_EQ(result.output, "hello a b \n" + std::filesystem::canonical(folder_.path()).string() + "\n");
   EXPECT_EQ(result.errors, "no\n");
 }
@@ -59,7 +59,7 @@ TEST_F(ChildProcessTest, TheChildHasItsInputAndNothingElse) {
   const UniqueFd leaked(::fcntl(zero.get(), F_DUPFD, 50));
   const UniqueFd input = memory_file("input", "from memory");
   auto r = request("cat; cat /proc/self/fd/3; for f in /proc/$$/fd/*; do echo; readlink $f; done");
-  r.input_fd = input.get();
+  r.program.inputs = {input.get()};
   const ChildResult result = run_child(r);
   EXPECT_THAT(result.output, testing::StartsWith("from memory")) << "standard input is empty";
   EXPECT_THAT(result.output, testing::Not(HasSubstr("/dev/zero")));
@@ -67,8 +67,8 @@ TEST_F(ChildProcessTest, TheChildHasItsInputAndNothingElse) {
 
 TEST_F(ChildProcessTest, ReportsASignal) {
   const ChildResult result = run_child(request("kill -SEGV $$"));
-  EXPECT_EQ(result.end, End::kSignalled);
-  EXPECT_EQ(result.number, SIGSEGV);
+  EXPECT_EQ(result.end, End::kEnded);
+  EXPECT_TRUE(WIFSIGNALED(result.wait_status) && WTERMSIG(result.wait_status) == SIGSEGV) << result.wait_status;
 }
 
 // Catches a kill that reaches the child but not what it started.
@@ -103,7 +103,7 @@ TEST_F(ChildProcessTest, AChattyChildIsKilledInTimeToo) {
 TEST_F(ChildProcessTest, DoesNotWaitForWhatTheChildLeavesBehind) {
   const auto begin = std::chrono::steady_clock::now();
   const ChildResult result = run_child(request("sleep 1000 & echo $! > pid; echo done"));
-  EXPECT_EQ(result.end, End::kExited);
+  EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.output, "done\n");
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong);
   EXPECT_TRUE(eventually([&] { return !is_running(noted_pid()); }));
@@ -112,14 +112,14 @@ TEST_F(ChildProcessTest, DoesNotWaitForWhatTheChildLeavesBehind) {
 TEST_F(ChildProcessTest, DoesNotListenToWhatTheChildLeavesBehind) {
   const auto begin = std::chrono::steady_clock::now();
   const ChildResult result = run_child(request("for i in 1 2 3; do cat /dev/zero >&2 & done; echo done"));
-  EXPECT_EQ(result.end, End::kExited);
+  EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.output, "done\n");
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong / 2);
 }
 
 TEST_F(ChildProcessTest, KeepsTheNewestOfALotOfErrors) {
   const ChildResult result = run_child(request("head -c 100000000 /dev/zero | tr '\\0' x >&2; echo the end >&2"));
-  EXPECT_EQ(result.end, End::kExited);
+  EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.errors.size(), kMaxErrors);
   EXPECT_THAT(result.errors, testing::EndsWith("xthe end\n"));
 }
@@ -135,7 +135,7 @@ TEST_F(ChildProcessTest, KillsAChildThatWritesTooMuch) {
 TEST_F(ChildProcessTest, TakesAsMuchAsIsAllowed) {
   auto r = request("head -c 1000000 /dev/zero");
   const ChildResult result = run_child(r);
-  EXPECT_EQ(result.end, End::kExited);
+  EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.output.size(), 1'000'000U);
 }
 
@@ -154,18 +154,16 @@ TEST_F(ChildProcessTest, StopsWhenTold) {
 
 TEST_F(ChildProcessTest, SaysWhyItCouldNotStart) {
   auto r = request("");
-  r.program = (folder_.path() / "none").string();
+  r.program.path = (folder_.path() / "none").string();
   const ChildResult missing = run_child(r);
   EXPECT_EQ(missing.end, End::kNotStarted);
-  EXPECT_EQ(missing.number, ENOENT);
-  EXPECT_EQ(missing.errors, "starting the program");
+  EXPECT_EQ(missing.errors, "starting the program: No such file or directory");
 
   r = request("");
-  r.folder = (folder_.path() / "none").string();
+  r.program.folder = (folder_.path() / "none").string();
   const ChildResult nowhere = run_child(r);
   EXPECT_EQ(nowhere.end, End::kNotStarted);
-  EXPECT_EQ(nowhere.number, ENOENT);
-  EXPECT_EQ(nowhere.errors, "entering the folder");
+  EXPECT_EQ(nowhere.errors, "entering the folder: No such file or directory");
 }
 
 // The promise behind "kill -9 of the program leaves no POV-Ray": the kernel kills the child with the thread that waits

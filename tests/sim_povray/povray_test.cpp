@@ -2,9 +2,12 @@
 // One run of POV-Ray, with shell scripts in its place that misbehave in every way we could think of.
 #include "drivers/sim_povray/render/povray.h"
 
+#include <filesystem>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/sim_povray/render/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -25,7 +28,7 @@ class PovrayTest : public testing::Test {
   /// What comes of a job when `commands` stand for POV-Ray.
   ImageResult render(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
     const Povray povray(folder_.script("povray", commands), folder_.path() / "lab.pov", timeout);
-    return povray.render({"frame 12, view lower", "the scene", 2, 1, 1}, -1);
+    return povray.render(plain_picture("frame 12, view lower", "the scene", 2, 1, 1), -1);
   }
   Error error_of(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
     auto result = render(commands, timeout);
@@ -57,10 +60,31 @@ TEST_F(PovrayTest, GivesTheSceneInMemoryAndWorksInItsFolder) {
               AllOf(HasSubstr("LC_ALL=C"), HasSubstr("POVINI=/etc/povray/3.7/povray.ini")));
 }
 
-TEST_F(PovrayTest, AskingForAntialiasing) {
-  EXPECT_THAT(povray_arguments({"", "", 2, 1, 4}), testing::IsSupersetOf({"+A0.03", "+AM1", "+R4", "-J"}));
-  EXPECT_THAT(povray_arguments({"", "", 2, 1, 4}), testing::Not(testing::Contains("-A")));
-  EXPECT_THAT(povray_arguments({"", "", 2, 1, 1}), testing::Contains("-A"));
+TEST_F(PovrayTest, ThePoseStandsInItsPlace) {
+  Mould mould;
+  mould.scene = "the scene";
+  mould.pose_offset = 3;
+  mould.width_px = 2;
+  mould.height_px = 1;
+  const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kPicture)),
+                      folder_.path() / "lab.pov", kLong);
+  ASSERT_TRUE(povray.render({"", std::make_shared<const Mould>(mould), "pose"}, -1));
+  EXPECT_EQ(read_file(folder_.path() / "got"), "the pose  scene");
+}
+
+TEST(PovrayArguments, SayWhatTheMouldSays) {
+  Mould mould;
+  mould.width_px = 20;
+  mould.height_px = 10;
+  EXPECT_THAT(povray_arguments(mould), testing::IsSupersetOf({"-A", "+Q9", "+BM2", "+W20", "+H10"}));
+  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains(HasSubstr("+SC"))));
+  mould.antialias = 4;
+  mould.quality = 3;
+  mould.window = Window{0, 18, 2, 9};
+  EXPECT_THAT(povray_arguments(mould), testing::IsSupersetOf({"+A0.03", "+AM1", "+R4", "-J", "+Q3", "+EC19", "+SR3"}));
+  // +SC1 would be all of the picture's width.
+  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains(testing::MatchesRegex("\\+(SC|ER).*"))));
+  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains("-A")));
 }
 
 TEST_F(PovrayTest, ACrashNamesTheSignal) {
@@ -125,7 +149,7 @@ TEST_F(PovrayTest, AFloodOnStandardOutput) {
 
 TEST_F(PovrayTest, AProgramThatWentAway) {
   const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kLong);
-  const auto result = povray.render({"frame 12, view lower", "", 2, 1, 1}, -1);
+  const auto result = povray.render(plain_picture("frame 12, view lower", "", 2, 1, 1), -1);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));

@@ -27,8 +27,13 @@ std::filesystem::path scene(const std::string& name) {
   return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes" / name;
 }
 
-std::unique_ptr<Simulation> opened(const WorldSettings& settings) {
-  auto simulation = Simulation::open(settings);
+struct Settings {
+  PlaceSettings place;
+  SeatSettings seat;
+};
+
+std::unique_ptr<Simulation> opened(const Settings& settings) {
+  auto simulation = Simulation::open(settings.place, settings.seat);
   if (!simulation) throw std::runtime_error(simulation.error().message);
   return std::move(*simulation);
 }
@@ -55,26 +60,26 @@ Image pixels(const Frame& frame) {
 
 /// The first picture of a scene's lower camera.
 ImageResult first_picture(const std::filesystem::path& path, const CameraSettings& size = {32, 24, 15}) {
-  WorldSettings settings;
-  settings.scene = path;
-  auto simulation = Simulation::open(settings);
+  Settings settings;
+  settings.place.scene = path;
+  auto simulation = Simulation::open(settings.place, settings.seat);
   if (!simulation) return simulation.error();
-  return grabbed(*streaming(**simulation, {"lower"}, size)).image(kLong);
+  return grabbed(*streaming(**simulation, {"lower", 1, {}}, size)).image(kLong);
 }
 
 // ---- the same pixels
 
 /// A short run: all pictures, both views in turn.
 std::vector<Image> run(int processes, int run_ahead_frames) {
-  WorldSettings settings;
-  settings.scene = scene("tiny.pov");
-  settings.wheels.slip = 0.05;
-  settings.seed = 3;
-  settings.render.processes = processes;
-  settings.render.run_ahead_frames = run_ahead_frames;
+  Settings settings;
+  settings.place.scene = scene("tiny.pov");
+  settings.seat.body.wheels.slip = 0.05;
+  settings.seat.body.seed = 3;
+  settings.place.render.processes = processes;
+  settings.seat.run_ahead_frames = run_ahead_frames;
   const auto simulation = opened(settings);
-  auto lower = streaming(*simulation, {"lower"}, {64, 48, 15});
-  auto upper = streaming(*simulation, {"upper", 2}, {64, 48, 15});
+  auto lower = streaming(*simulation, {"lower", 1, {}}, {64, 48, 15});
+  auto upper = streaming(*simulation, {"upper", 2, {}}, {64, 48, 15});
   auto drive = simulation->open_drive();
   std::vector<Frame> frames;
   for (int i = 0; i < 3; ++i) {
@@ -130,11 +135,11 @@ TEST(RenderTest, NobodysSettingsChangeThePicture) {
 
 TEST(RenderTest, TheSceneIsReadOnce) {
   const TemporaryFolder folder;
-  WorldSettings settings;
-  settings.scene = folder.write("tiny.pov", read_file(scene("tiny.pov")));
+  Settings settings;
+  settings.place.scene = folder.write("tiny.pov", read_file(scene("tiny.pov")));
   const auto simulation = opened(settings);
   (void)folder.write("tiny.pov", "bogus");
-  const Image image = pixels(grabbed(*streaming(*simulation, {"lower"}, {32, 24, 15})));
+  const Image image = pixels(grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})));
   EXPECT_EQ(image.bytes.size(), std::size_t(32 * 24 * 3));
 }
 
@@ -222,14 +227,14 @@ constexpr std::array<int, 3> kMagenta{255, 0, 255};
 constexpr double kMiddle_px = 4 * 0.164 / 2.645;
 
 TEST(RenderTest, MarksAppearWhereTheGeometrySays) {
-  WorldSettings settings;
-  settings.scene = scene("marks.pov");
-  settings.start = {0.31, -0.47, 0.83};
-  settings.drive.max_speed_radps = 100;
+  Settings settings;
+  settings.place.scene = scene("marks.pov");
+  settings.seat.body.start = {0.31, -0.47, 0.83};
+  settings.seat.drive.max_speed_radps = 100;
   const auto simulation = opened(settings);
   constexpr int kWidth_px = 320;
   constexpr int kHeight_px = 240;
-  auto lower = streaming(*simulation, {"lower"}, {kWidth_px, kHeight_px, 5});
+  auto lower = streaming(*simulation, {"lower", 1, {}}, {kWidth_px, kHeight_px, 5});
   auto drive = simulation->open_drive();
   auto truth = simulation->open_truth();
   // Column c looks along direction + ((c + 0.5) / W - 0.5) right, |direction| = 1, |right| = 4/3, |up| = 1. The middle
@@ -316,24 +321,24 @@ std::filesystem::path endless(const TemporaryFolder& folder) {
 
 TEST(RenderTest, AnEndlessSceneTimesOut) {
   const TemporaryFolder folder;
-  WorldSettings settings;
-  settings.scene = endless(folder);
-  settings.render.timeout = 1500ms;
+  Settings settings;
+  settings.place.scene = endless(folder);
+  settings.place.render.timeout = 1500ms;
   const auto simulation = opened(settings);
-  const auto image = grabbed(*streaming(*simulation, {"lower"}, {32, 24, 15})).image(kLong);
+  const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kLong);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kTimeout);
   EXPECT_THAT(image.error().message,
-              testing::EndsWith("frame 0, view lower: POV-Ray did not finish within 1.5 s and was killed"));
+              testing::EndsWith("view lower: POV-Ray did not finish within 1.5 s and was killed"));
   EXPECT_TRUE(children_of(::getpid()).empty());
 }
 
 TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   const TemporaryFolder folder;
-  WorldSettings settings;
-  settings.scene = endless(folder);
+  Settings settings;
+  settings.place.scene = endless(folder);
   auto simulation = opened(settings);
-  auto camera = streaming(*simulation, {"lower"}, {32, 24, 15});
+  auto camera = streaming(*simulation, {"lower", 1, {}}, {32, 24, 15});
   const Frame frame = grabbed(*camera);
   ASSERT_TRUE(eventually([] { return !children_of(::getpid()).empty(); }));
   camera.reset();
@@ -347,13 +352,13 @@ TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
 // Catches a POV-Ray that goes on computing after its program was killed and could tidy up nothing.
 TEST(RenderTest, KillingTheProgramKillsItsPovRay) {
   const TemporaryFolder folder;
-  WorldSettings settings;
-  settings.scene = endless(folder);
+  Settings settings;
+  settings.place.scene = endless(folder);
   const pid_t program = ::fork();
   ASSERT_GE(program, 0);
   if (program == 0) {
     const auto simulation = opened(settings);
-    (void)grabbed(*streaming(*simulation, {"lower"}, {32, 24, 15})).image(kLong);
+    (void)grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kLong);
     ::_exit(0);
   }
   std::vector<pid_t> povrays;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/render/process_renderer.h"
 
 #include <chrono>
 
@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -22,7 +23,7 @@ class RendererTest : public testing::Test {
   [[nodiscard]] Povray povray(const std::string& commands) const {
     return {folder_.script("povray", commands), folder_.path() / "lab.pov", kLong};
   }
-  static RenderJob job(const std::string& scene) { return {"frame 0, view lower", scene, 1, 1, 1}; }
+  static RenderJob job(const std::string& scene) { return plain_picture("frame 0, view lower", scene, 1, 1, 1); }
   void TearDown() override { EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped"; }
 
   TemporaryFolder folder_;
@@ -30,9 +31,9 @@ class RendererTest : public testing::Test {
 
 TEST_F(RendererTest, OneProcessWorksInOrder) {
   ProcessRenderer renderer(povray("cat /proc/self/fd/3 >> order; " + std::string(kPicture)), 1);
-  std::vector<std::shared_future<ImageResult>> pictures;
-  for (int i = 0; i < 9; ++i) pictures.push_back(renderer.submit(job(std::to_string(i))));
-  for (const auto& picture : pictures) EXPECT_TRUE(picture.get());
+  std::vector<std::future<ImageResult>> pictures;
+  for (int i = 0; i < 9; ++i) pictures.push_back(ordered(renderer, job(std::to_string(i))));
+  for (auto& picture : pictures) EXPECT_TRUE(picture.get());
   EXPECT_EQ(read_file(folder_.path() / "order"), "012345678");
 }
 
@@ -41,26 +42,26 @@ TEST_F(RendererTest, SeveralProcessesWorkAtOneTime) {
   ProcessRenderer renderer(
       povray("touch begun.$$; while [ $(ls begun.* | wc -l) -lt 3 ]; do sleep 0.01; done; " + std::string(kPicture)),
       3);
-  std::vector<std::shared_future<ImageResult>> pictures;
-  for (int i = 0; i < 3; ++i) pictures.push_back(renderer.submit(job("")));
-  for (const auto& picture : pictures) EXPECT_TRUE(picture.get());
+  std::vector<std::future<ImageResult>> pictures;
+  for (int i = 0; i < 3; ++i) pictures.push_back(ordered(renderer, job("")));
+  for (auto& picture : pictures) EXPECT_TRUE(picture.get());
 }
 
 TEST_F(RendererTest, AFailedPictureDoesNotHinderTheNext) {
   ProcessRenderer renderer(povray("grep -q bad /proc/self/fd/3 && exit 1; " + std::string(kPicture)), 1);
-  const auto bad = renderer.submit(job("bad"));
-  const auto good = renderer.submit(job("good"));
+  auto bad = ordered(renderer, job("bad"));
+  auto good = ordered(renderer, job("good"));
   EXPECT_FALSE(bad.get());
   EXPECT_TRUE(good.get());
 }
 
 // Catches a promise that is dropped (std::future_error in whoever waits) and a process that lives on.
 TEST_F(RendererTest, ClosingKillsWhatRunsAndAnswersWhatWaits) {
-  std::vector<std::shared_future<ImageResult>> pictures;
+  std::vector<std::future<ImageResult>> pictures;
   const auto begin = std::chrono::steady_clock::now();
   {
     ProcessRenderer renderer(povray("touch begun.$$; exec sleep 1000"), 2);
-    for (int i = 0; i < 5; ++i) pictures.push_back(renderer.submit(job("")));
+    for (int i = 0; i < 5; ++i) pictures.push_back(ordered(renderer, job("")));
     ASSERT_TRUE(eventually([&] {
       int begun = 0;
       for (const auto& file : std::filesystem::directory_iterator(folder_.path())) {
@@ -70,11 +71,12 @@ TEST_F(RendererTest, ClosingKillsWhatRunsAndAnswersWhatWaits) {
     }));
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong);
-  for (const auto& picture : pictures) {
+  for (auto& picture : pictures) {
     ASSERT_EQ(picture.wait_for(0s), std::future_status::ready);
-    ASSERT_FALSE(picture.get());
-    EXPECT_EQ(picture.get().error().code, ErrorCode::kDisconnected);
-    EXPECT_THAT(picture.get().error().message, testing::HasSubstr("frame 0, view lower: the simulation was closed"));
+    const ImageResult result = picture.get();
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(result.error().message, testing::HasSubstr("frame 0, view lower: the simulation was closed"));
   }
 }
 

@@ -244,6 +244,32 @@ TEST(Outline, NamesThatAreNotFirstNameNothing) {
   EXPECT_TRUE(outline("#if (0) union { //*PMName robot\n } #end").strays.empty());
 }
 
+std::string repeated(std::string_view text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+/// Without bounds the work grows with the square of the text, or for macros doubles with each.
+TEST(Outline, NestingIsBounded) {
+  const auto fault_of = [](const std::string& text) -> std::string {
+    try {
+      outline(text);
+    } catch (const SceneError& error) {
+      return error.message;
+    }
+    return "";
+  };
+  EXPECT_EQ(fault_of(repeated("#if (X) ", 199) + repeated("#end ", 199)), "") << "as deep as POV-Ray goes";
+  EXPECT_THAT(fault_of(repeated("#if (X) ", 200) + repeated("#end ", 200)), HasSubstr("more than 199"));
+  EXPECT_EQ(fault_of(repeated("union { ", 256) + repeated("} ", 256)), "");
+  EXPECT_THAT(fault_of(repeated("union { ", 257) + repeated("} ", 257)), HasSubstr("more than 256"));
+  EXPECT_THAT(fault_of("#macro A() " + repeated("{", 100) + " #end A() A() A()"), HasSubstr("more than 256"));
+  std::string doubling = "#macro M0() } #end ";
+  for (int i = 1; i < 64; ++i) doubling += fmt::format("#macro M{}() M{}() M{}() #end ", i, i - 1, i - 1);
+  EXPECT_THAT(fault_of(doubling), HasSubstr("closes more than 256"));
+}
+
 TEST(Outline, EmptySceneHasNoBlocks) {
   EXPECT_TRUE(outline("").blocks.empty());
   EXPECT_TRUE(outline("\n\n// nothing").blocks.empty());

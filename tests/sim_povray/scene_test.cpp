@@ -143,8 +143,32 @@ TEST(Scene, FrameKeepsEveryLineAndPutsTheViewLast) {
 TEST(Scene, TheIdentifierIsOneThatTheSceneDoesNotUse) {
   const Scene scene = parsed(std::string("#declare Twocone_View = 3; #declare Twocone_View_ = 4;\n") + kScene);
   const std::string frame = scene.seen({}, {*scene.camera("lower"), {}}, 1);
-  EXPECT_THAT(frame, HasSubstr("#declare Twocone_View__ = camera {"));
-  EXPECT_THAT(frame, testing::EndsWith("\ncamera { Twocone_View__ }\n"));
+  EXPECT_THAT(frame, HasSubstr("#declare Twocone__View = camera {"));
+  EXPECT_THAT(frame, testing::EndsWith("\ncamera { Twocone__View }\n"));
+}
+
+TEST(Scene, AMouldLeavesThePosesOpen) {
+  const Scene scene = parsed(kScene);
+  const Mould mould = scene.mould({*scene.object("robot")}, *scene.camera("lower"), "sphere { 0, 1 }");
+  EXPECT_EQ(mould.scene,
+            "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n transform { Twocone_X0 } }\n"
+            "object { sphere { 0, 1 } transform { Twocone_V } } #declare Twocone_View = camera {\n  //*PMName lower\n  "
+            "location y // eye\n transform { Twocone_V } }\n"
+            "camera { location x } // the default, no newline\n"
+            "camera { Twocone_View }\n");
+  EXPECT_EQ(mould.scene.substr(mould.pose_offset, 27), " transform { Twocone_X0 } }")
+      << "poses go before the first use";
+  const FloorMotion away = motion_between({0, 0, 0}, {1, 0, 0});
+  EXPECT_EQ(scene.pose_text({away}, {}, 0.05),
+            "#declare Twocone_X0 = transform { matrix <1,0,0, 0,1,0, 0,0,1, 20,0,0> } "
+            "#declare Twocone_V = transform { matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0> }");
+}
+
+TEST(Scene, AMouldWhoseCameraStandsFirst) {
+  const Scene scene = parsed("camera { //*PMName lower\n}\nunion { //*PMName robot\n}\n");
+  const Mould mould = scene.mould({*scene.object("robot")}, *scene.camera("lower"), "");
+  EXPECT_EQ(mould.pose_offset, 0U);
+  EXPECT_THAT(mould.scene, testing::StartsWith("#declare Twocone_View = camera {"));
 }
 
 TEST(Scene, MovesWhicheverStandsFirst) {

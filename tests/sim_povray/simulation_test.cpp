@@ -5,12 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <mutex>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/sim_povray/hall.h"
+#include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -26,44 +27,26 @@ constexpr auto kLong = 10s;
 // Long enough to be told from "at once", and what a test that waits for a time-out costs.
 constexpr auto kShort = 50ms;
 
-/// Pictures are made by calling finish() or fail().
-class HandRenderer final : public Renderer {
- public:
-  struct Desk {
-    std::vector<RenderJob> jobs;
-    std::vector<std::promise<ImageResult>> promises;
-    void finish(std::size_t i) { promises.at(i).set_value(std::make_shared<const Image>()); }
-    void fail(std::size_t i) { promises.at(i).set_value(Error{ErrorCode::kDisconnected, "crashed"}); }
-  };
-  explicit HandRenderer(std::shared_ptr<Desk> desk) : desk_(std::move(desk)) {}
-  std::shared_future<ImageResult> submit(RenderJob job) override {
-    desk_->jobs.push_back(std::move(job));
-    desk_->promises.emplace_back();
-    return desk_->promises.back().get_future().share();
-  }
-
- private:
-  std::shared_ptr<Desk> desk_;
-};
-
 class SimulationTest : public testing::Test {
  protected:
   SimulationTest() {
-    settings_.scene = "lab.pov";
-    settings_.start = {0.31, -0.47, 0.83};
-    settings_.render.run_ahead_frames = 3;
+    place_.scene = "lab.pov";
+    settings_.body.start = {0.31, -0.47, 0.83};
+    settings_.run_ahead_frames = 3;
     open();
   }
 
   void open() {
     desk_ = std::make_shared<HandRenderer::Desk>();
-    auto opened = make_simulation(settings_, *Scene::parse(kScene, "lab.pov"), std::make_unique<HandRenderer>(desk_));
-    ASSERT_TRUE(opened) << opened.error().message;
-    simulation_ = std::move(*opened);
+    auto hall = Hall::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
+    ASSERT_TRUE(hall) << hall.error().message;
+    auto seat = (*hall)->take_seat(settings_);
+    ASSERT_TRUE(seat) << seat.error().message;
+    simulation_ = make_simulation(*std::move(seat), settings_);
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
-    auto camera = simulation_->open_camera({name});
+    auto camera = simulation_->open_camera({name, 1, {}});
     if (!camera) throw std::runtime_error(camera.error().message);
     if (auto applied = (*camera)->configure({64, 48, rate_hz}); !applied) {
       throw std::runtime_error(applied.error().message);
@@ -80,7 +63,9 @@ class SimulationTest : public testing::Test {
     return frame->header();
   }
 
-  WorldSettings settings_;
+  const Scene scene_ = *Scene::parse(kScene, "lab.pov");
+  PlaceSettings place_;
+  SeatSettings settings_;
   std::shared_ptr<HandRenderer::Desk> desk_;
   std::unique_ptr<Simulation> simulation_;
 };
@@ -112,17 +97,15 @@ TEST_F(SimulationTest, BothViewsShowThePoseOfTheirInstant) {
     grab(*lower);
     grab(*upper);
   }
-  const std::string m = matrix(motion_between(settings_.start, truth->true_pose()), settings_.unit_m);
-  EXPECT_NE(truth->true_pose(), settings_.start);
-  for (const std::size_t job : {4, 5}) {
-    const std::string& text = desk_->jobs[job].scene;
-    EXPECT_NE(text.find(m), text.rfind(m)) << "robot and camera move as one: " << text;
-  }
-  EXPECT_THAT(desk_->jobs[0].scene, HasSubstr("robot\n matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0> }"));
+  const FloorMotion motion = motion_between(settings_.body.start, truth->true_pose());
+  EXPECT_NE(truth->true_pose(), settings_.body.start);
+  EXPECT_EQ(desk_->jobs[4].pose, desk_->jobs[5].pose);
+  EXPECT_EQ(desk_->jobs[4].pose, scene_.pose_text({motion}, motion, place_.unit_m)) << "robot and camera move as one";
+  EXPECT_EQ(desk_->jobs[0].pose, scene_.pose_text({FloorMotion{}}, FloorMotion{}, place_.unit_m));
   EXPECT_EQ(desk_->jobs[4].label, "frame 2, view lower");
   EXPECT_EQ(desk_->jobs[5].label, "frame 2, view upper");
-  EXPECT_EQ(desk_->jobs[5].width_px, 64);
-  EXPECT_EQ(desk_->jobs[5].height_px, 48);
+  EXPECT_EQ(desk_->jobs[5].mould->width_px, 64);
+  EXPECT_EQ(desk_->jobs[5].mould->height_px, 48);
 }
 
 TEST_F(SimulationTest, GrabbingOneCameraTwiceLosesAnInstantOfTheOther) {
@@ -160,10 +143,10 @@ TEST_F(SimulationTest, OnlyAGrabMovesTheWorld) {
   grab(*lower);
   (void)drive->set_speeds({3, 3});
   for (int i = 0; i < 3; ++i) (void)drive->read_angles();
-  EXPECT_EQ(truth->true_pose(), settings_.start);
+  EXPECT_EQ(truth->true_pose(), settings_.body.start);
   EXPECT_EQ(drive->read_angles()->time.since_zero, 0ns);
   grab(*lower);
-  EXPECT_NE(truth->true_pose(), settings_.start);
+  EXPECT_NE(truth->true_pose(), settings_.body.start);
   EXPECT_EQ(drive->read_angles()->time.since_zero, 66'666'667ns);
 }
 
@@ -211,7 +194,7 @@ TEST_F(SimulationTest, AWaitingGrabGoesOnWhenThePictureComes) {
 
 // Catches a bound that counts failed pictures as unfinished: it would lock up.
 TEST_F(SimulationTest, AFailedPictureMakesRoomAndKeepsItsError) {
-  settings_.render.run_ahead_frames = 1;
+  settings_.run_ahead_frames = 1;
   open();
   auto lower = streaming("lower");
   const auto first = lower->grab(0ms);
@@ -238,8 +221,8 @@ TEST_F(SimulationTest, PixelsMayComeLater) {
 // ---- configuration
 
 TEST_F(SimulationTest, OneRateForAllCameras) {
-  auto lower = simulation_->open_camera({"lower"});
-  auto upper = simulation_->open_camera({"upper"});
+  auto lower = simulation_->open_camera({"lower", 1, {}});
+  auto upper = simulation_->open_camera({"upper", 1, {}});
   ASSERT_TRUE((*lower)->configure({64, 48, 15}));
   const auto other = (*upper)->configure({64, 48, 30});
   ASSERT_FALSE(other);
@@ -252,7 +235,8 @@ TEST_F(SimulationTest, OneRateForAllCameras) {
 }
 
 TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
-  StereoRig rig(std::move(*simulation_->open_camera({"lower"})), std::move(*simulation_->open_camera({"upper"})), 0ns);
+  StereoRig rig(std::move(*simulation_->open_camera({"lower", 1, {}})),
+                std::move(*simulation_->open_camera({"upper", 1, {}})), 0ns);
   ASSERT_TRUE(rig.start({64, 48, 15}, {64, 48, 15}));
   ASSERT_TRUE(rig.grab(0ms));
   rig.stop();
@@ -273,7 +257,7 @@ TEST_F(SimulationTest, AStoppedCameraCannotComeBackAtAnOldRate) {
 }
 
 TEST_F(SimulationTest, RefusesWhatCannotBeRendered) {
-  auto camera = simulation_->open_camera({"lower"});
+  auto camera = simulation_->open_camera({"lower", 1, {}});
   for (const CameraSettings& bad :
        {CameraSettings{64, 48, 1e-9}, CameraSettings{64, 48, 1e12}, CameraSettings{100000, 48, 15}}) {
     const auto applied = (*camera)->configure(bad);
@@ -284,18 +268,18 @@ TEST_F(SimulationTest, RefusesWhatCannotBeRendered) {
 }
 
 TEST_F(SimulationTest, RefusesCamerasThatAreNotThere) {
-  const auto camera = simulation_->open_camera({"rear"});
+  const auto camera = simulation_->open_camera({"rear", 1, {}});
   ASSERT_FALSE(camera);
   EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
   EXPECT_THAT(camera.error().message, HasSubstr("lab.pov: no camera 'rear'"));
-  EXPECT_THROW((void)simulation_->open_camera({""}), std::invalid_argument);
-  EXPECT_THROW((void)simulation_->open_camera({"lower", 0}), std::invalid_argument);
+  EXPECT_THROW((void)simulation_->open_camera({"", 1, {}}), std::invalid_argument);
+  EXPECT_THROW((void)simulation_->open_camera({"lower", 0, {}}), std::invalid_argument);
 }
 
 // ---- drive
 
 TEST_F(SimulationTest, AnglesCountFromTheDrivesOpening) {
-  settings_.wheels.encoder_counts_per_turn = 100;
+  settings_.body.wheels.encoder_counts_per_turn = 100;
   open();
   auto lower = streaming("lower");
   auto first = simulation_->open_drive();
@@ -319,7 +303,7 @@ TEST_F(SimulationTest, DestroyingTheDriveStopsTheWheels) {
   grab(*lower);
   (void)simulation_->open_drive()->set_speeds({3, 3});
   grab(*lower);
-  EXPECT_EQ(truth->true_pose(), settings_.start);
+  EXPECT_EQ(truth->true_pose(), settings_.body.start);
 }
 
 TEST_F(SimulationTest, WhatWasOpenedOutlivesTheSimulation) {
@@ -330,61 +314,90 @@ TEST_F(SimulationTest, WhatWasOpenedOutlivesTheSimulation) {
   (void)drive->set_speeds({3, 3});
   grab(*lower);
   grab(*lower);
-  EXPECT_NE(truth->true_pose(), settings_.start);
+  EXPECT_NE(truth->true_pose(), settings_.body.start);
   lower.reset();
   EXPECT_TRUE(drive->stop());
 }
 
 // ---- settings
 
-TEST(WorldSettingsCheck, NamesEveryBadField) {
-  WorldSettings s;
-  s.unit_m = 0;
-  s.robot_name = "";
-  s.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
-  s.wheels.separation_m = -0.3;
-  s.wheels.radius_m = std::numeric_limits<double>::infinity();
-  s.wheels.slip = -0.1;
-  s.wheels.slip_correlation_s = 0;
-  s.wheels.encoder_counts_per_turn = -1;
+TEST(SettingsCheck, NamesEveryBadField) {
+  PlaceSettings place;
+  place.unit_m = 0;
+  place.walls = Walls{1, -1, 0, 2};
+  place.solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}};
+  place.moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}};
+  place.switches.reflection_depth = 0;
+  place.render.povray = "";
+  place.render.processes = 0;
+  place.render.timeout = 0ms;
+  SeatSettings s;
+  s.body.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
+  s.body.radius_m = -0.2;
+  s.body.wheels.separation_m = -0.3;
+  s.body.wheels.radius_m = std::numeric_limits<double>::infinity();
+  s.body.wheels.slip = -0.1;
+  s.body.wheels.slip_correlation_s = 0;
+  s.body.wheels.lag_s = -1;
+  s.body.wheels.encoder_counts_per_turn = -1;
+  s.body.physics = Physics{0, 0, -1};
   s.drive.max_speed_radps = 0;
-  s.render.povray = "";
-  s.render.processes = 0;
-  s.render.run_ahead_frames = 0;
-  s.render.timeout = 0ms;
-  try {
-    (void)Simulation::open(s);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& e) {
-    for (const char* field :
-         {"scene is empty", "unit_m is 0 m", "robot_name", "start.heading_rad is nan rad", "separation_m is -0.3 m",
-          "radius_m is inf m", "slip is -0.1", "slip_correlation_s is 0 s", "encoder_counts_per_turn is -1",
-          "max_speed_radps is 0", "render.povray", "processes is 0", "run_ahead_frames is 0", "timeout is 0 ms"}) {
-      EXPECT_THAT(e.what(), HasSubstr(field));
+  s.run_ahead_frames = 0;
+  ViewSettings view{"", 10, {}};
+  view.effects.gain = 0;
+  view.effects.read_noise_electrons = 2;
+  view.effects.vignetting = 1.5;
+  view.effects.exposures = 1;
+  view.effects.distortion = {0.1};
+  view.effects.drop_probability = 1;
+  const auto complaint = [](const auto& settings) -> std::string {
+    try {
+      check(settings);
+    } catch (const std::invalid_argument& e) {
+      return e.what();
     }
+    return "accepted";
+  };
+  for (const char* field :
+       {"scene is empty", "unit_m is 0 m", "min_x_m is 1 m and max_x_m -1 m", "landmark red.radius_m is -1 m",
+        "obstacle 2 has 2 corners", "speed_mps is 0 m/s", "path_m[1] is that of [0]",
+        "reflection_depth is 0, must be 1 to 256", "render.povray", "processes is 0", "timeout is 0 ms"}) {
+    EXPECT_THAT(complaint(place), HasSubstr(field));
+  }
+  for (const char* field : {"start.heading_rad is nan rad", "radius_m is -0.2 m", "separation_m is -0.3 m",
+                            "radius_m is inf m", "slip is -0.1", "slip_correlation_s is 0 s", "lag_s is -1 s",
+                            "encoder_counts_per_turn is -1", "mass_kg is 0 kg", "wheel_friction is 0",
+                            "body_friction is -1", "max_speed_radps is 0", "run_ahead_frames is 0"}) {
+    EXPECT_THAT(complaint(s), HasSubstr(field));
+  }
+  for (const char* field : {"camera_name is empty", "antialias is 10, must be 1 to 9", "gain is 0",
+                            "needs full_well_electrons", "vignetting is 1.5", "exposures is 1, must be 2 to 64",
+                            "distortion has 1 terms", "distortion_focal_px is 0", "drop_probability is 1"}) {
+    EXPECT_THAT(complaint(view), HasSubstr(field));
   }
 }
 
 TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   const TemporaryFolder folder;
-  WorldSettings s;
-  s.scene = folder.path() / "none.pov";
-  const auto no_scene = Simulation::open(s);
+  PlaceSettings place;
+  place.scene = folder.path() / "none.pov";
+  const auto no_scene = Simulation::open(place, {});
   ASSERT_FALSE(no_scene);
   EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);
 
-  s.scene = folder.write("lab.pov", kScene);
-  s.render.povray = "no-such-program";
-  const auto no_povray = Simulation::open(s);
+  place.scene = folder.write("lab.pov", kScene);
+  place.render.povray = "no-such-program";
+  const auto no_povray = Simulation::open(place, {});
   ASSERT_FALSE(no_povray);
   EXPECT_EQ(no_povray.error().code, ErrorCode::kUnavailable);
   EXPECT_EQ(no_povray.error().message,
             "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray");
 
-  s.robot_name = "robot.2";
-  const auto no_robot = Simulation::open(s);
-  ASSERT_FALSE(no_robot);
-  EXPECT_EQ(no_robot.error().code, ErrorCode::kRefused);
+  // A scene can be put right without POV-Ray, so what is wrong with it is told first.
+  place.scene = folder.write("open.pov", "union { //*PMName robot\n");
+  const auto open_brace = Simulation::open(place, {});
+  ASSERT_FALSE(open_brace);
+  EXPECT_EQ(open_brace.error().code, ErrorCode::kRefused);
 }
 
 }  // namespace

@@ -7,19 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim_povray/render/picture.h"
+#include "drivers/sim_povray/render/povray_answer.h"
+#include "drivers/sim_povray/render/started_child.h"
 #include "hal/frame.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {
-
-/// One picture to make.
-struct RenderJob {
-  std::string label;  ///< for messages: "frame 12, view lower"
-  std::string scene;  ///< the scene's text
-  int width_px = 0;
-  int height_px = 0;
-  int antialias = 1;  ///< rays per pixel side
-};
 
 /// The program `name` as an absolute path: a path if it has a slash, else looked up in PATH.
 /// Errors: kUnavailable, with what to install.
@@ -30,8 +24,8 @@ class Povray {
  public:
   /// @param program as find_povray() returns it
   /// @param scene_path the scene file: relative files of the scene are looked for in its folder, and messages name it
-  /// as
-  ///        given here
+  /// as given here
+  /// @param timeout for one picture
   Povray(std::string program, const std::filesystem::path& scene_path, std::chrono::nanoseconds timeout);
 
   /// Runs the program once; the calling thread must live until it returns. Errors: kTimeout (killed), kDisconnected (it
@@ -39,7 +33,20 @@ class Povray {
   /// kUnavailable (it could not be started).
   [[nodiscard]] ImageResult render(const RenderJob& job, int stop_fd) const;
 
+  /// A picture to measure by: `scene`, which has no poses, without anti-aliasing. Errors: as render().
+  [[nodiscard]] Result<DeepImage> render_deep(const std::string& label, const std::string& scene, int width_px,
+                                              int height_px) const;
+
+  [[nodiscard]] const std::string& scene_path() const { return scene_path_; }
+  [[nodiscard]] std::chrono::nanoseconds timeout() const { return timeout_; }
+  /// What to start for such pictures; the scene (kSceneFile) and where the picture goes (+O) are yet to be added.
+  [[nodiscard]] Program program(const Mould& mould) const;
+
  private:
+  /// Runs the program with `arguments` and hands back what it writes, `most` bytes of it. Errors: as render().
+  [[nodiscard]] Result<std::string> run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
+                                        int stop_fd) const;
+
   std::string program_;
   std::string scene_path_;
   std::string folder_;
@@ -47,15 +54,19 @@ class Povray {
   std::vector<std::string> environment_;
 };
 
-/// POV-Ray's options for `job`.
-std::vector<std::string> povray_arguments(const RenderJob& job);
+/// The name under which POV-Ray finds its first input: the scene.
+inline constexpr std::string_view kSceneFile = "/proc/self/fd/3";
 
-/// A binary PPM with 8 bits a channel, and nothing after it, as kRgb8. Errors: kBadData.
-Result<Image> parse_ppm(std::string_view bytes);
+/// POV-Ray's options for such pictures, without +O.
+std::vector<std::string> povray_arguments(const Mould& mould);
 
-/// The one message in POV-Ray's standard error that says why it gave up, with lines that it folded at 80 columns
-/// unfolded, as `FILE:LINE: POV-Ray: TEXT`; without a place it is `SCENE: POV-Ray: TEXT`. Empty if there is none.
-/// @param scene_path put in place of the name under which POV-Ray was given the scene
-std::string povray_complaint(std::string_view errors, const std::string& scene_path);
+/// A picture of a scene that has no poses: all of it.
+RenderJob plain_picture(std::string label, std::string scene, int width_px, int height_px, int antialias);
+
+/// The scene with `text` where the poses go.
+std::string with_pose(const Mould& mould, std::string_view text);
+
+/// Most that such a picture can take as a PPM.
+std::size_t most_ppm_bytes(const Mould& mould);
 
 }  // namespace twocone::sim_povray

@@ -6,8 +6,10 @@
 #include <iterator>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace twocone::sim_povray {
 namespace {
@@ -21,13 +23,12 @@ const std::set<std::string_view> kObjects{
     "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
     "union"};
 
-/// What is put in at an offset of the text.
-struct Insertion {
-  std::size_t offset;
-  std::string text;
-};
-
 }  // namespace
+
+Scene::Scene(std::string path, std::string text, SceneOutline found)
+    : path_(std::move(path)), text_(std::move(text)), found_(std::move(found)), prefix_("Twocone_") {
+  while (text_.find(prefix_) != std::string::npos) prefix_ += '_';
+}
 
 Result<Scene> Scene::read(const std::filesystem::path& path) {
   std::error_code error;
@@ -55,6 +56,34 @@ Result<Scene> Scene::parse(std::string text, std::string path) {
 
 Error Scene::refused(const Place& place, const std::string& message) const {
   return {ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path_, place.line, place.column, message)};
+}
+
+bool Scene::mentions(const std::string& name) const {
+  const auto is_it = [&name](const auto& named) { return named.name == name; };
+  return std::any_of(found_.blocks.begin(), found_.blocks.end(), is_it) ||
+         std::any_of(found_.strays.begin(), found_.strays.end(), is_it);
+}
+
+std::vector<std::string> Scene::names() const {
+  std::vector<std::string> result;
+  for (const NamedBlock& block : found_.blocks) {
+    if (std::find(result.begin(), result.end(), block.name) == result.end()) result.push_back(block.name);
+  }
+  return result;
+}
+
+Result<NamedBlock> Scene::robot(const std::string& name) const {
+  const std::string own = "robot." + name;
+  if (!name.empty() && mentions(own)) return object(own);
+  if (!mentions("robot")) {
+    std::vector<std::string> others = names();
+    std::erase_if(others, [](const std::string& other) { return !other.starts_with("robot."); });
+    if (!others.empty()) {
+      return Error{ErrorCode::kRefused, fmt::format("{}: no object '{}' for the robot '{}'; the scene's robots are: {}",
+                                                    path_, own, name, fmt::join(others, ", "))};
+    }
+  }
+  return object("robot");
 }
 
 Result<NamedBlock> Scene::object(const std::string& name) const {
@@ -106,28 +135,60 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
                   path_, what, name, keyword, name)};
 }
 
+std::string Scene::with(std::vector<Insertion> insertions) const {
+  std::stable_sort(insertions.begin(), insertions.end(),
+                   [](const Insertion& a, const Insertion& b) { return a.offset < b.offset; });
+  std::string result;
+  result.reserve(text_.size() + 4096);
+  std::size_t done = 0;
+  for (const auto& insertion : insertions) {
+    result.append(text_, done, insertion.offset - done).append(insertion.text);
+    done = insertion.offset;
+  }
+  result.append(text_, done);
+  // POV-Ray knows a byte-order mark in the first picture of an animation only.
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  if (result.starts_with(kMark)) result.replace(0, kMark.size(), kMark.size(), ' ');
+  return result;
+}
+
 std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const {
   // The camera becomes a declared one, used at the very end: POV-Ray looks through the last camera of a scene.
-  std::string identifier = "Twocone_View";
-  while (text_.find(identifier) != std::string::npos) identifier += "_";
-
   std::vector<Insertion> insertions;
   insertions.reserve(moved.size() + 2);
   for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
-  insertions.push_back({view.block.begin, fmt::format("#declare {} = ", identifier)});
+  insertions.push_back({view.block.begin, fmt::format("#declare {}View = ", prefix_)});
   insertions.push_back({view.block.close, ' ' + matrix(view.motion, unit_m) + ' '});
-  std::sort(insertions.begin(), insertions.end(),
-            [](const Insertion& a, const Insertion& b) { return a.offset < b.offset; });
+  return with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
+}
 
-  std::string frame;
-  frame.reserve(text_.size() + 1024);
-  std::size_t done = 0;
-  for (const auto& insertion : insertions) {
-    frame.append(text_, done, insertion.offset - done).append(insertion.text);
-    done = insertion.offset;
+Mould Scene::mould(const std::vector<NamedBlock>& moved, const NamedBlock& view, const std::string& mask) const {
+  std::vector<Insertion> insertions;
+  insertions.reserve(moved.size() + 3);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    insertions.push_back({moved[i].close, fmt::format(" transform {{ {}X{} }} ", prefix_, i)});
   }
-  frame.append(text_, done);
-  return frame += fmt::format("\ncamera {{ {} }}\n", identifier);
+  // Where the camera is: what its statement names may mean something else farther down.
+  if (!mask.empty())
+    insertions.push_back({view.begin, fmt::format("object {{ {} transform {{ {}V }} }} ", mask, prefix_)});
+  insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});
+  insertions.push_back({view.close, fmt::format(" transform {{ {}V }} ", prefix_)});
+  Mould mould;
+  mould.pose_offset =
+      std::min_element(insertions.begin(), insertions.end(), [](const Insertion& a, const Insertion& b) {
+        return a.offset < b.offset;
+      })->offset;
+  mould.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
+  return mould;
+}
+
+std::string Scene::pose_text(const std::vector<FloorMotion>& motions, const FloorMotion& view_motion,
+                             double unit_m) const {
+  std::string text;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    text += fmt::format("#declare {}X{} = transform {{ {} }} ", prefix_, i, matrix(motions[i], unit_m));
+  }
+  return text + fmt::format("#declare {}V = transform {{ {} }}", prefix_, matrix(view_motion, unit_m));
 }
 
 std::string Scene::seen(const std::string& camera) const { return fmt::format("{}\n{}\n", text_, camera); }

@@ -2,44 +2,21 @@
 #include "drivers/sim_povray/scene/scene_outline.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <map>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/scene/scene_condition.h"
+
 namespace twocone::sim_povray {
 namespace {
 
-enum class Truth { kFalse, kTrue, kUnknown };
-
-/// What a condition right after its directive evaluates to, if it is a literal: (0), (1), ((-2.5)), (false), (yes), ...
-Truth literal_condition(Lexer ahead) {
-  int parentheses = 0;
-  Token token = ahead.next();
-  for (; token.is('('); token = ahead.next()) ++parentheses;
-  while (token.is('-') || token.is('+')) token = ahead.next();
-  Truth truth = Truth::kUnknown;
-  if (token.kind == Token::Kind::kNumber) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(token.text.data(), token.text.data() + token.text.size(), value);
-    if (error != std::errc() || end != token.text.data() + token.text.size()) return Truth::kUnknown;
-    // POV-Ray takes what is this near to 0 for false.
-    constexpr double kFalseBelow = 1e-10;
-    truth = std::abs(value) < kFalseBelow ? Truth::kFalse : Truth::kTrue;
-  } else if (token.text == "false" || token.text == "no" || token.text == "off") {
-    truth = Truth::kFalse;
-  } else if (token.text == "true" || token.text == "yes" || token.text == "on") {
-    truth = Truth::kTrue;
-  }
-  if (parentheses == 0) return Truth::kUnknown;
-  for (; parentheses > 0; --parentheses) {
-    if (!ahead.next().is(')')) return Truth::kUnknown;
-  }
-  return truth;
-}
+/// As POV-Ray 3.7 has it: it refuses the next.
+constexpr std::size_t kMostSections = 199;
+/// POV-Ray knows no limit here, but with one the work stays in proportion to the text. Scenes written by programs have
+/// some thirty.
+constexpr std::size_t kMostBraces = 256;
 
 /// An open brace, parenthesis or bracket.
 struct Frame {
@@ -61,10 +38,8 @@ struct Section {
   std::string_view directive;
   Place place;
   bool outer_dead = false;
-  bool in_branch = true;         // false between #switch and its first #case
-  Truth reached = Truth::kTrue;  // whether the present branch's condition is asked at all
-  bool dead = false;             // the present branch is cut off for sure
-  bool uncertain = false;        // the present branch may or may not be taken, or more than once
+  bool in_branch = true;  // false between #switch and its first #case
+  Branches branches;
   Frames at_start;
   std::optional<Frames> after_first;  // the first branch that is not dead decides how braces stand behind #end
 
@@ -103,11 +78,12 @@ class Outliner {
 
  private:
   [[nodiscard]] bool dead() const {
-    return !sections_.empty() && (sections_.back().outer_dead || sections_.back().dead);
+    return !sections_.empty() && (sections_.back().outer_dead || sections_.back().branches.dead);
   }
 
   [[nodiscard]] std::size_t uncertain() const {
-    return std::size_t(std::count_if(sections_.begin(), sections_.end(), [](const Section& s) { return s.uncertain; }));
+    return std::size_t(
+        std::count_if(sections_.begin(), sections_.end(), [](const Section& s) { return s.branches.uncertain; }));
   }
 
   void take(const Token& token) {
@@ -149,6 +125,14 @@ class Outliner {
       frame.begin = previous_.place.offset;
       frame.declared = before_previous_.is('=');
     }
+    push(frame);
+  }
+
+  void push(Frame frame) {
+    if (frames_.size() >= kMostBraces) {
+      throw SceneError{frame.place,
+                       fmt::format("more than {} braces, parentheses or brackets are open here", kMostBraces)};
+    }
     frame.uncertain = uncertain();
     frames_.push_back(frame);
   }
@@ -158,7 +142,9 @@ class Outliner {
     if (frames_.size() <= base()) {
       Section* macro = innermost_macro();
       if (macro == nullptr) throw SceneError{place, "this '}' closes nothing"};
-      ++macro->closes;
+      if (++macro->closes > kMostBraces) {
+        throw SceneError{place, fmt::format("a macro here closes more than {} braces", kMostBraces)};
+      }
       return;
     }
     const Frame frame = frames_.back();
@@ -217,8 +203,7 @@ class Outliner {
       frame.keyword = token.text;
       frame.begin = token.place.offset;
       frame.fresh = false;
-      frame.uncertain = uncertain();
-      frames_.push_back(frame);
+      push(frame);
     }
   }
 
@@ -250,6 +235,11 @@ class Outliner {
   }
 
   void begin(Section::Kind kind, const Token& token, Truth condition) {
+    if (sections_.size() >= kMostSections) {
+      throw SceneError{token.place, fmt::format("more than {} conditions, loops and macros are open here; POV-Ray "
+                                                "takes no more",
+                                                kMostSections)};
+    }
     Section section;
     section.kind = kind;
     section.directive = token.text;
@@ -261,18 +251,8 @@ class Outliner {
       section.macro = lexer_.next().text;
       section.base = frames_.size();
     }
-    enter_branch(section, condition);
+    section.branches.enter(condition);
     sections_.push_back(std::move(section));
-  }
-
-  static void enter_branch(Section& section, Truth condition) {
-    section.dead = section.reached == Truth::kFalse || condition == Truth::kFalse;
-    section.uncertain = !section.dead && !(section.reached == Truth::kTrue && condition == Truth::kTrue);
-    if (condition == Truth::kTrue) {
-      section.reached = Truth::kFalse;
-    } else if (condition == Truth::kUnknown && section.reached == Truth::kTrue) {
-      section.reached = Truth::kUnknown;
-    }
   }
 
   void branch(const Token& token, Section::Kind kind, Truth condition) {
@@ -284,11 +264,11 @@ class Outliner {
     leave_branch(section);
     frames_ = section.at_start;
     section.in_branch = true;
-    enter_branch(section, condition);
+    section.branches.enter(condition);
   }
 
   void leave_branch(Section& section) {
-    if (section.in_branch && !section.dead && !section.outer_dead && !section.after_first)
+    if (section.in_branch && !section.branches.dead && !section.outer_dead && !section.after_first)
       section.after_first = frames_;
   }
 
@@ -311,7 +291,8 @@ class Outliner {
   }
 
   [[nodiscard]] std::string innermost_uncertain() const {
-    const auto found = std::find_if(sections_.rbegin(), sections_.rend(), [](const Section& s) { return s.uncertain; });
+    const auto found =
+        std::find_if(sections_.rbegin(), sections_.rend(), [](const Section& s) { return s.branches.uncertain; });
     if (found == sections_.rend()) return "outside the condition that it was opened under";
     const int line = found->place.line;
     switch (found->kind) {

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rendering against the obvious way, in one run on one machine: the same recorded stereo frames and the same closed
+// loop, once with a POV-Ray process per picture, started as one would by hand, and once with held processes.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "bench/memory_meter.h"
+#include "drivers/sim_povray/render/child_process.h"
+#include "drivers/sim_povray/render/mirror_finder.h"
+#include "drivers/sim_povray/render/pool_renderer.h"
+#include "drivers/sim_povray/scene/scene.h"
+
+namespace twocone::bench {
+namespace {
+
+using namespace twocone::sim_povray;
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  std::string scene = TWOCONE_SOURCE_DIR "/scenes/lab.pov";
+  double unit_m = 0.05;
+  int frames = 450;
+  int obvious_frames = 0;  ///< 0: all
+  int width_px = 640, height_px = 480;
+  int loop_frames = 30;
+  int loop_width_px = 320, loop_height_px = 240;
+  int processes = 8;
+  int compared_frames = 10;
+  std::string json;
+};
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+/// Processor time of this program and of all that it has started and reaped: what does not depend on who else works.
+double processor_s() {
+  double sum = 0;
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    ::getrusage(who, &usage);
+    for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+  }
+  return sum;
+}
+
+template <typename T>
+T value(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(*result);
+}
+
+/// Where the robot is in a frame: on a circle of 1 m diameter through its start.
+FloorMotion motion(int frame) {
+  const double a = 0.021 * frame;
+  return motion_between({0, 0, 0}, {0.5 * std::sin(a), 0.5 - 0.5 * std::cos(a), std::remainder(a, 2 * M_PI)});
+}
+
+/// Two views, each seen in the obvious way and in ours.
+struct Stereo {
+  Scene scene;
+  NamedBlock robot;
+  std::vector<NamedBlock> cameras;
+  double unit_m;
+};
+
+struct Size {
+  int width_px, height_px;
+};
+
+struct View {
+  std::shared_ptr<const Mould> mould;
+  std::optional<MirrorSight> sight;
+};
+
+View our_view(const Stereo& stereo, const Povray& povray, const NamedBlock& camera, Size size) {
+  View view;
+  view.sight = value(find_mirror(povray, stereo.scene, stereo.robot, camera, size.width_px, size.height_px, -1));
+  Mould mould = stereo.scene.mould({stereo.robot}, camera, view.sight ? view.sight->mask : "");
+  mould.width_px = size.width_px;
+  mould.height_px = size.height_px;
+  if (view.sight) mould.window = view.sight->window;
+  view.mould = std::make_shared<const Mould>(std::move(mould));
+  return view;
+}
+
+/// A picture as one would make it by hand: scene into a file, POV-Ray, PNG.
+fs::path obvious_picture(const Stereo& stereo, const std::string& program, const fs::path& folder, int frame,
+                         std::size_t view, Size size, const std::vector<std::string>& more = {}) {
+  const std::string name = fmt::format("{:06}_{}", frame, view);
+  const fs::path pov = folder / (name + ".pov");
+  const fs::path png = folder / (name + ".png");
+  const FloorMotion m = motion(frame);
+  std::ofstream(pov) << stereo.scene.seen({{stereo.robot, m}}, {stereo.cameras[view], m}, stereo.unit_m);
+  ChildRequest request;
+  request.program.path = program;
+  request.program.arguments = {"+I" + pov.string(), "+O" + png.string(), fmt::format("+W{}", size.width_px),
+                               fmt::format("+H{}", size.height_px), "-D"};
+  request.program.arguments.insert(request.program.arguments.end(), more.begin(), more.end());
+  for (char** entry = environ; *entry != nullptr; ++entry) request.program.environment.emplace_back(*entry);
+  request.program.folder = fs::absolute(stereo.scene.path()).parent_path().string();
+  request.max_output = std::size_t{1} << 20;
+  request.timeout = std::chrono::minutes(5);
+  const ChildResult result = run_child(request);
+  if (result.end != ChildResult::End::kEnded || result.wait_status != 0) throw std::runtime_error(result.errors);
+  return png;
+}
+
+/// `count` things to do by `threads` threads, in order of their numbers.
+void in_threads(int threads, int count, const std::function<void(int)>& work) {
+  std::mutex mutex;
+  int next = 0;
+  std::vector<std::thread> workers;
+  for (int t = 0; t < threads; ++t) {
+    workers.emplace_back([&] {
+      while (true) {
+        int i = 0;
+        {
+          const std::lock_guard lock(mutex);
+          if (next == count) return;
+          i = next++;
+        }
+        work(i);
+      }
+    });
+  }
+  for (auto& worker : workers) worker.join();
+}
+
+cv::Mat bgr(const Image& image) {
+  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+  cv::Mat result;
+  cv::cvtColor(rgb, result, cv::COLOR_RGB2BGR);
+  return result;
+}
+
+/// Pixels inside the mirror that are not the same.
+int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sight) {
+  int count = 0;
+  for (int row = 0; row < a.rows; ++row) {
+    for (int column = 0; column < a.cols; ++column) {
+      const double off = std::hypot(column - sight.centre_column_px, row - sight.centre_row_px);
+      if (off < sight.radius_px && a.at<cv::Vec3b>(row, column) != b.at<cv::Vec3b>(row, column)) ++count;
+    }
+  }
+  return count;
+}
+
+/// Our way of a recorded run: many frames under way, each picture written as PNG. Seconds.
+double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>& views, int frames,
+              const fs::path& folder) {
+  constexpr int kUnderWay = 24;  // pictures
+  std::mutex mutex;
+  std::condition_variable changed;
+  int under_way = 0;
+  std::deque<std::pair<fs::path, std::shared_ptr<const Image>>> finished;
+  std::string error;
+  bool done = false;
+  std::thread writer([&] {
+    while (true) {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return done || !finished.empty(); });
+      if (finished.empty()) return;
+      const auto [path, image] = std::move(finished.front());
+      finished.pop_front();
+      lock.unlock();
+      cv::imwrite(path.string(), bgr(*image), {cv::IMWRITE_PNG_COMPRESSION, 1});  // as apps/runs does
+    }
+  });
+  const auto begin = Clock::now();
+  for (int frame = 0; frame < frames; ++frame) {
+    const FloorMotion m = motion(frame);
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      {
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [&] { return under_way < kUnderWay; });
+        ++under_way;
+      }
+      const fs::path path = folder / fmt::format("{:06}_{}.png", frame, v);
+      renderer.submit(
+          {fmt::format("frame {}, view {}", frame, v), views[v].mould, stereo.scene.pose_text({m}, m, stereo.unit_m)},
+          [&, path](ImageResult picture) {
+            const std::lock_guard lock(mutex);
+            --under_way;
+            if (picture) {
+              finished.emplace_back(path, *picture);
+            } else {
+              error = picture.error().message;
+            }
+            changed.notify_all();
+          });
+    }
+  }
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return under_way == 0; });
+    done = true;
+  }
+  changed.notify_all();
+  writer.join();
+  if (!error.empty()) throw std::runtime_error(error);
+  return seconds_since(begin);
+}
+
+/// A closed loop: the next pose only after both pictures of a frame. Seconds from pose to pictures, for each frame.
+std::vector<double> loop(int frames, const std::function<void(int)>& both_pictures) {
+  std::vector<double> latencies;
+  for (int frame = 0; frame < frames; ++frame) {
+    const auto begin = Clock::now();
+    both_pictures(frame);
+    latencies.push_back(seconds_since(begin));
+  }
+  return latencies;
+}
+
+void both_held(const Stereo& stereo, Renderer& renderer, const std::vector<View>& views, int frame) {
+  const FloorMotion m = motion(frame);
+  std::vector<std::future<ImageResult>> pictures;
+  for (const View& view : views) {
+    auto promise = std::make_shared<std::promise<ImageResult>>();
+    pictures.push_back(promise->get_future());
+    renderer.submit({fmt::format("frame {}", frame), view.mould, stereo.scene.pose_text({m}, m, stereo.unit_m)},
+                    [promise](ImageResult picture) { promise->set_value(std::move(picture)); });
+  }
+  for (auto& picture : pictures) (void)value(picture.get());
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// A folder that is gone afterwards.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "twocone_bench_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+nlohmann::json measure(const Options& options) {
+  const std::string program = value(find_povray("povray"));
+  Scene scene = value(Scene::read(options.scene));
+  const Stereo stereo{scene,
+                      value(scene.object("robot")),
+                      {value(scene.camera("lower")), value(scene.camera("upper"))},
+                      options.unit_m};
+  const Povray povray(program, options.scene, std::chrono::minutes(5));
+  const Size size{options.width_px, options.height_px};
+  const Size loop_size{options.loop_width_px, options.loop_height_px};
+  const int obvious_frames =
+      options.obvious_frames > 0 ? std::min(options.obvious_frames, options.frames) : options.frames;
+  const int compared = std::min(options.compared_frames, obvious_frames);
+  const Folder ours, theirs, bounded;
+  PoolSettings pool;
+  pool.processes = options.processes;
+  nlohmann::json result;
+  result["cores"] = std::thread::hardware_concurrency();
+  result["frames"] = options.frames;
+  result["obvious_frames"] = obvious_frames;
+  result["processes"] = options.processes;
+
+  std::fprintf(stderr, "our way, recorded\n");
+  auto begin = Clock::now();
+  std::vector<View> views;
+  for (const NamedBlock& camera : stereo.cameras) views.push_back(our_view(stereo, povray, camera, size));
+  result["set_up_s"] = seconds_since(begin);
+  MemoryMeter memory;
+  double processor = processor_s();
+  {
+    PoolRenderer renderer(povray, pool);
+    result["recorded_ours_s"] = record(stereo, renderer, views, options.frames, ours.path());
+    result["rendering"] = renderer.describe();
+  }
+  result["memory_mib"] = memory.stop();
+  result["recorded_ours_processor_s"] = processor_s() - processor;
+
+  std::fprintf(stderr, "the obvious way, recorded, %d of %d frames\n", obvious_frames, options.frames);
+  begin = Clock::now();
+  processor = processor_s();
+  for (int i = 0; i < 2 * obvious_frames; ++i) {
+    (void)obvious_picture(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size);
+  }
+  const double scale = double(options.frames) / obvious_frames;
+  result["recorded_obvious_s"] = seconds_since(begin) * scale;
+  result["recorded_obvious_processor_s"] = (processor_s() - processor) * scale;
+  begin = Clock::now();
+  in_threads(2, 2 * obvious_frames,
+             [&](int i) { (void)obvious_picture(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size); });
+  result["recorded_two_at_once_s"] = seconds_since(begin) * scale;
+
+  std::fprintf(stderr, "comparing pixels\n");
+  int with_default = 0, with_bsp = 0;
+  for (int i = 0; i < 2 * compared; ++i) {
+    const auto view = std::size_t(i % 2);
+    if (!views[view].sight) throw std::runtime_error("the scene's views have no mirror to compare");
+    const MirrorSight& sight = *views[view].sight;
+    const std::string name = fmt::format("{:06}_{}.png", i / 2, view);
+    const cv::Mat got = cv::imread((ours.path() / name).string());
+    const fs::path again = obvious_picture(stereo, program, bounded.path(), i / 2, view, size, {"+BM2"});
+    with_default += different_inside(got, cv::imread((theirs.path() / name).string()), sight);
+    with_bsp += different_inside(got, cv::imread(again.string()), sight);
+  }
+  result["compared_pictures"] = 2 * compared;
+  result["different_pixels_against_default"] = with_default;
+  result["different_pixels_against_bm2"] = with_bsp;
+
+  std::fprintf(stderr, "closed loops\n");
+  const auto obvious_frame = [&](int threads) {
+    return [&, threads](int frame) {
+      in_threads(threads, 2, [&](int view) {
+        (void)obvious_picture(stereo, program, theirs.path(), frame, std::size_t(view), loop_size);
+      });
+    };
+  };
+  result["loop_obvious_s"] = median(loop(options.loop_frames, obvious_frame(1)));
+  result["loop_two_at_once_s"] = median(loop(options.loop_frames, obvious_frame(2)));
+  std::vector<View> loop_views;
+  for (const NamedBlock& camera : stereo.cameras) loop_views.push_back(our_view(stereo, povray, camera, loop_size));
+  PoolRenderer renderer(povray, pool);
+  const auto ours_frame = [&](int frame) { both_held(stereo, renderer, loop_views, frame); };
+  (void)loop(options.processes, ours_frame);  // until all processes are there
+  const auto latencies = loop(2 * options.loop_frames, ours_frame);
+  result["loop_ours_s"] = median(latencies);
+  result["loop_ours_slowest_s"] = *std::max_element(latencies.begin(), latencies.end());
+  return result;
+}
+
+void print(const Options& options, const nlohmann::json& r) {
+  const auto number = [&r](const char* key) { return r.at(key).get<double>(); };
+  const double ours = number("recorded_ours_s"), loop_ours = number("loop_ours_s");
+  fmt::print("{}: {} stereo frames on {} cores; the obvious way timed on {} of them\n\n", options.scene, options.frames,
+             r.at("cores").get<int>(), r.at("obvious_frames").get<int>());
+  fmt::print("recorded run, {} x {}           seconds   against ours\n", options.width_px, options.height_px);
+  const auto row = [](const char* name, double seconds, double against, int digits) {
+    fmt::print("  {:<30}{:>9.{}f}{:>12.2f} x\n", name, seconds, digits, seconds / against);
+  };
+  row("povray, one after another", number("recorded_obvious_s"), ours, 1);
+  row("povray, two at once", number("recorded_two_at_once_s"), ours, 1);
+  row("held processes", ours, ours, 1);
+  fmt::print("  processor time: {:.1f} s against {:.1f} s\n", number("recorded_obvious_processor_s"),
+             number("recorded_ours_processor_s"));
+  fmt::print("\nclosed loop, {} x {}, a frame   seconds   against ours\n", options.loop_width_px,
+             options.loop_height_px);
+  row("povray, one after another", number("loop_obvious_s"), loop_ours, 3);
+  row("povray, two at once", number("loop_two_at_once_s"), loop_ours, 3);
+  row("held processes", loop_ours, loop_ours, 3);
+  fmt::print("  {:<30}{:>9.3f}\n", "held processes, slowest frame", number("loop_ours_slowest_s"));
+  fmt::print(
+      "\npixels inside the mirrors that differ, in {} pictures: {} from povray's as it is, {} from povray +BM2\n",
+      r.at("compared_pictures").get<int>(), r.at("different_pixels_against_default").get<int>(),
+      r.at("different_pixels_against_bm2").get<int>());
+  fmt::print("most memory, this program and all its processes: {:.0f} MiB; finding the mirrors once: {:.1f} s\n",
+             number("memory_mib"), number("set_up_s"));
+  fmt::print("{}\n", r.at("rendering").get<std::string>());
+}
+
+}  // namespace
+}  // namespace twocone::bench
+
+int main(int argc, char** argv) {
+  using namespace twocone::bench;
+  Options options;
+  CLI::App app("Rendering against the obvious way");
+  app.add_option("--scene", options.scene, "POV-Ray file with robot, lower and upper")->capture_default_str();
+  app.add_option("--unit", options.unit_m, "metres in one of its units")->capture_default_str();
+  app.add_option("--frames", options.frames, "stereo frames of the recorded run")->capture_default_str();
+  app.add_option("--obvious-frames", options.obvious_frames, "of them, timed in the obvious way (default: all)");
+  app.add_option("--width", options.width_px)->capture_default_str();
+  app.add_option("--height", options.height_px)->capture_default_str();
+  app.add_option("--loop-frames", options.loop_frames, "frames of the closed loop")->capture_default_str();
+  app.add_option("--processes", options.processes, "held processes")->capture_default_str();
+  app.add_option("--compared-frames", options.compared_frames, "frames compared by pixel")->capture_default_str();
+  app.add_option("--json", options.json, "file for the numbers");
+  CLI11_PARSE(app, argc, argv);
+#ifndef NDEBUG
+  std::fprintf(stderr, "warning: a debug build\n");
+#endif
+  try {
+    const nlohmann::json result = measure(options);
+    print(options, result);
+    if (!options.json.empty()) std::ofstream(options.json) << result.dump(2) << '\n';
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "render_bench: %s\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/camera_mask.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace twocone::sim_povray {
+namespace {
+
+/// Parts of a perspective camera that say where its pixels look, and those that move it.
+const std::set<std::string_view> kVectors{"location", "direction", "up", "right", "sky", "look_at", "angle"};
+const std::set<std::string_view> kTransformations{"translate", "rotate", "scale", "matrix", "transform"};
+
+struct CameraParts {
+  std::map<std::string_view, std::string> vectors;  ///< by keyword, as the scene writes them, comments left out
+  std::string transformations;
+};
+
+bool is_keyword(const Token& token) {
+  return token.kind == Token::Kind::kWord && (kVectors.contains(token.text) || kTransformations.contains(token.text));
+}
+
+/// The camera statement taken apart, or why it cannot be.
+Result<CameraParts> parts_of(std::string_view statement) {
+  const auto refuse = [](const std::string& why) { return Error{ErrorCode::kRefused, why}; };
+  Lexer lexer(statement);
+  (void)lexer.next();  // camera
+  (void)lexer.next();  // {
+  CameraParts parts;
+  std::string* open = nullptr;  // what the next tokens belong to
+  std::size_t previous_end = 0;
+  int depth = 0;
+  for (Token token = lexer.next(); token.kind != Token::Kind::kEnd; token = lexer.next()) {
+    if (token.kind == Token::Kind::kName) continue;
+    if (token.kind == Token::Kind::kDirective) return refuse(fmt::format("its statement holds a #{}", token.text));
+    if (depth == 0 && is_keyword(token)) {
+      if (kTransformations.contains(token.text)) {
+        open = &parts.transformations;
+        *open += fmt::format(" {}", token.text);
+      } else {
+        open = &parts.vectors[token.text];
+        open->clear();  // said twice, the last one counts
+      }
+    } else if (open == nullptr) {
+      if (token.text != "perspective") return refuse(fmt::format("its statement begins with '{}'", token.text));
+    } else if (depth == 0 && (token.is('{') && open != &parts.transformations)) {
+      return refuse(fmt::format("its statement holds more than where it looks: a block in line {}", token.place.line));
+    } else {
+      if (token.text == "aperture" || token.text == "normal" || token.text == "blur_samples" ||
+          token.text == "focal_point" || token.text == "confidence" || token.text == "variance") {
+        return refuse(fmt::format("it has a '{}'", token.text));
+      }
+      // A blank only where the scene has something: `a.x` and `W(1)` stay in one piece.
+      if (token.place.offset != previous_end || open->empty()) *open += ' ';
+      *open += token.text;
+    }
+    if (token.is('{') || token.is('(') || token.is('<') || token.is('[')) ++depth;
+    if (token.is('}') || token.is(')') || token.is('>') || token.is(']')) --depth;
+    previous_end = token.place.offset + token.text.size();
+  }
+  return parts;
+}
+
+/// Before 3.5 the parts of a camera work in the order in which they are written.
+bool has_old_version(std::string_view text) {
+  Lexer lexer(text);
+  for (Token token = lexer.next(); token.kind != Token::Kind::kEnd; token = lexer.next()) {
+    if (token.kind != Token::Kind::kDirective || token.text != "version") continue;
+    const Token number = lexer.next();
+    double version = 0;
+    std::from_chars(number.text.data(), number.text.data() + number.text.size(), version);
+    if (number.kind != Token::Kind::kNumber || version < 3.5) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, const Circle& circle, int width_px,
+                                int height_px) {
+  if (has_old_version(scene.text())) {
+    return Error{ErrorCode::kRefused, "the scene's #version is below 3.5, whose cameras are another matter"};
+  }
+  const auto parts = parts_of(std::string_view(scene.text()).substr(camera.begin, camera.close - camera.begin));
+  if (!parts) return parts.error();
+  const double far_column = std::max(circle.centre.column_px, width_px - 1 - circle.centre.column_px) + 1;
+  const double far_row = std::max(circle.centre.row_px, height_px - 1 - circle.centre.row_px) + 1;
+  const double corner_px = std::hypot(far_column, far_row);
+  if (corner_px <= circle.radius_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
+
+  const auto part = [&parts](std::string_view name, const char* otherwise) {
+    const auto found = parts->vectors.find(name);
+    return found == parts->vectors.end() ? std::string(otherwise) : found->second;
+  };
+  const bool has_angle = parts->vectors.contains("angle");
+  const bool has_look_at = parts->vectors.contains("look_at");
+  const std::string& p = scene.prefix();
+  std::string sdl;
+  const auto declare = [&](const char* name, const std::string& value) {
+    sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
+  };
+  // `+ <0,0,0>` makes a vector of what may be a single number.
+  declare("Location", fmt::format("{} + <0,0,0>", part("location", "<0,0,0>")));
+  declare("Direction", fmt::format("{} + <0,0,0>", part("direction", "<0,0,1>")));
+  declare("Right", fmt::format("{} + <0,0,0>", part("right", "<1.33,0,0>")));
+  declare("Up", fmt::format("{} + <0,0,0>", part("up", "<0,1,0>")));
+  if (has_angle) {
+    declare("Angle", part("angle", ""));
+    sdl += fmt::format(
+        "#if ({0}Angle > 0) #declare {0}Direction = vnormalize({0}Direction) * vlength({0}Right) / 2 / "
+        "tan(radians({0}Angle / 2)); #end ",
+        p);
+  }
+  if (has_look_at) {
+    declare("Hand", fmt::format("(vdot(vcross({0}Up, {0}Direction), {0}Right) > 0 ? 1 : -1)", p));
+    declare("Ahead", fmt::format("vnormalize({} + <0,0,0> - {}Location)", part("look_at", ""), p));
+    declare("Side", fmt::format("vcross({} + <0,0,0>, {}Ahead)", part("sky", "<0,1,0>"), p));
+    sdl += fmt::format(
+        "#if (max(abs({0}Side.x), abs({0}Side.y), abs({0}Side.z)) < 1e-10) #declare {0}Side = {0}Right; #end ", p);
+    declare("Side", fmt::format("vnormalize({}Side)", p));
+    declare("Direction", fmt::format("{0}Ahead * vlength({0}Direction)", p));
+    declare("Up", fmt::format("vcross({0}Ahead, {0}Side) * vlength({0}Up)", p));
+    declare("Right", fmt::format("{0}Side * vlength({0}Right) * {0}Hand", p));
+  }
+  // In the disc's own coordinates x and y are columns and rows from the circle's centre, in pixels. As near as a fifth
+  // of a per cent of the coordinates: before all that a camera may have before it, and still far above the rounding of
+  // POV-Ray's bounding boxes, which are single precision.
+  declare("Depth", fmt::format("0.002 * max(1, vlength({0}Location)) / vlength({0}Direction)", p));
+  declare("X", fmt::format("{0}Right * {0}Depth / {1}", p, width_px));
+  declare("Y", fmt::format("-{0}Up * {0}Depth / {1}", p, height_px));
+  declare("Z", fmt::format("vnormalize({0}Direction) * vlength({0}X)", p));
+  declare("Centre",
+          fmt::format("{0}Location + {0}Direction * {0}Depth + {0}X * ({1}) + {0}Y * ({2})", p,
+                      circle.centre.column_px + 0.5 - width_px / 2.0, circle.centre.row_px + 0.5 - height_px / 2.0));
+  sdl += fmt::format("disc {{ <0,0,0>, z, {}, {} ", corner_px, circle.radius_px);
+  sdl += fmt::format(
+      "matrix <{0}X.x, {0}X.y, {0}X.z, {0}Y.x, {0}Y.y, {0}Y.z, {0}Z.x, {0}Z.y, {0}Z.z, {0}Centre.x, {0}Centre.y, "
+      "{0}Centre.z>{1} ",
+      p, parts->transformations);
+  sdl +=
+      "hollow no_shadow no_reflection no_radiosity photons { pass_through collect off } texture { pigment { color rgb "
+      "0 "
+      "} finish { ambient 0 diffuse 0 emission 0 phong 0 specular 0 reflection 0 } } }";
+  return sdl;
+}
+
+}  // namespace twocone::sim_povray

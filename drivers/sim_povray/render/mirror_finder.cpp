@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/mirror_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <future>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/render/camera_mask.h"
+#include "drivers/sim_povray/render/circle.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+/// Fewer pixels are a highlight, not a mirror that anybody could use.
+constexpr std::size_t kFewestPixels = 16;
+/// The sphere shines with 2, so a tenth of it reflected is 0.2 in linear light: 124 in sRGB. Lacquer reflects less.
+constexpr int kReflects = 120;
+/// A circle's outermost pixel centres are within a pixel of it.
+constexpr double kCircleError_px = 1;
+
+/// The scene with robot and camera lifted far away from everything, and a shining sphere around them that is not seen
+/// but in mirrors. Sideways too: walls may be planes. The robot itself is not to be seen in mirrors, so that all of a
+/// mirror shows the sphere.
+Mould probe(const Scene& scene, const NamedBlock& robot, const NamedBlock& camera, const char* colour) {
+  const std::string& p = scene.prefix();
+  Mould mould;
+  mould.scene = scene.with(
+      {{robot.begin, fmt::format("#declare {}Robot = ", p)}, {camera.begin, fmt::format("#declare {}View = ", p)}});
+  mould.scene += fmt::format(
+      "\n#declare {0}Low = min_extent({0}Robot); #declare {0}High = max_extent({0}Robot);\n"
+      "#declare {0}Size = vlength({0}High - {0}Low) / 2; #declare {0}Middle = ({0}High + {0}Low) / 2;\n"
+      // Of something without an end.
+      "#if ({0}Size > 1e5) #declare {0}Size = 100; #declare {0}Middle = <0,0,0>; #end\n"
+      "#declare {0}Lift = <0.61, 1, 0.43> * 300 * {0}Size;\n"
+      "object {{ {0}Robot no_reflection translate {0}Lift }}\n"
+      "sphere {{ {0}Middle + {0}Lift, 2 * {0}Size hollow no_image no_shadow texture {{ pigment {{ color rgb {1} }} "
+      "finish {{ ambient 0 diffuse 0 emission 2 }} }} }}\n"
+      "camera {{ {0}View translate {0}Lift }}\n",
+      p, colour);
+  return mould;
+}
+
+/// Which pixels see the sphere.
+std::vector<char> different(const Image& a, const Image& b) {
+  std::vector<char> result(a.bytes.size() / 3);
+  for (std::size_t i = 0; i < a.bytes.size(); ++i) {
+    if (std::abs(int(a.bytes[i]) - int(b.bytes[i])) >= kReflects) result[i / 3] = 1;
+  }
+  return result;
+}
+
+/// The most pixels that hang together, by edges or corners.
+std::vector<Spot> largest_patch(std::vector<char> set, int width_px, int height_px) {
+  std::vector<Spot> largest;
+  std::vector<int> open;
+  for (int seed = 0; seed < int(set.size()); ++seed) {
+    if (set[std::size_t(seed)] == 0) continue;
+    std::vector<Spot> patch;
+    open = {seed};
+    set[std::size_t(seed)] = 0;
+    while (!open.empty()) {
+      const int column = open.back() % width_px, row = open.back() / width_px;
+      open.pop_back();
+      patch.push_back({double(column), double(row)});
+      for (int r = std::max(0, row - 1); r <= std::min(height_px - 1, row + 1); ++r) {
+        for (int c = std::max(0, column - 1); c <= std::min(width_px - 1, column + 1); ++c) {
+          char& there = set[std::size_t(r * width_px + c)];
+          if (there != 0) open.push_back(r * width_px + c);
+          there = 0;
+        }
+      }
+    }
+    if (patch.size() > largest.size()) largest = std::move(patch);
+  }
+  return largest;
+}
+
+/// The rim's circle through pixel centres. Where the picture cuts the mirror off, only what is left of its rim counts.
+Circle rim_of(const std::vector<Spot>& patch, int width_px, int height_px) {
+  const std::vector<Spot> hull = convex_hull(patch);
+  const Circle around = enclosing_circle(hull);
+  std::vector<Spot> rim;
+  std::copy_if(hull.begin(), hull.end(), std::back_inserter(rim), [&](const Spot& s) {
+    return s.column_px > 0 && s.row_px > 0 && s.column_px < width_px - 1 && s.row_px < height_px - 1;
+  });
+  constexpr std::size_t kEnough = 8;
+  if (rim.size() == hull.size() || rim.size() < kEnough) return around;
+  Circle fitted = fitted_circle(rim);
+  const double farthest = farthest_px(hull, fitted.centre);
+  if (!(std::abs(farthest - fitted.radius_px) < kCircleError_px)) return around;
+  fitted.radius_px = farthest;
+  return fitted;
+}
+
+Window window_around(const Circle& circle, int width_px, int height_px) {
+  const auto column = [&](double c) { return std::clamp(int(c), 0, width_px - 1); };
+  const auto row = [&](double r) { return std::clamp(int(r), 0, height_px - 1); };
+  return {column(std::floor(circle.centre.column_px - circle.radius_px)),
+          column(std::ceil(circle.centre.column_px + circle.radius_px)),
+          row(std::floor(circle.centre.row_px - circle.radius_px)),
+          row(std::ceil(circle.centre.row_px + circle.radius_px))};
+}
+
+/// Whether a picture with the mask shows, inside the circle, what it shows without, and outside nothing.
+bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circle) {
+  constexpr double kEdge_px = 1;  // which side a pixel on the edge falls is a matter of rounding
+  constexpr int kBlack = 2;       // fog may lie before the mask
+  for (int row = 0; row < whole.height_px; ++row) {
+    for (int column = 0; column < whole.width_px; ++column) {
+      const double off = std::hypot(column - circle.centre.column_px, row - circle.centre.row_px) - circle.radius_px;
+      if (std::abs(off) < kEdge_px) continue;
+      const auto at = std::size_t(3 * (row * whole.width_px + column));
+      for (std::size_t i = at; i < at + 3; ++i) {
+        if (off < 0 ? masked.bytes[i] != whole.bytes[i] : masked.bytes[i] > kBlack) return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// The same circle in a picture of another size.
+Circle scaled(const Circle& circle, double by) {
+  return {{(circle.centre.column_px + 0.5) * by - 0.5, (circle.centre.row_px + 0.5) * by - 0.5}, circle.radius_px * by};
+}
+
+}  // namespace
+
+Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene& scene, const NamedBlock& robot,
+                                               const NamedBlock& camera, int width_px, int height_px, int stop_fd) {
+  const auto render = [&](Mould mould, int width, int height) {
+    mould.width_px = width;
+    mould.height_px = height;
+    mould.quality = 8;  // all but media and radiosity
+    return povray.render(
+        {fmt::format("looking for the mirror of view {}", camera.name), std::make_shared<const Mould>(std::move(mould)),
+         scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
+        stop_fd);
+  };
+  // At the same time, each in a thread that lives until its process has ended. The third one is for the mask.
+  constexpr int kSmaller = 4;
+  const int small_width = (width_px + kSmaller - 1) / kSmaller;
+  const int small_height = std::max(1, int(std::lround(double(height_px) * small_width / width_px)));
+  auto green = std::async(std::launch::async,
+                          [&] { return render(probe(scene, robot, camera, "<0,1,0>"), width_px, height_px); });
+  auto plain = std::async(std::launch::async,
+                          [&] { return render(scene.mould({robot}, camera, ""), small_width, small_height); });
+  const ImageResult seen_magenta = render(probe(scene, robot, camera, "<1,0,1>"), width_px, height_px);
+  const ImageResult seen_green = green.get();
+  const ImageResult unmasked = plain.get();
+  for (const ImageResult* result : {&unmasked, &seen_magenta, &seen_green}) {
+    if (!*result) return result->error();
+  }
+
+  const auto patch = largest_patch(different(**seen_magenta, **seen_green), width_px, height_px);
+  if (patch.size() < kFewestPixels) return std::optional<MirrorSight>();
+  Circle circle = rim_of(patch, width_px, height_px);
+  circle.radius_px += 0.5;  // from the pixels' centres to their edges
+  MirrorSight sight;
+  sight.centre_column_px = circle.centre.column_px;
+  sight.centre_row_px = circle.centre.row_px;
+  sight.radius_px = circle.radius_px;
+  circle.radius_px += kRimMargin_px;
+  sight.window = window_around(circle, width_px, height_px);
+
+  const auto mask = camera_mask(scene, camera, circle, width_px, height_px);
+  if (!mask) {
+    sight.why_no_mask = mask.error().message;
+    return std::optional(sight);
+  }
+  // What we take the camera for may not be what POV-Ray takes it for: so it is tried out, on a small picture.
+  const Circle small = scaled(circle, double(small_width) / width_px);
+  const auto small_mask = camera_mask(scene, camera, small, small_width, small_height);
+  const ImageResult masked =
+      small_mask ? render(scene.mould({robot}, camera, *small_mask), small_width, small_height) : small_mask.error();
+  if (!masked && masked.error().code == ErrorCode::kRefused) {
+    sight.why_no_mask = masked.error().message;
+  } else if (!masked) {
+    return masked.error();
+  } else if (!hides_the_rest(**unmasked, **masked, small)) {
+    sight.why_no_mask = "it would not hide just what is outside the mirror";
+  } else {
+    sight.mask = *mask;
+  }
+  return std::optional(sight);
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/sim_povray/render/picture.h"
+#include "hal/frame.h"
+#include "hal/result.h"
+
+/// What POV-Ray hands back, and what is said of it where it hands back nothing.
+namespace twocone::sim_povray {
+
+/// A binary PPM with 8 bits a channel, and nothing after it, as kRgb8. Errors: kBadData.
+Result<Image> parse_ppm(std::string_view bytes);
+
+/// A picture to measure by: linear light, 16 bits a channel, red, green and blue in turn, rows from the top.
+struct DeepImage {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<std::uint16_t> levels;  ///< width_px * height_px * 3; 65535 is 1
+};
+/// A binary PPM with 16 bits a channel, big-endian as POV-Ray writes them. Errors: kBadData.
+Result<DeepImage> parse_deep_ppm(std::string_view bytes);
+
+/// The job's picture. Errors: kBadData (no whole picture, or one of another size).
+ImageResult picture_from(std::string_view ppm, const RenderJob& job);
+Result<DeepImage> deep_picture_from(std::string_view ppm, const RenderJob& job);
+
+/// The one message in POV-Ray's standard error that says why it gave up, with lines that it folded at 80 columns
+/// unfolded, as `FILE:LINE: POV-Ray: TEXT`; without a place it is `SCENE: POV-Ray: TEXT`. Empty if there is none.
+/// @param scene_path put in place of the name under which POV-Ray was given the scene
+std::string povray_complaint(std::string_view errors, const std::string& scene_path);
+
+/// Of a process that ended without a picture: kDisconnected (it crashed), kRefused (it says no: file and line).
+/// @param wait_status as waitpid() tells it
+Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path);
+Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout);
+Error start_error(const std::string& label, const std::string& program, const std::string& why);
+/// @param what it had not done yet: "started", "finished"
+Error closed_error(const std::string& label, const char* what);
+
+}  // namespace twocone::sim_povray

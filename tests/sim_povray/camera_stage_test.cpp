@@ -1,0 +1,494 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/effects/camera_stage.h"
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/effects/lens.h"
+#include "drivers/sim_povray/effects/light.h"
+#include "drivers/sim_povray/effects/noise.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using Pictures = std::vector<std::shared_ptr<const Image>>;
+
+/// Monte Carlo results are held to so many of their own standard deviations: one honest check in 1.7 million fails,
+/// and with fixed seeds none does twice.
+constexpr double kSigmas = 5;
+
+// The sRGB curve once more, as IEC 61966-2-1 writes it.
+double linear(double code) {
+  const double c = code / 255;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
+int coded(double light) {
+  const double l = std::clamp(light, 0.0, 1.0);
+  return static_cast<int>(std::lround(255 * (l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055)));
+}
+
+std::shared_ptr<Image> grey(int width_px, int height_px, int code) {
+  auto image = std::make_shared<Image>();
+  image->width_px = width_px;
+  image->height_px = height_px;
+  image->bytes.assign(static_cast<std::size_t>(width_px * height_px * 3), static_cast<std::uint8_t>(code));
+  return image;
+}
+
+std::shared_ptr<Image> random_picture(int width_px, int height_px) {
+  auto image = grey(width_px, height_px, 0);
+  std::mt19937 random(4711);
+  for (std::uint8_t& byte : image->bytes) byte = static_cast<std::uint8_t>(random() % 256);
+  return image;
+}
+
+Image developed(const CameraEffects& effects, const Pictures& pictures, std::uint64_t seed = 7,
+                std::string_view camera = "lower", std::uint64_t tick = 3) {
+  return develop(effects, pictures, seed, camera, tick);
+}
+
+int at(const Image& image, int column, int row, int channel = 0) {
+  return image.bytes[static_cast<std::size_t>((row * image.width_px + column) * 3 + channel)];
+}
+
+struct Moments {
+  double mean = 0;
+  double variance = 0;
+};
+Moments moments(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  Moments m{std::accumulate(values.begin(), values.end(), 0.0) / count, 0};
+  for (const double value : values) m.variance += (value - m.mean) * (value - m.mean) / (count - 1);
+  return m;
+}
+std::vector<double> lights(const Image& image) {
+  std::vector<double> values;
+  for (const std::uint8_t byte : image.bytes) values.push_back(linear(byte));
+  return values;
+}
+
+TEST(Light, EveryCodeComesBack) {
+  for (int code = 0; code < 256; ++code) {
+    const auto byte = static_cast<std::uint8_t>(code);
+    EXPECT_EQ(encode_srgb(decode_srgb(byte)), byte);
+    EXPECT_NEAR(decode_srgb(byte), linear(code), 1e-7) << "a float's rounding, code " << code;
+  }
+}
+
+TEST(Light, IsCodedAsTheCurveSaysAndClipped) {
+  int different = 0;
+  for (int i = -1000; i <= 21'000; ++i) {
+    const double light = i / 20'000.0;
+    different += encode_srgb(static_cast<float>(light)) == coded(light) ? 0 : 1;
+  }
+  // Only where a float's rounding crosses one of 255 steps: 22'000 * 255 * 6e-8 = 0.3 expected.
+  EXPECT_LE(different, 3);
+  EXPECT_EQ(encode_srgb(1e30F), 255);
+  EXPECT_EQ(encode_srgb(-1e30F), 0);
+  EXPECT_EQ(encode_srgb(NAN), 0);
+}
+
+TEST(CameraStage, WithoutEffectsThePixelsAreThePictures) {
+  CameraEffects losing;
+  losing.drop_probability = 0.4;
+  losing.late_probability = 0.3;
+  losing.distortion = {0, 0, 0, 0};
+  for (const CameraEffects& effects : {CameraEffects{}, losing}) {
+    EXPECT_FALSE(changes_pixels(effects));
+    const auto picture = random_picture(37, 23);
+    EXPECT_EQ(developed(effects, {picture}), *picture);
+  }
+}
+
+TEST(CameraStage, EveryStageAtItsNeutralValueGivesBackThePixels) {
+  for (const auto& [width_px, height_px] : {std::pair(64, 48), std::pair(37, 23), std::pair(1, 1), std::pair(2, 300)}) {
+    const auto picture = random_picture(width_px, height_px);
+    EXPECT_EQ(pass_through(*picture), *picture) << width_px << " x " << height_px;
+  }
+  auto all_codes = grey(256, 1, 0);
+  for (std::size_t i = 0; i < all_codes->bytes.size(); ++i) all_codes->bytes[i] = static_cast<std::uint8_t>(i / 3);
+  EXPECT_EQ(pass_through(*all_codes), *all_codes);
+}
+
+TEST(CameraStage, ExposuresThatDoNotFitAreRefused) {
+  CameraEffects effects;
+  EXPECT_THROW((void)developed(effects, {}), std::invalid_argument);
+  effects.exposure_s = 0.01;
+  effects.exposures = 3;
+  EXPECT_THROW((void)developed(effects, {grey(4, 4, 1)}), std::invalid_argument);
+  EXPECT_THROW((void)developed(effects, {grey(4, 4, 1), grey(4, 4, 1), grey(4, 5, 1)}), std::invalid_argument);
+  auto short_one = grey(4, 4, 1);
+  short_one->bytes.pop_back();
+  EXPECT_THROW((void)developed(effects, {grey(4, 4, 1), grey(4, 4, 1), short_one}), std::invalid_argument);
+}
+
+// ---- gain, vignetting, defocus
+
+TEST(Gain, DoublesLinearLightNotTheCode) {
+  CameraEffects effects;
+  effects.gain = 2;
+  const auto picture = random_picture(31, 17);
+  const Image bright = developed(effects, {picture});
+  for (std::size_t i = 0; i < bright.bytes.size(); ++i) {
+    ASSERT_EQ(bright.bytes[i], coded(2 * linear(picture->bytes[i]))) << "code " << int(picture->bytes[i]);
+  }
+}
+
+TEST(Vignetting, TakesItsShareInTheCornersAndGrowsWithTheRadiusSquared) {
+  CameraEffects effects;
+  effects.vignetting = 0.37;
+  const Image image = developed(effects, {grey(41, 31, 255)});
+  for (const auto& [column, row] : {std::pair(0, 0), std::pair(40, 0), std::pair(0, 30), std::pair(40, 30)}) {
+    EXPECT_EQ(at(image, column, row), coded(1 - 0.37)) << "corner " << column << ", " << row;
+  }
+  EXPECT_EQ(at(image, 20, 15), 255) << "the centre keeps all";
+  EXPECT_EQ(at(image, 40, 15), coded(1 - 0.37 * 20 * 20 / (20 * 20 + 15 * 15.0))) << "middle of the right edge";
+  EXPECT_EQ(at(image, 27, 4), coded(1 - 0.37 * (7 * 7 + 11 * 11) / (20 * 20 + 15 * 15.0)));
+}
+
+Light point_of_light(int side_px) {
+  Light light{side_px, side_px, std::vector<float>(static_cast<std::size_t>(side_px * side_px * 3))};
+  const auto middle = static_cast<std::size_t>((side_px / 2 * side_px + side_px / 2) * 3);
+  for (std::size_t channel = 0; channel < 3; ++channel) light.values[middle + channel] = 1;
+  return light;
+}
+
+TEST(Defocus, SpreadsAPointEvenlyOverItsDiscAndKeepsTheLight) {
+  constexpr int kSide = 41;
+  // The rim's pixels are counted on a grid of 16 points a side: along a rim of 2 pi r pixels that each may err by one
+  // point of its row, together less than 2 pi r / 16 of the area pi r^2, 1/(8 r).
+  for (const double radius_px : {1.7, 4.3, 9.6}) {
+    const Light light = defocused(point_of_light(kSide), radius_px);
+    double sum = 0;
+    for (int row = 0; row < kSide; ++row) {
+      for (int column = 0; column < kSide; ++column) {
+        const double share = light.values[static_cast<std::size_t>((row * kSide + column) * 3 + 1)];
+        const double away_px = std::hypot(row - kSide / 2, column - kSide / 2);
+        sum += share;
+        const double even = 1 / (std::numbers::pi * radius_px * radius_px);
+        // 0.71 px: from a pixel's centre to its corner.
+        if (away_px > radius_px + 0.71) {
+          EXPECT_EQ(share, 0) << radius_px << " px, " << away_px << " px away";
+        } else if (away_px < radius_px - 0.71) {
+          EXPECT_NEAR(share, even, even / (8 * radius_px)) << radius_px << " px";
+        }
+      }
+    }
+    EXPECT_NEAR(sum, 1, 1e-5) << "300 floats' rounding, radius " << radius_px << " px";
+  }
+}
+
+TEST(Defocus, LeavesAnEvenPictureAsItIsUpToTheEdges) {
+  CameraEffects effects;
+  effects.defocus_px = 3.3;
+  const auto picture = grey(5, 9, 137);  // narrower than the disc
+  EXPECT_EQ(developed(effects, {picture}), *picture);
+  effects.defocus_px = 0.45;
+  EXPECT_EQ(developed(effects, {random_picture(9, 9)}), *random_picture(9, 9)) << "a disc within one pixel";
+}
+
+TEST(Defocus, IsLinearLightNotTheMeanOfCodes) {
+  CameraEffects effects;
+  effects.defocus_px = 20;
+  auto picture = grey(2, 1, 0);
+  for (std::size_t i = 0; i < 3; ++i) picture->bytes[i] = 255;
+  const Image image = developed(effects, {picture});
+  // The left pixel goes on to the left: half of the disc is white, and half of its middle column, 2 r of pi r^2, more.
+  EXPECT_NEAR(at(image, 0, 0), coded(0.5 + 1 / (std::numbers::pi * 20)), 1);
+}
+
+// ---- distortion
+
+/// OpenCV's model as its documentation writes it.
+LensPoint through_lens(const std::vector<double>& k, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double k3 = k.size() > 4 ? k[4] : 0;
+  const double radial = 1 + k[0] * r2 + k[1] * r2 * r2 + k3 * r2 * r2 * r2;
+  return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
+          y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
+}
+
+const std::vector<std::vector<double>> kLenses = {
+    {-0.21, 0.043, 0.0013, -0.0021}, {0.17, -0.02, -0.003, 0.0017, 0.011}, {-0.08, 0.11, 0.004, 0.003, -0.06}};
+
+TEST(Distortion, ThroughTheLensAndBackIsThePointItself) {
+  std::mt19937 random(99);
+  std::uniform_real_distribution<double> side(-0.6, 0.6);
+  for (const auto& k : kLenses) {
+    for (int i = 0; i < 500; ++i) {
+      const LensPoint ideal{side(random), side(random)};
+      const LensPoint seen = through_lens(k, ideal.x, ideal.y);
+      EXPECT_NEAR(distort(k, ideal).x, seen.x, 1e-15);
+      EXPECT_NEAR(distort(k, ideal).y, seen.y, 1e-15);
+      // undistort stops at 1e-9; the lens shrinks by a factor of two at most here.
+      EXPECT_NEAR(undistort(k, seen).x, ideal.x, 2e-9);
+      EXPECT_NEAR(undistort(k, seen).y, ideal.y, 2e-9);
+    }
+  }
+}
+
+TEST(Distortion, BeyondTheFoldNothingIsSeen) {
+  // r (1 - 0.3 r^2) is greatest, 0.703, at r = 1.054.
+  EXPECT_NEAR(undistort({-0.3, 0, 0, 0}, {0.7, 0}).x, 1.0, 1e-8);
+  EXPECT_TRUE(std::isnan(undistort({-0.3, 0, 0, 0}, {0.71, 0}).x));
+  EXPECT_TRUE(std::isnan(undistort({-0.3, 0, 0, 0}, {-5, 3}).x));
+}
+
+TEST(Distortion, OfASlopeIsThatOfASlowReference) {
+  // A plane in linear light, which bilinear interpolation reproduces: what differs is the place alone. Its reference is
+  // the fixed-point iteration x <- x + (seen - lens(x)), run until nothing can change any more.
+  constexpr int kWidth = 53;
+  constexpr int kHeight = 41;
+  constexpr double kFocal_px = 47.3;
+  constexpr double kFloat = 1e-6;  // a few roundings of values up to 1
+  const auto slope = [](double x, double y) { return 0.1 + 0.009 * x + 0.007 * y; };
+  Light ideal{kWidth, kHeight, {}};
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      ideal.values.insert(ideal.values.end(), 3, static_cast<float>(slope(column, row)));
+    }
+  }
+  for (const auto& k : kLenses) {
+    const Light seen = distorted(ideal, k, kFocal_px);
+    int black = 0;
+    for (int row = 0; row < kHeight; ++row) {
+      for (int column = 0; column < kWidth; ++column) {
+        const LensPoint target{(column - 26) / kFocal_px, (row - 20) / kFocal_px};
+        LensPoint p = target;
+        for (int i = 0; i < 300; ++i) {
+          const LensPoint now = through_lens(k, p.x, p.y);
+          p = {p.x + target.x - now.x, p.y + target.y - now.y};
+        }
+        const double x = p.x * kFocal_px + 26;
+        const double y = p.y * kFocal_px + 20;
+        const float value = seen.values[static_cast<std::size_t>((row * kWidth + column) * 3 + 2)];
+        if (x < -0.5 || x > kWidth - 0.5 || y < -0.5 || y > kHeight - 0.5) {
+          ASSERT_EQ(value, 0) << "outside the ideal picture: " << x << ", " << y;
+          ++black;
+        } else {
+          ASSERT_NEAR(value, slope(std::clamp(x, 0.0, kWidth - 1.0), std::clamp(y, 0.0, kHeight - 1.0)), kFloat)
+              << column << ", " << row;
+        }
+      }
+    }
+    EXPECT_EQ(black > 0, k[0] < 0) << "a barrel lens sees more than the picture has";
+  }
+}
+
+// ---- time
+
+TEST(Exposures, AreTheMiddlesOfEqualPartsEndingNow) {
+  CameraEffects effects;
+  effects.exposure_s = 0.013;
+  effects.readout_s = 0.021;
+  effects.exposures = 5;
+  const auto before = exposures_before(effects);
+  ASSERT_EQ(before.size(), 5u);
+  EXPECT_EQ(before.front().count(), 30'600'000) << "34 ms less a tenth, oldest first";
+  EXPECT_EQ(before.back().count(), 3'400'000);
+  EXPECT_EQ(capture_before(effects).count(), 17'000'000);
+  EXPECT_EQ(before[2], capture_before(effects)) << "the middle one is the middle";
+  EXPECT_EQ(exposures_before({}), std::vector{std::chrono::nanoseconds(0)});
+  EXPECT_EQ(capture_before({}).count(), 0);
+}
+
+/// Exposure i is of one colour, 25 (i + 1).
+Pictures one_colour_each(int count, int height_px) {
+  Pictures pictures;
+  for (int i = 0; i < count; ++i) pictures.push_back(grey(3, height_px, 25 * (i + 1)));
+  return pictures;
+}
+
+TEST(MotionBlur, IsTheMeanLightOfAllExposures) {
+  CameraEffects effects;
+  effects.exposure_s = 0.02;
+  effects.exposures = 7;
+  double mean = 0;
+  for (int i = 0; i < 7; ++i) mean += linear(25 * (i + 1)) / 7;
+  EXPECT_EQ(developed(effects, one_colour_each(7, 11)), *grey(3, 11, coded(mean)));
+}
+
+TEST(RollingShutter, EveryRowIsOfTheExposuresInItsOwnTime) {
+  constexpr int kRows = 31;
+  for (const auto& [exposure_s, readout_s, count] :
+       {std::tuple(0.0107, 0.0231, 8), std::tuple(0.0, 0.0231, 9), std::tuple(0.0011, 0.0307, 4)}) {
+    CameraEffects effects;
+    effects.exposure_s = exposure_s;
+    effects.readout_s = readout_s;
+    effects.exposures = count;
+    const auto before = exposures_before(effects);
+    const Image image = developed(effects, one_colour_each(count, kRows));
+    for (int row = 0; row < kRows; ++row) {
+      // Counted back from the present: the last row's shutter closes at 0.
+      const double closed_s = readout_s * (kRows - 1 - row) / (kRows - 1);
+      const double opened_s = closed_s + exposure_s;
+      double sum = 0, nearest = 0, least_s = 1;
+      int inside = 0;
+      for (int i = 0; i < count; ++i) {
+        const double time_s = std::chrono::duration<double>(before[static_cast<std::size_t>(i)]).count();
+        const double light = linear(25 * (i + 1));
+        if (closed_s <= time_s && time_s <= opened_s) {
+          sum += light;
+          ++inside;
+        }
+        const double apart_s = std::abs(time_s - (closed_s + opened_s) / 2);
+        if (apart_s < least_s - 1e-9) {
+          least_s = apart_s;
+          nearest = light;
+        }
+      }
+      EXPECT_EQ(at(image, 1, row), coded(inside > 0 ? sum / inside : nearest))
+          << "row " << row << " of exposure " << exposure_s << " s, readout " << readout_s << " s";
+    }
+    EXPECT_LT(at(image, 1, 0), at(image, 1, kRows - 1)) << "the first row is the oldest";
+  }
+}
+
+// ---- noise
+
+TEST(Normal, HasTheMomentsAndTheTailOfANormalDistribution) {
+  constexpr int kDraws = 1'000'000;
+  Normal normal(std::mt19937_64(20250607));
+  std::array<double, 5> power{};
+  int beyond_tail = 0;
+  int beyond_one = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double z = normal();
+    for (std::size_t n = 1; n < power.size(); ++n) power[n] += std::pow(z, static_cast<double>(n)) / kDraws;
+    beyond_tail += std::abs(z) > 3.5 ? 1 : 0;
+    beyond_one += std::abs(z) > 1 ? 1 : 0;
+  }
+  // Variances of the means of z, z^2, z^3, z^4: 1, 2, 15, 96 over the number of draws.
+  EXPECT_NEAR(power[1], 0, kSigmas * std::sqrt(1.0 / kDraws));
+  EXPECT_NEAR(power[2], 1, kSigmas * std::sqrt(2.0 / kDraws));
+  EXPECT_NEAR(power[3], 0, kSigmas * std::sqrt(15.0 / kDraws));
+  EXPECT_NEAR(power[4], 3, kSigmas * std::sqrt(96.0 / kDraws));
+  for (const auto& [limit, count] : {std::pair(3.5, beyond_tail), std::pair(1.0, beyond_one)}) {
+    const double expected = kDraws * std::erfc(limit / std::numbers::sqrt2);
+    EXPECT_NEAR(count, expected, kSigmas * std::sqrt(expected)) << "beyond " << limit;
+  }
+}
+
+struct NoiseCase {
+  const char* name;
+  double gain, full_well_electrons, read_noise_electrons;
+  friend void PrintTo(const NoiseCase& noise, std::ostream* out) { *out << noise.name; }
+};
+class Noise : public testing::TestWithParam<NoiseCase> {};
+
+TEST_P(Noise, HasTheStatedVarianceAndNoBias) {
+  const auto& [name, gain, full_well, read_noise] = GetParam();
+  CameraEffects effects;
+  effects.gain = gain;
+  effects.full_well_electrons = full_well;
+  effects.read_noise_electrons = read_noise;
+  constexpr int kCode = 124;
+  const Image noisy = developed(effects, {grey(200, 150, kCode)});
+  const Moments found = moments(lights(noisy));
+  const double light = gain * linear(kCode);
+  // Rounding to codes adds step^2 / 12 (Sheppard); the curve bends little over the few sigma that are looked at, and
+  // bends the rounding's mean by less than a hundredth of a step.
+  const int code = coded(light);
+  const double step = (linear(code + 1) - linear(code - 1)) / 2;
+  const double variance = light / full_well + std::pow(read_noise / full_well, 2) + step * step / 12;
+  const auto count = static_cast<double>(noisy.bytes.size());
+  EXPECT_NEAR(found.variance / variance, 1, kSigmas * std::sqrt(2 / count));
+  EXPECT_NEAR(found.mean, light, kSigmas * std::sqrt(variance / count) + step / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Noise,
+                         testing::Values(NoiseCase{"Shot", 1, 900, 0}, NoiseCase{"ShotAfterGain", 1.7, 900, 0},
+                                         NoiseCase{"Read", 1, 1e9, 2e7}, NoiseCase{"Both", 1, 1500, 20}),
+                         [](const auto& param) { return param.param.name; });
+
+CameraEffects noisy() {
+  CameraEffects effects;
+  effects.full_well_electrons = 700;
+  effects.read_noise_electrons = 9;
+  return effects;
+}
+
+TEST(Draws, OfOneSeedCameraAndInstantAreTheSameBytes) {
+  const Pictures picture = {random_picture(40, 30)};
+  const Image image = developed(noisy(), picture, 7, "lower", 3);
+  EXPECT_EQ(developed(noisy(), picture, 7, "lower", 3), image);
+  EXPECT_NE(developed(noisy(), picture, 8, "lower", 3), image);
+  EXPECT_NE(developed(noisy(), picture, 7 + (1ULL << 32), "lower", 3), image) << "the seed's upper half counts";
+  EXPECT_NE(developed(noisy(), picture, 7, "upper", 3), image);
+  EXPECT_NE(developed(noisy(), picture, 7, "lower", 4), image);
+  EXPECT_NE(developed(noisy(), picture, 7, "lower", 3 + (1ULL << 32)), image);
+}
+
+TEST(Draws, OfOneEffectDoNotDependOnOthers) {
+  // Others are switched on too weakly to change a byte by themselves: only draws taken from one another would show.
+  const Pictures picture = {grey(40, 30, 150)};
+  CameraEffects shot = noisy();
+  shot.read_noise_electrons = 0;
+  const Image image = developed(shot, picture);
+  CameraEffects more = shot;
+  more.read_noise_electrons = 1e-9;
+  more.vignetting = 1e-9;
+  more.defocus_px = 0.01;
+  more.distortion = {1e-12, 0, 0, 0};
+  more.distortion_focal_px = 50;
+  more.drop_probability = 0.5;
+  more.late_probability = 0.5;
+  EXPECT_EQ(developed(more, picture), image);
+}
+
+TEST(Draws, OfTwoPurposesAndTwoCamerasAreNotRelated) {
+  constexpr int kDraws = 20'000;
+  const auto draws = [](CameraPurpose purpose, std::string_view camera) {
+    return Normal(camera_engine(7, purpose, camera, 3));
+  };
+  const std::pair<Normal, Normal> pairs[] = {
+      {draws(CameraPurpose::kShotNoise, "lower"), draws(CameraPurpose::kReadNoise, "lower")},
+      {draws(CameraPurpose::kShotNoise, "lower"), draws(CameraPurpose::kShotNoise, "upper")}};
+  for (auto [one, other] : pairs) {
+    double product = 0;
+    for (int i = 0; i < kDraws; ++i) product += one() * other() / kDraws;
+    EXPECT_NEAR(product, 0, kSigmas / std::sqrt(kDraws));
+  }
+}
+
+TEST(Draws, AreStillThoseOfEarlierVersions) {
+  // By the recipe: a seed sequence of seed, purpose, FNV-1a of the name, instant, each 64 bits as two words, low first.
+  std::uint64_t name = 14695981039346656037ULL;
+  for (const unsigned char c : {'u', 'p', 'p', 'e', 'r'}) name = (name ^ c) * 1099511628211ULL;
+  std::seed_seq words{5U, 2U, 103U, static_cast<unsigned>(name), static_cast<unsigned>(name >> 32), 9U, 1U};
+  EXPECT_EQ(camera_engine(5 + (2ULL << 32), CameraPurpose::kDrop, "upper", 9 + (1ULL << 32))(),
+            std::mt19937_64(words)());
+}
+
+TEST(Losses, HappenAtTheirRatesAndApart) {
+  constexpr int kInstants = 4000;
+  CameraEffects effects;
+  effects.drop_probability = 0.13;
+  effects.late_probability = 0.21;
+  int dropped = 0, late = 0, both = 0;
+  for (std::uint64_t tick = 0; tick < kInstants; ++tick) {
+    const bool is_dropped = drops(effects, 7, "lower", tick);
+    const bool comes_late = is_late(effects, 7, "lower", tick);
+    dropped += is_dropped ? 1 : 0;
+    late += comes_late ? 1 : 0;
+    both += is_dropped && comes_late ? 1 : 0;
+  }
+  const auto check = [&](int count, double p, const char* what) {
+    EXPECT_NEAR(count, kInstants * p, kSigmas * std::sqrt(kInstants * p * (1 - p))) << what;
+  };
+  check(dropped, 0.13, "dropped");
+  check(late, 0.21, "late");
+  check(both, 0.13 * 0.21, "both: one does not bring the other");
+  for (std::uint64_t tick = 0; tick < 50; ++tick) {
+    EXPECT_FALSE(drops({}, 7, "lower", tick));
+    EXPECT_FALSE(is_late({}, 7, "lower", tick));
+  }
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

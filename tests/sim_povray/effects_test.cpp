@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Renders with POV-Ray. Fails where it is not installed.
+#include "drivers/sim_povray/effects.h"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/render/povray.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using testing::HasSubstr;
+
+/// A box with air in it, all round the camera, and something of everything.
+constexpr const char* kScene = R"(#version 3.7;
+global_settings {
+  assumed_gamma 1
+  PHOTONS
+  RADIOSITY
+}
+camera { location <0, 2, -6> look_at <0, 1, 0> }
+light_source {
+  <3, 4, -4> rgb 1 LIGHT
+}
+plane { y, 0 hollow pigment { checker rgb 0.2 rgb 0.9 } finish { reflection 0.5 } }
+plane { -y, -5 hollow pigment { rgb 0.7 } finish { reflection 0.4 } }
+sphere { <0, 1, 0>, 1 pigment { rgbt <1, 0.8, 0.8, 0.8> } interior { ior 1.4 INSIDE } finish { reflection 0.2 } OBJECT }
+box { <1.5, 0, 0>, <2, 2, 1> pigment { rgb <1, 0.5, 0.2> } }
+AIR
+)";
+
+using Parts = std::vector<std::pair<std::string, std::string>>;
+
+std::string scene_with(const Parts& parts) {
+  std::string text = kScene;
+  for (const char* name : {"PHOTONS", "RADIOSITY", "LIGHT", "INSIDE", "OBJECT", "AIR"}) {
+    const auto part = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.first == name; });
+    text.replace(text.find(name), std::string_view(name).size(), part == parts.end() ? "" : part->second);
+  }
+  return text;
+}
+
+struct Picture {
+  std::string text;
+  int quality = kFullQuality;
+};
+
+/// All at one time: POV-Ray mostly sleeps.
+std::vector<Image> rendered(const std::vector<Picture>& pictures) {
+  const Povray povray(find_povray("povray").value(), "a.pov", std::chrono::seconds(60));
+  std::vector<std::future<ImageResult>> results;
+  for (const Picture& picture : pictures) {
+    Mould mould;
+    mould.scene = picture.text;
+    mould.width_px = 48;
+    mould.height_px = 36;
+    mould.quality = picture.quality;
+    const RenderJob job{"a", std::make_shared<const Mould>(std::move(mould)), {}};
+    results.push_back(std::async(std::launch::async, [&povray, job] { return povray.render(job, -1); }));
+  }
+  std::vector<Image> images;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const ImageResult image = results[i].get();
+    if (!image) ADD_FAILURE() << image.error().message << "\n" << pictures[i].text;
+    images.push_back(image ? **image : Image{});
+  }
+  return images;
+}
+
+const Parts kNothing;
+const Parts kMedia{{"AIR", "media { emission 0.05 }"}, {"INSIDE", "media { absorption 1 }"}};
+const Parts kFog{{"AIR", "fog { distance 9 rgb 0.5 }"}};
+const Parts kPhotons{{"PHOTONS", "photons { count 3000 }"}, {"OBJECT", "photons { target refraction on }"}};
+const Parts kRadiosity{{"RADIOSITY", "radiosity { count 10 }"}};
+const Parts kArea{{"LIGHT", "area_light <1, 0, 0>*2, y*2, 3, 1 + 2 adaptive 1 jitter area_illumination on circular"}};
+const Parts kSubsurface{
+    {"PHOTONS", "subsurface { samples 5, 5 } mm_per_unit 20"},
+    {"AIR", "sphere { <-2, 1, 0>, 1 pigment { rgb 1 } finish { subsurface { translucency 0.5 } } }"}};
+
+TEST(SceneRendering, LowerQualityLeavesOutWhatTheChoiceKnowsOfAndNothingElse) {
+  const std::vector<Parts> plain{kNothing, kArea};
+  const std::vector<Parts> full{kMedia, kFog, kPhotons, kRadiosity, kSubsurface};
+  std::vector<Picture> pictures;
+  for (const auto& kind : {plain, full}) {
+    for (const Parts& parts : kind) {
+      for (const int quality : {kPlainQuality, kFullQuality, 11}) pictures.push_back({scene_with(parts), quality});
+    }
+  }
+  const std::vector<Image> images = rendered(pictures);
+  for (std::size_t i = 0; i < images.size(); i += 3) {
+    const bool is_plain = i / 3 < plain.size();
+    EXPECT_EQ(choose_rendering(*Scene::parse(pictures[i].text, "a.pov"), {})->quality,
+              is_plain ? kPlainQuality : kFullQuality)
+        << pictures[i].text;
+    EXPECT_EQ(images[i] == images[i + 1], is_plain) << pictures[i].text;
+    EXPECT_EQ(images[i + 1], images[i + 2]) << pictures[i].text;
+  }
+}
+
+TEST(SceneRendering, ASwitchedSceneLooksLikeOneWrittenWithout) {
+  const auto off = [](bool SceneSwitches::*member) {
+    SceneSwitches switches;
+    switches.*member = false;
+    return switches;
+  };
+  SceneSwitches shallow;
+  shallow.reflection_depth = 1;
+  struct Case {
+    SceneSwitches switches;
+    Parts with;
+    Parts without;
+  };
+  const std::vector<Case> cases{
+      {off(&SceneSwitches::shadows), kNothing, {{"LIGHT", "shadowless"}}},
+      {off(&SceneSwitches::area_lights), kArea, kNothing},
+      {off(&SceneSwitches::photons), kPhotons, kNothing},
+      {off(&SceneSwitches::radiosity), kRadiosity, kNothing},
+      {off(&SceneSwitches::media), kMedia, kNothing},
+      {off(&SceneSwitches::media), kFog, kNothing},
+      {shallow, {{"PHOTONS", "max_trace_level 9"}}, {{"PHOTONS", "max_trace_level 1"}}},
+  };
+  std::vector<Picture> pictures;
+  for (const Case& c : cases) {
+    const std::string with = scene_with(c.with);
+    const auto text = switched(*Scene::parse(with, "a.pov"), c.switches);
+    ASSERT_TRUE(text) << text.error().message;
+    pictures.insert(pictures.end(), {{*text}, {scene_with(c.without)}, {with}});
+  }
+  const std::vector<Image> images = rendered(pictures);
+  for (std::size_t i = 0; i < images.size(); i += 3) {
+    EXPECT_EQ(images[i], images[i + 1]) << pictures[i].text;
+    EXPECT_NE(images[i + 1], images[i + 2]) << "the effect must be seen in this scene\n" << pictures[i + 2].text;
+  }
+}
+
+// ---- the table
+
+PlaceSettings place_of(const std::string& scene) {
+  PlaceSettings place;
+  place.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov";
+  return place;
+}
+
+EffectRow row(const std::vector<EffectRow>& table, const std::string& effect) {
+  const auto found = std::find_if(table.begin(), table.end(), [&](const EffectRow& r) { return r.effect == effect; });
+  return found == table.end() ? EffectRow{} : *found;
+}
+
+std::vector<std::string> on(const std::vector<EffectRow>& table) {
+  std::vector<std::string> names;
+  for (const EffectRow& r : table) {
+    if (r.on) names.push_back(r.effect);
+  }
+  return names;
+}
+
+TEST(EffectTable, HasAlwaysTheSameRowsAndAReasonForEach) {
+  const auto plain = effect_table(place_of("plain"), {}, {}, {}).value();
+  const auto radiosity = effect_table(place_of("radiosity"), {}, {{"lower", 3, {}}}, {}).value();
+  ASSERT_EQ(plain.size(), radiosity.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    EXPECT_EQ(plain[i].effect, radiosity[i].effect);
+    EXPECT_EQ(plain[i].kind, radiosity[i].kind);
+    for (const std::string& cell : {plain[i].kind, plain[i].reason, plain[i].how, plain[i].cost}) {
+      EXPECT_FALSE(cell.empty()) << plain[i].effect;
+    }
+  }
+}
+
+TEST(EffectTable, EachSceneCallsForItsOwnEffect) {
+  using testing::ElementsAre;
+  const auto effects_of = [](const char* scene) { return on(effect_table(place_of(scene), {}, {}, {}).value()); };
+  EXPECT_THAT(effects_of("plain"), ElementsAre("reflection depth"));
+  EXPECT_THAT(effects_of("shadows"), ElementsAre("reflection depth", "shadows"));
+  EXPECT_THAT(effects_of("glass"), ElementsAre("reflection depth", "refraction, transparency"));
+  EXPECT_THAT(effects_of("area_light"), ElementsAre("reflection depth", "shadows", "area lights"));
+  EXPECT_THAT(effects_of("radiosity"), ElementsAre("reflection depth", "radiosity"));
+}
+
+TEST(EffectTable, TellsWhereEachIsCalledForAndSwitchedOff) {
+  PlaceSettings place = place_of("shadows");
+  place.switches.shadows = false;
+  place.switches.reflection_depth = 2;
+  place.moving.push_back({"trolley", {{0, 0}, {1, 0}}, 0.1, true, 0.2});
+  SeatSettings seat;
+  seat.body.wheels.slip = 0.01;
+  seat.body.radius_m = 0.2;
+  ViewSettings lower{"lower", 3, {}};
+  lower.effects.vignetting = 0.3;
+  ViewSettings upper{"upper", 1, {}};
+  upper.effects.vignetting = 0.2;
+  upper.effects.exposure_s = 0.01;
+  upper.effects.exposures = 5;
+  const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
+                         {"effects.slip", "r.yaml:3"},
+                         {"effects.camera.vignetting", "r.yaml:4"},
+                         {"cameras.upper.effects.exposure_s", "r.yaml:5"},
+                         {"cameras.lower.antialias", "r.yaml:6"}};
+  const auto table = effect_table(place, seat, {lower, upper}, places).value();
+  EXPECT_FALSE(row(table, "shadows").on);
+  EXPECT_THAT(row(table, "shadows").reason, HasSubstr("m.yaml:7: switched off"));
+  EXPECT_THAT(row(table, "shadows").reason, HasSubstr("shadows.pov:"));
+  EXPECT_THAT(row(table, "reflection depth").reason, HasSubstr("2 deep: map.effects.reflection_depth"));
+  EXPECT_THAT(row(table, "photons").reason, HasSubstr("no `photons` in"));
+  EXPECT_EQ(row(table, "vignetting").reason, "r.yaml:4: vignetting of lower, upper");
+  EXPECT_EQ(row(table, "motion blur").reason, "r.yaml:5: exposure_s of upper");
+  EXPECT_EQ(row(table, "motion blur").cost, "5 pictures for one");
+  EXPECT_EQ(row(table, "anti-aliasing").reason, "r.yaml:6: lower 3 x 3");
+  EXPECT_EQ(row(table, "wheel slip").reason, "r.yaml:3: 0.01 of the way");
+  EXPECT_EQ(row(table, "moving things").reason, "map.moving: trolley");
+  EXPECT_TRUE(row(table, "contact").on) << "a moving thing can be touched";
+  EXPECT_FALSE(row(table, "mass and friction").on);
+}
+
+TEST(EffectTable, RefusesAsOpeningDoes) {
+  const auto table = effect_table(place_of("none"), {}, {}, {});
+  ASSERT_FALSE(table);
+  EXPECT_EQ(table.error().code, ErrorCode::kNotFound);
+}
+
+Result<std::vector<Verification>> verified(const PlaceSettings& place) {
+  SeatSettings seat;
+  seat.name = "plain";
+  return verify_effects(place, seat, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
+}
+
+TEST(VerifyEffects, TheChoiceChangesNoPixelButByWhatTheMapSwitchesOff) {
+  auto plain = std::async(std::launch::async, [] { return verified(place_of("plain")); });
+  // Its light is gathered from the whole picture.
+  auto radiosity = std::async(std::launch::async, [] { return verified(place_of("radiosity")); });
+  PlaceSettings switched_off = place_of("shadows");
+  switched_off.switches.shadows = false;
+  const auto missed = verified(switched_off);
+  const auto same = plain.get();
+  const auto gathered = radiosity.get();
+  ASSERT_TRUE(gathered) << gathered.error().message;
+  EXPECT_EQ(gathered->front().different, 0);
+  ASSERT_TRUE(same) << same.error().message;
+  ASSERT_TRUE(missed) << missed.error().message;
+
+  ASSERT_EQ(same->size(), 1U);
+  EXPECT_EQ(same->front().view, "lower");
+  EXPECT_GT(same->front().pixels, 1000);  // of 64 x 48, or of the mirror's circle, 23.6 px in radius
+  EXPECT_EQ(same->front().different, 0);
+  EXPECT_EQ(same->front().greatest, 0);
+  EXPECT_EQ(same->front().mean, 0);
+  EXPECT_GT(same->front().everything_s, 0);
+  EXPECT_GT(same->front().choice_s, 0);
+
+  EXPECT_GT(missed->front().different, 0);
+  EXPECT_GT(missed->front().greatest, 0);
+  EXPECT_GT(missed->front().mean, 0);
+  EXPECT_LT(missed->front().mean, missed->front().greatest);
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

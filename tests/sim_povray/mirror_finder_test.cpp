@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/mirror_finder.h"
+
+#include <cmath>
+#include <future>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/render/process_renderer.h"
+#include "tests/sim_povray/renderer_support.h"
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+constexpr auto kLong = 60s;
+constexpr int kWidth_px = 160;
+constexpr int kHeight_px = 120;
+
+// A rim of radius 1.2 at 3.6 above the lens: 120 px * 1.475 * 1.2 / 3.6.
+constexpr double kRim_px = 59;
+constexpr const char* kCone = "cone { <0, 2.4, 0>, 0 <0, 3.6, 0>, 1.2 texture { Silver } }";
+constexpr const char* kCamera = "direction <0, 1.475, 0> up <0, 0, -1> right <4/3, 0, 0>";
+
+/// A scene whose lens is at the origin.
+std::string scene_text(const std::string& robot, const std::string& camera, const std::string& room = "") {
+  return fmt::format(
+      "#version 3.7;\nglobal_settings {{ assumed_gamma 1 }}\n"
+      "#declare Silver = texture {{ pigment {{ color rgb 0 }} finish {{ ambient 0 diffuse 0 reflection 0.9 }} }}\n"
+      "light_source {{ <10, 60, -20> color rgb 1 }}\nplane {{ y, -5 pigment {{ color rgb 0.4 }} }}\n{}\n"
+      "union {{\n  //*PMName robot\n  {}\n  cylinder {{ <0, -5, 0> <0, -2, 0> 3 pigment {{ color rgb 0.2 }} }}\n}}\n"
+      "camera {{\n  //*PMName lower\n  {}\n}}\n",
+      room, robot, camera);
+}
+
+class MirrorFinderTest : public testing::Test {
+ protected:
+  Result<std::optional<MirrorSight>> find(const std::filesystem::path& path, const std::string& view, int width_px,
+                                          int height_px) {
+    const auto scene = Scene::read(path);
+    if (!scene) return scene.error();
+    const Povray povray(find_povray("povray").value(), path, kLong);
+    return find_mirror(povray, *scene, scene->object("robot").value(), scene->camera(view).value(), width_px, height_px,
+                       -1);
+  }
+  MirrorSight sight(const std::string& text, const std::string& name = "scene.pov") {
+    const auto found = find(folder_.write(name, text), "lower", kWidth_px, kHeight_px);
+    if (!found) throw std::runtime_error(found.error().message);
+    if (!*found) throw std::runtime_error("no mirror");
+    return **found;
+  }
+  /// Of several scenes at one time: POV-Ray mostly sleeps.
+  std::vector<MirrorSight> sights(const std::vector<std::string>& texts) {
+    std::vector<std::future<MirrorSight>> futures;
+    for (const std::string& text : texts) {
+      futures.push_back(std::async(std::launch::async, [this, text, number = futures.size()] {
+        return sight(text, fmt::format("scene{}.pov", number));
+      }));
+    }
+    std::vector<MirrorSight> result;
+    for (auto& future : futures) result.push_back(future.get());
+    return result;
+  }
+  TemporaryFolder folder_;
+};
+
+// A rim's outermost pixel centre is less than a pixel's diagonal inside it; half a pixel is put on.
+constexpr double kRadius_px = 1;
+// The circle goes through outermost pixels on opposite sides, each as far off.
+constexpr double kCentre_px = 0.75;
+
+std::filesystem::path lab() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
+
+TEST_F(MirrorFinderTest, TheLabsMirrors) {
+  for (const char* view : {"lower", "upper"}) {
+    const auto found = find(lab(), view, 640, 480);
+    ASSERT_TRUE(found && *found) << view;
+    const MirrorSight& s = **found;
+    EXPECT_NEAR(s.centre_column_px, 319.5, kCentre_px);
+    EXPECT_NEAR(s.centre_row_px, 239.5, kCentre_px);
+    EXPECT_NEAR(s.radius_px, 236, kRadius_px);
+    EXPECT_EQ(s.why_no_mask, "");
+    EXPECT_EQ(s.window.first_row, 0) << "the margin reaches beyond the rows";
+    EXPECT_EQ(s.window.last_row, 479);
+    EXPECT_NEAR(s.window.first_column, 319.5 - 236 - kRimMargin_px, 2);
+    EXPECT_NEAR(s.window.last_column, 319.5 + 236 + kRimMargin_px, 2);
+  }
+}
+
+struct Shape {
+  const char* name;
+  std::string robot;
+  std::string room;
+};
+void PrintTo(const Shape& s, std::ostream* out) { *out << s.name; }
+class Shapes : public MirrorFinderTest, public testing::WithParamInterface<Shape> {};
+
+TEST_P(Shapes, AreFoundToThePixel) {
+  const MirrorSight s = sight(scene_text(GetParam().robot, kCamera, GetParam().room));
+  EXPECT_NEAR(s.centre_column_px, 79.5, kCentre_px);
+  EXPECT_NEAR(s.centre_row_px, 59.5, kCentre_px);
+  EXPECT_NEAR(s.radius_px, kRim_px, kRadius_px);
+  EXPECT_EQ(s.why_no_mask, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Shapes,
+    testing::Values(
+        Shape{"cone_of_90_degrees", kCone, ""},
+        Shape{"cone_of_120_degrees", "cone { <0, 2.907, 0>, 0 <0, 3.6, 0>, 1.2 texture { Silver } }", ""},
+        Shape{"hyperboloid",
+              "intersection { quadric { <-1/0.49, 1/0.36, -1/0.49>, 0, 0, -1 inverse } cylinder { 0, 1.1907*y, 1.2 } "
+              "texture { Silver } translate 2.4093*y }",
+              ""},
+        Shape{"behind_a_mast",
+              std::string(kCone) + " cylinder { <0.9, -1, 0.2> <0.9, 2.9, 0.2> 0.1 pigment { rgb 1 } }", ""},
+        // The plate is wider than the mirror, whose outer part shows nothing else.
+        Shape{"under_a_plate_of_shiny_lacquer",
+              std::string(kCone) + " box { <-2, 3.7, -3> <2, 3.8, 3> pigment { rgb 0.2 } finish { reflection 0.05 } }",
+              ""},
+        Shape{"between_near_walls_in_fog", kCone,
+              "plane { x, 3.5 pigment { rgb 1 } } plane { z, -3.5 inverse pigment { rgb 1 } } fog { distance 300 color "
+              "rgb 0.5 }"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST_F(MirrorFinderTest, AMirrorThatThePictureCutsOff) {
+  // Farther left and nearer: a rim of 88.5 px about a point 30 px off the middle.
+  const MirrorSight s = sight(scene_text("object { " + std::string(kCone) + " translate -2.4 * 0.5085 * x / 1.475 }",
+                                         "direction <0, 2.2125, 0> up <0, 0, -1> right <4/3, 0, 0>"));
+  const double shift_px = 120 * 2.2125 * 2.4 * 0.5085 / 1.475 / 3.6;
+  EXPECT_NEAR(s.centre_column_px, 79.5 - shift_px, 1.5);  // fitted to the right half of the rim
+  EXPECT_NEAR(s.centre_row_px, 59.5, kCentre_px);
+  EXPECT_NEAR(s.radius_px, 1.5 * kRim_px, 1.5);
+  EXPECT_EQ(s.window.first_column, 0);
+}
+
+TEST_F(MirrorFinderTest, NoMirrorIsAnAnswer) {
+  const auto found = find(folder_.write("dull.pov", scene_text("sphere { 4*y, 1 pigment { rgb 1 } }", kCamera)),
+                          "lower", kWidth_px, kHeight_px);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_FALSE(found->has_value());
+}
+
+TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
+  const auto path = folder_.write("bad.pov", scene_text("sphere { Bogus }", kCamera));
+  const auto found = find(path, "lower", kWidth_px, kHeight_px);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(found.error().message, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error"));
+}
+
+// ---- the mask
+
+// The finder itself tries each mask out on a small picture; a wrong one ends as a reason.
+TEST_F(MirrorFinderTest, MasksForCamerasOfManyKinds) {
+  const std::vector<std::string> cameras{
+      "location 0 look_at <0, 1, 0> sky <0, 0, 1> angle 48.6",  // a comment }
+      "perspective right x*4/3 look_at y*7 angle 2*24.3 /* in any order */ up y*1 sky z",
+      "right -x*4/3 up y look_at y*7 angle 48.6 sky <1, 0, 1>",
+      "location <0, 0, -3> direction z*1.475 right <4/3, 0, 0> rotate -90*x translate <0, 3, 0>",
+      "direction 1.475*z right 4/3*x rotate <-90, 30, 0> scale 0.7 transform { rotate 20*y }",
+      "location Eye direction Ahead up <0, 0, -1> right Wide(4)",
+  };
+  std::vector<std::string> texts;
+  for (const std::string& camera : cameras) {
+    texts.push_back(scene_text(kCone, camera,
+                               "#declare Eye = <0, 0, 0>; #declare Ahead = 1.475*y; #macro Wide(N) <N/3, 0, 0> #end"));
+  }
+  const auto found = sights(texts);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    EXPECT_EQ(found[i].why_no_mask, "") << cameras[i];
+    EXPECT_NEAR(found[i].radius_px, kRim_px, 2 * kRadius_px) << cameras[i];
+  }
+}
+
+TEST_F(MirrorFinderTest, NamesThatChangeBehindTheCameraDoNotMoveTheMask) {
+  const MirrorSight s =
+      sight("#declare Far = 1.475;\n" + scene_text(kCone, "direction <0, Far, 0> up <0, 0, -1> right <4/3, 0, 0>") +
+            "#declare Far = 3;\n");
+  EXPECT_EQ(s.why_no_mask, "");
+}
+
+TEST_F(MirrorFinderTest, WhereThereIsNoMaskItSaysWhy) {
+  struct Case {
+    std::string camera, room, why;
+  };
+  const std::vector<Case> cases{
+      {"orthographic direction y up -4*z right 5*x", "", "'orthographic'"},
+      {"Eye", "#declare Eye = camera { direction 1.475*y up -z right 4/3*x }", "'Eye'"},
+      {std::string(kCamera) + " aperture 0.001 blur_samples 4 focal_point 3*y", "", "'aperture'"},
+      {std::string("#if (1) ") + kCamera + " #end", "", "a #if"},
+      {kCamera, "#version 3.1;", "#version is below 3.5"},
+      {"direction 9*y up -z right 4/3*x", "", "fills the picture"},
+  };
+  std::vector<std::string> texts;
+  for (const Case& c : cases) texts.push_back(scene_text(kCone, c.camera, c.room));
+  const auto found = sights(texts);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    EXPECT_EQ(found[i].mask, "") << cases[i].camera;
+    EXPECT_THAT(found[i].why_no_mask, HasSubstr(cases[i].why)) << cases[i].camera;
+  }
+}
+
+// What is outside the mirror costs nothing and changes nothing inside it.
+TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
+  constexpr int kLabWidth_px = 320;
+  constexpr int kLabHeight_px = 240;
+  const Scene scene = Scene::read(lab()).value();
+  ProcessRenderer renderer(Povray(find_povray("povray").value(), lab(), kLong), 4);
+  for (const char* name : {"lower", "upper"}) {
+    const auto found = find(lab(), name, kLabWidth_px, kLabHeight_px);
+    ASSERT_TRUE(found && *found);
+    const MirrorSight& s = **found;
+    const NamedBlock robot = scene.object("robot").value();
+    const NamedBlock camera = scene.camera(name).value();
+    View whole(lab(), name, kLabWidth_px, kLabHeight_px);
+    View masked = whole;
+    Mould mould = scene.mould({robot}, camera, s.mask);
+    mould.width_px = kLabWidth_px;
+    mould.height_px = kLabHeight_px;
+    mould.window = s.window;
+    masked.set(mould);
+    const auto expected = pictures(renderer, {whole}, 2);
+    const auto got = pictures(renderer, {masked}, 2);
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      ASSERT_TRUE(got[i] && expected[i]);
+      int different = 0, light = 0;
+      for (int row = 0; row < kLabHeight_px; ++row) {
+        for (int column = 0; column < kLabWidth_px; ++column) {
+          const double off = std::hypot(column - s.centre_column_px, row - s.centre_row_px) - s.radius_px;
+          for (int k = 0; k < 3; ++k) {
+            const auto at = std::size_t(3 * (row * kLabWidth_px + column) + k);
+            if (off < kRimMargin_px - 0.5 && (*got[i])->bytes[at] != (*expected[i])->bytes[at]) ++different;
+            if (off > kRimMargin_px + 0.5 && (*got[i])->bytes[at] != 0) ++light;
+          }
+        }
+      }
+      EXPECT_EQ(different, 0) << name << ", pose " << i;
+      EXPECT_EQ(light, 0) << name << ", pose " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// Held POV-Ray processes. With POV-Ray itself: a stand-in would only behave as we think it does.
+#include "drivers/sim_povray/render/pool_renderer.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sim_povray/renderer_support.h"
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+constexpr auto kLong = 60s;
+constexpr auto kShort = 1s;
+
+std::filesystem::path scene(const std::string& name) {
+  return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes" / name;
+}
+std::filesystem::path lab() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
+
+std::string program() {
+  const auto found = find_povray("povray");
+  if (!found) throw std::runtime_error(found.error().message);
+  return *found;
+}
+
+class PoolRendererTest : public testing::Test {
+ protected:
+  [[nodiscard]] PoolSettings settings(int processes) const {
+    PoolSettings s;
+    s.processes = processes;
+    s.scratch_roots = {scratch_.path()};
+    return s;
+  }
+  [[nodiscard]] bool scratch_is_empty() const { return std::filesystem::is_empty(scratch_.path()); }
+  void TearDown() override {
+    EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped";
+    EXPECT_TRUE(scratch_is_empty()) << "something was left on the disk";
+  }
+
+  /// POV-Ray processes that work for this test: their command line names the scratch folder.
+  [[nodiscard]] std::vector<pid_t> held(pid_t parent = ::getpid()) const {
+    std::vector<pid_t> result;
+    for (const pid_t child : children_of(parent)) {
+      const std::string command = read_file("/proc/" + std::to_string(child) + "/cmdline");
+      if (command.find("+KFF") != std::string::npos) result.push_back(child);
+    }
+    return result;
+  }
+
+  TemporaryFolder folder_;
+  TemporaryFolder scratch_;
+};
+
+constexpr const char* kHeld = "POV-Ray processes are held between pictures";
+
+// ---- the same pixels
+
+struct Case {
+  const char* name;
+  std::filesystem::path path;
+  const char* camera;
+  int width_px;
+  int antialias;
+  std::optional<Window> window;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class SamePixels : public PoolRendererTest, public testing::WithParamInterface<Case> {};
+
+// Three pictures by each process, so that what one leaves behind would show in the next.
+TEST_P(SamePixels, AsOneProcessPerPicture) {
+  const Case& c = GetParam();
+  View view(c.path, c.camera, c.width_px, c.width_px * 3 / 4, c.antialias);
+  Mould windowed = view.mould();
+  windowed.window = c.window;
+  view.set(windowed);
+  const Povray povray(program(), c.path, kLong);
+  PoolRenderer pool(povray, settings(1));
+  ProcessRenderer one_by_one(povray, 3);
+  const auto got = pictures(pool, {view}, 3);
+  const auto expected = pictures(one_by_one, {view}, 3);
+  ASSERT_EQ(pool.describe(), kHeld);
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    ASSERT_TRUE(got[i]) << got[i].error().message;
+    ASSERT_TRUE(expected[i]) << expected[i].error().message;
+    EXPECT_TRUE(**got[i] == **expected[i]) << "pose " << i;
+  }
+  EXPECT_FALSE(**got[0] == **got[1]) << "the pose does not reach the picture";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SamePixels,
+                         testing::Values(Case{"lab", lab(), "lower", 160, 1, {}},
+                                         Case{"antialiased", scene("tiny.pov"), "upper", 160, 3, {}},
+                                         Case{"window", scene("tiny.pov"), "lower", 160, 1, Window{20, 140, 1, 118}},
+                                         Case{"area_light_with_jitter", scene("soft_shadow.pov"), "lower", 160, 1, {}},
+                                         Case{"radiosity_and_chance", scene("bounced_light.pov"), "lower", 96, 2, {}}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_F(PoolRendererTest, OutsideTheWindowIsBlack) {
+  View view(scene("tiny.pov"), "lower", 80, 60);
+  Mould mould = view.mould();
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  const auto whole = pictures(pool, {view}, 1);
+  mould.window = Window{10, 69, 4, 50};
+  view.set(mould);
+  const auto part = pictures(pool, {view}, 1);
+  ASSERT_TRUE(whole[0] && part[0]);
+  for (int row = 0; row < 60; ++row) {
+    for (int column = 0; column < 80; ++column) {
+      const bool inside = column >= 10 && column <= 69 && row >= 4 && row <= 50;
+      const auto at = std::size_t(3 * (row * 80 + column));
+      for (std::size_t i = at; i < at + 3; ++i) {
+        ASSERT_EQ((*part[0])->bytes[i], inside ? (*whole[0])->bytes[i] : 0) << "column " << column << ", row " << row;
+      }
+    }
+  }
+}
+
+// ---- how many processes
+
+TEST_F(PoolRendererTest, NothingIsStartedBeforeTheFirstPicture) {
+  const PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
+  EXPECT_EQ(pool.describe(), kHeld);
+  EXPECT_TRUE(scratch_is_empty());
+}
+
+TEST_F(PoolRendererTest, OnePictureNowAndThenNeedsOneProcess) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(ordered(pool, view.job(i)).get());
+    std::this_thread::sleep_for(600ms);  // POV-Ray is back at the door after 0.23 s
+  }
+  EXPECT_EQ(held().size(), 1U);
+}
+
+TEST_F(PoolRendererTest, ManyPicturesGetAllProcessesAndTheViewsShareThem) {
+  const std::vector<View> views{{scene("tiny.pov"), "lower", 32, 24}, {scene("tiny.pov"), "upper", 32, 24}};
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(4));
+  for (const auto& picture : pictures(pool, views, 8)) EXPECT_TRUE(picture);
+  EXPECT_EQ(held().size(), 4U);
+}
+
+// More moulds than processes: each gets its turn.
+TEST_F(PoolRendererTest, AProcessIsGivenUpForAnotherMould) {
+  std::vector<View> views;
+  for (int i = 0; i < 3; ++i) views.emplace_back(scene("tiny.pov"), "lower", 32 + i, 24);
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  for (const auto& picture : pictures(pool, views, 2)) EXPECT_TRUE(picture) << picture.error().message;
+  EXPECT_LE(held().size(), 2U);
+}
+
+TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextPictureStartsAnother) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  PoolSettings brief = settings(2);
+  brief.idle = 100ms;
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), brief);
+  ASSERT_TRUE(ordered(pool, view.job(0)).get());
+  EXPECT_TRUE(eventually([&] { return held().empty(); }));
+  EXPECT_TRUE(ordered(pool, view.job(1)).get());
+}
+
+// ---- processes that misbehave
+
+TEST_F(PoolRendererTest, AKilledProcessCostsNoPicture) {
+  const View view(lab(), "lower", 160, 120);
+  const Povray povray(program(), lab(), kLong);
+  PoolRenderer pool(povray, settings(2));
+  std::vector<std::future<ImageResult>> futures;
+  for (int i = 0; i < 4; ++i) futures.push_back(ordered(pool, view.job(i)));
+  ASSERT_TRUE(eventually([&] { return held().size() == 2; }));
+  std::this_thread::sleep_for(300ms);  // so that they draw; where they are does not matter to what is asked below
+  for (const pid_t pid : held()) ::kill(pid, SIGKILL);
+  ProcessRenderer one_by_one(povray, 4);
+  const auto expected = pictures(one_by_one, {view}, 4);
+  for (std::size_t i = 0; i < futures.size(); ++i) {
+    const auto got = futures[i].get();
+    ASSERT_TRUE(got) << got.error().message;
+    EXPECT_TRUE(**got == **expected[i]) << "pose " << i;
+  }
+}
+
+TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotTriedForEver) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  PoolRenderer pool(
+      Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kLong),
+      settings(1));
+  const auto picture = ordered(pool, view.job(7)).get();
+  ASSERT_FALSE(picture);
+  EXPECT_EQ(picture.error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(picture.error().message, "frame 7: POV-Ray crashed (SIGSEGV)");
+  EXPECT_EQ(read_file(folder_.path() / "begun"), "x\nx\nx\n");
+}
+
+// A door that was opened by force lets POV-Ray read an old pose: here the first process counts from another frame.
+TEST_F(PoolRendererTest, AStalePoseIsNotDrawn) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  const std::string script =
+      folder_.script("povray", "if [ -e begun ]; then exec " + program() + " \"$@\"; fi; touch begun; exec " +
+                                   program() + " \"$@\" +KFI5");
+  PoolRenderer pool(Povray(script, folder_.path() / "lab.pov", kLong), settings(1));
+  ProcessRenderer one_by_one(Povray(program(), scene("tiny.pov"), kLong), 1);
+  const auto got = ordered(pool, view.job(3)).get();
+  const auto expected = ordered(one_by_one, view.job(3)).get();
+  ASSERT_TRUE(got) << got.error().message;
+  ASSERT_TRUE(std::filesystem::exists(folder_.path() / "begun"));
+  EXPECT_TRUE(**got == **expected);
+}
+
+TEST_F(PoolRendererTest, MistakesInTheSceneReadAsWithOneProcessPerPicture) {
+  const std::string tiny = read_file(scene("tiny.pov"));
+  const auto before = folder_.write("before.pov", "sphere { 0, Bogus }\n" + tiny);
+  const auto after = folder_.write("after.pov", tiny + "\nsphere { 0, Bogus }\n");
+  for (const auto& path : {before, after}) {
+    const View view(path, "lower", 32, 24);
+    const Povray povray(program(), path, kLong);
+    PoolRenderer pool(povray, settings(2));
+    ProcessRenderer one_by_one(povray, 1);
+    const auto expected = ordered(one_by_one, view.job(0)).get();
+    ASSERT_FALSE(expected);
+    for (const auto& got : pictures(pool, {view}, 3)) {
+      ASSERT_FALSE(got);
+      EXPECT_EQ(got.error().code, ErrorCode::kRefused);
+      EXPECT_EQ(got.error().message, expected.error().message);
+    }
+  }
+}
+
+TEST_F(PoolRendererTest, WhatTakesTooLongIsKilled) {
+  const std::string tiny = read_file(scene("tiny.pov"));
+  const std::string endless = "#while (true) #end\n";
+  for (const auto& path : {folder_.write("before.pov", endless + tiny), folder_.write("after.pov", tiny + endless)}) {
+    const View view(path, "lower", 32, 24);
+    PoolRenderer pool(Povray(program(), path, kShort), settings(1));
+    const auto got = ordered(pool, view.job(5)).get();
+    ASSERT_FALSE(got);
+    EXPECT_EQ(got.error().code, ErrorCode::kTimeout);
+    EXPECT_EQ(got.error().message, "frame 5: POV-Ray did not finish within 1 s and was killed");
+  }
+}
+
+// ---- the end
+
+TEST_F(PoolRendererTest, ClosingAnswersWhatIsUnderWay) {
+  const View view(lab(), "lower", 640, 480);
+  std::vector<std::future<ImageResult>> futures;
+  {
+    PoolRenderer pool(Povray(program(), lab(), kLong), settings(2));
+    for (int i = 0; i < 9; ++i) futures.push_back(ordered(pool, view.job(i)));
+    std::this_thread::sleep_for(400ms);
+  }
+  for (auto& future : futures) {
+    ASSERT_EQ(future.wait_for(0s), std::future_status::ready);
+    const auto picture = future.get();
+    if (picture) continue;  // finished in time
+    EXPECT_EQ(picture.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(picture.error().message, HasSubstr("the simulation was closed before POV-Ray had"));
+  }
+}
+
+TEST_F(PoolRendererTest, KillingTheProgramLeavesNoProcessAndNoFolder) {
+  const View view(lab(), "lower", 640, 480);
+  const pid_t program_pid = ::fork();
+  ASSERT_GE(program_pid, 0);
+  if (program_pid == 0) {
+    PoolRenderer pool(Povray(program(), lab(), kLong), settings(3));
+    for (int i = 0; i < 100; ++i) (void)ordered(pool, view.job(i));
+    std::this_thread::sleep_for(kLong);
+    ::_exit(1);
+  }
+  EXPECT_TRUE(eventually([&] { return held(program_pid).size() == 3; }));
+  const std::vector<pid_t> processes = held(program_pid);
+  EXPECT_FALSE(scratch_is_empty());
+  ::kill(program_pid, SIGKILL);
+  ::waitpid(program_pid, nullptr, 0);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually([&] {
+    return scratch_is_empty() &&
+           std::none_of(processes.begin(), processes.end(), [](pid_t p) { return is_running(p); });
+  }));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s);
+}
+
+// ---- where processes cannot be held
+
+TEST_F(PoolRendererTest, WithoutLeasesEachPictureHasItsProcess) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2), "no leases here");
+  EXPECT_TRUE(ordered(pool, view.job(0)).get());
+  EXPECT_EQ(pool.describe(), "one POV-Ray process per picture: no leases here");
+}
+
+TEST_F(PoolRendererTest, WithoutAScratchFolderEachPictureHasItsProcess) {
+  const View view(scene("tiny.pov"), "lower", 32, 24);
+  PoolSettings nowhere = settings(2);
+  nowhere.scratch_roots = {folder_.path() / "none"};
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), nowhere);
+  for (const auto& picture : pictures(pool, {view}, 3)) EXPECT_TRUE(picture);
+  EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per picture: no folder for pictures"));
+}
+
+// As a full disk: POV-Ray cannot write the picture. Nothing is lost.
+TEST_F(PoolRendererTest, WithoutRoomForAPictureEachHasItsProcess) {
+  const View view(scene("tiny.pov"), "lower", 320, 240);
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  const rlimit tight{40'000, old.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &tight), 0);
+  {
+    PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+    for (const auto& picture : pictures(pool, {view}, 3)) EXPECT_TRUE(picture) << picture.error().message;
+    EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per picture: POV-Ray cannot write to"));
+    EXPECT_TRUE(ordered(pool, view.job(3)).get());
+  }
+  ::setrlimit(RLIMIT_FSIZE, &old);
+}
+
+TEST_F(PoolRendererTest, AMouldThatMustNotBeHeldIsNot) {
+  View view(scene("tiny.pov"), "lower", 32, 24);
+  Mould mould = view.mould();
+  mould.one_shot = "the scene says frame_number";
+  view.set(mould);
+  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  EXPECT_TRUE(ordered(pool, view.job(0)).get());
+  EXPECT_TRUE(scratch_is_empty());
+  EXPECT_EQ(pool.describe(),
+            std::string(kHeld) + "; one POV-Ray process per picture where the scene says frame_number");
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray
