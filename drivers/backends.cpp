@@ -34,7 +34,7 @@ Result<std::unique_ptr<DiffDrive>> open_memory_drive(Shared& shared, const Drive
 }
 
 Result<std::unique_ptr<Camera>> open_sim_camera(Shared& shared, const char* view, const CameraPart& part) {
-  return shared.simulation->open_camera({view, part.antialias});
+  return shared.simulation->open_camera({view, part.antialias, part.effects});
 }
 
 Result<std::unique_ptr<DiffDrive>> open_sim_drive(Shared& shared, const DrivePart&) {
@@ -65,17 +65,22 @@ constexpr auto kBackends = [] {
 
 /// A part as the messages call it, and what it asks for.
 struct Wanted {
-  const char* part;
+  std::string part;
   bool is_camera;
-  const std::string& driver;
+  std::string driver;
 
   [[nodiscard]] bool suits(const Backend& backend) const { return is_camera ? backend.for_cameras : backend.for_drive; }
 };
 
-std::array<Wanted, 3> parts_of(const RobotSettings& settings) {
-  return {{{"cameras.lower", true, settings.lower.driver},
-           {"cameras.upper", true, settings.upper.driver},
-           {"drive", false, settings.drive.driver}}};
+std::string other_part(const OtherCamera& camera) { return "cameras." + camera.name; }
+
+/// lower, upper, drive, then the other cameras.
+std::vector<Wanted> parts_of(const RobotSettings& settings) {
+  std::vector<Wanted> parts{{"cameras.lower", true, settings.lower.driver},
+                            {"cameras.upper", true, settings.upper.driver},
+                            {"drive", false, settings.drive.driver}};
+  for (const OtherCamera& camera : settings.others) parts.push_back({other_part(camera), true, camera.part.driver});
+  return parts;
 }
 
 /// The drivers that could do it: "memory, sim_povray".
@@ -114,29 +119,32 @@ Result<const Row*> find_row(const Wanted& wanted) {
 bool is_simulated(const Wanted& wanted) { return wanted.driver == kSimPovray; }
 
 /// Every part's row, once all are known to go together.
-Result<std::array<const Row*, 3>> find_rows(const RobotSettings& settings) {
+Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
   const auto parts = parts_of(settings);
-  std::array<const Row*, 3> rows{};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto row = find_row(parts[i]);
+  std::vector<const Row*> rows;
+  for (const Wanted& part : parts) {
+    const auto row = find_row(part);
     if (!row) return row.error();
-    rows[i] = *row;
+    rows.push_back(*row);
   }
   const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("cameras.lower: {}, cameras.upper: {}, drive: {}: sim_povray moves all parts of a robot "
-                             "or none: a simulated camera cannot see a real drive move",
-                             parts[0].driver, parts[1].driver, parts[2].driver)};
+    std::vector<std::string> told;
+    for (const Wanted& part : parts) told.push_back(fmt::format("{}: {}", part.part, part.driver));
+    return Error{ErrorCode::kRefused, fmt::format("{}: sim_povray moves all parts of a robot or none: a simulated "
+                                                  "camera cannot see a real drive move",
+                                                  fmt::join(told, ", "))};
   }
   return rows;
 }
 
-Error in_part(const char* part, const Error& error) { return {error.code, fmt::format("{}: {}", part, error.message)}; }
+Error in_part(const std::string& part, const Error& error) {
+  return {error.code, fmt::format("{}: {}", part, error.message)};
+}
 
 /// Calls `checked` and adds what it complains about to `bad`.
 template <typename Check>
-void collect(std::string& bad, const char* part, Check checked) {
+void collect(std::string& bad, const std::string& part, Check checked) {
   try {
     checked();
   } catch (const std::invalid_argument& complaint) {
@@ -150,15 +158,19 @@ std::span<const Backend> backends() { return kBackends; }
 
 void check(const RobotSettings& settings) {
   std::string bad;
-  const auto check_camera = [&bad](const char* part, const CameraPart& camera) {
+  const auto check_camera = [&bad](const std::string& part, const CameraPart& camera) {
     collect(bad, part, [&] { twocone::check(camera.settings); });
-    // POV-Ray's +R goes up to 9.
-    if (camera.antialias < 1 || camera.antialias > 9) {
-      bad += fmt::format("\n  {}: antialias is {}, must be 1 to 9", part, camera.antialias);
-    }
+    collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
   };
   check_camera("cameras.lower", settings.lower);
   check_camera("cameras.upper", settings.upper);
+  for (const OtherCamera& camera : settings.others) {
+    check_camera(other_part(camera), camera.part);
+    if (camera.part.settings.rate_hz != settings.lower.settings.rate_hz) {
+      bad += fmt::format("\n  {}: rate_hz is {} Hz, must be that of the pair, {} Hz", other_part(camera),
+                         camera.part.settings.rate_hz, settings.lower.settings.rate_hz);
+    }
+  }
   if (settings.lower.settings.rate_hz != settings.upper.settings.rate_hz) {
     bad += fmt::format("\n  cameras: rate_hz is {} Hz for lower and {} Hz for upper, must be one rate for the pair",
                        settings.lower.settings.rate_hz, settings.upper.settings.rate_hz);
@@ -168,8 +180,13 @@ void check(const RobotSettings& settings) {
     bad += fmt::format("\n  cameras: max_skew is {} ns, must be >= 0", settings.max_skew.count());
   }
   const auto parts = parts_of(settings);
-  if (!settings.world && std::any_of(parts.begin(), parts.end(), is_simulated)) {
-    bad += "\n  world: is missing, sim_povray needs one";
+  if (std::any_of(parts.begin(), parts.end(), is_simulated)) {
+    if (!settings.world) {
+      bad += "\n  world: is missing, sim_povray needs one";
+    } else {
+      collect(bad, "world", [&] { sim_povray::check(settings.world->seat); });
+      if (settings.world->attach.empty()) collect(bad, "world", [&] { sim_povray::check(settings.world->place); });
+    }
   }
   if (!bad.empty()) throw std::invalid_argument("RobotSettings:" + bad);
 }
@@ -178,25 +195,33 @@ Result<Robot> open_robot(const RobotSettings& settings) {
   check(settings);
   const auto rows = find_rows(settings);
   if (!rows) return rows.error();
-  const auto [lower_row, upper_row, drive_row] = *rows;
 
   Shared shared;
   std::unique_ptr<GroundTruth> truth;
   if (settings.drive.driver == kSimPovray) {
-    sim_povray::WorldSettings world = *settings.world;
-    world.drive = settings.drive.limits;
-    auto simulation = sim_povray::Simulation::open(world);
+    SimulatedWorld world = *settings.world;
+    world.seat.drive = settings.drive.limits;
+    auto simulation = world.attach.empty() ? sim_povray::Simulation::open(world.place, world.seat)
+                                           : sim_povray::Simulation::attach(world.attach, world.seat);
     if (!simulation) return simulation.error();
     shared.simulation = *std::move(simulation);
     truth = shared.simulation->open_truth();
   }
-  auto lower = lower_row->open_camera(shared, "lower", settings.lower);
+  auto lower = (*rows)[0]->open_camera(shared, "lower", settings.lower);
   if (!lower) return in_part("cameras.lower", lower.error());
-  auto upper = upper_row->open_camera(shared, "upper", settings.upper);
+  auto upper = (*rows)[1]->open_camera(shared, "upper", settings.upper);
   if (!upper) return in_part("cameras.upper", upper.error());
-  auto drive = drive_row->open_drive(shared, settings.drive);
+  auto drive = (*rows)[2]->open_drive(shared, settings.drive);
   if (!drive) return in_part("drive", drive.error());
-  return Robot(StereoRig(*std::move(lower), *std::move(upper), settings.max_skew), *std::move(drive), std::move(truth));
+  std::vector<NamedCamera> others;
+  for (std::size_t i = 0; i < settings.others.size(); ++i) {
+    const OtherCamera& wanted = settings.others[i];
+    auto camera = (*rows)[3 + i]->open_camera(shared, wanted.name.c_str(), wanted.part);
+    if (!camera) return in_part(other_part(wanted), camera.error());
+    others.push_back({wanted.name, *std::move(camera), wanted.part.settings});
+  }
+  return Robot(StereoRig(*std::move(lower), *std::move(upper), settings.max_skew), *std::move(drive), std::move(truth),
+               std::move(others));
 }
 
 }  // namespace twocone::drivers

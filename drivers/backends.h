@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
@@ -32,8 +33,22 @@ std::span<const Backend> backends();
 
 struct CameraPart {
   std::string driver;
-  CameraSettings settings;  ///< what Robot::start is to ask for
-  int antialias = 1;        ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
+  CameraSettings settings;              ///< what Robot::start is to ask for
+  int antialias = 1;                    ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
+  sim_povray::CameraEffects effects{};  ///< sim_povray only
+};
+
+/// A camera beyond the pair.
+struct OtherCamera {
+  std::string name;  ///< as after `cameras:` in the robot file; for sim_povray, what the scene calls it
+  CameraPart part;
+};
+
+/// The world of a simulated robot: one inside this program, or one that another program serves.
+struct SimulatedWorld {
+  std::string attach;               ///< name of the served world; empty: `place`, inside this program
+  sim_povray::PlaceSettings place;  ///< unused when attached
+  sim_povray::SeatSettings seat;    ///< its `drive` is replaced by RobotSettings::drive.limits
 };
 
 struct DrivePart {
@@ -49,8 +64,8 @@ struct RobotSettings {
   DrivePart drive;
   /// Pairs whose exposures are farther apart are refused, >= 0. Memory and sim_povray show one instant: 0 suits them.
   std::chrono::nanoseconds max_skew{0};
-  /// The simulated world; needed by sim_povray, unused by others. Its `drive` is replaced by `drive.limits` above.
-  std::optional<sim_povray::WorldSettings> world;
+  std::vector<OtherCamera> others;      ///< at the rate of the pair
+  std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
 /// @throws std::invalid_argument naming every bad field by its part; among them a pair of cameras with two rates, and

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/scene/scene.h"
+#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -56,8 +58,8 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
       "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
       view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
   const Povray povray(*program, scene, render.timeout);
-  const auto image =
-      povray.render({"overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias}, -1);
+  const auto image = povray.render(
+      plain_picture("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
   if (!image) return image.error();
   return **image;
 }

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
@@ -17,6 +22,78 @@
 /// Belief and truth are kept apart: nothing here knows the robot file's `rig:`, and no setting below comes from it.
 namespace twocone::sim_povray {
 
+// ---- the place
+
+struct FloorPoint {
+  double x_m = 0;
+  double y_m = 0;
+  friend bool operator==(const FloorPoint&, const FloorPoint&) = default;
+};
+struct Disc {
+  FloorPoint centre;
+  double radius_m = 0;  ///< > 0
+};
+using Outline = std::vector<FloorPoint>;  ///< corners of a simple polygon, at least three
+
+/// Something that stands on the floor and stops a robot.
+struct Solid {
+  std::string name;  ///< as messages call it: "landmark red", "obstacle 3"
+  std::variant<Disc, Outline> shape{};
+};
+
+/// Inner faces of the walls, min < max.
+struct Walls {
+  double min_x_m = 0, max_x_m = 0;
+  double min_y_m = 0, max_y_m = 0;
+};
+
+/// Something that goes along a path by itself: at path_m[0] at time 0, facing along its path, at constant speed; back
+/// to the first point by a straight line if it loops, else it stands at the last. The scene shows it at path_m[0],
+/// facing along the first leg, as the object `moving.NAME`.
+struct MovingThing {
+  std::string name;                  ///< without `moving.`
+  std::vector<FloorPoint> path_m{};  ///< at least two points, no two neighbours equal
+  double speed_mps = 0;              ///< > 0
+  bool loop = false;
+  double radius_m = 0;  ///< of the disc that stops a robot, > 0
+};
+
+/// Rendering effects that the map switches off or changes, though the scene's text calls for them.
+struct SceneSwitches {
+  bool shadows = true;
+  bool area_lights = true;  ///< off: a point light at the area's centre
+  bool photons = true;
+  bool radiosity = true;
+  bool media = true;                      ///< media and fog
+  std::optional<int> reflection_depth{};  ///< POV-Ray's max_trace_level, 1 to 256, in place of the scene's
+
+  friend bool operator==(const SceneSwitches&, const SceneSwitches&) = default;
+};
+
+/// How to have pictures rendered. Defaults suit two cores.
+struct RenderSettings {
+  std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
+  int processes = 8;              ///< POV-Ray processes at one time, >= 1: more than cores, as each sleeps now and then
+  bool hold = true;               ///< keep processes between pictures; off: one process per picture
+  bool whole_picture = false;     ///< also trace what is outside the mirror
+  std::chrono::milliseconds timeout{120'000};  ///< for one picture, > 0: then the process is killed
+  /// Told, from any thread, what a person should know of the rendering: that it fell back to a slower way, and why.
+  std::function<void(const std::string&)> notice{};
+};
+
+/// A scene with all that is in it but robots.
+struct PlaceSettings {
+  std::filesystem::path scene;  ///< a POV-Ray file
+  double unit_m = 0.05;         ///< metres in one POV-Ray unit, > 0
+  std::optional<Walls> walls{};
+  std::vector<Solid> solids{};
+  std::vector<MovingThing> moving{};
+  SceneSwitches switches{};
+  RenderSettings render{};
+};
+
+// ---- a robot
+
 /// The wheels as they really are.
 struct WheelSettings {
   double separation_m = 0.30;  ///< between the wheels' contact points, > 0
@@ -26,54 +103,94 @@ struct WheelSettings {
   double slip = 0;
   double slip_correlation_s = 2.0;  ///< time constant of that process, > 0
   int encoder_counts_per_turn = 0;  ///< what read_angles() is rounded down to; 0: exact angles
+  /// Time constant of the actuators, >= 0 (0: none): a wheel's speed w follows its command u by w' = (u - w) / lag.
+  double lag_s = 0;
 };
 
-/// How to have pictures rendered. Defaults suit two cores.
-struct RenderSettings {
-  std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
-  int processes = 8;              ///< POV-Ray processes at one time, >= 1: more than cores, as each sleeps 0.6 s
-  int run_ahead_frames = 6;       ///< instants whose pictures may be unfinished before a grab waits, >= 1
-  std::chrono::milliseconds timeout{120'000};  ///< for one picture, > 0: then the process is killed
+/// Mass and friction: what makes a robot one for the physics engine.
+struct Physics {
+  double mass_kg = 5.0;  ///< > 0; the moment of inertia is that of a uniform disc of the body's radius
+  double wheel_friction =
+      0.8;                     ///< Coulomb coefficient between wheel and floor, > 0; each wheel carries half the weight
+  double body_friction = 0.3;  ///< between the body and what it touches, >= 0
 };
 
-/// One robot in one scene.
-struct WorldSettings {
-  std::filesystem::path scene;       ///< a POV-Ray file
-  double unit_m = 0.05;              ///< metres in one POV-Ray unit, > 0
-  std::string robot_name = "robot";  ///< `//*PMName` of the robot's object
-  Pose2 start;                       ///< where the scene shows the robot standing; the heading is wrapped to (-pi, pi]
+/// What of a robot the world moves.
+struct RobotBody {
+  std::string name = "robot";  ///< as messages of others call it
+  Pose2 start;                 ///< where the scene shows the robot standing; the heading is wrapped to (-pi, pi]
+  double radius_m = 0;         ///< of the disc that touches things, >= 0; 0: it touches nothing
   WheelSettings wheels;
+  std::chrono::nanoseconds command_timeout{500'000'000};  ///< dead-man time, > 0
+  std::optional<Physics> physics{};
+  std::uint64_t seed = 1;  ///< of every random process of this robot
+};
+
+/// One robot that wants a place in a world.
+struct SeatSettings {
+  /// The robot's name in the scene: claims the object `robot.NAME` with the cameras `VIEW.NAME`, or `robot` with `VIEW`
+  /// where the scene has no such object.
+  std::string name;
+  RobotBody body;  ///< its name is replaced by the claimed object's
   DriveLimits drive;
-  RenderSettings render;
-  std::uint64_t seed = 1;  ///< of every random process of the world
+  int run_ahead_frames = 6;  ///< instants whose pictures may be unfinished before a grab waits, >= 1
+};
+
+/// What a simulated camera does beyond the ideal. Zero or empty: not there, and not paid for.
+struct CameraEffects {
+  double gain = 1;                  ///< exposure and gain: factor on linear light, > 0
+  double full_well_electrons = 0;   ///< shot noise: electrons of a full-scale pixel, >= 0
+  double read_noise_electrons = 0;  ///< standard deviation, >= 0; needs full_well_electrons
+  double vignetting = 0;            ///< share of light lost in the corners, 0 to 1; grows as the radius squared
+  double defocus_px = 0;            ///< radius of the circle of confusion, >= 0
+  double exposure_s = 0;            ///< shutter time, >= 0: motion blur
+  double readout_s = 0;             ///< from the first row's exposure to the last row's, >= 0: rolling shutter
+  int exposures = 8;                ///< pictures that one with motion blur or rolling shutter is made of, 2 to 64
+  /// k1 k2 p1 p2 [k3] of OpenCV's lens model about the picture's centre, with focal length distortion_focal_px; empty:
+  /// none.
+  std::vector<double> distortion{};
+  double distortion_focal_px = 0;  ///< > 0 where there is a distortion
+  double drop_probability = 0;     ///< of a frame's being lost, 0 to < 1
+  double late_probability = 0;     ///< of a frame's coming one period late, 0 to < 1
+
+  friend bool operator==(const CameraEffects&, const CameraEffects&) = default;
 };
 
 /// What a camera of the scene is asked for beyond CameraSettings.
 struct ViewSettings {
-  std::string camera_name;  ///< `//*PMName` of the camera: lower, upper
+  std::string camera_name;  ///< `lower`, `upper`: its `//*PMName`, without the robot's name
   /// 1 to 9 rays per pixel side, on a regular grid, wherever a pixel differs from its neighbours by more than 0.03
   /// (POV-Ray's +AM1 +A0.03 +R); 1: one ray through the pixel's centre, no anti-aliasing. Costs at 640 x 480: 1: 0.3 s,
   /// 3: 1 s.
   int antialias = 1;
+  CameraEffects effects{};
 };
 
-/// One world, stepped in lock-step by the cameras that look at it: a grab hands out the world's present instant if that
-/// camera has not had it yet, and otherwise advances the world by one frame period first. So two cameras that are
-/// grabbed in turn see one instant. The drive and the truth never advance it. One thread at a time.
+// ---- the simulation
+
+/// One robot in one world, stepped in lock-step by the cameras that look at it: a grab hands out the world's present
+/// instant if that camera has not had it yet, and otherwise advances the world by one frame period first. So two
+/// cameras that are grabbed in turn see one instant. The drive and the truth never advance it. One thread at a time.
 ///
 /// Instant 0, at time 0, is the start; a frame's sequence number is its instant's. Camera::grab fails with kTimeout,
 /// and nothing moves, when `run_ahead_frames` instants are still unfinished at its deadline. What opens from a
 /// simulation may outlive it; when the last such object goes, pictures still on their way end as kDisconnected.
 class Simulation {
  public:
-  /// Reads and checks the scene and looks for POV-Ray. The scene file is not read again (files that it includes are,
-  /// for every picture). What only POV-Ray finds wrong in it comes with the first picture: `FILE:LINE: POV-Ray: ...`
+  /// A world inside this program. Reads and checks the scene and looks for POV-Ray. The scene file is not read again
+  /// (files that it includes are, for every picture). What only POV-Ray finds wrong in it comes with the first picture:
+  /// `FILE:LINE: POV-Ray: ...`
   ///
   /// Errors: kNotFound (no such scene), kUnavailable (no POV-Ray), kRefused (the scene: file, line, column, what was
-  /// looked for).
+  /// looked for; or the start touches something).
   ///
-  /// @throws std::invalid_argument naming every bad field of `settings`
-  static Result<std::unique_ptr<Simulation>> open(const WorldSettings& settings);
+  /// @throws std::invalid_argument naming every bad field
+  static Result<std::unique_ptr<Simulation>> open(const PlaceSettings& place, const SeatSettings& seat);
+
+  /// A place in a world that `serve_world` runs under `name`, on this machine and of this user.
+  /// Errors: kNotFound (nobody serves it), kRefused (another version, another user, the robot is taken), kTimeout,
+  /// kDisconnected. @throws std::invalid_argument as above
+  static Result<std::unique_ptr<Simulation>> attach(const std::string& name, const SeatSettings& seat);
 
   virtual ~Simulation() = default;
 
@@ -88,6 +205,12 @@ class Simulation {
   virtual std::unique_ptr<DiffDrive> open_drive() = 0;
   virtual std::unique_ptr<GroundTruth> open_truth() = 0;
 };
+
+/// @throws std::invalid_argument naming every bad field
+void check(const PlaceSettings& settings);
+void check(const SeatSettings& settings);
+void check(const ViewSettings& settings);
+void check(const RenderSettings& settings);
 
 /// A picture of the whole scene from straight above, for reports: an orthographic view of a world rectangle, world x to
 /// the right and y up, from `height_m` above the floor; what is higher is not seen.

@@ -3,19 +3,12 @@
 
 #include <memory>
 
-#include "drivers/sim_povray/render/renderer.h"
-#include "drivers/sim_povray/scene/scene.h"
+#include "drivers/sim_povray/seat.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 
-/// @throws std::invalid_argument naming every bad field
-void check(const WorldSettings& settings);
-void check(const RenderSettings& settings);
-
-/// A simulation whose pictures come from `renderer`: Simulation::open without its looking for POV-Ray.
-/// Errors: kRefused. @throws std::invalid_argument as check() does.
-Result<std::unique_ptr<Simulation>> make_simulation(const WorldSettings& settings, Scene scene,
-                                                    std::unique_ptr<Renderer> renderer);
+/// Cameras, drive and truth of a seat that was taken with `settings`: the same whether its world is here or elsewhere.
+std::unique_ptr<Simulation> make_simulation(std::unique_ptr<Seat> seat, const SeatSettings& settings);
 
 }  // namespace twocone::sim_povray

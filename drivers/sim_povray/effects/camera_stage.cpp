@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/effects/camera_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/effects/lens.h"
+#include "drivers/sim_povray/effects/light.h"
+#include "drivers/sim_povray/effects/noise.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+int exposure_count(const CameraEffects& effects) { return takes_time(effects) ? effects.exposures : 1; }
+
+bool has_distortion(const CameraEffects& effects) {
+  return std::any_of(effects.distortion.begin(), effects.distortion.end(), [](double k) { return k != 0; });
+}
+
+/// Exposure i of n is (i + 1/2) / n of the way from the first row's opening to the last row's closing.
+double exposure_time_s(const CameraEffects& effects, int i) {
+  return (effects.readout_s + effects.exposure_s) * (i + 0.5) / effects.exposures;
+}
+
+/// For each row, the exposures while its shutter is open; where there is none, the one nearest to the middle of that
+/// time. Times count from the opening of the first row's shutter.
+std::vector<std::vector<int>> exposures_of_rows(const CameraEffects& effects, int height_px) {
+  std::vector<std::vector<int>> rows(static_cast<std::size_t>(height_px));
+  const int count = exposure_count(effects);
+  for (int row = 0; row < height_px; ++row) {
+    std::vector<int>& open = rows[std::size_t(row)];
+    if (count == 1) {
+      open = {0};
+      continue;
+    }
+    const double opens_s = effects.readout_s * (height_px > 1 ? row / (height_px - 1.0) : 0.5);
+    const double closes_s = opens_s + effects.exposure_s;
+    int nearest = 0;
+    double least_s = INFINITY;
+    for (int i = 0; i < count; ++i) {
+      const double time_s = exposure_time_s(effects, i);
+      if (time_s >= opens_s && time_s <= closes_s) open.push_back(i);
+      const double apart_s = std::abs(time_s - (opens_s + closes_s) / 2);
+      if (apart_s < least_s) {
+        least_s = apart_s;
+        nearest = i;
+      }
+    }
+    if (open.empty()) open = {nearest};
+  }
+  return rows;
+}
+
+void check(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& exposures) {
+  if (exposures.size() != std::size_t(exposure_count(effects))) {
+    throw std::invalid_argument(
+        fmt::format("there are {} exposures, must be {}", exposures.size(), exposure_count(effects)));
+  }
+  for (const auto& picture : exposures) {
+    const Image& first = *exposures.front();
+    const bool is_whole = picture->width_px > 0 && picture->height_px > 0 && picture->format == PixelFormat::kRgb8 &&
+                          picture->bytes.size() == std::size_t(picture->width_px) * std::size_t(picture->height_px) * 3;
+    if (!is_whole || picture->width_px != first.width_px || picture->height_px != first.height_px) {
+      throw std::invalid_argument(fmt::format(
+          "an exposure of {} x {} px, {}, {} bytes, must be whole, Rgb8 and {} x {} px", picture->width_px,
+          picture->height_px, to_string(picture->format), picture->bytes.size(), first.width_px, first.height_px));
+    }
+  }
+}
+
+/// Every random number of a picture follows from these.
+struct Draws {
+  std::uint64_t seed;
+  std::string_view camera;
+  std::uint64_t tick;
+
+  [[nodiscard]] std::mt19937_64 engine(CameraPurpose purpose) const {
+    return camera_engine(seed, purpose, camera, tick);
+  }
+  [[nodiscard]] bool happens(double probability, CameraPurpose purpose) const {
+    if (probability <= 0) return false;
+    std::mt19937_64 random = engine(purpose);
+    return uniform(random) < probability;
+  }
+};
+
+/// The stages behind the shutter. @param all also those that are at their neutral values
+Image run_stages(const CameraEffects& effects, Light light, const Draws& draws, bool all) {
+  if (all || has_distortion(effects)) light = distorted(light, effects.distortion, effects.distortion_focal_px);
+  if (all || effects.defocus_px > 0) light = defocused(light, effects.defocus_px);
+  if (all || effects.vignetting > 0) vignette(light, effects.vignetting);
+  if (all || effects.gain != 1) {
+    const auto gain = static_cast<float>(effects.gain);
+    for (float& value : light.values) value *= gain;
+  }
+  if (all || effects.full_well_electrons > 0) {
+    add_shot_noise(light, effects.full_well_electrons, Normal(draws.engine(CameraPurpose::kShotNoise)));
+  }
+  if (all || effects.read_noise_electrons > 0) {
+    const double sigma =
+        effects.read_noise_electrons > 0 ? effects.read_noise_electrons / effects.full_well_electrons : 0;
+    add_read_noise(light, sigma, Normal(draws.engine(CameraPurpose::kReadNoise)));
+  }
+  return to_image(light);
+}
+
+}  // namespace
+
+bool takes_time(const CameraEffects& effects) { return effects.exposure_s > 0 || effects.readout_s > 0; }
+
+bool changes_pixels(const CameraEffects& effects) {
+  return takes_time(effects) || has_distortion(effects) || effects.defocus_px > 0 || effects.vignetting > 0 ||
+         effects.gain != 1 || effects.full_well_electrons > 0 || effects.read_noise_electrons > 0;
+}
+
+std::vector<std::chrono::nanoseconds> exposures_before(const CameraEffects& effects) {
+  if (!takes_time(effects)) return {std::chrono::nanoseconds(0)};
+  std::vector<std::chrono::nanoseconds> before;
+  for (int i = 0; i < effects.exposures; ++i) {
+    before.push_back(to_nanoseconds(effects.readout_s + effects.exposure_s - exposure_time_s(effects, i)));
+  }
+  return before;
+}
+
+std::chrono::nanoseconds capture_before(const CameraEffects& effects) {
+  return to_nanoseconds((effects.readout_s + effects.exposure_s) / 2);
+}
+
+Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& exposures,
+              std::uint64_t seed, std::string_view camera, std::uint64_t tick) {
+  check(effects, exposures);
+  if (!changes_pixels(effects)) return *exposures.front();
+  std::vector<const Image*> pictures;
+  for (const auto& picture : exposures) pictures.push_back(picture.get());
+  Light light = mean_light(pictures, exposures_of_rows(effects, pictures.front()->height_px));
+  return run_stages(effects, std::move(light), {seed, camera, tick}, false);
+}
+
+Image pass_through(const Image& picture) {
+  CameraEffects neutral;
+  neutral.distortion = {0, 0, 0, 0, 0};
+  neutral.distortion_focal_px = picture.width_px;
+  const std::vector<std::vector<int>> each_row_of_both(static_cast<std::size_t>(picture.height_px), {0, 1});
+  return run_stages(neutral, mean_light({&picture, &picture}, each_row_of_both), {0, "", 0}, true);
+}
+
+bool drops(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t tick) {
+  return Draws{seed, camera, tick}.happens(effects.drop_probability, CameraPurpose::kDrop);
+}
+
+bool is_late(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t tick) {
+  return Draws{seed, camera, tick}.happens(effects.late_probability, CameraPurpose::kLate);
+}
+
+}  // namespace twocone::sim_povray

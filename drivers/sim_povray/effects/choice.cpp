@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/effects/choice.h"
+
+#include <initializer_list>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace twocone::sim_povray {
+namespace {
+
+/// The first place that calls for any of `features`; else what is not known, which may call for it; else empty.
+std::string reason(const SceneCalls& calls, std::initializer_list<Feature> features) {
+  for (const Feature feature : features) {
+    if (const Call* call = calls.find(feature)) return fmt::format("{}: {}", call->place(), call->word);
+  }
+  return calls.unread.empty() ? std::string() : calls.unread.front();
+}
+
+}  // namespace
+
+Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches) {
+  RenderChoice choice;
+  choice.calls = find_calls(scene);
+  if (switches == SceneSwitches{}) {
+    choice.text = scene.text();
+  } else {
+    auto text = switched(scene, choice.calls, switches);
+    if (!text) return text.error();
+    choice.text = std::move(*text);
+    const auto changed = Scene::parse(choice.text, scene.path());
+    if (!changed) return changed.error();
+    choice.calls = find_calls(*changed);
+  }
+
+  choice.why_quality =
+      reason(choice.calls, {Feature::kMedia, Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface});
+  choice.quality = choice.why_quality.empty() ? kPlainQuality : kFullQuality;
+  choice.why_whole =
+      reason(choice.calls, {Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface, Feature::kRandom});
+  // Photons carry something over from one picture of a process to the next (measured; pool_renderer.h).
+  choice.one_shot = reason(choice.calls, {Feature::kFrameNumber, Feature::kPhotons});
+  return choice;
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <functional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/scene/scene.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+/// POV-Ray's own max_trace_level.
+constexpr int kUsualReflectionDepth = 5;
+
+class Table {
+ public:
+  Table(const PlaceSettings& place, const SeatSettings& seat, const std::vector<ViewSettings>& views,
+        const KeyPlaces& places, const SceneCalls& written, const RenderChoice& choice)
+      : place_(place), seat_(seat), views_(views), places_(places), written_(written), choice_(choice) {}
+
+  std::vector<EffectRow> run() {
+    rendering();
+    camera();
+    motion();
+    return std::move(rows_);
+  }
+
+ private:
+  // ---- rendering
+
+  void rendering() {
+    called(Feature::kReflection, "reflection depth", "reflection", "map effects.reflection_depth",
+           "a ray per mirroring");
+    if (rows_.back().on) {
+      const bool changed = place_.switches.reflection_depth.has_value();
+      const int depth =
+          place_.switches.reflection_depth.value_or(written_.max_trace_level.value_or(kUsualReflectionDepth));
+      rows_.back().reason +=
+          fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
+    }
+    called(Feature::kShadows, "shadows", "light_source` with shadows", "map effects.shadows", "a ray per light",
+           "map.effects.shadows");
+    called(Feature::kTransparency, "refraction, transparency", "transmit`, `filter` or `ior", "the scene",
+           "a ray per surface");
+    called(Feature::kAreaLights, "area lights", "area_light", "map effects.area_lights", "many rays per light",
+           "map.effects.area_lights");
+    called(Feature::kMedia, "media", "media` or `fog", "map effects.media", "samples on each ray", "map.effects.media");
+    called(Feature::kPhotons, "photons", "photons", "map effects.photons", "photons per picture",
+           "map.effects.photons");
+    called(Feature::kRadiosity, "radiosity", "radiosity", "map effects.radiosity", "light is gathered",
+           "map.effects.radiosity");
+    called(Feature::kSubsurface, "subsurface light", "subsurface", "the scene", "many rays per point");
+
+    EffectRow row{"rendering", "anti-aliasing", false, "", "robot cameras", "n x n rays at edges"};
+    std::vector<std::string> names;
+    for (const ViewSettings& view : views_) {
+      if (view.antialias <= 1) continue;
+      if (names.empty()) row.reason = at(fmt::format("cameras.{}.antialias", view.camera_name));
+      names.push_back(fmt::format("{} {} x {}", view.camera_name, view.antialias, view.antialias));
+    }
+    row.on = !names.empty();
+    row.reason =
+        row.on ? fmt::format("{}: {}", row.reason, fmt::join(names, ", ")) : "no camera has `antialias` above 1";
+    rows_.push_back(std::move(row));
+  }
+
+  void called(Feature feature, std::string effect, std::string_view words, std::string how, std::string cost,
+              const std::string& key = {}) {
+    EffectRow row{"rendering", std::move(effect), false, "", std::move(how), std::move(cost)};
+    const Call* call = choice_.calls.find(feature);
+    const Call* written = written_.find(feature);
+    if (call != nullptr) {
+      row.on = true;
+      row.reason = fmt::format("{}: {}", call->place(), call->word);
+    } else if (written != nullptr) {
+      row.reason = fmt::format("{}: switched off; {}: {}", at(key), written->place(), written->word);
+    } else if (!choice_.calls.unread.empty()) {
+      // What is not known may be there, and is rendered then.
+      row.on = true;
+      row.reason = choice_.calls.unread.front();
+    } else {
+      row.reason = fmt::format("no `{}` in {}", words, place_.scene.string());
+    }
+    rows_.push_back(std::move(row));
+  }
+
+  // ---- camera
+
+  using Calls = std::function<bool(const CameraEffects&)>;
+
+  void camera() {
+    of_cameras(
+        "shot noise", "full_well_electrons", [](const auto& e) { return e.full_well_electrons > 0; }, "random numbers");
+    of_cameras(
+        "read noise", "read_noise_electrons", [](const auto& e) { return e.read_noise_electrons > 0; },
+        "random numbers");
+    of_cameras(
+        "exposure and gain", "gain", [](const auto& e) { return e.gain != 1; }, "a product per value");
+    of_cameras(
+        "vignetting", "vignetting", [](const auto& e) { return e.vignetting > 0; }, "a product per value");
+    of_cameras(
+        "defocus", "defocus_px", [](const auto& e) { return e.defocus_px > 0; }, "a filter");
+    const auto pictures = [this] {
+      int most = 0;
+      for (const ViewSettings& view : views_) {
+        if (view.effects.exposure_s > 0 || view.effects.readout_s > 0) most = std::max(most, view.effects.exposures);
+      }
+      return most == 0 ? std::string("n pictures for one") : fmt::format("{} pictures for one", most);
+    }();
+    of_cameras(
+        "motion blur", "exposure_s", [](const auto& e) { return e.exposure_s > 0; }, pictures);
+    of_cameras(
+        "rolling shutter", "readout_s", [](const auto& e) { return e.readout_s > 0; }, pictures);
+    of_cameras(
+        "lens distortion", "distortion", [](const auto& e) { return !e.distortion.empty(); }, "a look-up per pixel");
+    of_cameras(
+        "dropped frames", "drop_probability", [](const auto& e) { return e.drop_probability > 0; }, "none");
+    of_cameras(
+        "late frames", "late_probability", [](const auto& e) { return e.late_probability > 0; }, "none");
+  }
+
+  void of_cameras(std::string effect, const std::string& key, const Calls& calls, std::string cost) {
+    EffectRow row{"camera", std::move(effect), false, "", "robot effects.camera", std::move(cost)};
+    std::vector<std::string> names;
+    for (const ViewSettings& view : views_) {
+      if (!calls(view.effects)) continue;
+      if (names.empty()) {
+        const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
+        row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
+      }
+      names.push_back(view.camera_name);
+    }
+    row.on = !names.empty();
+    row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
+                        : fmt::format("no `{}` in effects.camera", key);
+    rows_.push_back(std::move(row));
+  }
+
+  // ---- motion
+
+  void motion() {
+    const WheelSettings& wheels = seat_.body.wheels;
+    of_robot("wheel slip", "effects.slip", wheels.slip > 0, fmt::format("{} of the way", wheels.slip));
+    of_robot("encoder counts", "effects.encoder_counts_per_turn", wheels.encoder_counts_per_turn > 0,
+             fmt::format("{} a turn", wheels.encoder_counts_per_turn));
+    of_robot("actuator lag", "effects.motor_lag_s", wheels.lag_s > 0, fmt::format("{} s", wheels.lag_s));
+
+    EffectRow physics{
+        "motion",        "mass and friction", seat_.body.physics.has_value(), "no `mass_kg` or friction in effects",
+        "robot effects", "an engine's steps"};
+    if (physics.on) {
+      std::string key = "effects.mass_kg";
+      for (const char* other : {"effects.wheel_friction", "effects.body_friction"}) {
+        if (!places_.contains(key)) key = other;
+      }
+      physics.reason = fmt::format("{}: {} kg", at(key), seat_.body.physics->mass_kg);
+    }
+    rows_.push_back(std::move(physics));
+
+    const bool surrounded = place_.walls || !place_.solids.empty() || !place_.moving.empty();
+    EffectRow contact{
+        "motion", "contact", seat_.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
+    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), seat_.body.radius_m)
+                     : surrounded ? "no `body.radius_m` in the robot file"
+                                  : "no walls, obstacles or moving things in the map";
+    rows_.push_back(std::move(contact));
+
+    EffectRow moving{"motion", "moving things", !place_.moving.empty(), "no `moving` in the map", "map moving", "none"};
+    if (moving.on) {
+      std::vector<std::string> names;
+      for (const MovingThing& thing : place_.moving) names.push_back(thing.name);
+      moving.reason = fmt::format("{}: {}", at("map.moving"), fmt::join(names, ", "));
+    }
+    rows_.push_back(std::move(moving));
+  }
+
+  void of_robot(std::string effect, const std::string& key, bool on, const std::string& value) {
+    const std::string word = key.substr(key.rfind('.') + 1);
+    rows_.push_back({"motion", std::move(effect), on,
+                     on ? fmt::format("{}: {}", at(key), value) : fmt::format("no `{}` above 0 in effects", word),
+                     "robot effects", "none"});
+  }
+
+  /// Where a key stands; the key itself where that is not known.
+  [[nodiscard]] std::string at(const std::string& key) const {
+    const auto found = places_.find(key);
+    return found == places_.end() ? key : found->second;
+  }
+
+  const PlaceSettings& place_;
+  const SeatSettings& seat_;
+  const std::vector<ViewSettings>& views_;
+  const KeyPlaces& places_;
+  const SceneCalls& written_;
+  const RenderChoice& choice_;
+  std::vector<EffectRow> rows_;
+};
+
+}  // namespace
+
+Result<std::vector<EffectRow>> effect_table(const PlaceSettings& place, const SeatSettings& seat,
+                                            const std::vector<ViewSettings>& views, const KeyPlaces& places) {
+  const auto scene = Scene::read(place.scene);
+  if (!scene) return scene.error();
+  const auto choice = choose_rendering(*scene, place.switches);
+  if (!choice) return choice.error();
+  return Table(place, seat, views, places, find_calls(*scene), *choice).run();
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/effects/scene_calls.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/effects/token_tree.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = Token::Kind;
+
+/// As POV-Ray has it; and what no scene reaches, so that files that include each other come to an end.
+constexpr int kDeepestInclude = 32;
+constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
+
+/// Words that call for a feature wherever they stand.
+const std::unordered_map<std::string_view, Feature> kWords{
+    {"rgbf", Feature::kTransparency},
+    {"rgbt", Feature::kTransparency},
+    {"rgbft", Feature::kTransparency},
+    {"srgbf", Feature::kTransparency},
+    {"srgbt", Feature::kTransparency},
+    {"srgbft", Feature::kTransparency},
+    {"ior", Feature::kTransparency},
+    {"area_light", Feature::kAreaLights},
+    {"media", Feature::kMedia},
+    {"fog", Feature::kMedia},
+    {"photons", Feature::kPhotons},
+    {"jitter", Feature::kRandom},
+    {"crand", Feature::kRandom},
+    {"subsurface", Feature::kSubsurface},
+    {"frame_number", Feature::kFrameNumber},
+    {"clock_on", Feature::kFrameNumber},
+    {"initial_frame", Feature::kFrameNumber},
+    {"final_frame", Feature::kFrameNumber},
+    {"clock_delta", Feature::kFrameNumber},
+    {"initial_clock", Feature::kFrameNumber},
+    {"final_clock", Feature::kFrameNumber},
+    {"clock", Feature::kFrameNumber},
+};
+
+bool is_zero_reflection(const TokenTree& tree, std::size_t i) {
+  if (!tree.is(i, '{')) return is_zero(tree, i);
+  return is_zero(tree, i + 1) && tree.is(i + 2, '}');
+}
+
+std::optional<Feature> feature_of(const TokenTree& tree, std::size_t i) {
+  const std::string_view word = tree.tokens[i].text;
+  if (word == "reflection" || word == "refraction") {
+    // `photons { reflection on }` is about photons.
+    if (tree.around[i] != kNowhere && tree.keyword(tree.around[i]) == "photons") return std::nullopt;
+    if (word == "refraction") return Feature::kTransparency;
+    return is_zero_reflection(tree, i + 1) ? std::nullopt : std::optional(Feature::kReflection);
+  }
+  if (word == "filter" || word == "transmit") {
+    return is_zero(tree, i + 1) ? std::nullopt : std::optional(Feature::kTransparency);
+  }
+  if (word == "radiosity") {
+    // In an object it only says how much the object counts.
+    return tree.is(i + 1, '{') && tree.is(i + 2, "importance") ? std::nullopt : std::optional(Feature::kRadiosity);
+  }
+  const auto found = kWords.find(word);
+  return found == kWords.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// A file and which of its lights are marked to cast no shadows.
+struct File {
+  std::string path;
+  std::string text;
+  TokenTree tree;
+  std::vector<bool> shadowless;  // by the index of a light's brace
+};
+
+class Scanner {
+ public:
+  explicit Scanner(const IncludeReader& read) : read_(read) {}
+
+  SceneCalls run(std::string_view text, const std::string& path) {
+    walk(open(path, std::string(text)), kRoot, 0);
+    SceneCalls calls;
+    const std::vector<bool> live = live_names();
+    for (Found& found : found_) {
+      if (live[found.owner]) calls.all.push_back(std::move(found.call));
+    }
+    std::set<std::string> told;
+    calls.endless = endless_;
+    for (const auto& [owner, why] : unread_) {
+      if (live[owner] && told.insert(why).second) calls.unread.push_back(why);
+    }
+    calls.max_trace_level = max_trace_level_;
+    return calls;
+  }
+
+ private:
+  /// A name as a number. What stands in no declaration belongs to kRoot, the empty name.
+  using Name = std::size_t;
+  static constexpr Name kRoot = 0;
+
+  struct Found {
+    Name owner;
+    Call call;
+  };
+  struct Included {
+    const File* file = nullptr;
+    std::string why_not;
+  };
+  struct Owner {
+    Name name;
+    std::size_t end;
+    bool value;  // of a declaration, not a macro's body
+  };
+
+  Name number(std::string_view name) { return names_.try_emplace(name, names_.size()).first->second; }
+
+  const File& open(std::string path, std::string text) {
+    File& file = *files_.emplace_back(std::make_unique<File>());
+    file.path = std::move(path);
+    file.text = std::move(text);
+    try {
+      file.tree = take_apart(file.text);
+    } catch (const SceneError& error) {
+      unread_.emplace_back(kRoot, fmt::format("{}:{}: {}", file.path, error.place.line, error.message));
+      file.tree = take_apart(std::string_view(file.text).substr(0, error.place.offset));
+    }
+    everything_lives_ = everything_lives_ || file.tree.leaks;
+    for (const std::string_view macro : file.tree.leaky_macros) leaky_.insert(number(macro));
+    file.shadowless.resize(file.tree.tokens.size());
+    for (std::size_t i = 0; i < file.tree.tokens.size(); ++i) {
+      const std::size_t around = file.tree.around[i];
+      if (around != kNowhere && file.tree.is(i, "shadowless")) file.shadowless[around] = true;
+    }
+    return file;
+  }
+
+  void walk(const File& file, Name base, int depth) {
+    const TokenTree& tree = file.tree;
+    std::vector<Owner> owners{{base, kNowhere, false}};
+    for (std::size_t i = 0; i < tree.tokens.size(); ++i) {
+      while (i >= owners.back().end) owners.pop_back();
+      const Token& token = tree.tokens[i];
+      if (token.kind == Kind::kDirective) {
+        if (token.text == "include") {
+          include(file, i, owners.back().name, depth);
+        } else if (token.text == "declare" || token.text == "local" || token.text == "macro") {
+          const Declaration found = declaration(tree, i);
+          if (found.name == kNowhere) continue;
+          owners.push_back(
+              {number(tree.tokens[found.name].text), std::min(found.end, owners.back().end), token.text != "macro"});
+          declared_.insert(owners.back().name);
+          i = found.name;
+        }
+      } else if (token.kind == Kind::kWord) {
+        if (leaky_.contains(number(token.text))) {
+          // It may close the value's braces: where the value ends is not known then.
+          while (owners.back().value) owners.pop_back();
+          if (owners.size() > 1) leaky_.insert(owners.back().name);
+          if (owners.size() == 1 && base != kRoot) everything_lives_ = true;
+        }
+        word(file, i, owners.back().name, depth);
+      }
+    }
+  }
+
+  void word(const File& file, std::size_t i, Name owner, int depth) {
+    const TokenTree& tree = file.tree;
+    const Token& token = tree.tokens[i];
+    uses_.emplace_back(owner, number(token.text));
+    if (token.text == "max_trace_level" && i + 1 < tree.tokens.size() && tree.tokens[i + 1].kind == Kind::kNumber &&
+        after_expression(tree, i + 1) == i + 2) {
+      int level = 0;
+      const std::string_view digits = tree.tokens[i + 1].text;
+      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), level);
+      if (error == std::errc() && end == digits.data() + digits.size()) max_trace_level_ = level;
+    }
+    std::optional<Feature> feature = feature_of(tree, i);
+    if (token.text == "light_source" && !(tree.is(i + 1, '{') && file.shadowless[i + 1])) feature = Feature::kShadows;
+    if (!feature) return;
+    found_.push_back({owner, {*feature, file.path, token.place.line, std::string(token.text), depth > 0}});
+  }
+
+  void include(const File& file, std::size_t directive, Name owner, int depth) {
+    const TokenTree& tree = file.tree;
+    const std::size_t i = directive + 1;
+    const auto unread = [&](const std::string& why) {
+      unread_.emplace_back(owner, fmt::format("{}:{}: {}", file.path, tree.tokens[directive].place.line, why));
+    };
+    if (i >= tree.tokens.size() || tree.tokens[i].kind != Kind::kString || tree.is(i + 1, '+')) {
+      return unread("an #include whose name has to be evaluated");
+    }
+    const std::string name(tree.tokens[i].text.substr(1, tree.tokens[i].text.size() - 2));
+    const auto [known, fresh] = included_.try_emplace(name);
+    // Once for each that what is in it may belong to.
+    if (!walked_.emplace(&known->second, owner).second) return;
+    Included& included = known->second;
+    if (fresh) {
+      auto content = read_(name);
+      if (content && content->is_folder) {
+        included.why_not = fmt::format("include \"{}\" is a folder, not a file", name);
+        endless_ = fmt::format("{}:{}: {}", file.path, tree.tokens[directive].place.line, included.why_not);
+      } else if (!content) {
+        included.why_not = fmt::format("\"{}\" cannot be read", name);
+      } else if (bytes_ + content->text.size() > kMostIncludedBytes) {
+        included.why_not = fmt::format("\"{}\" is not read: more than {} bytes are included", name, kMostIncludedBytes);
+      } else {
+        bytes_ += content->text.size();
+        included.file = &open(std::move(content->path), std::move(content->text));
+      }
+    }
+    if (included.file == nullptr) return unread(included.why_not);
+    if (depth >= kDeepestInclude) return unread(fmt::format("\"{}\" is not read: too many files deep", name));
+    work_ += included.file->text.size();
+    if (work_ > kMostIncludedBytes) {
+      return unread(fmt::format("\"{}\" is not read: more than {} bytes are included", name, kMostIncludedBytes));
+    }
+    walk(*included.file, owner, depth + 1);
+  }
+
+  /// Which names live text names, directly or by way of what it names.
+  std::vector<bool> live_names() {
+    std::vector<bool> live(names_.size(), everything_lives_);
+    if (everything_lives_) return live;
+    std::sort(uses_.begin(), uses_.end());
+    live[kRoot] = true;
+    std::vector<Name> next{kRoot};
+    while (!next.empty()) {
+      const Name owner = next.back();
+      next.pop_back();
+      for (auto use = std::lower_bound(uses_.begin(), uses_.end(), std::pair(owner, Name{0}));
+           use != uses_.end() && use->first == owner; ++use) {
+        if (live[use->second] || !declared_.contains(use->second)) continue;
+        live[use->second] = true;
+        next.push_back(use->second);
+      }
+    }
+    return live;
+  }
+
+  const IncludeReader& read_;
+  std::vector<std::unique_ptr<File>> files_;
+  std::map<std::string, Included> included_;           // by the name in #include
+  std::set<std::pair<const Included*, Name>> walked_;  // with whom what is in it belongs to
+  std::unordered_map<std::string_view, Name> names_{{std::string_view(), kRoot}};
+  std::set<Name> declared_;
+  std::set<Name> leaky_;  // macros that may close what their caller has opened, or the other way round
+  std::vector<std::pair<Name, Name>> uses_;  // who names whom
+  std::vector<Found> found_;
+  std::vector<std::pair<Name, std::string>> unread_;
+  std::string endless_;
+  std::optional<int> max_trace_level_;
+  std::size_t bytes_ = 0;
+  std::size_t work_ = 0;
+  bool everything_lives_ = false;
+};
+
+/// Where POV-Ray looks for includes beside the scene's folder, as its system-wide settings say.
+std::vector<fs::path> library_folders() {
+  std::vector<fs::path> folders;
+  for (const char* ini : {"/etc/povray/3.7/povray.ini", "/usr/local/etc/povray/3.7/povray.ini"}) {
+    std::ifstream file(ini);
+    if (!file) continue;
+    for (std::string line; std::getline(file, line);) {
+      constexpr std::string_view kKey = "Library_Path";
+      const auto value = line.find('=');
+      if (!line.starts_with(kKey) || value == std::string::npos) continue;
+      std::string folder = line.substr(value + 1);
+      std::erase_if(folder, [](char c) { return c == '"' || c == '\r'; });
+      folder.erase(0, folder.find_first_not_of(" \t"));
+      folder.erase(folder.find_last_not_of(" \t") + 1);
+      if (!folder.empty()) folders.emplace_back(folder);
+    }
+    break;
+  }
+  for (const char* usual : {"/usr/share/povray-3.7/include", "/usr/local/share/povray-3.7/include"}) {
+    folders.emplace_back(usual);
+  }
+  return folders;
+}
+
+std::optional<IncludedFile> read_from(const std::vector<fs::path>& folders, const std::string& name) {
+  for (const fs::path& folder : folders) {
+    // POV-Ray adds the ending where there is none.
+    for (const char* ending : {"", ".inc", ".INC"}) {
+      const fs::path path = folder / (name + ending);
+      std::error_code error;
+      if (fs::is_directory(path, error)) return IncludedFile{path.string(), {}, true};
+      if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > kMostIncludedBytes) continue;
+      std::ifstream file(path, std::ios::binary);
+      std::string text{std::istreambuf_iterator<char>(file), {}};
+      if (file) return IncludedFile{path.string(), std::move(text), false};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string Call::place() const { return fmt::format("{}:{}", file, line); }
+
+const Call* SceneCalls::find(Feature feature) const {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Call& call) { return call.feature == feature; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+SceneCalls find_calls(const Scene& scene) {
+  std::vector<fs::path> folders = library_folders();
+  folders.insert(folders.begin(), fs::path(scene.path()).parent_path());
+  return find_calls(scene.text(), scene.path(),
+                    [&folders](const std::string& name) { return read_from(folders, name); });
+}
+
+SceneCalls find_calls(std::string_view text, const std::string& path, const IncludeReader& read) {
+  return Scanner(read).run(text, path);
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/reflected_truth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/scene/scene.h"
+#include "drivers/sim_povray/world/moving_path.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+constexpr int kMaxSide_px = 16384;
+constexpr double kShell_m = 1e-4;
+/// How bright a shell glows at most: a mirror that adds a highlight of its own does not come to the end of the scale.
+constexpr double kGlow = 0.8;
+/// A weaker reflection has too few levels left to tell a position.
+constexpr double kLeastReflection = 0.01;
+constexpr double kDeepest = 65535;
+
+using Point = std::array<double, 3>;
+
+/// A box round all shells, so that no gradient comes to its end, where it begins anew.
+struct Extent {
+  Point least{};
+  Point size{};
+};
+
+Extent extent_of(const std::vector<TrueLandmark>& landmarks) {
+  constexpr double kMargin_m = 0.01;
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Point least{kFar, kFar, 0};
+  Point greatest{-kFar, -kFar, 0};
+  for (const TrueLandmark& landmark : landmarks) {
+    least[0] = std::min(least[0], landmark.x_m - landmark.radius_m);
+    least[1] = std::min(least[1], landmark.y_m - landmark.radius_m);
+    greatest[0] = std::max(greatest[0], landmark.x_m + landmark.radius_m);
+    greatest[1] = std::max(greatest[1], landmark.y_m + landmark.radius_m);
+    greatest[2] = std::max(greatest[2], landmark.top_m);
+  }
+  Extent extent;
+  for (std::size_t i = 0; i < 3; ++i) {
+    extent.least[i] = least[i] - kMargin_m;
+    extent.size[i] = greatest[i] - least[i] + 2 * kMargin_m;
+  }
+  return extent;
+}
+
+void check(const PlaceSettings& place, const TruthView& view, const std::vector<TrueLandmark>& landmarks) {
+  std::string bad;
+  const auto side = [&bad](const char* name, int value) {
+    if (value < 1 || value > kMaxSide_px) bad += fmt::format(" {} is {}, must be 1 to {};", name, value, kMaxSide_px);
+  };
+  side("width_px", view.width_px);
+  side("height_px", view.height_px);
+  for (const TrueLandmark& landmark : landmarks) {
+    const auto positive = [&](const char* name, double value) {
+      if (!(value > 0) || !std::isfinite(value)) {
+        bad += fmt::format(" {} of landmark {} is {} m, must be > 0 and finite;", name, landmark.name, value);
+      }
+    };
+    positive("radius_m", landmark.radius_m);
+    positive("top_m", landmark.top_m);
+    if (!std::isfinite(landmark.x_m) || !std::isfinite(landmark.y_m)) {
+      bad += fmt::format(" landmark {} is at ({}, {}) m, must be finite;", landmark.name, landmark.x_m, landmark.y_m);
+    }
+  }
+  if (!(place.unit_m > 0) || !std::isfinite(place.unit_m)) {
+    bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", place.unit_m);
+  }
+  if (!bad.empty()) throw std::invalid_argument("reflected_truth:" + bad);
+}
+
+/// A pigment whose red, green and blue grow from 0 to 1 over the extent's x, y and z. World x, y, z is POV-Ray's x, z,
+/// y.
+std::string position_pigment(const Extent& extent, double unit_m) {
+  constexpr std::array<const char*, 3> kAxis{"x", "z", "y"};
+  constexpr std::array<const char*, 3> kFull{"<3,0,0>", "<0,3,0>", "<0,0,3>"};  // an average of three divides by three
+  std::string pigment = "pigment { average pigment_map {";
+  for (std::size_t i = 0; i < 3; ++i) {
+    pigment += fmt::format(" [1 gradient {0} color_map {{ [0 rgb 0] [1 rgb {1}] }} scale {2} translate {3}*{0}]",
+                           kAxis[i], kFull[i], extent.size[i] / unit_m, extent.least[i] / unit_m);
+  }
+  return pigment + " } }";
+}
+
+/// The shells with a pigment. Linear light, whatever the scene assumes of its colours.
+std::string shells(const std::vector<TrueLandmark>& landmarks, double unit_m, const std::string& pigment) {
+  std::string text = "global_settings { assumed_gamma 1.0 }\n";
+  for (const TrueLandmark& landmark : landmarks) {
+    const double x = landmark.x_m / unit_m;
+    const double y = landmark.y_m / unit_m;
+    text += fmt::format(
+        "cylinder {{ <{},0,{}>, <{},{},{}>, {} no_image no_shadow texture {{ {} finish {{ ambient 0 diffuse 0 emission "
+        "{} specular 0 phong 0 crand 0 reflection 0 }} }} }}\n",
+        x, y, x, (landmark.top_m + kShell_m) / unit_m, y, (landmark.radius_m + kShell_m) / unit_m, pigment, kGlow);
+  }
+  return text;
+}
+
+/// How far the point is from the landmark's axis and beyond its side.
+double outside_m(const TrueLandmark& landmark, const Point& point) {
+  return std::hypot(point[0] - landmark.x_m, point[1] - landmark.y_m) - landmark.radius_m;
+}
+
+std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even, const DeepImage& none,
+                                const Extent& extent, const std::vector<TrueLandmark>& landmarks, const Pose2& robot) {
+  std::vector<TruePixel> pixels;
+  for (int row = 0; row < even.height_px; ++row) {
+    for (int column = 0; column < even.width_px; ++column) {
+      const std::size_t at = (std::size_t(row) * std::size_t(even.width_px) + std::size_t(column)) * 3;
+      Point point{};
+      bool shown = true;
+      for (std::size_t i = 0; i < 3 && shown; ++i) {
+        const double full = double(even.levels[at + i]) - double(none.levels[at + i]);
+        shown = full >= kLeastReflection * kGlow * kDeepest;
+        if (shown) {
+          const double part = (double(position.levels[at + i]) - double(none.levels[at + i])) / full;
+          point[i] = extent.least[i] + part * extent.size[i];
+        }
+      }
+      if (!shown) continue;
+      const auto nearest = std::min_element(
+          landmarks.begin(), landmarks.end(),
+          [&](const TrueLandmark& a, const TrueLandmark& b) { return outside_m(a, point) < outside_m(b, point); });
+      pixels.push_back({column, row, std::size_t(nearest - landmarks.begin()),
+                        std::hypot(point[0] - robot.x_m, point[1] - robot.y_m), point[2]});
+    }
+  }
+  return pixels;
+}
+
+}  // namespace
+
+Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const Stance& robot, const TruthView& view,
+                                               const std::vector<TrueLandmark>& landmarks,
+                                               const std::vector<Stance>& others) {
+  check(place, view, landmarks);
+  check(place.render);
+  if (landmarks.empty()) return std::vector<TruePixel>{};
+  const auto scene = Scene::read(place.scene);
+  if (!scene) return scene.error();
+  std::vector<Moved> moved;
+  std::vector<Stance> all = others;
+  all.push_back(robot);
+  for (const Stance& stance : all) {
+    auto block = scene->object(stance.object);
+    if (!block) return block.error();
+    moved.push_back({std::move(*block), motion_between(stance.start, stance.now)});
+  }
+  const auto camera = scene->camera(view.camera);
+  if (!camera) return camera.error();
+  const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
+  const auto program = find_povray(place.render.povray);
+  if (!program) return program.error();
+
+  const Povray povray(*program, place.scene, place.render.timeout);
+  const Extent extent = extent_of(landmarks);
+  const std::array<std::string, 3> pigments{position_pigment(extent, place.unit_m), "pigment { rgb 1 }",
+                                            "pigment { rgb 0 }"};
+  std::array<Result<DeepImage>, 3> pictures{DeepImage{}, DeepImage{}, DeepImage{}};
+  {
+    std::vector<std::jthread> makers;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      makers.emplace_back([&, i] {
+        pictures[i] =
+            povray.render_deep(fmt::format("truth of view {}", view.camera),
+                               seen + shells(landmarks, place.unit_m, pigments[i]), view.width_px, view.height_px);
+      });
+    }
+  }
+  const auto& [position, even, none] = pictures;
+  for (const auto* picture : {&position, &even, &none}) {
+    if (!*picture) return picture->error();
+  }
+  return read_off(*position, *even, *none, extent, landmarks, robot.now);
+}
+
+Result<std::string> claimed_object(const PlaceSettings& place, const std::string& robot_name) {
+  const auto scene = Scene::read(place.scene);
+  if (!scene) return scene.error();
+  auto robot = scene->robot(robot_name);
+  if (!robot) return robot.error();
+  return robot->name;
+}
+
+std::vector<Stance> moving_stances(const PlaceSettings& place, std::chrono::nanoseconds time) {
+  std::vector<Stance> stances;
+  for (const MovingThing& thing : place.moving) {
+    const MovingPath path(thing);
+    stances.push_back({"moving." + thing.name, path.pose(0), path.pose(std::chrono::duration<double>(time).count())});
+  }
+  return stances;
+}
+
+}  // namespace twocone::sim_povray
