@@ -13,8 +13,6 @@
 namespace twocone::files {
 namespace {
 
-using Harmless = Section::Harmless;
-
 constexpr Quantity kColour{"colour, linear rgb", kNoUnit, {.least = 0, .greatest = 1}};
 
 /// The bounds, if both sides are good.
@@ -104,6 +102,60 @@ void read_obstacles(Section& map, std::vector<Obstacle>& obstacles) {
   }
 }
 
+bool lies_within(const Point& point, const Bounds& bounds) {
+  return point.x_m >= bounds.min_x_m && point.x_m <= bounds.max_x_m && point.y_m >= bounds.min_y_m &&
+         point.y_m <= bounds.max_y_m;
+}
+
+/// What is wrong with a path, empty if nothing is.
+std::string fault_of(const Moving& moving, const std::optional<Bounds>& bounds) {
+  const std::vector<Point>& path = moving.path;
+  if (path.size() < 2) return "at least 2 points";
+  if (std::adjacent_find(path.begin(), path.end()) != path.end()) return "a path on which no point follows itself";
+  if (moving.loop && path.front() == path.back()) return "a path whose last point is not its first: loop leads back";
+  const auto is_out = [&](const Point& point) { return bounds && !lies_within(point, *bounds); };
+  if (std::any_of(path.begin(), path.end(), is_out)) return "within bounds_m";
+  return "";
+}
+
+void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<Moving>& things) {
+  for (Section* section : map.sections("moving", "what moves by itself, a list", Need::kOptional)) {
+    Moving moving;
+    if (section->text("name", "its name: the scene calls it moving.NAME", moving.name)) {
+      const auto is_namesake = [&](const Moving& other) { return other.name == moving.name; };
+      if (!is_name(moving.name, "_")) {
+        section->complain("name", kNoUnit, "letters, digits and _");
+      } else if (std::any_of(things.begin(), things.end(), is_namesake)) {
+        section->complain("name", kNoUnit, "unlike every other moving thing's");
+      }
+    }
+    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path);
+    section->number("speed_mps", {"its speed", kMetresPerSecond, kAboveZero}, moving.speed_mps);
+    section->flag("loop", "whether it goes round", moving.loop, Need::kOptional);
+    section->number("radius_m", {"radius of the disc that stops a robot", kMetres, kAboveZero}, moving.radius_m);
+    if (has_path) {
+      const std::string rule = fault_of(moving, bounds);
+      if (!rule.empty()) section->complain("path_m", kMetres, rule);
+    }
+    things.push_back(std::move(moving));
+  }
+}
+
+void read_effects(Section& map, SceneEffects& effects) {
+  Section* section = map.section("effects", "which of the scene's effects are rendered", Need::kOptional);
+  if (section == nullptr) return;
+  section->flag("shadows", "", effects.shadows, Need::kOptional);
+  section->flag("area_lights", "", effects.area_lights, Need::kOptional);
+  section->flag("photons", "", effects.photons, Need::kOptional);
+  section->flag("radiosity", "", effects.radiosity, Need::kOptional);
+  section->flag("media", "", effects.media, Need::kOptional);
+  int depth = 0;
+  const Quantity reflection_depth{"reflections of reflections", kNoUnit, {.least = 1, .greatest = 256}};
+  if (section->whole("reflection_depth", reflection_depth, depth, Need::kOptional) && depth > 0) {
+    effects.reflection_depth = depth;
+  }
+}
+
 }  // namespace
 
 Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
@@ -120,8 +172,8 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   map.bounds = bounds.value_or(Bounds{});
   read_landmarks(root, bounds, map.landmarks);
   read_obstacles(root, map.obstacles);
-  root.unsupported("moving", Harmless::kEmpty, "moving things are not in this version");
-  root.unsupported("effects", Harmless::kEmpty, "effects of a map are not in this version");
+  read_moving(root, bounds, map.moving);
+  read_effects(root, map.effects);
   reading.finish();
   return map;
 }

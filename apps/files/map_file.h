@@ -49,6 +49,29 @@ struct Bounds {
   friend bool operator==(const Bounds&, const Bounds&) = default;
 };
 
+/// Something that goes along a path by itself, at constant speed; in simulation, the scene's object `moving.NAME`.
+struct Moving {
+  std::string name;         ///< letters, digits, _; unlike the others'
+  std::vector<Point> path;  ///< at least two points inside the bounds, no two neighbours equal
+  double speed_mps = 0;     ///< > 0
+  bool loop = false;        ///< from the last point straight to the first; else it stands at the last
+  double radius_m = 0;      ///< > 0
+
+  friend bool operator==(const Moving&, const Moving&) = default;
+};
+
+/// What of the scene's rendering is switched off (`effects:`), though its text calls for it.
+struct SceneEffects {
+  bool shadows = true;
+  bool area_lights = true;
+  bool photons = true;
+  bool radiosity = true;
+  bool media = true;
+  std::optional<int> reflection_depth{};  ///< 1 to 256, in place of the scene's max_trace_level
+
+  friend bool operator==(const SceneEffects&, const SceneEffects&) = default;
+};
+
 /// What a robot may know of a place (scenes/lab.map.yaml). Ground truth is not in it.
 struct Map {
   std::filesystem::path file;                  ///< as it was asked for
@@ -57,6 +80,8 @@ struct Map {
   Bounds bounds;                               ///< the walls
   std::vector<Landmark> landmarks;
   std::vector<Obstacle> obstacles;  ///< besides landmarks and walls
+  std::vector<Moving> moving;       ///< simulation only
+  SceneEffects effects;             ///< simulation only
 
   friend bool operator==(const Map&, const Map&) = default;
 };

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/files/camera_effects.h"
 #include "apps/files/text_file.h"
 #include "apps/files/yaml_reader.h"
 
@@ -20,9 +21,11 @@ constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words 
 constexpr Range kApexRange{.least = 0, .greatest = std::numbers::pi, .without_ends = true, .words = "> 0 and < pi"};
 /// Bounds that keep a time inside the nanoseconds it is counted in.
 constexpr Range kTimeoutRange{.least = 0.001, .greatest = 60};
+constexpr Range kLagRange{.least = 0, .greatest = 60};
 constexpr Range kSkewRange{.least = 0, .greatest = 60};
 constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
 constexpr Range kPictureSide{.least = 1, .greatest = 16384};
+constexpr std::string_view kSimulator = "sim_povray";
 
 void read_start(Section& root, std::optional<Start>& start) {
   Section* section = root.section("start", "pose at t = 0", Need::kOptional);
@@ -47,33 +50,58 @@ void read_drive(Section& root, Drive& drive) {
                   drive.command_timeout_s, Need::kOptional);
 }
 
-/// Whether the rate is good.
-bool read_camera(Section* section, CameraEntry& camera) {
-  if (section == nullptr) return false;
-  const bool has_driver = section->text("driver", "what takes the pictures", camera.driver);
+/// A camera that is being read: its `effects` wait for those that all cameras have in common.
+struct CameraPart {
+  Section* section = nullptr;  ///< none, or none that can be read
+  CameraEntry* camera = nullptr;
+  bool has_driver = false;
+  bool has_rate = false;
+
+  /// Complains about a key that only the simulator knows.
+  void refuse_if_real(std::string_view key) const {
+    if (section->has(key) && has_driver && camera->driver != kSimulator) {
+      section->complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", camera->driver));
+    }
+  }
+};
+
+CameraPart read_camera(Section* section, CameraEntry& camera) {
+  CameraPart part{section, &camera};
+  if (section == nullptr) return part;
+  part.has_driver = section->text("driver", "what takes the pictures", camera.driver);
   section->whole("width_px", {"width of the picture", kPixels, kPictureSide}, camera.width_px);
   section->whole("height_px", {"height of the picture", kPixels, kPictureSide}, camera.height_px);
-  const bool good_rate = section->number("rate_hz", {"pictures a second", kHertz, kRateRange}, camera.rate_hz);
+  part.has_rate = section->number("rate_hz", {"pictures a second", kHertz, kRateRange}, camera.rate_hz);
   const Quantity antialias{"rays per pixel side", kNoUnit, {.least = 1, .greatest = 9}};
-  if (section->whole("antialias", antialias, camera.antialias, Need::kOptional) && section->has("antialias") &&
-      has_driver && camera.driver != "sim_povray") {
-    section->complain("antialias", kNoUnit, fmt::format("absent: driver {} has no such setting", camera.driver));
-  }
-  return good_rate;
+  if (section->whole("antialias", antialias, camera.antialias, Need::kOptional)) part.refuse_if_real("antialias");
+  return part;
 }
 
-void read_cameras(Section& root, Robot& robot) {
+std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
+  std::vector<CameraPart> parts;
   Section* cameras = root.section("cameras", "the two cameras, lower and upper");
-  if (cameras == nullptr) return;
-  const bool good_lower = read_camera(cameras->section("lower", "camera of the lower mirror"), robot.lower);
-  Section* upper = cameras->section("upper", "camera of the upper mirror");
-  const bool good_upper = read_camera(upper, robot.upper);
-  if (good_lower && good_upper && robot.lower.rate_hz != robot.upper.rate_hz) {
-    upper->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
+  if (cameras == nullptr) return parts;
+  parts.push_back(read_camera(cameras->section("lower", "camera of the lower mirror"), robot.lower));
+  parts.push_back(read_camera(cameras->section("upper", "camera of the upper mirror"), robot.upper));
+  const std::vector<std::string> names = cameras->keys();
+  robot.others.reserve(names.size());  // the parts point into it
+  for (const std::string& name : names) {
+    if (name == "lower" || name == "upper") continue;
+    NamedCameraEntry& other = robot.others.emplace_back();
+    other.name = name;
+    parts.push_back(read_camera(cameras->section(name, "a further camera"), other.camera));
+    if (!is_name(name, "_")) cameras->complain(name, kNoUnit, "named with letters, digits and _");
+  }
+  const CameraPart& lower = parts.front();
+  for (const CameraPart& part : parts) {
+    if (lower.has_rate && part.has_rate && part.camera->rate_hz != robot.lower.rate_hz) {
+      part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
+    }
   }
   const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
                                      robot.max_skew_s, Need::kOptional);
-  if (good_lower && good_skew && !root.has("max_skew_s")) robot.max_skew_s = 0.25 / robot.lower.rate_hz;
+  if (lower.has_rate && good_skew && !root.has("max_skew_s")) robot.max_skew_s = 0.25 / robot.lower.rate_hz;
+  return parts;
 }
 
 bool read_mirror(Section& where, RigView& view) {
@@ -205,13 +233,41 @@ void read_rig(Section& root, Rig& rig) {
   }
 }
 
-void read_effects(Section& root, Effects& effects) {
+/// A camera's own effects over the common ones, key by key. A real camera has none. Returns the camera's own section.
+Section* read_own_effects(const CameraPart& part, Section* common_section, const sim_povray::CameraEffects& common,
+                          bool good_common) {
+  Section* own = part.section->section("effects", "what this camera does beyond the ideal", Need::kOptional);
+  part.refuse_if_real("effects");
+  if (part.camera->driver != kSimulator) {
+    sim_povray::CameraEffects ignored;
+    if (own != nullptr) read_camera_effects(*own, ignored);
+    return own;
+  }
+  part.camera->effects = common;
+  const bool good = own == nullptr || read_camera_effects(*own, part.camera->effects);
+  const std::optional<double> rate_hz = part.has_rate ? std::optional(part.camera->rate_hz) : std::nullopt;
+  if (good && good_common) check_camera_effects(part.camera->effects, own, common_section, rate_hz);
+  return own;
+}
+
+/// The section of what all cameras do beyond the ideal, if there is one.
+Section* read_effects(Section& root, Effects& effects) {
   Section* section = root.section("effects", "what the simulated body does beyond the ideal", Need::kOptional);
-  if (section == nullptr) return;
+  if (section == nullptr) return nullptr;
   section->number("slip", {"standard deviation of a wheel's relative slip", kNoUnit, kZeroOrMore}, effects.slip,
                   Need::kOptional);
   section->whole("encoder_counts_per_turn", {"encoder counts in one turn of a wheel", kNoUnit, kZeroOrMore},
                  effects.encoder_counts_per_turn, Need::kOptional);
+  section->number("motor_lag_s", {"time constant of a wheel's speed", kSeconds, kLagRange}, effects.motor_lag_s,
+                  Need::kOptional);
+  const auto read = [&](std::string_view key, const Quantity& quantity, std::optional<double>& value) {
+    double number = 0;
+    if (section->has(key) && section->number(key, quantity, number)) value = number;
+  };
+  read("mass_kg", {"mass of the robot", kKilograms, kAboveZero}, effects.mass_kg);
+  read("wheel_friction", {"friction between wheel and floor", kNoUnit, kAboveZero}, effects.wheel_friction);
+  read("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, effects.body_friction);
+  return section->section("camera", "what the cameras do beyond the ideal", Need::kOptional);
 }
 
 }  // namespace
@@ -224,7 +280,10 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   root.text("name", "the robot's name", robot.name);
   std::string map;
   if (root.text("map", "the map of the place it is in", map)) robot.map = resolve(map, file);
-  root.unsupported("attach", Harmless::kNothing, "served worlds are not in this version");
+  root.text("attach", "the served world to take a place in", robot.attach, Need::kOptional);
+  if (!robot.attach.empty() && !is_name(robot.attach, "-_")) {
+    root.complain("attach", kNoUnit, "letters, digits, - and _");
+  }
   read_start(root, robot.start);
   root.whole("latency_frames", {"age of the fix that corrects the odometry", kNoUnit, kZeroOrMore},
              robot.latency_frames, Need::kOptional);
@@ -232,9 +291,21 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
     body->number("radius_m", {"radius of the body, seen from above", kMetres, kAboveZero}, robot.body_radius_m);
   }
   read_drive(root, robot.drive);
-  read_cameras(root, robot);
+  const std::vector<CameraPart> cameras = read_cameras(root, robot);
   read_rig(root, robot.rig);
-  read_effects(root, robot.effects);
+  Section* common_effects = read_effects(root, robot.effects);
+  sim_povray::CameraEffects common;
+  bool good_common = true;
+  std::vector<Section*> camera_effects;
+  if (common_effects != nullptr) {
+    good_common = read_camera_effects(*common_effects, common);
+    camera_effects.push_back(common_effects);
+  }
+  for (const CameraPart& part : cameras) {
+    Section* own = part.section != nullptr ? read_own_effects(part, common_effects, common, good_common) : nullptr;
+    if (own != nullptr) camera_effects.push_back(own);
+  }
+  check_unneeded_keys(camera_effects);
   root.points("waypoints_m", "places to drive to in turn", robot.waypoints, Need::kOptional);
   reading.finish();
   return robot;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/files/map_file.h"
+#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::files {
 
@@ -28,8 +29,18 @@ struct CameraEntry {
   int height_px = 0;   ///< 1 to 16384
   double rate_hz = 0;  ///< 0.01 to 1000, one rate for a pair
   int antialias = 1;   ///< sim_povray only: rays per pixel side, 1 to 9; 1: none
+  /// sim_povray only: those of `effects.camera`, where the camera's own `effects` does not say otherwise.
+  sim_povray::CameraEffects effects{};
 
   friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
+};
+
+/// A camera beyond the pair.
+struct NamedCameraEntry {
+  std::string name;  ///< letters, digits, _
+  CameraEntry camera;
+
+  friend bool operator==(const NamedCameraEntry&, const NamedCameraEntry&) = default;
 };
 
 /// One mirror with its camera, as the robot believes them to be (`rig:`, common keys and those of `lower:` or
@@ -66,6 +77,11 @@ struct Start {
 struct Effects {
   double slip = 0;                  ///< standard deviation of each wheel's relative slip, >= 0
   int encoder_counts_per_turn = 0;  ///< 0: exact angles
+  double motor_lag_s = 0;           ///< time constant of the wheels' speed, 0 to 60; 0: none
+  /// Any of the three calls for physics; the others are then sim_povray::Physics's.
+  std::optional<double> mass_kg{};         ///< > 0
+  std::optional<double> wheel_friction{};  ///< > 0
+  std::optional<double> body_friction{};   ///< >= 0
 
   friend bool operator==(const Effects&, const Effects&) = default;
 };
@@ -75,11 +91,13 @@ struct Robot {
   std::filesystem::path file;  ///< as it was asked for
   std::string name;
   std::filesystem::path map;   ///< resolved against the file's folder
+  std::string attach;          ///< name of the served world; empty: a world inside the program
   std::optional<Start> start;  ///< simulation only
   int latency_frames = 4;      ///< >= 0
   double body_radius_m = 0;    ///< > 0
   Drive drive;
   CameraEntry lower, upper;
+  std::vector<NamedCameraEntry> others;  ///< further cameras in the file's order, of the pair's rate
   Rig rig;
   Effects effects;
   std::vector<Point> waypoints;  ///< for `--behaviour waypoints`, driven as a loop

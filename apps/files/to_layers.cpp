@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/files/to_layers.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -20,7 +21,9 @@ std::chrono::nanoseconds to_nanoseconds(double seconds) {
 }
 
 bool is_simulated(const Robot& robot) {
-  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator;
+  const auto is_other_simulated = [](const NamedCameraEntry& other) { return other.camera.driver == kSimulator; };
+  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator ||
+         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
 }
 
 /// Lines about a place of the robot file that lies outside the map.
@@ -45,10 +48,13 @@ void check_together(const Robot& robot, const Map& map) {
       bad += fmt::format("\n{}: start is missing: where the scene shows the robot standing; driver {} needs it",
                          robot.file.string(), kSimulator);
     }
-    if (!map.scene) {
+    if (!map.scene && robot.attach.empty()) {
       bad += fmt::format("\n{}: scene is missing: the POV-Ray file; driver {} of {} needs it", map.file.string(),
                          kSimulator, robot.file.string());
     }
+  } else if (!robot.attach.empty()) {
+    bad += fmt::format("\n{}: attach is '{}', must be absent: no part has driver {}", robot.file.string(), robot.attach,
+                       kSimulator);
   }
   if (!bad.empty()) throw FileError(bad.substr(1));
 }
@@ -56,7 +62,83 @@ void check_together(const Robot& robot, const Map& map) {
 drivers::CameraPart to_part(const CameraEntry& camera) {
   return {.driver = camera.driver,
           .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
-          .antialias = camera.antialias};
+          .antialias = camera.antialias,
+          .effects = camera.effects};
+}
+
+sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y_m}; }
+
+std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
+  std::vector<sim_povray::FloorPoint> floor;
+  for (const Point& point : points) floor.push_back(to_floor(point));
+  return floor;
+}
+
+/// Of a map with a scene.
+sim_povray::PlaceSettings place_of(const Map& map) {
+  sim_povray::PlaceSettings place;
+  place.scene = *map.scene;
+  place.unit_m = map.unit_m;
+  place.walls = {.min_x_m = map.bounds.min_x_m,
+                 .max_x_m = map.bounds.max_x_m,
+                 .min_y_m = map.bounds.min_y_m,
+                 .max_y_m = map.bounds.max_y_m};
+  for (const Landmark& landmark : map.landmarks) {
+    place.solids.push_back(
+        {fmt::format("landmark {}", landmark.name), sim_povray::Disc{{landmark.x_m, landmark.y_m}, landmark.radius_m}});
+  }
+  for (std::size_t i = 0; i < map.obstacles.size(); ++i) {
+    sim_povray::Solid& solid = place.solids.emplace_back();
+    solid.name = fmt::format("obstacle {}", i + 1);
+    if (const auto* circle = std::get_if<Circle>(&map.obstacles[i])) {
+      solid.shape = sim_povray::Disc{to_floor(circle->centre), circle->radius_m};
+    } else {
+      solid.shape = to_floor(std::get<Polygon>(map.obstacles[i]));
+    }
+  }
+  for (const Moving& moving : map.moving) {
+    place.moving.push_back({.name = moving.name,
+                            .path_m = to_floor(moving.path),
+                            .speed_mps = moving.speed_mps,
+                            .loop = moving.loop,
+                            .radius_m = moving.radius_m});
+  }
+  place.switches = {.shadows = map.effects.shadows,
+                    .area_lights = map.effects.area_lights,
+                    .photons = map.effects.photons,
+                    .radiosity = map.effects.radiosity,
+                    .media = map.effects.media,
+                    .reflection_depth = map.effects.reflection_depth};
+  return place;
+}
+
+std::optional<sim_povray::Physics> physics_of(const Effects& effects) {
+  if (!effects.mass_kg && !effects.wheel_friction && !effects.body_friction) return std::nullopt;
+  sim_povray::Physics physics;
+  physics.mass_kg = effects.mass_kg.value_or(physics.mass_kg);
+  physics.wheel_friction = effects.wheel_friction.value_or(physics.wheel_friction);
+  physics.body_friction = effects.body_friction.value_or(physics.body_friction);
+  return physics;
+}
+
+sim_povray::SeatSettings seat_of(const Robot& robot, const DriveLimits& limits, std::uint64_t seed) {
+  const localisation::Pose start = to_start_pose(robot);
+  sim_povray::SeatSettings seat;
+  seat.name = robot.name;
+  seat.body.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
+  seat.body.radius_m = robot.body_radius_m;
+  seat.body.wheels.separation_m = robot.drive.wheel_separation_m;
+  seat.body.wheels.radius_m = robot.drive.wheel_radius_m;
+  seat.body.wheels.slip = robot.effects.slip;
+  seat.body.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
+  seat.body.wheels.lag_s = robot.effects.motor_lag_s;
+  seat.body.command_timeout = limits.command_timeout;
+  seat.body.physics = physics_of(robot.effects);
+  seat.body.seed = seed;
+  seat.drive = limits;
+  // The run looks at the frame of latency_frames ago: with one more being stepped, no step waits for a picture.
+  seat.run_ahead_frames = robot.latency_frames + 2;
+  return seat;
 }
 
 vision::MirrorView to_view(const RigView& view, double lens_height_m) {
@@ -82,20 +164,12 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
   settings.drive.limits = {.max_speed_radps = robot.drive.max_speed_mps / robot.drive.wheel_radius_m,
                            .command_timeout = to_nanoseconds(robot.drive.command_timeout_s)};
   settings.max_skew = to_nanoseconds(robot.max_skew_s);
+  for (const NamedCameraEntry& other : robot.others) settings.others.push_back({other.name, to_part(other.camera)});
   if (is_simulated(robot)) {
-    const localisation::Pose start = to_start_pose(robot);
-    sim_povray::WorldSettings& world = settings.world.emplace();
-    world.scene = *map.scene;
-    world.unit_m = map.unit_m;
-    world.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
-    world.wheels.separation_m = robot.drive.wheel_separation_m;
-    world.wheels.radius_m = robot.drive.wheel_radius_m;
-    world.wheels.slip = robot.effects.slip;
-    world.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
-    world.drive = settings.drive.limits;
-    world.seed = seed;
-    // The run looks at the frame of latency_frames ago: with one more being stepped, no step waits for a picture.
-    world.render.run_ahead_frames = robot.latency_frames + 2;
+    drivers::SimulatedWorld& world = settings.world.emplace();
+    world.attach = robot.attach;
+    if (robot.attach.empty()) world.place = place_of(map);
+    world.seat = seat_of(robot, settings.drive.limits, seed);
   }
   try {
     drivers::check(settings);
@@ -103,6 +177,26 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
     throw FileError(fmt::format("{}: {}", robot.file.string(), error.what()));
   }
   return settings;
+}
+
+sim_povray::PlaceSettings to_place(const Map& map) {
+  if (!map.scene) throw FileError(fmt::format("{}: scene is missing: the POV-Ray file", map.file.string()));
+  sim_povray::PlaceSettings place = place_of(map);
+  try {
+    sim_povray::check(place);
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}", map.file.string(), error.what()));
+  }
+  return place;
+}
+
+std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& settings) {
+  std::vector<sim_povray::ViewSettings> views{{"lower", settings.lower.antialias, settings.lower.effects},
+                                              {"upper", settings.upper.antialias, settings.upper.effects}};
+  for (const drivers::OtherCamera& other : settings.others) {
+    views.push_back({other.name, other.part.antialias, other.part.effects});
+  }
+  return views;
 }
 
 vision::Rig to_rig(const Robot& robot) {

@@ -15,13 +15,21 @@
 #include "vision/ranging.h"
 
 /// The one place where files become the settings of each layer, and where belief and truth part: what goes to the
-/// drivers comes from the scene's name and scale, `start:`, `drive:`, `cameras:` and `effects:`; nothing of `rig:`, and
-/// of the map neither landmark nor obstacle.
+/// drivers comes from `start:`, `body:`, `drive:`, `cameras:` and `effects:`, and from the map what a body can touch,
+/// what moves and what is rendered; nothing of `rig:`, and of a landmark neither colour nor height.
 namespace twocone::files {
 
 /// @throws FileError naming what does not go together: start or waypoints outside the map's bounds; for driver
-/// sim_povray a map without a scene or a robot without a start; and what drivers::check refuses
+/// sim_povray a robot without a start or, unless it attaches to a served world, a map without a scene; attach without
+/// that driver; and what drivers::check refuses
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed);
+
+/// The place alone, with the defaults of how to render it: for who serves it. Obstacles are called "obstacle 1" and so
+/// on in the map's order. @throws FileError for a map without a scene and for what sim_povray::check refuses
+sim_povray::PlaceSettings to_place(const Map& map);
+
+/// What the simulated world is asked to show: lower, upper, then the other cameras.
+std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& settings);
 
 /// The upper lens stands where the tips are mirror_separation_m apart. @throws FileError for what MirrorView refuses
 vision::Rig to_rig(const Robot& robot);

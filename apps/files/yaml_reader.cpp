@@ -6,8 +6,10 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/files/file_error.h"
@@ -141,7 +143,29 @@ std::optional<std::string> nearest(std::string_view key, const std::vector<std::
   return best;
 }
 
+/// Counts documents without keeping them.
+class Deaf final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
 }  // namespace
+
+bool is_name(std::string_view name, std::string_view further) {
+  const auto is_allowed = [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           further.find(c) != std::string_view::npos;
+  };
+  return !name.empty() && std::all_of(name.begin(), name.end(), is_allowed);
+}
 
 Section::Section(Reading& reading, std::string path, int line, const YAML::Node& mapping)
     : reading_(&reading), path_(std::move(path)), line_(line) {
@@ -216,6 +240,12 @@ bool Section::take_number(const YAML::Node& node, int line, const std::string& p
   return false;
 }
 
+std::vector<std::string> Section::keys() const {
+  std::vector<std::string> keys;
+  for (const Entry& entry : entries_) keys.push_back(entry.key);
+  return keys;
+}
+
 bool Section::number(std::string_view key, const Quantity& quantity, double& value, Need need) {
   const Entry* entry = find(key, quantity.what, quantity.unit, need);
   if (entry == nullptr) return need == Need::kOptional;
@@ -268,6 +298,21 @@ bool Section::numbers(std::string_view key, const Quantity& quantity, std::span<
     good &= take_number(item, line_of(item, entry->line), fmt::format("{}[{}]", path_of(key), i), quantity, values[i]);
   }
   return good;
+}
+
+bool Section::number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
+                          std::vector<double>& values, Need need) {
+  const Entry* entry = find(key, quantity.what, quantity.unit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  const std::size_t count = entry->value.IsSequence() ? entry->value.size() : std::numeric_limits<std::size_t>::max();
+  if (std::find(counts.begin(), counts.end(), count) == counts.end()) {
+    const std::string rule = fmt::format("a list of {} numbers", fmt::join(counts, " or "));
+    return complain(key, quantity.unit, with_unit(rule, quantity.unit)), false;
+  }
+  std::vector<double> list(count);
+  if (!numbers(key, quantity, list, need)) return false;
+  values = std::move(list);
+  return true;
 }
 
 bool Section::points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need) {
@@ -350,6 +395,12 @@ void Section::complain_unknown() const {
 
 Reading::Reading(const YAML::Node& root, const std::filesystem::path& file) : file_(file.string()), node_(root) {}
 
+void Reading::complain(int line, std::string text) {
+  const bool is_told = std::any_of(complaints_.begin(), complaints_.end(),
+                                   [&](const Complaint& c) { return c.line == line && c.text == text; });
+  if (!is_told) complaints_.push_back({line, std::move(text)});
+}
+
 Section& Reading::root() {
   if (!node_.IsDefined()) throw FileError(fmt::format("{}: the mapping to be read is missing", file_));
   const int line = line_of(node_, 0);
@@ -375,21 +426,27 @@ void Reading::finish() {
 }
 
 YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file) {
-  std::vector<YAML::Node> documents;
+  YAML::Node document;
+  bool has_first = false;
+  bool has_second = false;
   try {
-    documents = YAML::LoadAll(text);
+    // Not LoadAll: for a file that begins with a comma it loads empty documents until the memory is full.
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Deaf deaf;
+    has_first = parser.HandleNextDocument(deaf);
+    has_second = has_first && parser.HandleNextDocument(deaf);
+    document = YAML::Load(text);
   } catch (const YAML::Exception& error) {
     const std::string why = on_one_line(error.msg);  // it may quote the file
     if (error.mark.is_null()) throw FileError(fmt::format("{}: {}", file.string(), why));
     throw FileError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why));
   }
-  if (documents.empty() || (documents.size() == 1 && documents[0].IsNull())) {
+  if (!has_first || (!has_second && document.IsNull())) {
     throw FileError(fmt::format("{}: is empty, must be a mapping of keys", file.string()));
   }
-  if (documents.size() > 1) {
-    throw FileError(fmt::format("{}: holds {} YAML documents, must be one", file.string(), documents.size()));
-  }
-  return documents[0];
+  if (has_second) throw FileError(fmt::format("{}: holds several YAML documents, must be one", file.string()));
+  return document;
 }
 
 YAML::Node load_yaml(const std::filesystem::path& file) { return parse_yaml(read_text(file), file); }

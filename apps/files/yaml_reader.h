@@ -27,6 +27,8 @@ inline constexpr Unit kRadians{"rad", "radians"};
 inline constexpr Unit kSeconds{"s", "seconds"};
 inline constexpr Unit kHertz{"Hz", "hertz"};
 inline constexpr Unit kPixels{"px", "pixels"};
+inline constexpr Unit kKilograms{"kg", "kilograms"};
+inline constexpr Unit kElectrons{"e", "electrons"};
 
 /// Finite numbers from `least` to `greatest`.
 struct Range {
@@ -38,6 +40,9 @@ struct Range {
 inline constexpr Range kAnyNumber{};
 inline constexpr Range kAboveZero{.least = 0, .without_ends = true};
 inline constexpr Range kZeroOrMore{.least = 0};
+
+/// Whether `name` is one or more of a-z, A-Z, 0-9 and `further`.
+[[nodiscard]] bool is_name(std::string_view name, std::string_view further);
 
 /// What a number is and may be. `what` completes "is missing: ".
 struct Quantity {
@@ -64,6 +69,9 @@ class Section {
   bool flag(std::string_view key, std::string_view what, bool& value, Need need = Need::kRequired);
   /// A list of exactly values.size() numbers.
   bool numbers(std::string_view key, const Quantity& quantity, std::span<double> values, Need need = Need::kRequired);
+  /// A list of one of `counts` numbers.
+  bool number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
+                   std::vector<double>& values, Need need = Need::kRequired);
   /// A list of [x, y].
   bool points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need = Need::kRequired);
   /// A mapping; null where there is none.
@@ -76,6 +84,8 @@ class Section {
   /// A key of the format that this version does not act on: refused unless it asks for nothing.
   void unsupported(std::string_view key, Harmless harmless, std::string_view why);
 
+  /// All keys in the file's order, for mappings whose keys are names.
+  [[nodiscard]] std::vector<std::string> keys() const;
   /// Whether the key is there; notes it as known.
   bool has(std::string_view key);
   void complain_missing(std::string_view key, std::string_view what, Unit unit = kNoUnit);
@@ -127,7 +137,8 @@ class Reading {
     int line;
     std::string text;
   };
-  void complain(int line, std::string text) { complaints_.push_back({line, std::move(text)}); }
+  /// Once only: what two parts have in common is told by the first.
+  void complain(int line, std::string text);
 
   std::string file_;
   YAML::Node node_;

@@ -7,19 +7,24 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "apps/behaviours/behaviour.h"
 #include "apps/files/file_error.h"
+#include "apps/files/key_places.h"
 #include "apps/files/to_layers.h"
 #include "apps/runs/believed_pose.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/summary.h"
+#include "apps/runs/truth_table.h"
 #include "apps/runs/version.h"
 #include "drivers/backends.h"
+#include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/reflected_truth.h"
 #include "vision/rim.h"
 
 namespace twocone::runs {
@@ -28,8 +33,10 @@ namespace {
 using std::chrono::milliseconds;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// Many frame periods of any camera; a simulation answers at once, as its pictures come later.
+// Many frame periods of any camera. A simulation answers at once, as its pictures come later; but a served world waits
+// for the slowest of its robots, which may be looking at a picture.
 constexpr milliseconds kFrameTimeout{5'000};
+constexpr milliseconds kServedFrameTimeout{60'000};
 // Longer than the renderer's own limit for one picture, so that its message is the one that is told.
 constexpr milliseconds kPictureTimeout{150'000};
 constexpr double kRimWarning_px = 1;
@@ -64,10 +71,29 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const files::Robot& robot,
   throw std::invalid_argument(fmt::format("no behaviour '{}'; there are: wander, waypoints, still", options.behaviour));
 }
 
+/// What the simulation tells from threads of its own.
+class Notices {
+ public:
+  void add(const std::string& notice) {
+    const std::lock_guard lock(mutex_);
+    notices_.push_back(notice);
+  }
+  void move_to(std::vector<std::string>& events) {
+    const std::lock_guard lock(mutex_);
+    events.insert(events.end(), notices_.begin(), notices_.end());
+    notices_.clear();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> notices_;
+};
+
 /// A frame that has been stepped, but whose pictures have not been looked at.
 struct Pending {
   StereoFrame frame;
   FrameRecord record;
+  std::vector<NamedFrame> others;
 };
 
 class Loop {
@@ -90,7 +116,14 @@ class Loop {
   }
 
   Result<RunInfo> go(const Progress& progress, const std::atomic<bool>& stop) {
-    const drivers::RobotSettings settings = files::to_robot_settings(robot_, map_, options_.seed);
+    drivers::RobotSettings settings = files::to_robot_settings(robot_, map_, options_.seed);
+    if (settings.world) {
+      settings.world->place.render.notice = [this](const std::string& notice) { notices_.add(notice); };
+      if (auto listed = list_effects(settings); !listed) return listed.error();
+    }
+    if (options_.truth) {
+      if (auto prepared = prepare_truth(settings); !prepared) return prepared.error();
+    }
     auto opened = drivers::open_robot(settings);
     if (!opened) return opened.error();
     Robot robot = std::move(*opened);
@@ -99,6 +132,7 @@ class Loop {
 
     auto done = drive(robot, settings, progress, stop);
     robot.stop();
+    notices_.move_to(info_.events);
     if (!done) {
       info_.events.push_back(done.error().message);
       write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
@@ -137,7 +171,7 @@ class Loop {
   }
 
   Status step(Robot& robot, std::uint64_t number) {
-    auto frame = robot.next_frame(kFrameTimeout);
+    auto frame = robot.next_frame(robot_.attach.empty() ? kFrameTimeout : kServedFrameTimeout);
     if (!frame) return Error{frame.error().code, fmt::format("frame {}: {}", number, frame.error().message)};
     const auto angles = robot.drive().read_angles();
     if (!angles)
@@ -163,11 +197,68 @@ class Loop {
                     upper.lost_before,
                     seconds_since(begin_)};
     record.drive = {t_s, command_.left_radps, command_.right_radps, angles->left_rad, angles->right_rad};
+    note_contact(number, robot.contact());
     if (const auto truth = robot.true_pose()) record.truth = PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
     record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
     step_s_ = number == 0 ? 1 / robot_.lower.rate_hz : t_s - last_t_s_;
     last_t_s_ = t_s;
-    pending_.push_back({std::move(*frame), std::move(record)});
+    pending_.push_back({std::move(*frame), std::move(record), robot.other_frames()});
+    return {};
+  }
+
+  void note_contact(std::uint64_t number, const std::string& contact) {
+    if (contact != contact_ && !contact.empty()) {
+      info_.events.push_back(fmt::format("collision: at frame {} the robot touches {}", number, contact));
+    }
+    contact_ = contact;
+  }
+
+  /// What the simulation does, and why. Of a served world it is the server that knows.
+  Status list_effects(const drivers::RobotSettings& settings) {
+    if (!settings.world->attach.empty()) {
+      info_.effects.push_back(fmt::format("those of the world '{}', which another program serves", robot_.attach));
+      return {};
+    }
+    const auto table = sim_povray::effect_table(settings.world->place, settings.world->seat, files::to_views(settings),
+                                                files::key_places(robot_, map_));
+    if (!table) return table.error();
+    for (const sim_povray::EffectRow& row : *table) {
+      if (row.on) info_.effects.push_back(fmt::format("{}: {}", row.effect, row.reason));
+    }
+    return {};
+  }
+
+  Status prepare_truth(const drivers::RobotSettings& settings) {
+    if (!settings.world || !settings.world->attach.empty()) {
+      return Error{
+          ErrorCode::kRefused,
+          fmt::format("{}: --truth needs a simulated world inside this program: only that knows where everything "
+                      "is",
+                      robot_.file.string())};
+    }
+    auto object = sim_povray::claimed_object(settings.world->place, settings.world->seat.name);
+    if (!object) return object.error();
+    truth_ = Truth{settings.world->place, *object, object->substr(std::string("robot").size()), {}};
+    for (const files::Landmark& l : map_.landmarks) {
+      truth_->landmarks.push_back({l.name, l.x_m, l.y_m, l.radius_m, l.top_m});
+    }
+    return {};
+  }
+
+  /// What each mirror really shows, beside the pictures.
+  Status write_truths(const FrameRecord& record, const StereoFrame& frame) {
+    const PoseRow& now = *record.truth;
+    const auto start = files::to_start_pose(robot_);
+    const sim_povray::Stance robot{
+        truth_->object, {start.x_m, start.y_m, start.heading_rad}, {now.x_m, now.y_m, now.heading_rad}};
+    const auto others = sim_povray::moving_stances(truth_->place, frame.lower.header().captured.since_zero);
+    for (const auto& [view, camera] : {std::pair{"lower", &robot_.lower}, {"upper", &robot_.upper}}) {
+      const auto pixels = sim_povray::reflected_truth(truth_->place, robot,
+                                                      {view + truth_->ending, camera->width_px, camera->height_px},
+                                                      truth_->landmarks, others);
+      if (!pixels) return pixels.error();
+      write_truth(truth_file(folder_->path(), view, record.frame.frame), *pixels, truth_->landmarks);
+    }
     return {};
   }
 
@@ -184,6 +275,12 @@ class Loop {
     if (!lower) return failed(lower.error());
     const auto upper = pending.frame.upper.image(kPictureTimeout);
     if (!upper) return failed(upper.error());
+    std::vector<OtherPicture> others;
+    for (const NamedFrame& other : pending.others) {
+      const auto image = other.frame.image(kPictureTimeout);
+      if (!image) return failed(with_name(other.name, image.error()));
+      others.push_back({other.name, *image});
+    }
     info_.render_wait_s += seconds_since(waited_from);
     if (finished_ == 0) check_rims(**lower, **upper);
 
@@ -191,7 +288,10 @@ class Loop {
     if (!answer) return failed(answer.error());
     record.answer = to_rows(record.frame.frame, record.frame.t_s, *answer, map_,
                             record.truth ? &*record.truth : nullptr, record.odometry);
-    folder_->add(record, **lower, **upper);
+    if (truth_) {
+      if (auto told = write_truths(record, pending.frame); !told) return failed(told.error());
+    }
+    folder_->add(record, **lower, **upper, others);
     if (answer->fix.position_m && !answer->fix.other_position_m)
       belief_.add_fix(record.frame.frame, *answer->fix.position_m);
     ++finished_;
@@ -243,6 +343,16 @@ class Loop {
   std::optional<RunFolder> folder_;
   std::deque<Pending> pending_;
   RunInfo info_;
+  Notices notices_;
+  std::string contact_;
+  /// What --truth renders.
+  struct Truth {
+    sim_povray::PlaceSettings place;
+    std::string object;
+    std::string ending;  ///< of its cameras' names
+    std::vector<sim_povray::TrueLandmark> landmarks;
+  };
+  std::optional<Truth> truth_;
   WheelSpeeds command_;
   double zero_s_ = 0;
   double last_t_s_ = 0;

@@ -23,6 +23,7 @@ struct RunOptions {
   Method method = Method::kPaper;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
+  bool truth = false;         ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
 };
 
 /// Drives a robot and writes its run folder (DESIGN.md, "A run on disk").

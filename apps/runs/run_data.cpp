@@ -10,19 +10,14 @@
 #include "apps/runs/tables.h"
 
 namespace twocone::runs {
-namespace {
-
-std::filesystem::path picture(const std::filesystem::path& run, const char* view, std::uint64_t frame) {
-  return run / view / fmt::format("{:06}.png", frame);
+std::filesystem::path camera_picture(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame) {
+  return run / camera / fmt::format("{:06}.png", frame);
 }
-
-}  // namespace
-
 std::filesystem::path lower_picture(const std::filesystem::path& run, std::uint64_t frame) {
-  return picture(run, "lower", frame);
+  return camera_picture(run, "lower", frame);
 }
 std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint64_t frame) {
-  return picture(run, "upper", frame);
+  return camera_picture(run, "upper", frame);
 }
 
 RunData read_run(const std::filesystem::path& folder, const std::string& method) {

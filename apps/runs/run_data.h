@@ -21,12 +21,13 @@ struct RunInfo {
   std::string method;     ///< asked for when it was run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
-  bool finished = false;            ///< false: the run was cut off, by a kill, a full disk or a device
-  double wall_s = 0;                ///< of the whole run; 0 if it was cut off
-  double render_wait_s = 0;         ///< of that, waiting for pictures
-  double own_cpu_s = 0;             ///< processor time of this program
-  double render_cpu_s = 0;          ///< processor time of the programs it started: POV-Ray
-  std::vector<std::string> events;  ///< what happened on the way, a sentence each
+  std::vector<std::string> effects;  ///< of the simulation that are on, each with its reason; none on hardware
+  bool finished = false;             ///< false: the run was cut off, by a kill, a full disk or a device
+  double wall_s = 0;                 ///< of the whole run; 0 if it was cut off
+  double render_wait_s = 0;          ///< of that, waiting for pictures
+  double own_cpu_s = 0;              ///< processor time of this program
+  double render_cpu_s = 0;           ///< processor time of the programs it started: POV-Ray
+  std::vector<std::string> events;   ///< what happened on the way, a sentence each
 };
 
 /// A row of frames.csv.
@@ -87,6 +88,8 @@ struct RunData {
 
 std::filesystem::path lower_picture(const std::filesystem::path& run, std::uint64_t frame);
 std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint64_t frame);
+/// Of any camera, by its name in the robot file: those of the pair are `lower` and `upper`.
+std::filesystem::path camera_picture(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame);
 
 /// Reads a finished or a cut-off run: a half-written last line of a table is left out, and rows beyond the last frame
 /// with both pictures too. @param method of methods/NAME; empty: those on top

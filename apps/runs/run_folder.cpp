@@ -52,9 +52,15 @@ RunFolder::RunFolder(const std::filesystem::path& folder)
       odometry_(folder / "odometry.tum"),
       estimate_(folder / "estimate.tum") {}
 
-void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& upper) {
+void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& upper,
+                    const std::vector<OtherPicture>& others) {
   write_picture(lower_picture(folder_, record.frame.frame), lower);
   write_picture(upper_picture(folder_, record.frame.frame), upper);
+  for (const OtherPicture& other : others) {
+    const auto file = camera_picture(folder_, other.camera, record.frame.frame);
+    make_folder(file.parent_path());
+    write_picture(file, *other.image);
+  }
   drive_.add(to_line(record.drive));
   for (const RangeRow& row : record.answer.ranges) ranges_.add(to_line(row));
   for (const FixRow& row : record.answer.fixes) fixes_.add(to_line(row));
@@ -108,9 +114,14 @@ Result<Image> read_picture(const std::filesystem::path& file) {
 }
 
 void write_picture(const std::filesystem::path& file, const Image& image) {
-  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  const int type = bytes_per_pixel(image.format) == 1 ? CV_8UC1 : CV_8UC3;
+  const cv::Mat pixels(image.height_px, image.width_px, type, const_cast<std::uint8_t*>(image.bytes.data()));
+  cv::Mat bgr;  // or grey: what imencode() takes
+  if (image.format == PixelFormat::kRgb8) {
+    cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
+  } else {
+    bgr = pixels;
+  }
   std::vector<std::uint8_t> png;
   // The fastest compression: a run writes 30 of these a second of its own time, and they shrink by half all the same.
   cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});

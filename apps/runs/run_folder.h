@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/runs/disk.h"
 #include "apps/runs/estimator.h"
@@ -21,6 +23,12 @@ struct FrameRecord {
   AnswerRows answer;
 };
 
+/// What a camera besides the pair saw with a frame: written as NAME/NNNNNN.png beside lower/ and upper/.
+struct OtherPicture {
+  std::string camera;  ///< its name in the robot file
+  std::shared_ptr<const Image> image;
+};
+
 /// Writes a run folder frame by frame. A frame's row in frames.csv comes last: what is in there is wholly on disk.
 class RunFolder {
  public:
@@ -31,7 +39,8 @@ class RunFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
 
   /// @throws DiskError
-  void add(const FrameRecord& record, const Image& lower, const Image& upper);
+  void add(const FrameRecord& record, const Image& lower, const Image& upper,
+           const std::vector<OtherPicture>& others = {});
 
  private:
   std::filesystem::path folder_;
@@ -50,7 +59,7 @@ void write_summary(const std::filesystem::path& folder, const std::string& metho
 
 /// Reads a stored picture. Errors: kNotFound, kBadData.
 Result<Image> read_picture(const std::filesystem::path& file);
-/// Writes one, whole or not at all. @param image kRgb8. @throws DiskError
+/// Writes one, whole or not at all. @throws DiskError
 void write_picture(const std::filesystem::path& file, const Image& image);
 
 }  // namespace twocone::runs

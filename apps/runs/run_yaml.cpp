@@ -40,6 +40,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   put("method", info.method);
   put("seed", info.seed);
   put("frames_wanted", info.frames_wanted);
+  put("effects", info.effects);
   put("finished", info.finished);
   put("wall_s", info.wall_s);
   put("render_wait_s", info.render_wait_s);
@@ -73,6 +74,8 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   run.info.method = field<std::string>(node, "method", file);
   run.info.seed = field<std::uint64_t>(node, "seed", file);
   run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  // Runs of before there were effects have no such key.
+  if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
   run.info.finished = field<bool>(node, "finished", file);
   run.info.wall_s = field<double>(node, "wall_s", file);
   run.info.render_wait_s = field<double>(node, "render_wait_s", file);

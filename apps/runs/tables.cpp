@@ -164,6 +164,8 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
 
 }  // namespace
 
+std::string text_field(const std::string& text) { return to_field(text); }
+
 std::string frames_header() { return Columns<FrameRow>::header; }
 std::string drive_header() { return Columns<DriveRow>::header; }
 std::string ranges_header() { return Columns<RangeRow>::header; }

@@ -32,5 +32,7 @@ T value_or_fail(Result<T> result) {
 void add_run(CLI::App& program);
 void add_localise(CLI::App& program);
 void add_report(CLI::App& program);
+void add_serve(CLI::App& program);
+void add_effects(CLI::App& program);
 
 }  // namespace twocone::cli

@@ -40,6 +40,8 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_run(program);
   twocone::cli::add_localise(program);
   twocone::cli::add_report(program);
+  twocone::cli::add_serve(program);
+  twocone::cli::add_effects(program);
   try {
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);

@@ -76,6 +76,8 @@ void add_run(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
+  command->add_flag("--truth", options->run.truth,
+                    "Also write what each mirror pixel really shows (simulation; 6 renderings a frame)");
   command->callback([options] { execute(*options); });
 }
 

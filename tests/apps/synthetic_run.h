@@ -128,6 +128,7 @@ inline runs::RunData synthetic_run(const std::filesystem::path& folder, int fram
               .method = "paper",
               .seed = 7,
               .frames_wanted = frames,
+              .effects = {},
               .finished = true,
               .wall_s = 61.5,
               .render_wait_s = 48.25,

@@ -21,10 +21,10 @@ constexpr auto kLong = 30s;
 
 RobotSettings all_parts(const std::string& driver) {
   RobotSettings settings;
-  settings.lower = settings.upper = {driver, kSmall, 1};
+  settings.lower = settings.upper = {driver, kSmall, 1, {}};
   settings.drive = {driver, DriveLimits{10, 500ms}};
-  settings.world = sim_povray::WorldSettings();
-  settings.world->scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
+  settings.world = SimulatedWorld();
+  settings.world->place.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
   return settings;
 }
 
@@ -143,7 +143,7 @@ TEST(OpenRobot, EveryBadSettingIsNamedByItsPart) {
   } catch (const std::invalid_argument& complaint) {
     EXPECT_THAT(complaint.what(),
                 AllOf(HasSubstr("cameras.lower: CameraSettings: width_px is 0"),
-                      HasSubstr("cameras.upper: antialias is 10, must be 1 to 9"),
+                      HasSubstr("cameras.upper: ViewSettings: antialias is 10, must be 1 to 9"),
                       HasSubstr("rate_hz is 20 Hz for lower and 30 Hz for upper"),
                       HasSubstr("drive: DriveLimits: max_speed_radps is -1 rad/s"), HasSubstr("max_skew is -1 ns"),
                       HasSubstr("world: is missing, sim_povray needs one")));
@@ -155,7 +155,7 @@ TEST(OpenRobot, EveryBadSettingIsNamedByItsPart) {
 
 TEST(OpenRobot, WhatTheSceneLacksIsTold) {
   RobotSettings settings = all_parts("sim_povray");
-  settings.world->scene = TWOCONE_SOURCE_DIR "/tests/drivers/no_such_scene.pov";
+  settings.world->place.scene = TWOCONE_SOURCE_DIR "/tests/drivers/no_such_scene.pov";
   const Error error = error_of(settings);
   EXPECT_EQ(error.code, ErrorCode::kNotFound);
   EXPECT_THAT(error.message, HasSubstr("no_such_scene.pov"));

@@ -20,13 +20,14 @@ T take(Result<T> result) {
 }
 
 std::unique_ptr<Simulation> open_world(const DriveLimits& limits) {
-  sim_povray::WorldSettings settings;
-  settings.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
-  settings.drive = limits;
-  return take(Simulation::open(settings));
+  sim_povray::PlaceSettings place;
+  place.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
+  sim_povray::SeatSettings seat;
+  seat.drive = limits;
+  return take(Simulation::open(place, seat));
 }
 
-OpenedCamera open_camera() { return {take(open_world({})->open_camera({"lower"})), nullptr}; }
+OpenedCamera open_camera() { return {take(open_world({})->open_camera({"lower", 1, {}})), nullptr}; }
 
 const CameraCase kCamera{"SimPovray", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, open_camera};
 
@@ -43,7 +44,7 @@ OpenedDrive open_drive(const DriveLimits& limits) {
   const auto world = open_world(limits);
   auto drive = world->open_drive();
   const std::shared_ptr<GroundTruth> truth = world->open_truth();
-  const std::shared_ptr<Camera> camera = take(world->open_camera({"lower"}));
+  const std::shared_ptr<Camera> camera = take(world->open_camera({"lower", 1, {}}));
   const auto grab = [camera] { return take(camera->grab(30s)); };
   (void)take(camera->configure({8, 6, kRate_hz}));
   if (auto started = camera->start(); !started) throw std::runtime_error(started.error().message);

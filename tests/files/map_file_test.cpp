@@ -27,6 +27,13 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
       {.name = "red", .colour = {0.9, 0.1, 0.05}, .x_m = -1.9, .y_m = 0.7, .radius_m = 0.08, .top_m = 0.95},
       {.name = "green", .colour = {0, 1, 0}, .x_m = 2.3, .y_m = -1.1, .radius_m = 0.11, .top_m = 1.05}};
   wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Circle{{1.2, -0.8}, 0.25}};
+  wanted.moving = {{.name = "cart_2",
+                    .path = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
+                    .speed_mps = 0.23,
+                    .loop = true,
+                    .radius_m = 0.19},
+                   {.name = "cat", .path = {{-1.2, 2.1}, {-0.3, 2.2}}, .speed_mps = 0.6, .radius_m = 0.11}};
+  wanted.effects = {.shadows = false, .photons = false, .reflection_depth = 3};
 
   const Map map = read_map(file);
   EXPECT_EQ(map.scene, wanted.scene);
@@ -34,14 +41,18 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   EXPECT_EQ(map.bounds, wanted.bounds);
   EXPECT_EQ(map.landmarks, wanted.landmarks);
   EXPECT_EQ(map.obstacles, wanted.obstacles);
+  EXPECT_EQ(map.moving, wanted.moving);
+  EXPECT_EQ(map.effects, wanted.effects);
   EXPECT_EQ(map, wanted) << "a field that this test does not name";
 }
 
 TEST(MapFile, ARealRoomHasNeitherSceneNorUnit) {
   std::string text = with(good_text(), "scene: cellar.pov\nunit_m: 0.04\n", "");
-  text = with(text, "moving: []\neffects: {}\n", "");
+  text = text.substr(0, text.find("moving:"));
   const Map map = parse(text);
   EXPECT_EQ(map.scene, std::nullopt);
+  EXPECT_TRUE(map.moving.empty());
+  EXPECT_EQ(map.effects, SceneEffects{}) << "everything that the scene calls for";
   EXPECT_EQ(map.landmarks.size(), 2u);
 }
 
@@ -109,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "map.yaml:7: landmarks[1].x_m is 3.4 m, must be within bounds_m.x, -2.1 to 3.3"},
         BadCase{"LandmarkBeyondYWall", "y_m: -1.1", "y_m: -2",
                 "map.yaml:7: landmarks[1].y_m is -2 m, must be within bounds_m.y, -1.7 to 2.9"},
-        BadCase{"ThinLandmark", "radius_m: 0.11", "radius_m: 0",
+        BadCase{"ThinLandmark", "radius_m: 0.11, top_m", "radius_m: 0, top_m",
                 "map.yaml:7: landmarks[1].radius_m is 0 m, must be > 0"},
         BadCase{"FlatLandmark", "top_m: 1.05", "top_m: -1.05",
                 "map.yaml:7: landmarks[1].top_m is -1.05 m, must be > 0"},
@@ -131,12 +142,55 @@ INSTANTIATE_TEST_SUITE_P(
                 "map.yaml:10: obstacles[1] has polygon_m and circle_m, must have one of them"},
         BadCase{"ObstacleOfNeitherKind", "{circle_m: {x: 1.2, y: -0.8, radius: 0.25}}", "{}",
                 "map.yaml:10: obstacles[1] has neither polygon_m nor circle_m, must have one of them"},
-        BadCase{"Moving", "moving: []", "moving:\n  - {name: trolley}",
-                "map.yaml:11: moving is a list of 1, must be absent or empty: moving things are not in this version"},
-        BadCase{"Effects", "effects: {}", "effects: {rolling_shutter: 0.01}",
-                "map.yaml:12: effects is a mapping, must be absent or empty: effects of a map are not in this version"},
-        BadCase{"UnknownKey", "effects: {}", "efects: {}",
-                "map.yaml:12: efects is unknown (known here: scene, unit_m, bounds_m, landmarks, obstacles)"}),
+        BadCase{
+            "UnknownKey", "effects: {", "efects: {",
+            "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, unit_m, bounds_m, landmarks, "
+            "obstacles, moving, effects)"}),
+    name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    Moving, BadMapFile,
+    testing::Values(
+        BadCase{"WithoutAnything", "{name: cat, path_m: [[-1.2, 2.1], [-0.3, 2.2]], speed_mps: 0.6, radius_m: 0.11}",
+                "{}",
+                "map.yaml:13: moving[1].name is missing: its name: the scene calls it moving.NAME\n"
+                "map.yaml:13: moving[1].path_m is missing: the points that it goes to in turn, metres\n"
+                "map.yaml:13: moving[1].speed_mps is missing: its speed, metres a second\n"
+                "map.yaml:13: moving[1].radius_m is missing: radius of the disc that stops a robot, metres"},
+        BadCase{"Namesake", "name: cat", "name: cart_2",
+                "map.yaml:13: moving[1].name is 'cart_2', must be unlike every other moving thing's"},
+        BadCase{"NameThatNoSceneCanHave", "name: cat", "name: my cat",
+                "map.yaml:13: moving[1].name is 'my cat', must be letters, digits and _"},
+        BadCase{"PathOfOnePoint", "[[-1.2, 2.1], [-0.3, 2.2]]", "[[-1.2, 2.1]]",
+                "map.yaml:13: moving[1].path_m is a list of 1, must be at least 2 points"},
+        BadCase{"PointTwice", "[1.7, -1.3], [1.1, 0.4]]", "[1.7, -1.3], [1.7, -1.3], [1.1, 0.4]]",
+                "map.yaml:12: moving[0].path_m is a list of 4, must be a path on which no point follows itself"},
+        BadCase{"LoopClosedTwice", "[1.1, 0.4]]", "[1.1, 0.4], [0.2, -1.1]]",
+                "map.yaml:12: moving[0].path_m is a list of 4, must be a path whose last point is not its first: loop "
+                "leads back"},
+        BadCase{"ThroughAWall", "[-0.3, 2.2]]", "[-0.3, 3.2]]",
+                "map.yaml:13: moving[1].path_m is a list of 2, must be within bounds_m"},
+        BadCase{"StandsStill", "speed_mps: 0.6", "speed_mps: 0",
+                "map.yaml:13: moving[1].speed_mps is 0 m/s, must be > 0"},
+        BadCase{"OfNoSize", "radius_m: 0.19", "radius_m: 0", "map.yaml:12: moving[0].radius_m is 0 m, must be > 0"},
+        BadCase{"LoopOfOne", "loop: true", "loop: 1", "map.yaml:12: moving[0].loop is 1, must be true or false"},
+        BadCase{"AMapping", "  - {name: cart_2", "  cart: {name: cart_2", "map.yaml:13:3: end of map not found"}),
+    name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    Effects, BadMapFile,
+    testing::Values(
+        BadCase{"Unknown", "shadows: false", "rolling_shutter: 0.01",
+                "map.yaml:14: effects.rolling_shutter is unknown (known here: shadows, area_lights, photons, "
+                "radiosity, media, reflection_depth)"},
+        BadCase{"OffForFalse", "shadows: false", "shadows: off",
+                "map.yaml:14: effects.shadows is 'off', must be true or false"},
+        BadCase{"NoReflection", "reflection_depth: 3", "reflection_depth: 0",
+                "map.yaml:14: effects.reflection_depth is 0, must be 1 to 256"},
+        BadCase{"TooManyReflections", "reflection_depth: 3", "reflection_depth: 257",
+                "map.yaml:14: effects.reflection_depth is 257, must be 1 to 256"},
+        BadCase{"HalfAReflection", "reflection_depth: 3", "reflection_depth: 2.5",
+                "map.yaml:14: effects.reflection_depth is 2.5, must be a whole number"}),
     name_of<BadCase>);
 
 struct Outline {

@@ -26,8 +26,26 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
                   .wheel_radius_m = 0.043,
                   .max_speed_mps = 0.37,
                   .command_timeout_s = 0.41};
+  const sim_povray::CameraEffects common = {.gain = 0.9,
+                                            .full_well_electrons = 9000,
+                                            .read_noise_electrons = 11,
+                                            .vignetting = 0.3,
+                                            .defocus_px = 0.8,
+                                            .exposure_s = 0.012,
+                                            .readout_s = 0.021,
+                                            .exposures = 6,
+                                            .distortion = {-0.11, 0.02, 0.001, -0.002},
+                                            .distortion_focal_px = 512.5,
+                                            .drop_probability = 0.01,
+                                            .late_probability = 0.02};
   wanted.lower = {.driver = "sim_povray", .width_px = 641, .height_px = 479, .rate_hz = 12.5, .antialias = 2};
   wanted.upper = {.driver = "sim_povray", .width_px = 322, .height_px = 243, .rate_hz = 12.5, .antialias = 1};
+  wanted.others = {
+      {"aft_2", {.driver = "sim_povray", .width_px = 80, .height_px = 60, .rate_hz = 12.5, .antialias = 1}}};
+  wanted.lower.effects = wanted.upper.effects = wanted.others[0].camera.effects = common;
+  wanted.upper.effects.gain = 1.3;
+  wanted.upper.effects.defocus_px = 0;
+  wanted.others[0].camera.effects.distortion.clear();
   wanted.rig = {.lower = {.apex_rad = 1.5708,
                           .mirror_radius_m = 0.061,
                           .lens_to_tip_m = 0.118,
@@ -44,7 +62,8 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
                           .mirrored = true},
                 .mirror_separation_m = 0.307,
                 .lens_height_m = 0.23};
-  wanted.effects = {.slip = 0.013, .encoder_counts_per_turn = 1200};
+  wanted.effects = {
+      .slip = 0.013, .encoder_counts_per_turn = 1200, .motor_lag_s = 0.07, .mass_kg = 4.2, .body_friction = 0.25};
   wanted.waypoints = {{0.5, 0.25}, {-0.75, 1.25}};
   wanted.max_skew_s = 0.011;
 
@@ -58,6 +77,7 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
   EXPECT_EQ(robot.drive, wanted.drive);
   EXPECT_EQ(robot.lower, wanted.lower);
   EXPECT_EQ(robot.upper, wanted.upper);
+  EXPECT_EQ(robot.others, wanted.others);
   EXPECT_EQ(robot.rig, wanted.rig);
   EXPECT_EQ(robot.effects, wanted.effects);
   EXPECT_EQ(robot.waypoints, wanted.waypoints);
@@ -67,13 +87,21 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
 
 TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
   std::string text = good_text();
-  for (const char* line :
-       {"start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}\n", "latency_frames: 3\n", "  command_timeout_s: 0.41\n",
-        ", antialias: 2", "    mirrored: true\n", "effects: {slip: 0.013, encoder_counts_per_turn: 1200}\n",
-        "max_skew_s: 0.011\n", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]\n"}) {
+  for (const char* line : {
+           "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}\n",
+           "latency_frames: 3\n",
+           "  command_timeout_s: 0.41\n",
+           ", antialias: 2",
+           "    mirrored: true\n",
+           ", effects: {gain: 1.3, defocus_px: 0}",
+           ", effects: {distortion: []}",
+       }) {
     text = with(text, line, "");
   }
+  text = text.substr(0, text.find("\neffects:") + 1);
   const Robot robot = parse(text);
+  EXPECT_TRUE(robot.attach.empty());
+  EXPECT_EQ(robot.upper.effects, sim_povray::CameraEffects{});
   EXPECT_EQ(robot.start, std::nullopt);
   EXPECT_EQ(robot.latency_frames, 4);
   EXPECT_EQ(robot.drive.command_timeout_s, 0.5);
@@ -108,7 +136,7 @@ TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
   const std::string text = good_text();
   const std::size_t begin = text.find("rig:");
   const std::string before = text.substr(0, begin);
-  const std::string after = text.substr(text.find("effects:"));
+  const std::string after = text.substr(text.find("\neffects:") + 1);
   const Robot from_common = parse(before + "rig:" + all_common + after);
   const Robot from_own = parse(before + "rig:\n  mirror_separation_m: 0.307\n  lens_height_m: 0.23\n  lower:" + own +
                                "  upper:" + own + after);
@@ -121,16 +149,16 @@ TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
 TEST(RobotFile, NamesWhatAMirrorLacks) {
   // Neither has it; one has it not; one has no section at all.
   EXPECT_EQ(message_of([] { parse(with(good_text(), "  lens_to_tip_m: 0.118\n", "")); }),
-            "robot.yaml:16: rig.lens_to_tip_m is missing: distance d from the lens to the mirror's tip, here for both "
+            "robot.yaml:17: rig.lens_to_tip_m is missing: distance d from the lens to the mirror's tip, here for both "
             "mirrors or in lower and in upper, metres");
   EXPECT_EQ(message_of([] { parse(with(good_text(), "  mirror_radius_m: 0.061\n", "")); }),
-            "robot.yaml:21: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
+            "robot.yaml:22: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
   EXPECT_EQ(message_of([] {
               parse(with(
                   good_text(),
                   "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
             }),
-            "robot.yaml:16: rig.lower is missing: the lower mirror, with its centre_px, rim_radius_px, azimuth_rad");
+            "robot.yaml:17: rig.lower is missing: the lower mirror, with its centre_px, rim_radius_px, azimuth_rad");
 }
 
 TEST(RobotFile, TellsEverythingWrongAtOnceByLine) {
@@ -141,16 +169,17 @@ TEST(RobotFile, TellsEverythingWrongAtOnceByLine) {
   text = with(text, "height_px: 479, rate_hz: 12.5", "height_px: 479.5, rate_hz: fast");
   text = with(text, "    rim_radius_px: 117.5", "    rim_radius_px: .nan");
   text = with(text, "[-0.75, 1.25]]", "[-0.75, 1.25, 7]]");
-  EXPECT_EQ(message_of([&] { parse(text); }),
-            "robot.yaml:2: name is missing: the robot's name\n"
-            "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, start, latency_frames, body, "
-            "drive, cameras, max_skew_s, rig, effects, waypoints_m)\n"
-            "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
-            "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0\n"
-            "robot.yaml:13: cameras.lower.height_px is 479.5 px, must be a whole number\n"
-            "robot.yaml:13: cameras.lower.rate_hz is 'fast', must be a number (hertz)\n"
-            "robot.yaml:27: rig.upper.rim_radius_px is .nan px, must be a finite number (pixels)\n"
-            "robot.yaml:35: waypoints_m[1] is [-0.75, 1.25, 7] m, must be [x, y] (metres)");
+  EXPECT_EQ(
+      message_of([&] { parse(text); }),
+      "robot.yaml:2: name is missing: the robot's name\n"
+      "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, attach, start, latency_frames, body, "
+      "drive, cameras, max_skew_s, rig, effects, waypoints_m)\n"
+      "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
+      "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0\n"
+      "robot.yaml:13: cameras.lower.height_px is 479.5 px, must be a whole number\n"
+      "robot.yaml:13: cameras.lower.rate_hz is 'fast', must be a number (hertz)\n"
+      "robot.yaml:28: rig.upper.rim_radius_px is .nan px, must be a finite number (pixels)\n"
+      "robot.yaml:54: waypoints_m[1] is [-0.75, 1.25, 7] m, must be [x, y] (metres)");
 }
 
 TEST(RobotFile, ThroughANodeOfAnotherFileItIsTheSameRobot) {
@@ -249,31 +278,31 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"TimeoutTooShort", "command_timeout_s: 0.41", "command_timeout_s: 1e-9",
                 "robot.yaml:12: drive.command_timeout_s is 1e-9 s, must be 0.001 to 60"},
         BadCase{"NegativeSkew", "max_skew_s: 0.011", "max_skew_s: -0.011",
-                "robot.yaml:35: max_skew_s is -0.011 s, must be 0 to 60"},
-        BadCase{"NegativeSlip", "slip: 0.013", "slip: -0.013", "robot.yaml:34: effects.slip is -0.013, must be >= 0"},
+                "robot.yaml:54: max_skew_s is -0.011 s, must be 0 to 60"},
+        BadCase{"NegativeSlip", "slip: 0.013", "slip: -0.013", "robot.yaml:36: effects.slip is -0.013, must be >= 0"},
         BadCase{"FlatCone", "apex_rad: 1.61", "apex_rad: 3.2",
-                "robot.yaml:32: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
+                "robot.yaml:33: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
         BadCase{"OtherMirror", "mirror: {type: cone, apex_rad: 1.5708}", "mirror: {type: hyperbola, apex_rad: 1.5708}",
-                "robot.yaml:17: rig.mirror.type is 'hyperbola', must be cone"},
+                "robot.yaml:18: rig.mirror.type is 'hyperbola', must be cone"},
         BadCase{"OverriddenCommonKeyIsCheckedToo", "  mirror_radius_m: 0.061", "  mirror_radius_m: 0",
-                "robot.yaml:18: rig.mirror_radius_m is 0 m, must be > 0"},
+                "robot.yaml:19: rig.mirror_radius_m is 0 m, must be > 0"},
         BadCase{"LensUnderTheFloor", "lens_height_m: 0.23", "lens_height_m: -0.23",
-                "robot.yaml:21: rig.lens_height_m is -0.23 m, must be >= 0"},
+                "robot.yaml:22: rig.lens_height_m is -0.23 m, must be >= 0"},
         BadCase{"YesForTrue", "mirrored: true", "mirrored: yes",
-                "robot.yaml:30: rig.upper.mirrored is 'yes', must be true or false"},
+                "robot.yaml:31: rig.upper.mirrored is 'yes', must be true or false"},
         BadCase{"CentreOfThree", "[318.25, 241.5]", "[318.25, 241.5, 1]",
-                "robot.yaml:23: rig.lower.centre_px is [318.25, 241.5, 1] px, must be a list of 2 numbers (pixels)"},
+                "robot.yaml:24: rig.lower.centre_px is [318.25, 241.5, 1] px, must be a list of 2 numbers (pixels)"},
         BadCase{"CentreWithAWord", "[318.25, 241.5]", "[318.25, middle]",
-                "robot.yaml:23: rig.lower.centre_px[1] is 'middle', must be a number (pixels)"},
+                "robot.yaml:24: rig.lower.centre_px[1] is 'middle', must be a number (pixels)"},
         BadCase{"NoName", "name: nina", "name: ''", "robot.yaml:2: name is '', must be text that is not empty"},
         BadCase{"NameWithoutValue", "name: nina",
                 "name:", "robot.yaml:2: name is empty, must be text that is not empty"},
         BadCase{"WaypointsAsOneList", "[[0.5, 0.25], [-0.75, 1.25]]", "[0.5, 0.25]",
-                "robot.yaml:36: waypoints_m[0] is 0.5 m, must be [x, y] (metres)\n"
-                "robot.yaml:36: waypoints_m[1] is 0.25 m, must be [x, y] (metres)"},
+                "robot.yaml:55: waypoints_m[0] is 0.5 m, must be [x, y] (metres)\n"
+                "robot.yaml:55: waypoints_m[1] is 0.25 m, must be [x, y] (metres)"},
         BadCase{"WaypointsOnLinesOfTheirOwn", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]",
                 "waypoints_m:\n  - [0.5, 0.25]\n  - [-0.75, north]",
-                "robot.yaml:38: waypoints_m[1][1] is 'north', must be a number (metres)"}),
+                "robot.yaml:57: waypoints_m[1][1] is 'north', must be a number (metres)"}),
     name_of<BadCase>);
 
 INSTANTIATE_TEST_SUITE_P(
@@ -287,8 +316,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"WithoutItsUnit", "body: {radius_m: 0.17}", "body: {radius: 0.17}",
                 "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
                 "robot.yaml:6: body.radius is unknown, did you mean radius_m? (known here: radius_m)"},
-        BadCase{"LikeNoOther", "effects: {slip: 0.013", "effects: {earthquakes: 1, slip: 0.013",
-                "robot.yaml:34: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn)"},
+        BadCase{
+            "LikeNoOther", "  slip: 0.013", "  earthquakes: 1",
+            "robot.yaml:36: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn, motor_lag_s, "
+            "mass_kg, wheel_friction, body_friction, camera)"},
         BadCase{"Twice", "  max_speed_mps: 0.37", "  max_speed_mps: 0.37\n  max_speed_mps: 0.5",
                 "robot.yaml:12: drive.max_speed_mps is given twice, the first time in line 11"},
         BadCase{"TwiceInOneLine", "{radius_m: 0.17}", "{radius_m: 0.17, radius_m: 0.17}",
@@ -307,29 +338,109 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"StartInPart", "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}", "start: {x_m: 0.31}",
                 "robot.yaml:4: start.y_m is missing: y at t = 0, metres\n"
                 "robot.yaml:4: start.heading_rad is missing: heading at t = 0, counter-clockwise from x, radians"},
-        BadCase{
-            "ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
-            "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, start, latency_frames, body, drive, "
-            "cameras, max_skew_s, rig, effects, waypoints_m)"}),
+        BadCase{"ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
+                "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, attach, start, latency_frames, "
+                "body, drive, "
+                "cameras, max_skew_s, rig, effects, waypoints_m)"}),
     name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    Simulation, BadRobotFile,
+    testing::Values(
+        BadCase{"AttachToAPath", "latency_frames: 3", "attach: ../hall",
+                "robot.yaml:5: attach is '../hall', must be letters, digits, - and _"},
+        BadCase{"LagBeyondReason", "motor_lag_s: 0.07", "motor_lag_s: -0.07",
+                "robot.yaml:38: effects.motor_lag_s is -0.07 s, must be 0 to 60"},
+        BadCase{"Weightless", "mass_kg: 4.2", "mass_kg: 0", "robot.yaml:39: effects.mass_kg is 0 kg, must be > 0"},
+        BadCase{"WheelsOnIce", "  mass_kg: 4.2", "  wheel_friction: 0",
+                "robot.yaml:39: effects.wheel_friction is 0, must be > 0"},
+        BadCase{"NegativeFriction", "body_friction: 0.25", "body_friction: -0.25",
+                "robot.yaml:40: effects.body_friction is -0.25, must be >= 0"},
+        BadCase{"FurtherCameraOfAnotherRate", "height_px: 60, rate_hz: 12.5", "height_px: 60, rate_hz: 25",
+                "robot.yaml:16: cameras.aft_2.rate_hz is 25 Hz, must be that of cameras.lower, 12.5"},
+        BadCase{"FurtherCameraThatNoSceneCanHave", "  aft_2:", "  aft-2:",
+                "robot.yaml:16: cameras.aft-2 is a mapping, must be named with letters, digits and _"},
+        BadCase{"FurtherCameraIsAWord",
+                "{driver: sim_povray, width_px: 80, height_px: 60, rate_hz: 12.5, effects: {distortion: []}}", "none",
+                "robot.yaml:16: cameras.aft_2 is 'none', must be a mapping"},
+        BadCase{"FurtherCameraInPart", "width_px: 80, height_px: 60, ", "width_px: 80, ",
+                "robot.yaml:16: cameras.aft_2.height_px is missing: height of the picture, pixels"},
+        BadCase{"EffectsOfARealCamera", "aft_2: {driver: sim_povray", "aft_2: {driver: v4l2_camera",
+                "robot.yaml:16: cameras.aft_2.effects is a mapping, must be absent: driver v4l2_camera has no such "
+                "setting"}),
+    name_of<BadCase>);
+
+INSTANTIATE_TEST_SUITE_P(
+    CameraEffects, BadRobotFile,
+    testing::Values(
+        BadCase{"UnknownForAll", "    gain: 0.9", "    gian: 0.9",
+                "robot.yaml:42: effects.camera.gian is unknown (known here: gain, full_well_electrons, "
+                "read_noise_electrons, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion, "
+                "distortion_focal_px, drop_probability, late_probability)"},
+        BadCase{"NoGain", "gain: 0.9", "gain: 0", "robot.yaml:42: effects.camera.gain is 0, must be > 0 and < 1000000"},
+        BadCase{"NoGainOfOne", "gain: 1.3", "gain: 0",
+                "robot.yaml:15: cameras.upper.effects.gain is 0, must be > 0 and < 1000000"},
+        BadCase{"NegativeWell", "full_well_electrons: 9000", "full_well_electrons: -1",
+                "robot.yaml:43: effects.camera.full_well_electrons is -1 e, must be 0 to 1000000000000"},
+        BadCase{"ReadNoiseOfUnknownScale", "    full_well_electrons: 9000\n", "",
+                "robot.yaml:43: effects.camera.read_noise_electrons is 11 e, must be absent or 0 without "
+                "full_well_electrons"},
+        BadCase{"ReadNoiseOfAnEmptyWell", "gain: 1.3", "full_well_electrons: 0",
+                "robot.yaml:15: cameras.upper.effects.full_well_electrons is 0 e, must be > 0 where there is "
+                "read_noise_electrons"},
+        BadCase{"MoreThanAllLight", "vignetting: 0.3", "vignetting: 1.1",
+                "robot.yaml:45: effects.camera.vignetting is 1.1, must be 0 to 1"},
+        BadCase{"DefocusInMillions", "defocus_px: 0.8", "defocus_px: 1e6",
+                "robot.yaml:46: effects.camera.defocus_px is 1e6 px, must be 0 to 50"},
+        BadCase{"NegativeShutter", "exposure_s: 0.012", "exposure_s: -0.012",
+                "robot.yaml:47: effects.camera.exposure_s is -0.012 s, must be 0 to 60"},
+        BadCase{"OneExposure", "exposures: 6", "exposures: 1",
+                "robot.yaml:49: effects.camera.exposures is 1, must be 2 to 64"},
+        BadCase{"ExposuresOfNoTime", "    exposure_s: 0.012\n    readout_s: 0.021\n", "",
+                "robot.yaml:47: effects.camera.exposures is 6, must be absent without exposure_s and readout_s"},
+        BadCase{"ReadoutBeyondTheFrame", "readout_s: 0.021", "readout_s: 0.07",
+                "robot.yaml:48: effects.camera.readout_s is 0.07 s, must be less than a frame period, 0.08 s, together "
+                "with exposure_s"},
+        BadCase{"ExposureOfOneBeyondTheFrame", "gain: 1.3", "exposure_s: 0.06",
+                "robot.yaml:15: cameras.upper.effects.exposure_s is 0.06 s, must be less than a frame period, 0.08 s, "
+                "together with readout_s"},
+        BadCase{"DistortionOfThree", "[-0.11, 0.02, 0.001, -0.002]", "[-0.11, 0.02, 0.001]",
+                "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001], must be a list of 0 or 4 or 5 "
+                "numbers"},
+        BadCase{"DistortionOfAWord", "-0.002]", "small]",
+                "robot.yaml:50: effects.camera.distortion[3] is 'small', must be a number"},
+        BadCase{"DistortionWithoutFocalLength", "    distortion_focal_px: 512.5\n", "",
+                "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001, -0.002], must be absent or empty "
+                "without distortion_focal_px"},
+        BadCase{"CertainLoss", "drop_probability: 0.01", "drop_probability: 1",
+                "robot.yaml:52: effects.camera.drop_probability is 1, must be 0 to below 1"},
+        BadCase{"CertainDelay", "late_probability: 0.02", "late_probability: -0.02",
+                "robot.yaml:53: effects.camera.late_probability is -0.02, must be 0 to below 1"}),
+    name_of<BadCase>);
+
+TEST(RobotFile, TellsOfAFocalLengthWithoutDistortion) {
+  std::string text = with(good_text(), "    distortion: [-0.11, 0.02, 0.001, -0.002]\n", "");
+  EXPECT_EQ(message_of([&] { parse(text); }), "accepted") << "a camera of its own says `distortion: []`";
+  text = with(text, ", effects: {distortion: []}", "");
+  EXPECT_EQ(message_of([&] { parse(text); }),
+            "robot.yaml:50: effects.camera.distortion_focal_px is 512.5 px, must be absent without distortion");
+}
 
 INSTANTIATE_TEST_SUITE_P(
     NotInThisVersion, BadRobotFile,
     testing::Values(
-        BadCase{"Attach", "latency_frames: 3", "attach: hall",
-                "robot.yaml:5: attach is 'hall', must be absent: served worlds are not in this version"},
         BadCase{"Tilt", "tilt_rad: [0, 0]", "tilt_rad: [0, 0.01]",
-                "robot.yaml:33: rig.upper.tilt_rad is [0, 0.01], must be absent or all zero: tilted mirrors are not in "
+                "robot.yaml:34: rig.upper.tilt_rad is [0, 0.01], must be absent or all zero: tilted mirrors are not in "
                 "this version"},
         BadCase{"AxisOffset", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [0.001, 0]",
-                "robot.yaml:22: rig.axis_offset_m is [0.001, 0], must be absent or all zero: mirrors off the axis are "
+                "robot.yaml:23: rig.axis_offset_m is [0.001, 0], must be absent or all zero: mirrors off the axis are "
                 "not in this version"},
         BadCase{
             "Distortion", "tilt_rad: [0, 0]", "distortion: [0.1, 0, 0, 0, 0]",
-            "robot.yaml:33: rig.upper.distortion is a list of 5, must be absent or all zero: lens distortion is not "
+            "robot.yaml:34: rig.upper.distortion is a list of 5, must be absent or all zero: lens distortion is not "
             "in this version"},
         BadCase{"CameraInfo", "tilt_rad: [0, 0]", "camera_info: left.yaml",
-                "robot.yaml:33: rig.upper.camera_info is 'left.yaml', must be absent: camera calibration files are not "
+                "robot.yaml:34: rig.upper.camera_info is 'left.yaml', must be absent: camera calibration files are not "
                 "in this version"}),
     name_of<BadCase>);
 

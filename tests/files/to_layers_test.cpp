@@ -20,30 +20,67 @@ using std::chrono::nanoseconds;
 Robot good_robot() { return read_robot(data("good_robot.yaml")); }
 Map good_map() { return read_map(data("good_map.yaml")); }
 
+std::string all_of(const DriveLimits& limits) {
+  const auto& [max_speed_radps, command_timeout] = limits;
+  return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
+}
+
+std::string all_of(const drivers::CameraPart& part) {
+  const auto& [driver, asked, antialias, effects] = part;
+  const auto& [width_px, height_px, rate_hz] = asked;
+  const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion,
+               focal_px, drop, late] = effects;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
+                     antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures,
+                     fmt::join(distortion, ","), focal_px, drop, late);
+}
+
+std::string all_of(const sim_povray::SeatSettings& seat) {
+  const auto& [name, body, drive, run_ahead] = seat;
+  const auto& [body_name, start, body_radius_m, wheels, timeout, physics, seed] = body;
+  const auto& [separation_m, radius_m, slip, slip_correlation_s, counts, lag_s] = wheels;
+  std::string text = fmt::format("{} {} {} {} {} {} {}\n", name, body_name, start.x_m, start.y_m, start.heading_rad,
+                                 body_radius_m, run_ahead);
+  text += fmt::format("{} {} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts, lag_s);
+  text += fmt::format("{} {} {}", timeout.count(), seed, all_of(drive));
+  if (!physics) return text + "no physics\n";
+  const auto& [mass_kg, wheel_friction, body_friction] = *physics;
+  return text + fmt::format("{} {} {}\n", mass_kg, wheel_friction, body_friction);
+}
+
+std::string all_of(const sim_povray::PlaceSettings& place) {
+  const auto& [scene, unit_m, walls, solids, moving, switches, render] = place;
+  std::string text = fmt::format("{} {}\n", scene.string(), unit_m);
+  if (walls) text += fmt::format("{} {} {} {}\n", walls->min_x_m, walls->max_x_m, walls->min_y_m, walls->max_y_m);
+  for (const auto& [name, shape] : solids) {
+    text += name;
+    if (const auto* disc = std::get_if<sim_povray::Disc>(&shape)) {
+      text += fmt::format(" {} {} {}\n", disc->centre.x_m, disc->centre.y_m, disc->radius_m);
+    } else {
+      for (const auto& [x_m, y_m] : std::get<sim_povray::Outline>(shape)) text += fmt::format(" ({}, {})", x_m, y_m);
+    }
+  }
+  for (const auto& [name, path_m, speed_mps, loop, radius_m] : moving) {
+    text += fmt::format("{} {} {} {}", name, speed_mps, loop, radius_m);
+    for (const auto& [x_m, y_m] : path_m) text += fmt::format(" ({}, {})", x_m, y_m);
+  }
+  const auto& [shadows, area_lights, photons, radiosity, media, depth] = switches;
+  text += fmt::format("\n{} {} {} {} {} {}\n", shadows, area_lights, photons, radiosity, media, depth.value_or(-1));
+  const auto& [povray, processes, hold, whole_picture, timeout, notice] = render;
+  return text +
+         fmt::format("{} {} {} {} {} {}\n", povray, processes, hold, whole_picture, timeout.count(), bool(notice));
+}
+
 /// Every field as text. The bindings name each field of each struct, so that a new one does not compile unseen.
 std::string all_of(const drivers::RobotSettings& settings) {
-  const auto camera = [](const drivers::CameraPart& part) {
-    const auto& [driver, asked, antialias] = part;
-    const auto& [width_px, height_px, rate_hz] = asked;
-    return fmt::format("{} {} {} {} {}\n", driver, width_px, height_px, rate_hz, antialias);
-  };
-  const auto limits = [](const DriveLimits& drive) {
-    const auto& [max_speed_radps, command_timeout] = drive;
-    return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
-  };
-  const auto& [lower, upper, drive, max_skew, world] = settings;
+  const auto& [lower, upper, drive, max_skew, others, world] = settings;
   const auto& [driver, drive_limits] = drive;
-  std::string text = camera(lower) + camera(upper) + driver + " " + limits(drive_limits);
+  std::string text = all_of(lower) + all_of(upper) + driver + " " + all_of(drive_limits);
   text += fmt::format("{}\n", max_skew.count());
+  for (const auto& [name, part] : others) text += name + " " + all_of(part);
   if (!world) return text + "no world";
-  const auto& [scene, unit_m, robot_name, start, wheels, world_drive, render, seed] = *world;
-  const auto& [separation_m, radius_m, slip, slip_correlation_s, counts] = wheels;
-  const auto& [povray, processes, run_ahead, timeout] = render;
-  text +=
-      fmt::format("{} {} {} {} {} {}\n", scene.string(), unit_m, robot_name, start.x_m, start.y_m, start.heading_rad);
-  text += fmt::format("{} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts);
-  text += limits(world_drive);
-  return text + fmt::format("{} {} {} {} {}", povray, processes, run_ahead, timeout.count(), seed);
+  const auto& [attach, place, seat] = *world;
+  return text + attach + "\n" + all_of(place) + all_of(seat);
 }
 
 TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
@@ -58,24 +95,110 @@ TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
   EXPECT_EQ(settings.drive.limits.command_timeout, milliseconds(410));
   EXPECT_EQ(settings.max_skew, milliseconds(11));
 
+  EXPECT_EQ(settings.lower.effects, good_robot().lower.effects);
+  EXPECT_EQ(settings.upper.effects, good_robot().upper.effects);
+  EXPECT_NE(settings.lower.effects, settings.upper.effects);
+  ASSERT_EQ(settings.others.size(), 1u);
+  EXPECT_EQ(settings.others[0].name, "aft_2");
+  EXPECT_EQ(settings.others[0].part.driver, "sim_povray");
+  EXPECT_EQ(settings.others[0].part.settings, (CameraSettings{.width_px = 80, .height_px = 60, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.others[0].part.effects, good_robot().others[0].camera.effects);
+
   ASSERT_TRUE(settings.world.has_value());
-  const sim_povray::WorldSettings& world = *settings.world;
-  EXPECT_EQ(world.scene, data("cellar.pov"));
-  EXPECT_EQ(world.unit_m, 0.04);
-  EXPECT_EQ(world.robot_name, "robot") << "the scene's name for it, not the robot file's";
-  EXPECT_EQ(world.start, (Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
-  EXPECT_EQ(world.wheels.separation_m, 0.29);
-  EXPECT_EQ(world.wheels.radius_m, 0.043);
-  EXPECT_EQ(world.wheels.slip, 0.013);
-  EXPECT_EQ(world.wheels.encoder_counts_per_turn, 1200);
-  EXPECT_EQ(world.drive.max_speed_radps, 0.37 / 0.043);
-  EXPECT_EQ(world.drive.command_timeout, milliseconds(410));
-  EXPECT_EQ(world.seed, 77u);
+  EXPECT_TRUE(settings.world->attach.empty());
+  const sim_povray::SeatSettings& seat = settings.world->seat;
+  EXPECT_EQ(seat.name, "nina");
+  EXPECT_EQ(seat.drive.max_speed_radps, 0.37 / 0.043);
+  EXPECT_EQ(seat.drive.command_timeout, milliseconds(410));
+  EXPECT_EQ(seat.run_ahead_frames, 5) << "latency_frames and two more";
+  EXPECT_EQ(seat.body.start, (Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
+  EXPECT_EQ(seat.body.radius_m, 0.17);
+  EXPECT_EQ(seat.body.wheels.separation_m, 0.29);
+  EXPECT_EQ(seat.body.wheels.radius_m, 0.043);
+  EXPECT_EQ(seat.body.wheels.slip, 0.013);
+  EXPECT_EQ(seat.body.wheels.encoder_counts_per_turn, 1200);
+  EXPECT_EQ(seat.body.wheels.lag_s, 0.07);
+  EXPECT_EQ(seat.body.command_timeout, milliseconds(410));
+  EXPECT_EQ(seat.body.seed, 77u);
+  ASSERT_TRUE(seat.body.physics.has_value());
+  EXPECT_EQ(seat.body.physics->mass_kg, 4.2);
+  EXPECT_EQ(seat.body.physics->body_friction, 0.25);
+  EXPECT_EQ(seat.body.physics->wheel_friction, sim_povray::Physics{}.wheel_friction) << "the file does not say";
+  EXPECT_EQ(all_of(settings.world->place), all_of(to_place(good_map())));
+}
+
+TEST(ToRobotSettings, WithoutMassAndFrictionThereIsNoPhysics) {
+  Robot robot = good_robot();
+  robot.effects.mass_kg.reset();
+  robot.effects.body_friction.reset();
+  EXPECT_FALSE(to_robot_settings(robot, good_map(), 1).world->seat.body.physics.has_value());
+  robot.effects.wheel_friction = 0.6;
+  const auto physics = to_robot_settings(robot, good_map(), 1).world->seat.body.physics;
+  ASSERT_TRUE(physics.has_value());
+  EXPECT_EQ(physics->wheel_friction, 0.6);
+  EXPECT_EQ(physics->mass_kg, sim_povray::Physics{}.mass_kg);
+}
+
+TEST(ToRobotSettings, AServedWorldNeedsNoSceneOfOnesOwn) {
+  Robot robot = good_robot();
+  robot.attach = "hall-2";
+  Map map = good_map();
+  map.scene.reset();
+  const drivers::RobotSettings settings = to_robot_settings(robot, map, 1);
+  ASSERT_TRUE(settings.world.has_value());
+  EXPECT_EQ(settings.world->attach, "hall-2");
+  EXPECT_EQ(settings.world->seat.name, "nina");
+  EXPECT_EQ(all_of(settings.world->place), all_of(sim_povray::PlaceSettings{}));
+}
+
+TEST(ToPlace, HasEveryThingOfTheMap) {
+  const sim_povray::PlaceSettings place = to_place(good_map());
+  EXPECT_EQ(place.scene, data("cellar.pov"));
+  EXPECT_EQ(place.unit_m, 0.04);
+  ASSERT_TRUE(place.walls.has_value());
+  EXPECT_EQ(place.walls->min_x_m, -2.1);
+  EXPECT_EQ(place.walls->max_x_m, 3.3);
+  EXPECT_EQ(place.walls->min_y_m, -1.7);
+  EXPECT_EQ(place.walls->max_y_m, 2.9);
+  ASSERT_EQ(place.solids.size(), 4u);
+  EXPECT_EQ(place.solids[0].name, "landmark red");
+  const auto& red = std::get<sim_povray::Disc>(place.solids[0].shape);
+  EXPECT_EQ(red.centre, (sim_povray::FloorPoint{-1.9, 0.7}));
+  EXPECT_EQ(red.radius_m, 0.08);
+  EXPECT_EQ(place.solids[1].name, "landmark green");
+  EXPECT_EQ(place.solids[2].name, "obstacle 1");
+  EXPECT_EQ(std::get<sim_povray::Outline>(place.solids[2].shape),
+            (sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
+  EXPECT_EQ(place.solids[3].name, "obstacle 2");
+  EXPECT_EQ(std::get<sim_povray::Disc>(place.solids[3].shape).radius_m, 0.25);
+  ASSERT_EQ(place.moving.size(), 2u);
+  EXPECT_EQ(place.moving[0].name, "cart_2");
+  EXPECT_EQ(place.moving[0].path_m, (std::vector<sim_povray::FloorPoint>{{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}}));
+  EXPECT_EQ(place.moving[0].speed_mps, 0.23);
+  EXPECT_TRUE(place.moving[0].loop);
+  EXPECT_EQ(place.moving[0].radius_m, 0.19);
+  EXPECT_FALSE(place.moving[1].loop);
+  EXPECT_FALSE(place.switches.shadows);
+  EXPECT_TRUE(place.switches.area_lights);
+  EXPECT_FALSE(place.switches.photons);
+  EXPECT_TRUE(place.switches.radiosity);
+  EXPECT_TRUE(place.switches.media);
+  EXPECT_EQ(place.switches.reflection_depth, 3);
+}
+
+TEST(ToPlace, WhatCannotBeServedIsAFileError) {
+  Map map = good_map();
+  map.file = "m.yaml";
+  map.unit_m = -0.04;
+  EXPECT_EQ(message_of([&] { to_place(map); }).rfind("m.yaml: ", 0), 0u);
+  map.scene.reset();
+  EXPECT_EQ(message_of([&] { to_place(map); }), "m.yaml: scene is missing: the POV-Ray file");
 }
 
 TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
   Robot robot = good_robot();
   robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+  robot.others.clear();
   robot.start.reset();
   Map map = good_map();
   map.scene.reset();
@@ -104,13 +227,11 @@ TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   EXPECT_EQ(all_of(to_robot_settings(robot, good_map(), 77)), before);
 }
 
-TEST(BeliefAndTruth, NeitherLandmarksNorObstaclesReachTheDrivers) {
+TEST(BeliefAndTruth, OfLandmarksOnlyWhatABodyTouchesReachesTheDrivers) {
   const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
   Map map = good_map();
-  map.landmarks[0].x_m += 0.5;
-  map.landmarks.pop_back();
-  map.obstacles.clear();
-  map.bounds.max_x_m += 1;
+  map.landmarks[0].colour = {0.2, 0.3, 0.9};
+  map.landmarks[1].top_m *= 0.5;
   EXPECT_EQ(all_of(to_robot_settings(good_robot(), map, 77)), before);
 }
 
@@ -162,7 +283,14 @@ INSTANTIATE_TEST_SUITE_P(
                    robot.drive.driver = robot.lower.driver = "memory";
                    map.scene.reset();
                  },
-                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"}),
+                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+        Mismatch{"AttachWithoutTheSimulator",
+                 [](Robot& robot, Map&) {
+                   robot.attach = "hall";
+                   robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+                   robot.others.clear();
+                 },
+                 "r.yaml: attach is 'hall', must be absent: no part has driver sim_povray"}),
     name_of<Mismatch>);
 
 TEST(ToRobotSettings, WhatTheDriversRefuseIsAFileErrorToo) {
@@ -250,7 +378,8 @@ TEST(ToStartPose, BringsTheHeadingIntoItsRange) {
   Robot robot = good_robot();
   robot.start->heading_rad = 0.53 + std::numbers::pi;
   EXPECT_NEAR(to_start_pose(robot).heading_rad, 0.53 - std::numbers::pi, kRounding_rad);
-  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->start.heading_rad, to_start_pose(robot).heading_rad);
+  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->seat.body.start.heading_rad,
+            to_start_pose(robot).heading_rad);
 }
 
 TEST(ToArena, HasWallsLandmarksAndObstacles) {

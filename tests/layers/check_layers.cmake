@@ -9,7 +9,8 @@ cmake_minimum_required(VERSION 3.25)
 # header. The first area that fits counts; DRIVER stands for the driver's own folder.
 set(areas hal vision localisation drivers/backends drivers/DRIVER
           apps/behaviours apps/files apps/runs apps/report apps/twocone bench examples)
-set(drivers_api drivers/backends.h drivers/sim_povray/sim_povray.h)
+set(drivers_api drivers/backends.h drivers/sim_povray/effects.h drivers/sim_povray/reflected_truth.h
+                drivers/sim_povray/serve.h drivers/sim_povray/sim_povray.h)
 set(may_hal hal)
 set(may_vision vision)
 set(may_localisation localisation vision)

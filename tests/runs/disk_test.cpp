@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/runs/run_folder.h"
+#include "apps/runs/tables.h"
+#include "apps/runs/truth_table.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -48,6 +50,37 @@ TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
             "cannot make the folder " + (file / "run" / "lower").string() + ": Not a directory");
 }
 
+// Catches a row in frames.csv whose pictures are not there yet: a reader takes what is in it for whole.
+TEST(Disk, OtherCamerasPicturesLieBesideThePairs) {
+  const TemporaryFolder folder;
+  RunFolder run(folder.path() / "run");
+  const auto picture = [](std::uint8_t level) { return Image{1, 1, PixelFormat::kRgb8, {level, level, level}}; };
+  FrameRecord record;
+  record.frame.frame = 12;
+  run.add(record, picture(1), picture(2),
+          {{"front", std::make_shared<Image>(picture(3))}, {"back", std::make_shared<Image>(picture(4))}});
+  for (const auto& [camera, level] : {std::pair{"lower", 1}, {"upper", 2}, {"front", 3}, {"back", 4}}) {
+    const auto stored = read_picture(camera_picture(run.path(), camera, 12));
+    ASSERT_TRUE(stored) << camera;
+    EXPECT_EQ(stored->bytes[0], level) << camera;
+  }
+  EXPECT_EQ(read_frames(run.path() / "frames.csv").size(), 1U);
+
+  (void)folder.write("run/left", "a file where a folder has to be");
+  record.frame.frame = 13;
+  EXPECT_THROW(run.add(record, picture(1), picture(2), {{"left", std::make_shared<Image>(picture(5))}}), DiskError);
+  EXPECT_EQ(read_frames(run.path() / "frames.csv").size(), 1U) << "a frame without all its pictures has a row";
+}
+
+TEST(Disk, TheTruthIsATableBesideItsPicture) {
+  const TemporaryFolder folder;
+  const RunFolder run(folder.path() / "run");
+  const auto file = truth_file(run.path(), "upper", 7);
+  write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}}, {{"red", 0, 0, 1, 1}, {"a, b", 0, 0, 1, 1}});
+  EXPECT_EQ(folder.read("run/upper/000007.truth.csv"),
+            "column_px,row_px,landmark,distance_m,height_m\n3,0,\"a, b\",2.12346,0.90000\n4,0,red,1.50000,0.12345\n");
+}
+
 TEST(Disk, PicturesComeBackAsTheyWere) {
   const TemporaryFolder folder;
   Image image{5, 3, PixelFormat::kRgb8, {}};
@@ -56,6 +89,12 @@ TEST(Disk, PicturesComeBackAsTheyWere) {
   const auto again = read_picture(folder.path() / "a.png");
   ASSERT_TRUE(again);
   EXPECT_EQ(*again, image);
+  image.format = PixelFormat::kBgr8;  // as a camera may deliver it: what is stored must show the same colours
+  write_picture(folder.path() / "bgr.png", image);
+  EXPECT_EQ(*read_picture(folder.path() / "bgr.png"), *to_rgb8(image));
+  const Image grey{2, 1, PixelFormat::kGrey8, {7, 200}};
+  write_picture(folder.path() / "grey.png", grey);
+  EXPECT_EQ(*read_picture(folder.path() / "grey.png"), *to_rgb8(grey));
   EXPECT_EQ(read_picture(folder.path() / "b.png").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(read_picture(folder.write("c.png", "no picture")).error().code, ErrorCode::kBadData);
 }

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/files/key_places.h"
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+#include "apps/files/to_layers.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+#include "drivers/sim_povray/effects.h"
+
+namespace twocone::cli {
+namespace {
+
+struct Options {
+  std::filesystem::path robot;
+  bool verify = false;
+};
+
+/// A simulated camera and the size of its pictures.
+struct View {
+  sim_povray::ViewSettings settings;
+  CameraSettings size;
+};
+
+std::vector<View> views_of(const drivers::RobotSettings& robot) {
+  std::vector<View> views;
+  const auto add = [&views](const std::string& name, const drivers::CameraPart& part) {
+    if (part.driver == "sim_povray") views.push_back({{name, part.antialias, part.effects}, part.settings});
+  };
+  add("lower", robot.lower);
+  add("upper", robot.upper);
+  for (const drivers::OtherCamera& other : robot.others) add(other.name, other.part);
+  return views;
+}
+
+/// Rows of columns, each as wide as its widest cell.
+void print_columns(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) line += fmt::format("{:<{}}  ", row[i], widths[i]);
+    line.erase(line.find_last_not_of(' ') + 1);
+    fmt::print("{}\n", line);
+  }
+}
+
+void print_effects(const std::vector<sim_povray::EffectRow>& effects) {
+  std::vector<std::vector<std::string>> rows{{"kind", "effect", "", "reason", "cost", "switch"}};
+  std::string_view kind;
+  for (const sim_povray::EffectRow& effect : effects) {
+    rows.push_back({effect.kind == kind ? "" : effect.kind, effect.effect, effect.on ? "on" : "-", effect.reason,
+                    effect.on ? effect.cost : "", effect.how});
+    kind = effect.kind;
+  }
+  print_columns(rows);
+}
+
+void print_verification(const std::vector<sim_povray::Verification>& results) {
+  std::vector<std::vector<std::string>> rows{
+      {"view", "pixels", "different", "greatest", "mean", "everything on", "as chosen", "saved"}};
+  for (const sim_povray::Verification& result : results) {
+    const double saved = result.everything_s > 0 ? 1 - result.choice_s / result.everything_s : 0;
+    rows.push_back({result.view, std::to_string(result.pixels), std::to_string(result.different),
+                    std::to_string(result.greatest), fmt::format("{:.4f}", result.mean),
+                    fmt::format("{:.0f} ms", 1e3 * result.everything_s),
+                    fmt::format("{:.0f} ms", 1e3 * result.choice_s), fmt::format("{:.0f} %", 100 * saved)});
+  }
+  fmt::print(
+      "\nThe picture of the start with everything on and as chosen; pixels in the mirror, differences of 255,\n"
+      "processor time of POV-Ray for one picture (the median of three)\n\n");
+  print_columns(rows);
+}
+
+void execute(const Options& options) {
+  const files::Robot robot = files::read_robot(options.robot);
+  const files::Map map = files::read_map(robot.map);
+  const drivers::RobotSettings settings = files::to_robot_settings(robot, map, 1);
+  if (!settings.world) {
+    throw CommandFailed(fmt::format("{}: no part has driver sim_povray: nothing is simulated", robot.file.string()));
+  }
+  // Of a served world, what it would be if it were served from the robot's map.
+  const sim_povray::PlaceSettings place = settings.world->attach.empty() ? settings.world->place : files::to_place(map);
+  const std::vector<View> views = views_of(settings);
+  std::vector<sim_povray::ViewSettings> asked;
+  for (const View& view : views) asked.push_back(view.settings);
+
+  print_effects(
+      value_or_fail(sim_povray::effect_table(place, settings.world->seat, asked, files::key_places(robot, map))));
+  std::fflush(stdout);
+  if (!options.verify) return;
+
+  std::vector<sim_povray::Verification> results;
+  {
+    ProgressBar bar("verify");
+    for (const View& view : views) {
+      bar.show(double(results.size()) / double(views.size()));
+      const auto verified =
+          value_or_fail(sim_povray::verify_effects(place, settings.world->seat, {view.settings}, view.size));
+      results.insert(results.end(), verified.begin(), verified.end());
+    }
+  }
+  print_verification(results);
+}
+
+}  // namespace
+
+void add_effects(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      program.add_subcommand("effects", "Which effects scene, map and robot call for, why, and what they cost");
+  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  command->add_flag("--verify", options->verify,
+                    "Render the first picture with everything on and as chosen; compare pixels and time");
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "apps/files/map_file.h"
+#include "apps/files/to_layers.h"
+#include "apps/twocone/commands.h"
+#include "drivers/sim_povray/serve.h"
+
+namespace twocone::cli {
+namespace {
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+
+void on_signal(int /*signal*/) { stop_asked = true; }
+
+struct Options {
+  std::filesystem::path map;
+  std::string name;
+};
+
+/// scenes/lab.map.yaml: lab
+std::string name_of(const std::filesystem::path& map) {
+  const std::string file = map.filename().string();
+  return file.substr(0, file.find('.'));
+}
+
+void execute(const Options& options) {
+  const sim_povray::PlaceSettings place = files::to_place(files::read_map(options.map));
+
+  // Every robot's wheels stop and the name gets free; a second signal ends the program at once.
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESETHAND;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+
+  const Status served = sim_povray::serve_world(
+      place, options.name.empty() ? name_of(options.map) : options.name,
+      [](const std::string& line) { fmt::print(stderr, "{}\n", line); }, stop_asked);
+  if (!served) throw CommandFailed(served.error().message);
+}
+
+}  // namespace
+
+void add_serve(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      program.add_subcommand("serve", "Run a simulated world for several robots or programs, until it is interrupted");
+  command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
+  command->add_option("--name", options->name, "What robot files call it in `attach:` (default: the map file's name)");
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli
