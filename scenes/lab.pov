@@ -672,13 +672,13 @@ union {
   object { Base }
 
   // Lower mirror and its back plate
-  cone { <0, 7.4, 0>, 0 <0, 8.6, 0>, 1.2 texture { T_Mirror } }
+  cone { <0, 7.4, 0>, 0 <0, 8.6, 0>, 1.2 open texture { T_Mirror } }
   cylinder { <0, 8.6, 0> <0, 8.8, 0> 1.2 texture { T_Dark } }
 
   object { Upper_Camera }
 
   // Upper mirror and its back plate
-  cone { <0, 13.4, 0>, 0 <0, 14.6, 0>, 1.2 texture { T_Mirror } }
+  cone { <0, 13.4, 0>, 0 <0, 14.6, 0>, 1.2 open texture { T_Mirror } }
   cylinder { <0, 14.6, 0> <0, 14.8, 0> 1.2 texture { T_Dark } }
 
   // Mast 0.13 m behind the axis, with two arms

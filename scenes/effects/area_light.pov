@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// area_light.pov : shadows.pov with one light that has an area, for soft shadows.
+
+#version 3.7;
+global_settings { assumed_gamma 1.0 max_trace_level 4 }
+#include "parts.inc"
+
+background { color rgb 0.75 }
+light_source {
+  W(0.2, 0.3, 2.1) color rgb 1.1
+  area_light 12*x, 12*z, 4, 4 adaptive 1
+}
+object { Room }
+object { Pillars }
+object { Post }
+
+union {
+  //*PMName robot
+  object { Body }
+  object { Mirror translate 7.4*y }
+  object { Upper_Camera }
+  object { Mirror translate 13.4*y }
+  object { Mast }
+}
+camera {
+  //*PMName lower
+  perspective location <0, 5, 0> direction <0, 1.475, 0> up <0, 0, -1> right <4/3, 0, 0>
+}
+camera {
+  //*PMName upper
+  perspective location <0, 11, 0> direction <0, 1.475, 0> up <0, 0, -1> right <4/3, 0, 0>
+}
