@@ -3,13 +3,17 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <ostream>
 #include <random>
+#include <string>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "apps/files/to_layers.h"
-#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/render/process_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
 
@@ -20,7 +24,11 @@ namespace {
 // pixel".
 constexpr double kWithin_px = 1;
 constexpr int kPosesInTests = 6;
-// The lab's mast stands 0.13 m behind the mirrors' axis and is 4 mm thick to either side.
+// Pixels to either side of a predicted edge in which it is looked for.
+constexpr double kSearch_px = 6;
+// A foot that is narrower has no pixel of its own at its edge.
+constexpr double kLeastFoot_px = 3;
+// The mast stands 0.13 m behind the mirrors' axis and is 4 mm thick to either side.
 constexpr double kMastBearing_rad = std::numbers::pi;
 constexpr double kMastHalfWidth_rad = 0.004 / 0.13;
 
@@ -32,6 +40,18 @@ int pose_count() {
 double angle_between(double a_rad, double b_rad) {
   return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi));
 }
+
+/// A robot that ships, and where in its room it is set down: where nothing but pillars is higher than the mirrors'
+/// horizon, or nothing at all.
+struct ProjectionCase {
+  const char* name;
+  const char* robot;
+  double most_x_m;
+  double most_y_m;
+  bool sees_feet;  ///< its mirrors show where pillars stand
+
+  friend void PrintTo(const ProjectionCase& c, std::ostream* out) { *out << c.robot; }
+};
 
 struct Sight {
   double bearing_rad;
@@ -54,7 +74,7 @@ std::optional<SeenTop> find_top(const cv::Mat& labels, int label, const vision::
                                 double radius_px, double half_width_rad) {
   const Eigen::Vector2d centre = view.settings().centre_px;
   // Its middle: between the two sides on a circle well inside the top, where the sides are straight.
-  const double inside_px = radius_px - 6;
+  const double inside_px = radius_px - kSearch_px;
   double first = NAN;
   double last = NAN;
   const double step_rad = 0.05 / inside_px;
@@ -65,7 +85,7 @@ std::optional<SeenTop> find_top(const cv::Mat& labels, int label, const vision::
   }
   if (std::isnan(first)) return std::nullopt;
   SeenTop top{bearing_rad + (first + last) / 2, 0};
-  for (double r = radius_px + 6; r > inside_px; r -= 0.05) {
+  for (double r = radius_px + kSearch_px; r > inside_px; r -= 0.05) {
     if (label_at(labels, centre + view.offset_px(bearing_rad, r)) == label) {
       top.radius_px = r;
       return top;
@@ -74,8 +94,24 @@ std::optional<SeenTop> find_top(const cv::Mat& labels, int label, const vision::
   return std::nullopt;
 }
 
-TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
-  const files::Robot robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+/// Where a landmark begins in a picture, going outwards: the radius of its foot.
+std::optional<double> find_foot(const cv::Mat& labels, int label, const vision::MirrorView& view, double bearing_rad,
+                                double radius_px) {
+  for (double r = radius_px - kSearch_px; r < radius_px + kSearch_px; r += 0.05) {
+    if (label_at(labels, view.settings().centre_px + view.offset_px(bearing_rad, r)) == label) return r;
+  }
+  return std::nullopt;
+}
+
+class Projection : public testing::TestWithParam<ProjectionCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Robots, Projection,
+                         testing::Values(ProjectionCase{"Lab", "robots/lab_sim.yaml", 2.2, 1.7, false},
+                                         ProjectionCase{"Cone120", "robots/mirrors/cone120.yaml", 1.4, 1.0, true}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
+  const files::Robot robot = files::read_robot(std::filesystem::path(TWOCONE_SOURCE_DIR) / GetParam().robot);
   const files::Map map = files::read_map(robot.map);
   const auto rig = files::to_rig(robot);
   const auto arena = files::to_arena(map);
@@ -91,10 +127,9 @@ TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
   ASSERT_TRUE(program) << program.error().message;
   sim_povray::ProcessRenderer renderer(sim_povray::Povray(*program, *map.scene, std::chrono::minutes(2)), 4);
 
-  // Poses on the floor that the scene keeps free of anything higher than the mirrors' horizon.
   std::mt19937_64 random(450);
-  std::uniform_real_distribution<double> x(-2.2, 2.2);
-  std::uniform_real_distribution<double> y(-1.7, 1.7);
+  std::uniform_real_distribution<double> x(-GetParam().most_x_m, GetParam().most_x_m);
+  std::uniform_real_distribution<double> y(-GetParam().most_y_m, GetParam().most_y_m);
   std::uniform_real_distribution<double> heading(-std::numbers::pi, std::numbers::pi);
   std::vector<Pose2> poses;
   while (int(poses.size()) < pose_count()) {
@@ -102,19 +137,23 @@ TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
     if (arena.clearance_m({pose.x_m, pose.y_m}) >= robot.body_radius_m) poses.push_back(pose);
   }
 
-  std::vector<std::array<std::shared_future<ImageResult>, 2>> pictures;
+  std::vector<std::array<std::future<ImageResult>, 2>> pictures;
   for (const Pose2& pose : poses) {
     const auto motion = sim_povray::motion_between({}, pose);
     auto& pair = pictures.emplace_back();
     for (const auto& [i, name, entry] : {std::tuple{0, "lower", robot.lower}, {1, "upper", robot.upper}}) {
       const auto camera = scene->camera(name);
       ASSERT_TRUE(camera) << camera.error().message;
-      pair[std::size_t(i)] = renderer.submit(
-          {name, scene->seen({{*body, motion}}, {*camera, motion}, map.unit_m), entry.width_px, entry.height_px, 1});
+      auto promise = std::make_shared<std::promise<ImageResult>>();
+      pair[std::size_t(i)] = promise->get_future();
+      renderer.submit(sim_povray::plain_picture(name, scene->seen({{*body, motion}}, {*camera, motion}, map.unit_m),
+                                                entry.width_px, entry.height_px, 1),
+                      [promise](ImageResult picture) { promise->set_value(std::move(picture)); });
     }
   }
 
   int compared = 0;
+  int feet = 0;
   int hidden = 0;
   double worst_px = 0;
   double sum_px = 0;
@@ -139,7 +178,8 @@ TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
         const double near_m = sight.distance_m - map.landmarks[i].radius_m;
         const auto predicted = view.project(
             {near_m * std::cos(sight.bearing_rad), near_m * std::sin(sight.bearing_rad), map.landmarks[i].top_m});
-        if (!predicted) continue;  // too near: its top lies beyond the rim
+        const auto foot_px = view.image_radius_px(near_m, 0);
+        if (!predicted && !foot_px) continue;
         bool covered = angle_between(sight.bearing_rad, kMastBearing_rad) < sight.half_width_rad + kMastHalfWidth_rad;
         for (std::size_t j = 0; j < sights.size(); ++j) {
           covered = covered || (j != i && sights[j].distance_m < sight.distance_m &&
@@ -150,11 +190,19 @@ TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
           ++hidden;
           continue;
         }
-        const Eigen::Vector2d offset = *predicted - view.settings().centre_px;
-        const auto top = find_top(labels, int(i) + 1, view, sight.bearing_rad, offset.norm(), sight.half_width_rad);
         const std::string where =
             fmt::format("pose {} ({:.3f} m, {:.3f} m, {:.3f} rad), {} in the {} mirror", k, pose.x_m, pose.y_m,
                         pose.heading_rad, map.landmarks[i].name, v == 0 ? "lower" : "upper");
+        if (foot_px && 2 * *foot_px * sight.half_width_rad >= kLeastFoot_px) {
+          const auto foot = find_foot(labels, int(i) + 1, view, sight.bearing_rad, *foot_px);
+          ASSERT_TRUE(foot) << where << " has no foot in the picture";
+          EXPECT_NEAR(*foot, *foot_px, kWithin_px) << where;
+          worst_px = std::max(worst_px, std::abs(*foot - *foot_px));
+          ++feet;
+        }
+        if (!predicted) continue;  // too near: its top lies beyond the rim
+        const Eigen::Vector2d offset = *predicted - view.settings().centre_px;
+        const auto top = find_top(labels, int(i) + 1, view, sight.bearing_rad, offset.norm(), sight.half_width_rad);
         ASSERT_TRUE(top) << where << " is not in the picture";
         const Eigen::Vector2d seen = view.settings().centre_px + view.offset_px(top->bearing_rad, top->radius_px);
         const double off_px = (seen - *predicted).norm();
@@ -166,9 +214,12 @@ TEST(Projection, AgreesWithPovrayOnEveryVisiblePillarTop) {
     }
   }
   EXPECT_GE(compared, 7 * int(poses.size())) << "of 12 tops a pose, most must be visible";
+  EXPECT_GE(feet, GetParam().sees_feet ? 4 * int(poses.size()) : 0) << "those of the pillars that are near";
   std::printf(
-      "%d poses, %d pillar tops compared, %d hidden by the mast or another pillar: mean %.3f px, worst %.3f px\n",
-      int(poses.size()), compared, hidden, sum_px / compared, worst_px);
+      "%d poses, %d pillar tops and %d feet compared, %d hidden by the mast or another pillar: tops' mean %.3f px, "
+      "worst "
+      "of all %.3f px\n",
+      int(poses.size()), compared, feet, hidden, sum_px / compared, worst_px);
 }
 
 }  // namespace

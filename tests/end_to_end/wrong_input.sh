@@ -74,7 +74,7 @@ expect 'report of no run' 1 'no run here' "$twocone" report "$lab"
 expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$work" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/run_no_povray"
 
 expect 'no subcommand' 2 'subcommand' "$twocone"
-expect 'unknown subcommand' 2 "no subcommand 'serve'; there are: run, localise, report" "$twocone" serve
+expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'no robot' 2 'robot' "$twocone" run
 expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many

@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# What a simulated world does when there is no room for its pictures, and when an include cannot be read.
+#   broken_world.sh TWOCONE SOURCE_DIR
+. "$(dirname "$0")/common.sh"
+robot=$source_dir/tests/end_to_end/data/small.yaml
+lab=$source_dir/scenes/lab.map.yaml
+
+# A /dev/shm of its own, full: the pictures go the slow way, one process each, and it is said.
+if unshare -m true 2>/dev/null; then
+  "$twocone" run --robot "$robot" --frames 4 --out "$work/roomy" >/dev/null 2>"$work/errors" || fail "with room: $(cat "$work/errors")"
+  unshare -m env -u XDG_RUNTIME_DIR bash -c '
+    mount -t tmpfs -o size=64k tmpfs /dev/shm && head -c 65536 /dev/zero >/dev/shm/filler 2>/dev/null
+    exec "$1" run --robot "$2" --frames 4 --out "$3"' sh "$twocone" "$robot" "$work/full" >/dev/null 2>"$work/errors" ||
+    fail "a full /dev/shm: $(cat "$work/errors")"
+  grep -q 'one POV-Ray process per picture' "$work/errors" || fail "a full /dev/shm is not told of: $(cat "$work/errors")"
+  for picture in "$work"/roomy/*/*.png; do cmp "$picture" "$work/full/${picture#"$work/roomy/"}" || fail "$picture differs"; done
+  echo "ok  full /dev/shm: the same pictures; $(grep 'one POV-Ray process' "$work/errors")"
+else
+  skip "no mount namespace to be had: a full /dev/shm was not tried"
+fi
+
+# An include that nobody can read, and one that is not there.
+sed "s|^map:.*|map: $work/lab.map.yaml|" "$robot" >"$work/robot.yaml"
+sed 's|^scene:.*|scene: lab.pov|' "$lab" >"$work/lab.map.yaml"
+for what in folder missing; do
+  { cat "$source_dir/scenes/lab.pov"; echo '#include "parts.inc"'; } >"$work/lab.pov"
+  rm -rf "$work/parts.inc" "$work/run"
+  [ "$what" = folder ] && mkdir "$work/parts.inc"
+  timeout 60 "$twocone" run --robot "$work/robot.yaml" --frames 2 --out "$work/run" >/dev/null 2>"$work/errors"
+  status=$?
+  ((status == 1)) || fail "include $what: exit $status"
+  [ "$(wc -l <"$work/errors")" = 1 ] || fail "include $what: more than a line: $(cat "$work/errors")"
+  grep -q 'parts.inc' "$work/errors" || fail "include $what: the file is not named: $(cat "$work/errors")"
+  echo "ok  include $what: $(sed "s|$work/||g" "$work/errors")"
+done
+finish

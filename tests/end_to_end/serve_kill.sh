@@ -1,0 +1,124 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Programs of one served world that are killed (kill -9) at random moments: the others notice or go on within two
+# seconds, and nothing is left behind.
+#   serve_kill.sh TWOCONE SOURCE_DIR [TIMES SEED]
+. "$(dirname "$0")/common.sh"
+times=${3:-3}
+RANDOM=${4:-1}
+export XDG_RUNTIME_DIR=$work/runtime
+mkdir -m 700 "$XDG_RUNTIME_DIR"
+name=hall
+folder=$XDG_RUNTIME_DIR/twocone
+noticed_ms=2000 # within which who lives on must have noticed
+patience_s=60   # for what takes rendering
+
+now_ms() { echo $(($(date +%s%N) / 1000000)); }
+
+# A zombie is dead: only nobody has asked yet.
+alive() { grep -qs '^State:.[^ZX]' "/proc/$1/status"; }
+
+# eventually SECONDS COMMAND...: until the command succeeds.
+eventually() {
+  local deadline=$(($(now_ms) + $1 * 1000))
+  shift
+  until "$@"; do
+    (($(now_ms) < deadline)) || return 1
+    sleep 0.02
+  done
+}
+
+dead() { ! alive "$1"; }
+nothing_left() { [ -z "$(ls -A "$folder" 2>/dev/null)" ]; }
+rows() { cat "$1/frames.csv" 2>/dev/null | wc -l; }
+has_rows() { (($(rows "$1") >= $2)); }
+said() { grep -qs -- "$1" "$work/server"; }
+
+start_server() {
+  "$twocone" serve --scene "$source_dir/scenes/pair/pair.map.yaml" --name "$name" 2>"$work/server" >/dev/null &
+  server=$!
+  eventually "$patience_s" said "serving '$name'" || fail "the server does not begin: $(cat "$work/server")"
+}
+start_robot() { # FILE OUT
+  "$twocone" run --robot "$source_dir/robots/pair/$1.yaml" --frames 100000 --behaviour still --out "$work/$2" \
+    >/dev/null 2>"$work/$2.errors" &
+}
+# end PID NAME STATUS: asks it to end, and waits. A run that is stopped from outside has failed: 1.
+end() {
+  kill -TERM "$1" 2>/dev/null
+  eventually "$patience_s" dead "$1" || { fail "$2 does not end"; kill -9 "$1"; }
+  wait "$1"
+  local status=$?
+  ((status == $3)) || fail "$2 ended with $status instead of $3"
+}
+
+shm_before=$(ls -A /dev/shm 2>/dev/null)
+longest_ms=0
+note() { ((${1} > longest_ms)) && longest_ms=$1; }
+
+for ((i = 0; i < times; i++)); do
+  victim=$((RANDOM % 3))
+  delay=$(printf '0.%03d' $((RANDOM % 1000)))
+  start_server
+  start_robot one "one$i"
+  one=$!
+  start_robot two "two$i"
+  two=$!
+  # Half of the time at work for sure, half at any moment, also before they have attached.
+  if ((RANDOM % 2)); then
+    for out in "one$i" "two$i"; do
+      eventually "$patience_s" has_rows "$work/$out" 2 || fail "$out does not run: $(cat "$work/$out.errors")"
+    done
+  fi
+  sleep "$delay"
+  children=$(pgrep -P "$server" -d ' ' || true)
+
+  if ((victim == 0)); then
+    began=$(now_ms)
+    kill -9 "$server"
+    for pid in "$one" "$two" $children; do
+      eventually 10 dead "$pid" || fail "time $i: process $pid lives on without the server"
+    done
+    took=$(($(now_ms) - began))
+    wait "$server" 2>/dev/null
+    for pid in "$one" "$two"; do
+      wait "$pid" && fail "time $i: a run whose world has gone ended well"
+    done
+    for out in "one$i" "two$i"; do
+      (($(wc -l <"$work/$out.errors") >= 1)) || fail "time $i: $out ended without a word"
+    done
+    # With nobody attached when it was killed, its files stay until the next server comes.
+    said attached && { nothing_left || eventually 1 nothing_left || fail "time $i: left in $folder: $(ls -A "$folder")"; }
+    echo "time $i: server killed, noticed within $took ms"
+  else
+    if ((victim == 1)); then killed=$one who=1 file=one other=$two out=two$i; else killed=$two who=2 file=two other=$one out=one$i; fi
+    was_there=no
+    said "robot.$who attached" && was_there=yes
+    began=$(now_ms)
+    kill -9 "$killed"
+    wait "$killed" 2>/dev/null
+    if [ "$was_there" = yes ]; then
+      eventually 10 said "robot.$who left: the program ended" || fail "time $i: the server has not noticed: $(cat "$work/server")"
+    fi
+    took=$(($(now_ms) - began))
+    alive "$server" || fail "time $i: the server went with robot $who: $(cat "$work/server")"
+    before=$(rows "$work/$out")
+    eventually "$patience_s" has_rows "$work/$out" $((before + 2)) || fail "time $i: the other robot does not go on: $(cat "$work/$out.errors")"
+    timeout "$patience_s" "$twocone" run --robot "$source_dir/robots/pair/$file.yaml" --frames 2 --behaviour still \
+      --out "$work/again$i" >/dev/null 2>"$work/again.errors" || fail "time $i: no new robot $who: $(cat "$work/again.errors")"
+    end "$other" "time $i: the other robot" 1
+    end "$server" "time $i: the server" 0
+    nothing_left || fail "time $i: left in $folder: $(ls -A "$folder")"
+    echo "time $i: robot $who killed, noticed within $took ms"
+  fi
+  note "$took"
+  ((took <= noticed_ms)) || fail "time $i: noticed only after $took ms"
+  for pid in "$server" "$one" "$two" $children; do
+    eventually 5 dead "$pid" || { fail "time $i: process $pid is left"; kill -9 "$pid"; }
+  done
+  rm -rf "$work/one$i" "$work/two$i" "$work/again$i"
+done
+shm_as_before() { [ "$(ls -A /dev/shm 2>/dev/null)" = "$shm_before" ]; }
+eventually 2 shm_as_before || fail "left in /dev/shm: $(ls -A /dev/shm)"
+echo "$times killed, noticed within $longest_ms ms at most"
+finish

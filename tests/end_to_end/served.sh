@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# A world inside the program and the same world served by another program: equal bytes. Then again, in the world that the
+# first one has left; and what attaching says when it cannot.
+#   served.sh TWOCONE SOURCE_DIR [ROBOT MAP FRAMES]
+. "$(dirname "$0")/common.sh"
+robot=${3:-$source_dir/tests/end_to_end/data/small.yaml}
+map=${4:-$source_dir/scenes/lab.map.yaml}
+frames=${5:-12}
+export XDG_RUNTIME_DIR=$work/runtime
+mkdir -m 700 "$XDG_RUNTIME_DIR"
+
+# The same robot, attached; its relative paths start elsewhere now.
+sed "s|^map:.*|map: $(realpath "$map")|" "$robot" >"$work/attached.yaml"
+echo "attach: served-test" >>"$work/attached.yaml"
+
+"$twocone" run --robot "$work/attached.yaml" --frames 2 --out "$work/nobody" >/dev/null 2>"$work/errors" && fail "attached to nobody"
+grep -q "served-test" "$work/errors" || fail "nobody serves it: $(cat "$work/errors")"
+[ "$(wc -l <"$work/errors")" = 1 ] || fail "nobody serves it, in more than a line: $(cat "$work/errors")"
+
+"$twocone" serve --scene "$map" --name served-test >"$work/serve.log" 2>&1 &
+server=$!
+trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$work"' EXIT
+for _ in $(seq 100); do grep -q served-test "$work/serve.log" && break; sleep 0.1; done
+
+"$twocone" run --robot "$robot" --frames "$frames" --seed 5 --out "$work/embedded" >/dev/null 2>"$work/errors" || fail "embedded: $(cat "$work/errors")"
+for run in first second; do
+  "$twocone" run --robot "$work/attached.yaml" --frames "$frames" --seed 5 --out "$work/$run" >/dev/null 2>"$work/errors" || fail "served: $(cat "$work/errors")"
+  # The wall clock differs (host_t_s, the last column of frames.csv).
+  cmp <(cut -d, -f1-9 "$work/embedded/frames.csv") <(cut -d, -f1-9 "$work/$run/frames.csv") || fail "$run: frames.csv"
+  for table in drive.csv ranges.csv fixes.csv truth.tum odometry.tum estimate.tum; do
+    cmp "$work/embedded/$table" "$work/$run/$table" || fail "$run: $table"
+  done
+  pictures=0
+  for picture in "$work"/embedded/*/*.png; do
+    cmp "$picture" "$work/$run/${picture#"$work/embedded/"}" || fail "$run: $picture"
+    pictures=$((pictures + 1))
+  done
+  ((pictures == 2 * frames)) || fail "$pictures pictures of $frames frames"
+done
+echo "byte-equal: 7 tables and $pictures pictures, embedded and served, twice"
+
+"$twocone" serve --scene "$map" --name served-test >/dev/null 2>"$work/errors" && fail "one name was served twice"
+grep -q "served-test" "$work/errors" || fail "the name is taken: $(cat "$work/errors")"
+kill "$server"
+for _ in $(seq 50); do kill -0 "$server" 2>/dev/null || break; sleep 0.1; done
+wait "$server"
+status=$?
+[ "$status" = 0 ] || fail "the server was told to stop and ended with $status: $(tail -n 2 "$work/serve.log")"
+[ -z "$(find "$XDG_RUNTIME_DIR" -name '*.sock')" ] || fail "the socket is still there"
+finish
