@@ -8,11 +8,11 @@ packages=(
   g++ cmake ninja-build git ca-certificates
   libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev libode-dev
   libgtest-dev libgmock-dev libbenchmark-dev
-  povray gnuplot-nox procps
+  povray povray-includes gnuplot-nox procps
 )
 case "${1:-}" in
   --lint) packages+=(clang-format clang-tidy) ;;
-  --evidence) packages+=(jq debootstrap) ;;
+  --evidence) packages+=(jq debootstrap povray-examples) ;;
 esac
 
 missing=()
