@@ -126,12 +126,15 @@ class Loop {
     }
     auto opened = drivers::open_robot(settings);
     if (!opened) return opened.error();
-    Robot robot = std::move(*opened);
     folder_.emplace(options_.out);
     write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
 
-    auto done = drive(robot, settings, progress, stop);
-    robot.stop();
+    Status done;
+    {
+      Robot robot = std::move(*opened);
+      done = drive(robot, settings, progress, stop);
+      robot.stop();
+    }  // Its simulation ends with it, and so do the programs which that has started: their time is known from here on.
     notices_.move_to(info_.events);
     if (!done) {
       info_.events.push_back(done.error().message);

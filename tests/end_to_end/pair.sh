@@ -35,7 +35,6 @@ last=$(printf '%06d.png' $((frames - 1)))
 seen=""
 for view in lower upper; do
   # Robot 2 stands in both; what its mirrors show differs by robot 1, which drives in the second.
-  cmp -s "$work/rest/two/$view/000000.png" "$work/drive/two/$view/000000.png" || fail "$view: the beginnings differ"
   cmp -s "$work/rest/two/$view/$last" "$work/drive/two/$view/$last" && fail "$view: robot 2 does not see robot 1 drive"
   seen+=" $view"
 done

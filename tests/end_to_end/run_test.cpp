@@ -114,6 +114,14 @@ TEST_F(RunInTheLab, NoValueOfTheRigChangesAPixel) {
   EXPECT_NE(pictures[0][0], pictures[0][6]) << "the robot did not move: nothing was shown";
 }
 
+// Catches a run that asks for the time of POV-Ray while it still has its processes, and so is told of none.
+TEST_F(RunInTheLab, TellsWhatRenderingTook) {
+  const auto info = go(kSmall, "run", 6, "still");
+  ASSERT_TRUE(info) << info.error().message;
+  // Twelve pictures of 160 x 120 pixels; on any machine their pixels take more than a hundredth of a second each.
+  EXPECT_GT(info->render_cpu_s, 0.12);
+}
+
 TEST_F(RunInTheLab, ARigThatIsOffIsWarnedOf) {
   const auto info = go(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/rim_off.yaml", "run", 1, "still");
   ASSERT_TRUE(info) << info.error().message;
