@@ -294,6 +294,9 @@ void OpenHall::leave(const std::string& robot) {
 
 Status OpenHall::step(const std::string& robot, Seat::SteadyTime deadline) {
   std::unique_lock lock(mutex_);
+  if (world_.rate_hz() == 0) {
+    return Error{ErrorCode::kInvalidState, "no camera of this world has been configured, so it has no rate to step at"};
+  }
   residents_.at(robot).asked = true;
   const std::uint64_t before = steps_;
   step_if_all_asked();

@@ -52,7 +52,8 @@ class Seat {
   virtual void release_view(ViewId view) noexcept = 0;
 
   /// To the next instant: the world steps once every robot in it has asked. Errors: kTimeout (somebody has not asked,
-  /// or too many pictures are unfinished: the message says who or how many; nothing has moved), kDisconnected.
+  /// or too many pictures are unfinished: the message says who or how many; nothing has moved), kInvalidState (no view
+  /// of the world has been configured), kDisconnected.
   virtual Status step(SteadyTime deadline) = 0;
   /// Orders the view's picture of the present instant.
   virtual std::shared_future<ImageResult> picture(ViewId view) = 0;

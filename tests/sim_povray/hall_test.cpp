@@ -97,6 +97,16 @@ TEST_F(HallTest, TheWorldStepsOnceWhenAllHaveAsked) {
   }
 }
 
+// Catches a program that asks for the next instant of a world without a rate: it would take a served world down.
+TEST_F(HallTest, WithoutAConfiguredCameraThereIsNoStep) {
+  const auto one = seated("1", 0);
+  const auto stepped = one->step(in(kShort));
+  ASSERT_FALSE(stepped);
+  EXPECT_EQ(stepped.error().code, ErrorCode::kInvalidState);
+  configure(*one);
+  EXPECT_TRUE(one->step(in(kShort)));
+}
+
 TEST_F(HallTest, WhoLeavesIsNotWaitedForAndStands) {
   const auto one = seated("1", 0);
   auto two = seated("2", 1);
