@@ -3,7 +3,7 @@
 # Two programs, two robots, one world: each sees the other move in its mirrors.
 #   pair.sh TWOCONE SOURCE_DIR [FRAMES]
 . "$(dirname "$0")/common.sh"
-frames=${3:-6}
+frames=${3:-10}
 export XDG_RUNTIME_DIR=$work/runtime
 mkdir -m 700 "$XDG_RUNTIME_DIR"
 # Without the trolley nothing moves but the robots.
@@ -38,7 +38,9 @@ for view in lower upper; do
   cmp -s "$work/rest/two/$view/$last" "$work/drive/two/$view/$last" && fail "$view: robot 2 does not see robot 1 drive"
   seen+=" $view"
 done
-cmp -s "$work/rest/two/truth.tum" "$work/drive/two/truth.tum" || fail "robot 2 was moved by robot 1's driving"
+# Places only: whoever attaches second reads other digits off the world's clock.
+cmp -s <(cut -d' ' -f2- "$work/rest/two/truth.tum") <(cut -d' ' -f2- "$work/drive/two/truth.tum") ||
+  fail "robot 2 was moved by robot 1's driving"
 mkdir "$work/other"
 go other still wander
 for view in lower upper; do
