@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <csignal>
+#include <atomic>
 #include <filesystem>
 #include <memory>
 
@@ -10,14 +10,10 @@
 #include "apps/runs/summary.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/stop_signals.h"
 
 namespace twocone::cli {
 namespace {
-
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
-
-void on_signal(int /*signal*/) { stop_asked = true; }
 
 struct Options {
   std::filesystem::path robot;
@@ -39,18 +35,14 @@ void execute(Options options) {
   const files::Map map = files::read_map(robot.map);
   if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
 
-  // The present frame is finished and the wheels stop; a second signal ends the program at once.
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  action.sa_flags = SA_RESETHAND;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  // The present frame is finished and the wheels stop.
+  const std::atomic<bool>& stop = stop_on_signals();
 
   runs::RunInfo info;
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
     info = value_or_fail(runs::run(
-        robot, map, options.run, [&bar](double done) { bar.show(done); }, stop_asked));
+        robot, map, options.run, [&bar](double done) { bar.show(done); }, stop));
   }
   for (const std::string& event : info.events) fmt::print(stderr, "{}\n", event);
   const runs::RunData data = runs::read_run(options.run.out);

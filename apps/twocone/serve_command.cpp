@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -10,15 +9,11 @@
 #include "apps/files/map_file.h"
 #include "apps/files/to_layers.h"
 #include "apps/twocone/commands.h"
+#include "apps/twocone/stop_signals.h"
 #include "drivers/sim_povray/serve.h"
 
 namespace twocone::cli {
 namespace {
-
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
-
-void on_signal(int /*signal*/) { stop_asked = true; }
 
 struct Options {
   std::filesystem::path map;
@@ -34,16 +29,12 @@ std::string name_of(const std::filesystem::path& map) {
 void execute(const Options& options) {
   const sim_povray::PlaceSettings place = files::to_place(files::read_map(options.map));
 
-  // Every robot's wheels stop and the name gets free; a second signal ends the program at once.
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  action.sa_flags = SA_RESETHAND;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  // Every robot's wheels stop and the name gets free.
+  const std::atomic<bool>& stop = stop_on_signals();
 
   const Status served = sim_povray::serve_world(
       place, options.name.empty() ? name_of(options.map) : options.name,
-      [](const std::string& line) { fmt::print(stderr, "{}\n", line); }, stop_asked);
+      [](const std::string& line) { fmt::print(stderr, "{}\n", line); }, stop);
   if (!served) throw CommandFailed(served.error().message);
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -68,10 +69,10 @@ struct Claimed {
 };
 
 Result<Claimed> claim(Scene scene, const std::string& name) {
-  if (auto own = scene.object("robot." + name)) return Claimed{std::move(scene), std::move(*own), "." + name};
-  auto robot = scene.object("robot");
+  auto robot = scene.robot(name);
   if (!robot) return robot.error();
-  return Claimed{std::move(scene), std::move(*robot), ""};
+  std::string ending = robot->name.substr(std::string_view("robot").size());
+  return Claimed{std::move(scene), *std::move(robot), std::move(ending)};
 }
 
 class Verifier {

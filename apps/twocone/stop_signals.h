@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+
+namespace twocone::cli {
+
+/// From now on SIGINT and SIGTERM set what is returned, so that the work can end in good order; a second one ends the
+/// program at once.
+const std::atomic<bool>& stop_on_signals();
+
+}  // namespace twocone::cli
