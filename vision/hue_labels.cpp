@@ -7,14 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "vision/srgb.h"
+
 namespace twocone::vision {
 namespace {
-
-/// IEC 61966-2-1.
-float decode_srgb(int code) {
-  const double coded = code / 255.0;
-  return static_cast<float>(coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4));
-}
 
 /// Angle about the grey axis with red at 0, green at 120 degrees (hexagonal hue, as in HSV). Needs max > min.
 double hue_of(double r, double g, double b) {
@@ -55,7 +51,8 @@ HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
     }
     ambiguous_.push_back(close);
   }
-  for (int code = 0; code < 256; ++code) linear_[static_cast<std::size_t>(code)] = decode_srgb(code);
+  for (int code = 0; code < 256; ++code)
+    linear_[static_cast<std::size_t>(code)] = static_cast<float>(srgb_to_linear(code));
 }
 
 std::uint8_t HueLabels::label_of(double hue_rad) const {

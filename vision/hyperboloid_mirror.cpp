@@ -34,6 +34,12 @@ HyperboloidMirror::HyperboloidMirror(const HyperboloidMirrorSettings& settings) 
   b2_m2_ = (c - a) * (c + a);
   const double rim = settings.rim_radius_m;
   rim_slope_ = rim / (c + a * std::sqrt(1 + rim * rim / b2_m2_));
+  if (!(b2_m2_ > 0) || !std::isfinite(b2_m2_) || !(rim_slope_ > 0)) {
+    throw std::invalid_argument(fmt::format(
+        "HyperboloidMirror: half_axis_m {}, half_focal_m {} and rim_radius_m {} m are too large, too small or "
+        "too far from one another to compute with",
+        a, c, rim));
+  }
 }
 
 std::optional<double> HyperboloidMirror::slope(double distance_m, double height_m) const {
@@ -46,7 +52,7 @@ std::optional<double> HyperboloidMirror::slope(double distance_m, double height_
   if (!(towards >= b2_m2_)) return std::nullopt;
   const double part = b2_m2_ / towards;  // of the way from F to the point, at most all of it
   const double slope = part * distance_m / (viewpoint_m() + part * up_m);
-  if (!(slope <= rim_slope_ * kRimSlack)) return std::nullopt;
+  if (!(slope >= 0) || !(slope <= rim_slope_ * kRimSlack)) return std::nullopt;
   return slope;
 }
 
@@ -55,7 +61,9 @@ std::optional<double> HyperboloidMirror::elevation_rad(double slope) const {
   const double a = settings_.half_axis_m;
   const double height_m =
       b2_m2_ * (settings_.half_focal_m + a * std::sqrt(1 + slope * slope)) / (b2_m2_ - a * a * slope * slope);
-  return std::atan2(height_m - viewpoint_m(), slope * height_m);
+  const double elevation = std::atan2(height_m - viewpoint_m(), slope * height_m);
+  if (!std::isfinite(elevation)) return std::nullopt;
+  return elevation;
 }
 
 }  // namespace twocone::vision

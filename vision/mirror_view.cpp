@@ -7,12 +7,16 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 namespace twocone::vision {
 namespace {
 
 // A point on the rim itself must not fall outside it by the rounding of project() or of a caller's own arithmetic.
 constexpr double kRimSlack = 1 + 16 * std::numeric_limits<double>::epsilon();
+// The way through a lens and back adds some ten roundings of coordinates a few times as large as the radius.
+constexpr double kRimSlackBehindLens = 1 + 256 * std::numeric_limits<double>::epsilon();
+constexpr double kMostTilt_rad = std::numbers::pi / 4;
 
 double wrap(double angle_rad) {
   return std::abs(angle_rad) <= std::numbers::pi ? angle_rad : std::atan2(std::sin(angle_rad), std::cos(angle_rad));
@@ -33,6 +37,13 @@ void check(const MirrorViewSettings& s) {
   require(std::isfinite(s.centre_px.y()), "centre_px row", s.centre_px.y(), "a finite number of px");
   require(positive(s.rim_radius_px), "rim_radius_px", s.rim_radius_px, "> 0 px");
   require(std::isfinite(s.azimuth_rad), "azimuth_rad", s.azimuth_rad, "a finite number of rad");
+  for (const int i : {0, 1}) {
+    const bool is_x = i == 0;
+    require(std::abs(s.tilt_rad[i]) < kMostTilt_rad, is_x ? "tilt_rad about x" : "tilt_rad about y", s.tilt_rad[i],
+            "within a quarter of pi rad either way");
+    require(std::isfinite(s.axis_offset_m[i]), is_x ? "axis_offset_m x" : "axis_offset_m y", s.axis_offset_m[i],
+            "a finite number of m");
+  }
   if (!bad.empty()) throw std::invalid_argument("MirrorView:" + bad);
 }
 
@@ -45,9 +56,36 @@ MirrorView::MirrorView(const MirrorViewSettings& settings) : settings_(settings)
   cos_apex_ = std::cos(cone.apex_rad);
   tan_half_ = std::tan(cone.apex_rad / 2);
   focal_length_px_ = (cone.lens_to_tip_m / cone.rim_radius_m + 1 / tan_half_) * settings.rim_radius_px;
+  cos_azimuth_ = std::cos(settings.azimuth_rad);
+  sin_azimuth_ = std::sin(settings.azimuth_rad);
+  if (settings.distortion) {
+    const Lens lens(*settings.distortion);
+    if (!lens.is_neutral()) lens_ = lens;
+  }
+  is_moved_ = !settings.tilt_rad.isZero(0) || !settings.axis_offset_m.isZero(0);
+  rotation_ = (Eigen::AngleAxisd(settings.tilt_rad.y(), Eigen::Vector3d::UnitY()) *
+               Eigen::AngleAxisd(settings.tilt_rad.x(), Eigen::Vector3d::UnitX()))
+                  .toRotationMatrix();
+}
+
+Eigen::Vector3d MirrorView::lens_m() const {
+  return {settings_.axis_offset_m.x(), settings_.axis_offset_m.y(), settings_.lens_height_m};
+}
+
+Eigen::Vector3d MirrorView::tip_m() const {
+  return lens_m() + rotation_ * Eigen::Vector3d(0, 0, settings_.cone.lens_to_tip_m);
+}
+
+Eigen::Vector3d MirrorView::to_unit(const Eigen::Vector3d& p_BQ_m) const {
+  if (!is_moved_) return p_BQ_m;
+  return rotation_.transpose() * (p_BQ_m - lens_m()) + Eigen::Vector3d(0, 0, settings_.lens_height_m);
 }
 
 std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m) const {
+  return image_radius_px(distance_m, height_m, Rim::kEnds);
+}
+
+std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m, Rim rim) const {
   if (!std::isfinite(distance_m) || !std::isfinite(height_m) || distance_m < 0) return std::nullopt;
   const double d = settings_.cone.lens_to_tip_m;
   const double from_v_out = distance_m + d * sin_apex_;
@@ -58,26 +96,80 @@ std::optional<double> MirrorView::image_radius_px(double distance_m, double heig
 
   const double slope = across / along;  // h / v
   const double radius_px = focal_length_px_ * slope;
-  if (!(radius_px <= settings_.rim_radius_px * kRimSlack)) return std::nullopt;
+  if (rim == Rim::kEnds && !(radius_px <= settings_.rim_radius_px * kRimSlack)) return std::nullopt;
+  if (!(slope < tan_half_)) return std::nullopt;                     // along the cone's side
   const double hit_m = d * tan_half_ * slope / (tan_half_ - slope);  // where on the cone the ray is reflected
-  if (distance_m < hit_m) return std::nullopt;
+  // Sizes near the ends of the doubles overflow on the way; a NaN fails the comparison.
+  if (!(distance_m >= hit_m) || !(radius_px > 0) || !std::isfinite(radius_px)) return std::nullopt;
   return radius_px;
 }
 
 std::optional<Eigen::Vector2d> MirrorView::project(const Eigen::Vector3d& p_BQ_m) const {
-  const double distance_m = std::hypot(p_BQ_m.x(), p_BQ_m.y());
+  const Eigen::Vector3d p_UQ_m = to_unit(p_BQ_m);
+  const double distance_m = std::hypot(p_UQ_m.x(), p_UQ_m.y());
   if (distance_m == 0) return std::nullopt;
-  const auto radius_px = image_radius_px(distance_m, p_BQ_m.z());
+  const auto radius_px = image_radius_px(distance_m, p_UQ_m.z());
   if (!radius_px) return std::nullopt;
-  return settings_.centre_px + offset_px(std::atan2(p_BQ_m.y(), p_BQ_m.x()), *radius_px);
+  const auto pixel = distort_px(settings_.centre_px + offset_px(std::atan2(p_UQ_m.y(), p_UQ_m.x()), *radius_px));
+  return pixel && pixel->allFinite() ? pixel : std::nullopt;
 }
 
-std::optional<Ray> MirrorView::back_project(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector2d offset = pixel - settings_.centre_px;
+std::optional<PixelWithJacobian<3>> MirrorView::project_with_jacobian(const Eigen::Vector3d& p_BQ_m, Rim rim) const {
+  const Eigen::Vector3d p_UQ_m = to_unit(p_BQ_m);
+  const double distance_m = std::hypot(p_UQ_m.x(), p_UQ_m.y());
+  if (distance_m == 0) return std::nullopt;
+  const auto radius_px = image_radius_px(distance_m, p_UQ_m.z(), rim);
+  if (!radius_px) return std::nullopt;
+
+  const double d = settings_.cone.lens_to_tip_m;
+  const double from_v_out = distance_m + d * sin_apex_;
+  const double from_v_up = (p_UQ_m.z() - settings_.lens_height_m) - d * (1 - cos_apex_);
+  const double along = cos_apex_ * from_v_up + sin_apex_ * from_v_out;
+  // h = v across / along, whose quotient rule leaves (dh/drho, dh/dz) = v (-from_v_up, from_v_out) / along^2.
+  const double radius_per_out = -focal_length_px_ * from_v_up / (along * along);
+  const double radius_per_up = focal_length_px_ * from_v_out / (along * along);
+
+  const Eigen::Vector2d outwards(p_UQ_m.x() / distance_m, p_UQ_m.y() / distance_m);
+  const double sense = settings_.mirrored ? -1 : 1;
+  // offset_px(bearing, 1) without its angles
+  const Eigen::Vector2d in_image(cos_azimuth_ * outwards.x() + sin_azimuth_ * outwards.y(),
+                                 sense * (cos_azimuth_ * outwards.y() - sin_azimuth_ * outwards.x()));
+  const Eigen::Vector2d across_image(-sense * in_image.y(), sense * in_image.x());  // the way a growing bearing goes
+  PixelWithJacobian<3> answer;
+  answer.pixel_px = settings_.centre_px + *radius_px * in_image;
+  answer.jacobian.leftCols<2>() =
+      radius_per_out * in_image * outwards.transpose() +
+      (*radius_px / distance_m) * across_image * Eigen::RowVector2d(-outwards.y(), outwards.x());
+  answer.jacobian.col(2) = radius_per_up * in_image;
+  if (is_moved_) answer.jacobian *= rotation_.transpose();
+  if (lens_) {
+    const auto distorted = lens_->distort_with_jacobian(answer.pixel_px);
+    if (!distorted) return std::nullopt;
+    answer.pixel_px = distorted->pixel_px;
+    answer.jacobian = distorted->jacobian * answer.jacobian;
+  }
+  return answer;
+}
+
+std::optional<Eigen::Vector2d> MirrorView::distort_px(const Eigen::Vector2d& undistorted_px) const {
+  return lens_ ? lens_->distort(undistorted_px) : undistorted_px;
+}
+
+std::optional<Eigen::Vector2d> MirrorView::undistort_px(const Eigen::Vector2d& pixel) const {
+  return lens_ ? lens_->undistort(pixel) : pixel;
+}
+
+std::optional<Ray> MirrorView::back_project(const Eigen::Vector2d& pixel, Rim rim) const {
+  const auto undistorted_px = undistort_px(pixel);
+  if (!undistorted_px) return std::nullopt;
+  const Eigen::Vector2d offset = *undistorted_px - settings_.centre_px;
   const double radius_px = std::hypot(offset.x(), offset.y());
-  if (!(radius_px > 0) || !(radius_px <= settings_.rim_radius_px * kRimSlack)) return std::nullopt;
+  const double slack = lens_ ? kRimSlackBehindLens : kRimSlack;
+  if (!(radius_px > 0) || !std::isfinite(radius_px)) return std::nullopt;
+  if (rim == Rim::kEnds && !(radius_px <= settings_.rim_radius_px * slack)) return std::nullopt;
 
   const double slope = radius_px / focal_length_px_;
+  if (!(slope < tan_half_)) return std::nullopt;
   const double d = settings_.cone.lens_to_tip_m;
   const double hit_up_m = d * tan_half_ / (tan_half_ - slope);
   const double hit_out_m = hit_up_m * slope;
@@ -87,8 +179,12 @@ std::optional<Ray> MirrorView::back_project(const Eigen::Vector2d& pixel) const 
   const double bearing = bearing_rad(offset);
   const Eigen::Vector3d outwards(std::cos(bearing), std::sin(bearing), 0);
   const Eigen::Vector3d upwards(0, 0, 1);
-  return Ray{outwards * hit_out_m + upwards * (settings_.lens_height_m + hit_up_m),
-             (outwards * out + upwards * up).normalized()};
+  const Eigen::Vector3d direction = (outwards * out + upwards * up).normalized();
+  const Ray ray = is_moved_
+                      ? Ray{lens_m() + rotation_ * (outwards * hit_out_m + upwards * hit_up_m), rotation_ * direction}
+                      : Ray{outwards * hit_out_m + upwards * (settings_.lens_height_m + hit_up_m), direction};
+  if (!ray.origin_m.allFinite() || !ray.direction.allFinite()) return std::nullopt;
+  return ray;
 }
 
 double MirrorView::bearing_rad(const Eigen::Vector2d& offset_px) const {

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "vision/lens.h"
+
 namespace twocone::vision {
 
 /// A cone above an upward-looking lens, its tip down, on the lens's axis.
@@ -15,7 +17,8 @@ struct ConeMirror {
   double lens_to_tip_m = 0;                ///< d, > 0
 };
 
-/// One mirror in one image.
+/// One mirror in one image. Mirror and camera are one unit on one axis; the unit may stand off the body's axis and
+/// tilt.
 struct MirrorViewSettings {
   ConeMirror cone;
   double lens_height_m = 0;  ///< lens above the floor
@@ -24,6 +27,12 @@ struct MirrorViewSettings {
   double rim_radius_px = 0;     ///< r_m, > 0
   double azimuth_rad = 0;       ///< bearing of the image's x axis in the body frame
   bool mirrored = false;        ///< the image turns against the bearing
+  /// The unit's turn about the body's x and y axes, about its lens: its axis points along R_y(tilt.y) R_x(tilt.x) z.
+  /// Each below a quarter of pi, either way.
+  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
+  Eigen::Vector2d axis_offset_m = Eigen::Vector2d::Zero();  ///< the lens's x and y in the body frame
+  /// `centre_px` and `rim_radius_px` are those of the picture without it.
+  std::optional<LensDistortion> distortion{};  ///< with coefficients that are all 0: as none
 };
 
 /// A half-line in the body frame.
@@ -31,6 +40,10 @@ struct Ray {
   Eigen::Vector3d origin_m;
   Eigen::Vector3d direction;  ///< unit length
 };
+
+/// Whether the cone is taken to end at its rim, as it does, or to go on: for solvers, whose next step or whose noisy
+/// pixel may lie a little outside.
+enum class Rim { kEnds, kGoesOn };
 
 /// Where points of the world appear in a cone's image, and back.
 ///
@@ -45,6 +58,13 @@ struct Ray {
 /// r_m. Bearing and image angle: phi = azimuth + atan2(row - centre_row, column - centre_column), the atan2 negated
 /// when mirrored.
 ///
+/// These are formulas in the *unit's frame*: the body's frame as it would be if the lens stood over the body's origin
+/// and the unit upright. p_B = L + R_y(tilt.y) R_x(tilt.x) (p_U - (0, 0, L_z)) with the lens at L = (axis_offset,
+/// lens_height). And they give the *undistorted picture*, from which the lens (vision/lens.h) makes the camera's.
+/// project() and back_project() go the whole way, from the body's frame to the camera's picture; image_radius_px(),
+/// bearing_rad() and offset_px() stay between the unit's frame and the undistorted picture. Without tilt, offset and
+/// distortion the two are the same.
+///
 /// Error growth: a pixel error e moves the bearing by e / h, so towards the horizon (h = 0, the tip) it is lost; h
 /// itself loses the digits that z - V_z cancels, which is the horizon again.
 class MirrorView {
@@ -57,33 +77,60 @@ class MirrorView {
   /// v in pixels (equation 2).
   [[nodiscard]] double focal_length_px() const { return focal_length_px_; }
 
-  /// Radius h in the image of a point at `distance_m` >= 0 from the axis and `height_m` above the *floor*.
+  /// Radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m` above the
+  /// *floor*, in the unit's frame.
   /// Nothing where the mirror does not show it: at or beyond the tip's ray (h <= 0) or outside the rim (h > r_m).
   [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m) const;
 
   /// The pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing as in image_radius_px, on the axis
-  /// itself, where no bearing exists, and for input that is not finite.
+  /// itself, where no bearing exists, where the lens has no answer, and for input that is not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_BQ_m) const;
+  /// The same pixel, to rounding, with its derivative by `p_BQ_m` in px/m.
+  [[nodiscard]] std::optional<PixelWithJacobian<3>> project_with_jacobian(const Eigen::Vector3d& p_BQ_m,
+                                                                          Rim rim = Rim::kEnds) const;
 
-  /// The ray that the pixel sees, from the mirror's surface outwards. Nothing at the tip's very pixel, outside the rim,
-  /// and for input that is not finite.
-  [[nodiscard]] std::optional<Ray> back_project(const Eigen::Vector2d& pixel) const;
+  /// The ray that the pixel sees, from the mirror's surface outwards, in the body frame. Nothing at the tip's very
+  /// pixel, outside the rim, where the lens has no answer, and for input that is not finite.
+  [[nodiscard]] std::optional<Ray> back_project(const Eigen::Vector2d& pixel, Rim rim = Rim::kEnds) const;
 
-  /// Bearing in (-pi, pi] of an image offset from the centre. @param offset_px not zero
+  /// Where the camera's picture has what is at `undistorted_px` in the undistorted one, and back; vision/lens.h says
+  /// when there is nothing. The mirror plays no part in it.
+  [[nodiscard]] std::optional<Eigen::Vector2d> distort_px(const Eigen::Vector2d& undistorted_px) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> undistort_px(const Eigen::Vector2d& pixel) const;
+
+  /// Where the lens and the tip are, body frame.
+  [[nodiscard]] Eigen::Vector3d lens_m() const;
+  [[nodiscard]] Eigen::Vector3d tip_m() const;
+  /// From unit directions to body directions: R_y(tilt.y) R_x(tilt.x).
+  [[nodiscard]] const Eigen::Matrix3d& rotation() const { return rotation_; }
+  /// Whether a lens distorts the picture: coefficients that are not all 0.
+  [[nodiscard]] bool has_distortion() const { return lens_.has_value(); }
+  /// Neither tilt nor offset nor distortion.
+  [[nodiscard]] bool is_ideal() const { return !is_moved_ && !lens_; }
+
+  /// Bearing in (-pi, pi], unit's frame, of an undistorted image offset from the centre. @param offset_px not zero
   [[nodiscard]] double bearing_rad(const Eigen::Vector2d& offset_px) const;
 
-  /// Offset from the centre of the image point at `bearing_rad` and `radius_px`: the inverse of the above.
+  /// Offset from the centre of the undistorted image point at `bearing_rad` and `radius_px`: the inverse of the above.
   [[nodiscard]] Eigen::Vector2d offset_px(double bearing_rad, double radius_px) const;
 
  private:
+  [[nodiscard]] Eigen::Vector3d to_unit(const Eigen::Vector3d& p_BQ_m) const;
+  [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m, Rim rim) const;
+
   MirrorViewSettings settings_;
+  std::optional<Lens> lens_;
+  bool is_moved_;  ///< tilted or off the axis
+  Eigen::Matrix3d rotation_;
   double sin_apex_;
   double cos_apex_;
   double tan_half_;
   double focal_length_px_;
+  double cos_azimuth_;
+  double sin_azimuth_;
 };
 
-/// The two mirrors of one robot, one above the other on one axis.
+/// The two mirrors of one robot, one above the other on one axis but for their tilts and offsets.
 struct Rig {
   MirrorView lower;
   MirrorView upper;

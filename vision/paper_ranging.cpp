@@ -37,6 +37,20 @@ void check(const Rig& rig, const std::vector<Target>& targets) {
         " R and d are {} m and {} m below but {} m and {} m above, equation 1 has one R and one d for both mirrors;",
         lower.rim_radius_m, lower.lens_to_tip_m, upper.rim_radius_m, upper.lens_to_tip_m);
   }
+  for (const auto& [name, view] : {std::pair{"lower", &rig.lower}, std::pair{"upper", &rig.upper}}) {
+    const MirrorViewSettings& s = view->settings();
+    if (!s.tilt_rad.isZero(0)) {
+      bad += fmt::format(" the {} mirror's tilt_rad is [{}, {}], equation 1 holds for upright mirrors only;", name,
+                         s.tilt_rad.x(), s.tilt_rad.y());
+    }
+    if (!s.axis_offset_m.isZero(0)) {
+      bad += fmt::format(" the {} mirror's axis_offset_m is [{}, {}], equation 1 has both mirrors on one axis;", name,
+                         s.axis_offset_m.x(), s.axis_offset_m.y());
+    }
+    if (view->has_distortion()) {
+      bad += fmt::format(" the {} view has a lens distortion, equation 1 holds for pinhole cameras only;", name);
+    }
+  }
   if (!(rig.mirror_separation_m() > 0)) {
     bad += fmt::format(" the upper mirror is {} m above the lower one, must be > 0;", rig.mirror_separation_m());
   }

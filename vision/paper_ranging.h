@@ -40,8 +40,8 @@ namespace twocone::vision {
 ///   in the paper, that changes nothing.
 /// * No sigma is stated, as the paper states none.
 ///
-/// Domain: both cones have an apex of 90 degrees and one R and d. Error growth: sigma_range = (range + d)^2
-/// sigma_disparity / (v s).
+/// Domain: both cones have an apex of 90 degrees and one R and d, no tilt, no offset and no lens distortion. Error
+/// growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
 class PaperRanging {
  public:
   /// @throws std::invalid_argument for a rig outside the domain

@@ -19,6 +19,18 @@ std::string_view to_string(RangeVerdict verdict) {
       return "beyond_limit";
     case RangeVerdict::kSameColour:
       return "same_colour";
+    case RangeVerdict::kOneView:
+      return "one_view";
+    case RangeVerdict::kOccluded:
+      return "occluded";
+    case RangeVerdict::kSaturated:
+      return "saturated";
+    case RangeVerdict::kTwoCandidates:
+      return "two_candidates";
+    case RangeVerdict::kInconsistent:
+      return "inconsistent";
+    case RangeVerdict::kImpossible:
+      return "impossible";
   }
   assert(false);
   return "";

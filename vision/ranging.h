@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "vision/sighting.h"
+
 namespace twocone::vision {
 
 /// What there is to look for: an upright cylinder of one colour.
@@ -15,6 +17,7 @@ struct Target {
   std::string name;
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb; its hue counts
   double radius_m = 0;                               ///< > 0
+  std::optional<double> top_m{};                     ///< height of its flat top above the floor, where the map tells
 };
 
 /// Why a range is given or withheld.
@@ -25,8 +28,15 @@ enum class RangeVerdict {
   kNoMatch,      ///< seen in the lower mirror, but not on the line to the centre in the upper one
   kBeyondLimit,  ///< the disparity is not positive: farther than the views can tell
   kSameColour,   ///< another landmark has this hue, so neither can be told from the other
+  kOneView,      ///< given, from one view and the top's known height: the other view does not show the top
+  kOccluded,     ///< something hides a part of the outline: given without bearing where the top is whole, else withheld
+  kSaturated,    ///< too bright: its colour is lost, so its outline is not trusted
+  kTwoCandidates,  ///< two things of its colour are seen, and nothing tells which is the landmark
+  kInconsistent,   ///< the two views contradict each other
+  kImpossible,     ///< no place in the world gives these radii
 };
-/// As in ranges.csv: ok, not_seen, truncated, no_match, beyond_limit, same_colour.
+/// As in ranges.csv: ok, not_seen, truncated, no_match, beyond_limit, same_colour, one_view, occluded, saturated,
+/// two_candidates, inconsistent, impossible.
 std::string_view to_string(RangeVerdict verdict);
 
 /// One landmark in one stereo frame. Fields without an answer are empty.
@@ -39,6 +49,9 @@ struct RangeMeasurement {
   std::optional<double> disparity_px;       ///< radial, lower minus upper
   std::optional<Eigen::Vector2d> lower_px;  ///< column, row of the match
   std::optional<Eigen::Vector2d> upper_px;
+  std::optional<Eigen::Matrix2d> covariance;  ///< of (range m, bearing rad), where the method states one
+  std::optional<Sighting> lower_sighting;     ///< where the method makes them
+  std::optional<Sighting> upper_sighting;
 };
 
 }  // namespace twocone::vision

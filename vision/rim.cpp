@@ -33,11 +33,13 @@ double sample(const cv::Mat& grey, double x, double y) {
 
 /// Brightness along the search, outwards, as far as the picture goes.
 std::vector<double> profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
-  const int count = static_cast<int>(2 * kSearch * about.radius_px * kSamplesPerPixel);
+  // No more than the picture is wide and high.
+  const double longest = 2.0 * (grey.cols + grey.rows);
+  const int count = static_cast<int>(std::min(2 * kSearch * about.radius_px, longest) * kSamplesPerPixel);
   std::vector<double> profile;
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
-    if (p.x() < 0 || p.y() < 0 || p.x() >= grey.cols - 1 || p.y() >= grey.rows - 1) break;
+    if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) break;
     profile.push_back(sample(grey, p.x(), p.y()));
   }
   return profile;
@@ -87,7 +89,9 @@ std::optional<Eigen::Vector2d> strongest_edge(const cv::Mat& grey, const RimCirc
 
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
   if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants a picture of r g b");
-  if (!(expected.radius_px > 0)) throw std::invalid_argument("find_rim: expected.radius_px must be > 0");
+  if (!(expected.radius_px > 0) || !std::isfinite(expected.radius_px) || !expected.centre_px.allFinite()) {
+    throw std::invalid_argument("find_rim: expected.radius_px must be > 0, and centre and radius finite");
+  }
   cv::Mat grey;
   cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
   std::vector<Eigen::Vector2d> edges;

@@ -17,10 +17,12 @@ cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px) {
   const int height_px = static_cast<int>(std::ceil(s.rim_radius_px));
   cv::Mat columns(height_px, width_px, CV_32F);
   cv::Mat rows(height_px, width_px, CV_32F);
+  const Eigen::Vector2d nowhere(-2, -2);  // outside the picture even for bilinear neighbours: black
   for (int column = 0; column < width_px; ++column) {
     const double bearing_rad = std::numbers::pi - 2 * std::numbers::pi * (column + 0.5) / width_px;
     for (int row = 0; row < height_px; ++row) {
-      const Eigen::Vector2d p = s.centre_px + view.offset_px(bearing_rad, s.rim_radius_px - row - 0.5);
+      const Eigen::Vector2d undistorted = s.centre_px + view.offset_px(bearing_rad, s.rim_radius_px - row - 0.5);
+      const Eigen::Vector2d p = view.distort_px(undistorted).value_or(nowhere);
       columns.at<float>(row, column) = static_cast<float>(p.x());
       rows.at<float>(row, column) = static_cast<float>(p.y());
     }

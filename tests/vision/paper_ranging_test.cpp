@@ -159,6 +159,27 @@ TEST(PaperRanging, RefusesARigThatTheEquationsDoNotHoldFor) {
   EXPECT_THROW(PaperRanging(upside_down, kRed, kPicture, kPicture), std::invalid_argument);
 }
 
+TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {
+  MirrorViewSettings tilted = lab_view(0.25);
+  tilted.tilt_rad = {0, 0.01};
+  MirrorViewSettings aside = lab_view(0.55);
+  aside.axis_offset_m = {0.002, 0};
+  aside.distortion = {{0.1, 0, 0, 0}, {700, 700}, {320, 240}};
+  try {
+    PaperRanging ranging({MirrorView(tilted), MirrorView(aside)}, kRed, kPicture, kPicture);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "method paper: the lower mirror's tilt_rad is [0, 0.01], equation 1 holds for upright mirrors only; the "
+        "upper mirror's axis_offset_m is [0.002, 0], equation 1 has both mirrors on one axis; the upper view "
+        "has a lens distortion, equation 1 holds for pinhole cameras only;");
+  }
+  aside.axis_offset_m.setZero();
+  aside.distortion->coefficients = {0, 0, 0, 0, 0};
+  EXPECT_NO_THROW(PaperRanging({MirrorView(lab_view(0.25)), MirrorView(aside)}, kRed, kPicture, kPicture));
+}
+
 TEST(PaperRanging, RefusesPicturesOfAnotherSizeOrType) {
   const PaperRanging ranging(lab_rig(), kRed, kPicture, kPicture);
   const cv::Mat good(kPicture, CV_8UC3, kWall);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "tests/vision/lab_rig.h"
+#include "vision/calibration.h"
+
+namespace twocone::vision {
+
+/// How the world really is, and how well it is seen.
+struct DriveSettings {
+  std::vector<KnownLandmark> landmarks{{{-2.45, -0.35}, 0.15, 0.9}, {{-1.40, 1.95}, 0.15, 0.9},
+                                       {{1.50, 1.95}, 0.15, 0.9},   {{2.45, 0.30}, 0.15, 0.9},
+                                       {{1.30, -1.95}, 0.15, 0.9},  {{-1.50, -1.95}, 0.15, 0.9}};
+  Rig rig = lab_rig();
+  double left_wheel_m = 0.05, right_wheel_m = 0.05, wheel_separation_m = 0.30;
+  double slip = 0.01;
+  double noise_px = 0.1;
+  double outlier_share = 0;
+  double duration_s = 30;
+  double every_s = 0.4;  ///< a frame
+  bool still = false;
+  std::uint64_t seed = 1;
+};
+
+/// Loops of changing curvature about the lab's middle. x, y, heading.
+inline Eigen::Vector3d pose_on_loop(double t_s) {
+  const double w = 0.31;
+  const double dx = 1.3 * w * std::cos(w * t_s) - 0.25 * 2.7 * w * std::sin(2.7 * w * t_s);
+  const double dy = -1.0 * w * std::sin(w * t_s + 0.4) + 0.2 * 1.9 * w * std::cos(1.9 * w * t_s);
+  return {1.3 * std::sin(w * t_s) + 0.25 * std::cos(2.7 * w * t_s),
+          1.0 * std::cos(w * t_s + 0.4) + 0.2 * std::sin(1.9 * w * t_s), std::atan2(dy, dx)};
+}
+
+/// What a robot on that loop sees and reads. The world here shares no formula with the solver: near points come from
+/// the definition, pixels from MirrorView, angles from the way of each wheel in steps of a millisecond.
+inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& world) {
+  std::mt19937_64 dice(world.seed);
+  std::normal_distribution<> normal;
+  std::uniform_real_distribution<> uniform(-1, 1);
+  constexpr double kStep_s = 1e-3;
+  constexpr double kCorrelation_s = 2.0;
+  constexpr double kReading_s = 1.0 / 15;
+  constexpr double kCount_rad = 2 * std::numbers::pi / 1024;
+  const double decay = std::exp(-kStep_s / kCorrelation_s);
+  double slips[2] = {world.slip * normal(dice), world.slip * normal(dice)};
+  double angles[2] = {0.3, 0.7};
+  const auto reading = [&](double t_s) {
+    return WheelReading{t_s, std::round(angles[0] / kCount_rad) * kCount_rad,
+                        std::round(angles[1] / kCount_rad) * kCount_rad};
+  };
+  std::vector<CalibrationFrame> frames;
+  std::vector<WheelReading> readings{reading(0)};
+  double next_frame_s = 0;
+  for (int step = 0; step * kStep_s <= world.duration_s; ++step) {
+    const double t_s = step * kStep_s;
+    const Eigen::Vector3d pose = pose_on_loop(world.still ? 2 : t_s);
+    if (t_s - readings.back().t_s >= kReading_s) readings.push_back(reading(t_s));
+    if (t_s >= next_frame_s) {
+      next_frame_s += world.every_s;
+      if (readings.back().t_s != t_s) readings.push_back(reading(t_s));
+      CalibrationFrame& frame = frames.emplace_back();
+      if (frames.size() > 1) frame.wheels = readings;
+      readings = {readings.back()};
+      for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
+        const KnownLandmark& landmark = world.landmarks[i];
+        const Eigen::Vector2d p_BL =
+            Eigen::Rotation2Dd(-pose.z()) * (landmark.place_m - Eigen::Vector2d(pose.head<2>()));
+        for (const Side side : {Side::kLower, Side::kUpper}) {
+          const MirrorView& view = side == Side::kLower ? world.rig.lower : world.rig.upper;
+          const Eigen::Vector2d outwards = (p_BL - view.settings().axis_offset_m).normalized();
+          const Eigen::Vector2d near = p_BL - landmark.radius_m * outwards;
+          auto pixel = view.project({near.x(), near.y(), landmark.top_m});
+          if (!pixel) continue;
+          *pixel += world.noise_px * Eigen::Vector2d(normal(dice), normal(dice));
+          if (std::abs(uniform(dice)) < world.outlier_share)
+            *pixel += 30 * Eigen::Vector2d(uniform(dice), uniform(dice));
+          const double variance = std::max(world.noise_px * world.noise_px, 1e-12);
+          frame.sightings.push_back({i, side, {*pixel, variance * Eigen::Matrix2d::Identity(), world.noise_px}});
+        }
+      }
+    }
+    if (world.still) continue;
+    // The wheels' way over this step, from the pose a step later.
+    const Eigen::Vector3d next = pose_on_loop(t_s + kStep_s);
+    const double way = (next.head<2>() - pose.head<2>()).norm();
+    const double turn = std::remainder(next.z() - pose.z(), 2 * std::numbers::pi);
+    const double ways[2] = {way - turn * world.wheel_separation_m / 2, way + turn * world.wheel_separation_m / 2};
+    const double radii[2] = {world.left_wheel_m, world.right_wheel_m};
+    for (const int wheel : {0, 1}) {
+      angles[wheel] += ways[wheel] / (radii[wheel] * (1 + slips[wheel]));
+      slips[wheel] = decay * slips[wheel] + world.slip * std::sqrt(1 - decay * decay) * normal(dice);
+    }
+  }
+  return frames;
+}
+
+}  // namespace twocone::vision

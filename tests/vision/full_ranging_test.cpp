@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+// Method `full`, vision, on pictures whose every pixel's coverage is known.
+#include "vision/full_ranging.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/synthetic_lab.h"
+
+namespace twocone::vision {
+namespace {
+
+using namespace testing_support;  // NOLINT(google-build-using-namespace): the test's own helpers
+
+// The sides of a pillar are long, its top is short: without noise what is left is rounding to whole grey levels, 0.3 of
+// one, over a contrast of 100 and more, and what straight segments between the outline's vertices leave (0.01 px).
+constexpr double kQuiet_px = 0.03;
+
+const SyntheticRig& lab() {
+  static const SyntheticRig rig(lab_rig());
+  return rig;
+}
+
+struct Truth {
+  double range_m, bearing_rad;
+};
+Truth truth_of(const SyntheticLandmark& l) { return {l.centre_m.norm(), std::atan2(l.centre_m.y(), l.centre_m.x())}; }
+
+std::vector<RangeMeasurement> look(const SyntheticRig& rig, const SyntheticScene& scene,
+                                   const std::vector<Target>& targets, const SyntheticCamera& camera = {},
+                                   std::uint64_t seed = 1) {
+  std::mt19937_64 random(seed);
+  const auto pair = rig.take(scene, camera, random);
+  return FullRanging(rig.rig, targets, kPicture, kPicture).measure(pair.lower, pair.upper);
+}
+
+/// Pixels that an error in range makes in the lower view, where the range is known best.
+double range_px(double range_m) { return 708 * 0.53 / std::pow(range_m - 0.15 + 0.12, 2); }
+
+void expect_near(const RangeMeasurement& m, const SyntheticLandmark& l, double most_px, const std::string& what) {
+  const Truth truth = truth_of(l);
+  ASSERT_TRUE(m.range_m) << what << ": " << to_string(m.verdict);
+  EXPECT_LT(std::abs(*m.range_m - truth.range_m) * range_px(truth.range_m), most_px)
+      << what << ": range " << *m.range_m << " m, is " << truth.range_m;
+  ASSERT_TRUE(m.bearing_rad) << what << ": " << to_string(m.verdict);
+  const double across_px = 708 * 0.53 / (truth.range_m - 0.03);
+  EXPECT_LT(std::abs(std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi)) * across_px, most_px)
+      << what << ": bearing " << *m.bearing_rad << " rad, is " << truth.bearing_rad;
+}
+
+TEST(FullRanging, WithoutNoiseFindsEveryPillarToAFewHundredthsOfAPixel) {
+  for (const auto& [x, y, heading] : {std::tuple{0.13, -0.21, 0.37}, {-0.61, 0.47, 2.11}, {0.83, 0.29, -1.73}}) {
+    SyntheticScene scene{seen_from(six_pillars(), {x, y}, heading), {}, {}};
+    const auto measured = look(lab(), scene, targets_of(six_pillars()));
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      // The nearest stand above the lower mirror's rim.
+      EXPECT_TRUE(measured[k].verdict == RangeVerdict::kOk || measured[k].verdict == RangeVerdict::kOneView)
+          << to_string(measured[k].verdict) << " " << k;
+      expect_near(measured[k], scene.landmarks[k], kQuiet_px, "pillar " + std::to_string(k + 1));
+    }
+  }
+}
+
+TEST(FullRanging, BrightnessAndShadingOfTheScenesDoNotMoveTheEdges) {
+  SyntheticScene scene{seen_from(six_pillars(), {0.31, 0.17}, 0.71), {}, {0.3, 0.7, 0.9}};
+  for (const double gain : {0.3, 0.7, 1.3}) {
+    const auto measured = look(lab(), scene, targets_of(six_pillars()), {gain, 0});
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      // Half a pillar lies in shadow, with the terminator across it: a tenth of a pixel.
+      expect_near(measured[k], scene.landmarks[k], 0.1, "gain " + std::to_string(gain) + ", " + std::to_string(k + 1));
+    }
+  }
+}
+
+TEST(FullRanging, ChequeredBackgroundMovesEdgesByLessThanATenthOfAPixel) {
+  const SyntheticRig rig(lab_rig(), {.level = 0.5, .cells = 36, .contrast = 0.5});
+  SyntheticScene scene{seen_from(six_pillars(), {-0.27, 0.33}, -0.41), {}, {}};
+  const auto measured = look(rig, scene, targets_of(six_pillars()));
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    expect_near(measured[k], scene.landmarks[k], 0.12, "pillar " + std::to_string(k + 1));
+  }
+}
+
+TEST(FullRanging, ThinLandmarksAreFoundByTheirCoverage) {
+  // Seen 2 to 3.6 px wide at the top in the lower view, half of that in the upper one: there no pixel is wholly theirs.
+  auto posts = six_pillars();
+  for (std::size_t k = 0; k < posts.size(); ++k) posts[k].radius_m = 0.018 + 0.002 * double(k);
+  SyntheticScene scene{seen_from(posts, {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(posts), {1, 1.0});
+  int found = 0;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    const RangeMeasurement& m = measured[k];
+    if (!m.range_m) continue;
+    ++found;
+    const Truth truth = truth_of(scene.landmarks[k]);
+    // An edge of two pixels' length, noise a hundredth of its contrast.
+    EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 0.003) << k << to_string(m.verdict);
+    EXPECT_LT(*m.sigma_range_m, 0.02) << k;
+    if (!m.bearing_rad) continue;
+    const double off = std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi);
+    EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 1e-4) << k << to_string(m.verdict);
+  }
+  EXPECT_GE(found, 4) << "of six";
+}
+
+// Catches a range made up where the top is a single pixel.
+TEST(FullRanging, OfLandmarksThinnerThanAPixelNoRangeIsInvented) {
+  auto posts = six_pillars();
+  for (auto& post : posts) post.radius_m = 0.004;  // 0.5 px
+  SyntheticScene scene{seen_from(posts, {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(posts), {1, 1.0});
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    if (!measured[k].range_m) continue;
+    EXPECT_LT(std::abs(*measured[k].range_m - truth_of(scene.landmarks[k]).range_m), 5 * *measured[k].sigma_range_m)
+        << k << to_string(measured[k].verdict);
+  }
+}
+
+TEST(FullRanging, AMirroredTurnedTiltedRigIsNoDifferent) {
+  Rig rig = lab_rig();
+  MirrorViewSettings lower = rig.lower.settings();
+  lower.mirrored = true;
+  lower.azimuth_rad = 0.83;
+  lower.tilt_rad = {0.009, -0.006};
+  MirrorViewSettings upper = rig.upper.settings();
+  upper.centre_px = {316.2, 243.9};
+  upper.axis_offset_m = {0.004, -0.003};
+  const SyntheticRig skewed(Rig{MirrorView(lower), MirrorView(upper)});
+  SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(skewed, scene, targets_of(six_pillars()));
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    expect_near(measured[k], scene.landmarks[k], 2 * kQuiet_px, "pillar " + std::to_string(k + 1));
+  }
+}
+
+TEST(FullRanging, WithoutTheTopsHeightTheRangeIsThatOfTheDisparity) {
+  SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
+  auto targets = targets_of(six_pillars());
+  for (Target& target : targets) target.top_m.reset();
+  const auto measured = look(lab(), scene, targets);
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    ASSERT_TRUE(measured[k].range_m) << to_string(measured[k].verdict);
+    const double truth_m = truth_of(scene.landmarks[k]).range_m;
+    // sigma_range = (range + d)^2 sigma_disparity / (v s), for a disparity off by kQuiet_px in each view.
+    EXPECT_LT(std::abs(*measured[k].range_m - truth_m), std::pow(truth_m + 0.12, 2) * 2 * kQuiet_px / 212.4) << k;
+  }
+}
+
+TEST(FullRanging, TooNearForTheLowerMirrorLeavesTheUpperOneAndThenNone) {
+  auto pillars = six_pillars();
+  SyntheticScene scene{seen_from(pillars, {1.37, 0.52}, 0.2), {}, {}};  // 1.1 m from the cyan one
+  auto measured = look(lab(), scene, targets_of(pillars));
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kOneView) << to_string(measured[3].verdict);
+  EXPECT_FALSE(measured[3].lower_sighting);
+  ASSERT_TRUE(measured[3].range_m);
+  EXPECT_NEAR(*measured[3].range_m, truth_of(scene.landmarks[3]).range_m, 0.001);
+
+  scene.landmarks = seen_from(pillars, {1.75, 0.41}, 0.2);  // 0.71 m: above both rims
+  measured = look(lab(), scene, targets_of(pillars));
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kTruncated) << to_string(measured[3].verdict);
+  EXPECT_FALSE(measured[3].range_m);
+}
+
+TEST(FullRanging, AMastBeforeALandmarkIsNeverQuietlyWrong) {
+  // A mast of 3.5 degrees sweeps over the red pillar, which is 7 degrees wide.
+  const auto pillars = six_pillars();
+  for (int step = -8; step <= 8; ++step) {
+    SyntheticScene scene{seen_from(pillars, {0.13, -0.21}, 0.37), {}, {}};
+    const Truth truth = truth_of(scene.landmarks[0]);
+    scene.strips.push_back({truth.bearing_rad + step * 0.011, 0.13, 0.004, {0.2, 0.2, 0.2}});
+    const auto m = look(lab(), scene, targets_of(pillars), {1, 1}).front();
+    if (m.bearing_rad) {
+      const double off = std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi);
+      EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 2e-4) << "step " << step << " " << to_string(m.verdict);
+    }
+    if (m.range_m) {
+      EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 1e-3)
+          << "step " << step << " " << to_string(m.verdict);
+    }
+  }
+}
+
+TEST(FullRanging, TwoLandmarksOfOneColourAreFlaggedAndNeverTheNearerByLuck) {
+  auto pillars = six_pillars();
+  pillars[3].colour = pillars[0].colour;
+  SyntheticScene scene{seen_from(pillars, {0.13, -0.21}, 0.37), {}, {}};
+  auto measured = look(lab(), scene, targets_of(pillars));
+  EXPECT_EQ(measured[0].verdict, RangeVerdict::kSameColour);
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kSameColour);
+  EXPECT_FALSE(measured[0].range_m || measured[3].range_m);
+
+  // One that the map does not know.
+  auto targets = targets_of(six_pillars());
+  measured = look(lab(), scene, targets);
+  EXPECT_EQ(measured[0].verdict, RangeVerdict::kTwoCandidates) << to_string(measured[0].verdict);
+  EXPECT_FALSE(measured[0].range_m);
+}
+
+TEST(FullRanging, SaturatedPillarsAreFlaggedOrLeftOut) {
+  SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(six_pillars()), {60, 0});
+  for (const RangeMeasurement& m : measured) {
+    EXPECT_TRUE(m.verdict == RangeVerdict::kSaturated || m.verdict == RangeVerdict::kNotSeen ||
+                m.verdict == RangeVerdict::kNoMatch)
+        << to_string(m.verdict);
+    EXPECT_FALSE(m.range_m);
+  }
+}
+
+TEST(FullRanging, AnEmptyRoomABlackPictureAndNoiseAloneShowNothing) {
+  const auto targets = targets_of(six_pillars());
+  for (const SyntheticCamera& camera : {SyntheticCamera{1, 0}, {0, 0}, {1, 3}}) {
+    for (const RangeMeasurement& m : look(lab(), {}, targets, camera)) {
+      EXPECT_EQ(m.verdict, RangeVerdict::kNotSeen) << to_string(m.verdict);
+      EXPECT_FALSE(m.range_m || m.bearing_rad || m.lower_sighting || m.upper_sighting);
+    }
+  }
+}
+
+TEST(FullRanging, TheAnswerIsAFunctionOfThePicturesAlone) {
+  std::mt19937_64 random(5);
+  const auto targets = targets_of(six_pillars());
+  const FullRanging ranging(lab().rig, targets, kPicture, kPicture);
+  const SyntheticScene here{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
+  const SyntheticScene there{seen_from(six_pillars(), {-0.61, 0.47}, 2.11), {}, {}};
+  const auto first = lab().take(here, {1, 2}, random);
+  const auto second = lab().take(there, {1, 2}, random);
+  const auto cold = ranging.measure(first.lower, first.upper);
+  (void)ranging.measure(second.lower, second.upper);
+  const auto warm = ranging.measure(first.lower, first.upper);
+  for (std::size_t k = 0; k < cold.size(); ++k) {
+    ASSERT_TRUE(cold[k].range_m && warm[k].range_m);
+    EXPECT_EQ(*cold[k].range_m, *warm[k].range_m);
+    EXPECT_EQ(*cold[k].bearing_rad, *warm[k].bearing_rad);
+  }
+}
+
+TEST(FullRanging, RefusesPicturesAndTargetsThatItCannotUse) {
+  const auto targets = targets_of(six_pillars());
+  const FullRanging ranging(lab().rig, targets, kPicture, kPicture);
+  const cv::Mat right(kPicture, CV_8UC3, cv::Scalar::all(0));
+  EXPECT_THROW((void)ranging.measure(cv::Mat(kPicture, CV_8UC1), right), std::invalid_argument);
+  EXPECT_THROW((void)ranging.measure(right, cv::Mat(100, 100, CV_8UC3)), std::invalid_argument);
+  auto bad = targets;
+  bad[2].radius_m = 0;
+  EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);
+  bad = targets;
+  bad[2].top_m = std::nan("");
+  EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);
+  bad = targets;
+  bad[2].colour = {0.5, 0.5, 0.5};
+  EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twocone::vision

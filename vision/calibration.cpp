@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/calibration.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include "vision/calibration/answer.h"
+#include "vision/calibration/bundle.h"
+#include "vision/calibration/bundle_rows.h"
+#include "vision/calibration/start_pose.h"
+#include "vision/calibration/wheel_rows.h"
+
+namespace twocone::vision {
+
+using namespace calibration;
+
+std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
+
+std::string_view to_string(CalibrationVerdict verdict) {
+  switch (verdict) {
+    case CalibrationVerdict::kOk:
+      return "ok";
+    case CalibrationVerdict::kNoSolver:
+      return "no_solver";
+    case CalibrationVerdict::kTooFewFrames:
+      return "too_few_frames";
+    case CalibrationVerdict::kTooFewLandmarks:
+      return "too_few_landmarks";
+    case CalibrationVerdict::kContradictory:
+      return "contradictory";
+  }
+  assert(false);
+  return "";
+}
+
+bool can_calibrate() { return has_solver(); }
+
+namespace {
+
+// Cauchy's loss is 95 % efficient for a Gaussian at this many sigmas.
+constexpr double kCauchySigmas = 2.385;
+// The median length of a whitened pixel error of two Gaussian coordinates: sqrt(2 ln 2).
+constexpr double kMedianLength = 1.1774100225154747;
+constexpr int kRobustRounds = 8;
+// Of the rim's radius: so many rings, in each of which sightings are taken to err alike.
+constexpr std::size_t kRings = 16;
+constexpr int kScaleRounds = 4;
+constexpr double kMostOutliers = 1.0 / 3;
+// Sightings are good to a fraction of a pixel, and no rig is this many sigmas from what was believed of it: beyond
+// either the map, the names or the views are not what the problem says.
+constexpr double kMostScatter_px = 2;
+constexpr double kMostPriorSigmas = 6;
+
+void check(const CalibrationProblem& problem) {
+  std::string bad;
+  const auto require = [&bad](bool good, const std::string& what) {
+    if (!good) bad += " " + what + ";";
+  };
+  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+  for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
+    const KnownLandmark& l = problem.landmarks[i];
+    require(l.place_m.allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
+            fmt::format("landmark {} must have a finite place and top and a radius > 0 m", i));
+  }
+  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
+    for (const LandmarkSighting& s : problem.frames[i].sightings) {
+      require(s.landmark < problem.landmarks.size(), fmt::format("frame {} has a sighting of landmark {}, there are {}",
+                                                                 i, s.landmark, problem.landmarks.size()));
+      require(s.sighting.pixel_px.allFinite() && s.sighting.covariance_px2.allFinite() &&
+                  s.sighting.covariance_px2.llt().info() == Eigen::Success,
+              fmt::format(
+                  "frame {} has a sighting whose pixel is not finite or whose covariance is not positive definite", i));
+    }
+    const auto& wheels = problem.frames[i].wheels;
+    for (std::size_t k = 0; k < wheels.size(); ++k) {
+      require(std::isfinite(wheels[k].t_s) && std::isfinite(wheels[k].left_rad) && std::isfinite(wheels[k].right_rad) &&
+                  (k == 0 || wheels[k].t_s >= wheels[k - 1].t_s),
+              fmt::format("frame {} has wheel readings that are not finite or run backwards", i));
+    }
+  }
+  require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
+  const CalibrationPriors& p = problem.priors;
+  for (const double prior :
+       {p.length_m, p.centre_px, p.rim_share, p.azimuth_rad, p.tilt_rad, p.axis_offset_m, p.lower_axis_offset_m,
+        p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio, p.wheel_separation_m}) {
+    require(positive(prior), fmt::format("a prior's sigma is {}, must be > 0", prior));
+  }
+  if (problem.wheels) {
+    const WheelBelief& w = *problem.wheels;
+    require(positive(w.radius_m) && positive(w.separation_m) && positive(w.slip) && positive(w.slip_correlation_s) &&
+                w.angle_step_rad >= 0 && std::isfinite(w.angle_step_rad),
+            "wheels must have radius, separation, slip and its correlation > 0 and an angle step >= 0");
+  }
+  for (const auto& rim : {problem.lower_rim, problem.upper_rim}) {
+    require(!rim || (rim->centre_px.allFinite() && positive(rim->radius_px) && positive(rim->sigma_centre_px) &&
+                     positive(rim->sigma_radius_px)),
+            "a rim must be finite, with radius and sigmas > 0");
+  }
+  if (!bad.empty()) throw std::invalid_argument("calibrate:" + bad);
+}
+
+std::size_t distinct_landmarks(const std::vector<LandmarkSighting>& sightings) {
+  std::vector<std::size_t> names;
+  for (const LandmarkSighting& s : sightings) names.push_back(s.landmark);
+  std::sort(names.begin(), names.end());
+  return std::size_t(std::unique(names.begin(), names.end()) - names.begin());
+}
+
+/// The problem as rows, and what they came from.
+struct Bundle {
+  BundleData data;
+  BundleState start;
+  std::vector<SightingResidual> origins;  ///< of data.sightings, in their order
+};
+
+Bundle bundle_of(const CalibrationProblem& problem) {
+  Bundle bundle{{SharedModel(problem), {}, {}, {}}, {}, {}};
+  std::vector<const CalibrationFrame*> frames;
+  // Where a frame is left out, its wheels still belong to the way of the next one.
+  std::vector<CalibrationFrame> kept;
+  kept.reserve(problem.frames.size());
+  std::vector<WheelReading> before;
+  bool broken = false;
+  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
+    const CalibrationFrame& frame = problem.frames[i];
+    broken = broken || frame.wheels.size() < 2;
+    std::vector<WheelReading> wheels = before;
+    // The first reading repeats the last one before.
+    wheels.insert(wheels.end(), frame.wheels.begin() + (before.empty() || frame.wheels.empty() ? 0 : 1),
+                  frame.wheels.end());
+    const auto pose =
+        distinct_landmarks(frame.sightings) >= 2 ? start_pose(problem.rig, problem.landmarks, frame) : std::nullopt;
+    if (!pose) {
+      before = std::move(wheels);
+      continue;
+    }
+    kept.push_back({frame.sightings, broken ? std::vector<WheelReading>{} : std::move(wheels)});
+    before.clear();
+    broken = false;
+    const std::size_t index = bundle.start.poses.size();
+    bundle.start.poses.push_back(*pose);
+    for (std::size_t k = 0; k < frame.sightings.size(); ++k) {
+      const LandmarkSighting& s = frame.sightings[k];
+      const Eigen::Matrix2d factor = s.sighting.covariance_px2.llt().matrixL();
+      SightingRow& row = bundle.data.sightings.emplace_back();
+      row.frame = index;
+      row.side = s.side;
+      row.landmark = problem.landmarks[s.landmark];
+      row.pixel_px = s.sighting.pixel_px;
+      row.whitener = factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
+      const MirrorView& view = s.side == Side::kLower ? problem.rig.lower : problem.rig.upper;
+      const Eigen::Vector2d from_tip = s.sighting.pixel_px - view.settings().centre_px;
+      const auto ring = std::size_t(std::min(from_tip.norm() / view.settings().rim_radius_px * kRings, kRings - 1.0));
+      const std::size_t view_index = s.side == Side::kLower ? 0 : 1;
+      const std::size_t group = 2 * s.landmark + view_index;
+      const std::size_t rings_from = 2 * problem.landmarks.size();
+      row.groups = {group, rings_from + view_index * kRings + ring, rings_from + (2 + group) * kRings + ring};
+      const Eigen::Vector2d out = from_tip.stableNormalized();
+      row.axes << out.x(), -out.y(), out.y(), out.x();
+      SightingResidual& origin = bundle.origins.emplace_back();
+      origin.frame = i;
+      origin.sighting = k;
+    }
+  }
+  for (const CalibrationFrame& frame : kept) frames.push_back(&frame);
+  if (problem.wheels) bundle.data.wheels = wheel_rows(frames, *problem.wheels);
+  bundle.data.groups = 2 * problem.landmarks.size() * (1 + kRings) + 2 * kRings;
+  bundle.start.biases.assign(bundle.data.groups, Eigen::Vector2d::Zero());
+  bundle.start.slips.assign(bundle.data.wheels.size(), Eigen::Vector2d::Zero());
+  if (problem.lower_rim) bundle.data.rims.push_back({Side::kLower, *problem.lower_rim});
+  if (problem.upper_rim) bundle.data.rims.push_back({Side::kUpper, *problem.upper_rim});
+  return bundle;
+}
+
+std::vector<double> whitened_lengths(const BundleData& data, const BundleState& state) {
+  std::vector<double> lengths;
+  for (const SightingRow& row : data.sightings)
+    lengths.push_back((row.whitener * residual_px(data, row, state)).norm());
+  return lengths;
+}
+
+/// How many times their sigma the sightings scatter, by the median of all: outliers hardly move it.
+double robust_scale(const BundleData& data, const BundleState& state) {
+  std::vector<double> lengths = whitened_lengths(data, state);
+  const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return std::max(*middle / kMedianLength, 1e-6);
+}
+
+/// Cauchy's loss, its scale that of the residuals, which shrink as the answer gets better.
+bool minimise_robustly(const BundleData& data, BundleSettings settings, BundleState& state) {
+  double last = 0;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    settings.sighting_scale = robust_scale(data, state);
+    if (round > 0 && std::abs(settings.sighting_scale - last) < 0.01 * last) return true;
+    last = settings.sighting_scale;
+    settings.cauchy_sigmas = kCauchySigmas;
+    if (!minimise(data, settings, state)) return false;
+  }
+  return true;
+}
+
+double rms_px(const std::vector<SightingResidual>& residuals, const BundleData& data, Side side,
+              Eigen::Vector2d SightingResidual::*which) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    if (data.sightings[i].side != side || residuals[i].outlier) continue;
+    sum += (residuals[i].*which).squaredNorm();
+    count += 2;
+  }
+  return count == 0 ? 0 : std::sqrt(sum / double(count));
+}
+
+Eigen::Vector2d unbiased_residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
+  return residual_px(data, row, state) -
+         row.axes * (state.biases[row.groups[0]] + state.biases[row.groups[1]] + state.biases[row.groups[2]]);
+}
+
+/// Square roots of the reduced chi-squared of sightings and of wheels. The poses are nearly all the sightings', the
+/// slips all the wheels' own.
+void rescale(const BundleData& data, const BundleState& state, std::size_t observed, BundleSettings& settings) {
+  double sum = 0;
+  double count = 0;
+  for (const SightingRow& row : data.sightings) {
+    if (!row.used) continue;
+    sum += (row.whitener * unbiased_residual_px(data, row, state)).squaredNorm();
+    count += 2;
+  }
+  const double freedom = count - 3 * double(state.poses.size()) - double(observed);
+  if (freedom > 0) settings.sighting_scale = std::sqrt(std::max(sum / freedom, 1e-12));
+  if (data.wheels.empty()) return;
+  const double wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
+  settings.wheel_scale = std::max(1.0, wheel_scale);
+}
+
+/// Standard deviation of what sightings have in common, by the means of the smaller groups less what
+/// their scatter makes of them (DerSimonian & Laird's way, unweighted). The larger groups are given the same: more than
+/// there is rather than less. Not below `least_px`.
+double systematic_px(const BundleData& data, const BundleState& state, double least_px) {
+  struct Sums {
+    Eigen::Array2d first = Eigen::Array2d::Zero();
+    Eigen::Array2d second = Eigen::Array2d::Zero();
+    double count = 0;
+  };
+  std::vector<Sums> groups(data.groups);
+  for (const SightingRow& row : data.sightings) {
+    if (!row.used) continue;
+    const Eigen::Array2d along = (row.axes.transpose() * residual_px(data, row, state)).array();
+    Sums& sums = groups[row.groups[2]];
+    sums.first += along;
+    sums.second += along * along;
+    sums.count += 1;
+  }
+  double sum = 0;
+  double count = 0;
+  for (const Sums& g : groups) {
+    if (g.count < 3) continue;
+    const Eigen::Array2d mean = g.first / g.count;
+    const Eigen::Array2d variance = (g.second / g.count - mean * mean) * g.count / (g.count - 1);
+    sum += (mean * mean - variance / g.count).sum();
+    count += 2;
+  }
+  return count == 0 ? least_px : std::max(least_px, std::sqrt(std::max(0.0, sum / count)));
+}
+
+/// Marks what lies beyond kOutlierSigmas of the scatter.
+std::size_t mark_outliers(BundleData& data, const BundleState& state, double scale) {
+  const std::vector<double> lengths = whitened_lengths(data, state);
+  std::size_t outliers = 0;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    data.sightings[i].used = lengths[i] <= kOutlierSigmas * scale;
+    outliers += data.sightings[i].used ? 0 : 1;
+  }
+  return outliers;
+}
+
+/// Frames with fewer than two landmarks left have no pose by themselves: `problem` without what they show, or nothing
+/// if there are none.
+std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& problem, const Bundle& bundle) {
+  std::vector<std::vector<LandmarkSighting>> left(problem.frames.size());
+  std::vector<bool> kept(problem.frames.size(), false);
+  for (std::size_t i = 0; i < bundle.origins.size(); ++i) {
+    const SightingResidual& origin = bundle.origins[i];
+    kept[origin.frame] = true;
+    if (bundle.data.sightings[i].used)
+      left[origin.frame].push_back(problem.frames[origin.frame].sightings[origin.sighting]);
+  }
+  std::optional<CalibrationProblem> fewer;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (!kept[i] || distinct_landmarks(left[i]) >= 2) continue;
+    if (!fewer) fewer = problem;
+    fewer->frames[i].sightings.clear();
+  }
+  return fewer;
+}
+
+std::vector<int> constants_of(const SharedModel& model) {
+  std::vector<int> constants;
+  for (int i = 0; i < kSharedNumbers; ++i) {
+    if (model.sigma[i] == 0) constants.push_back(i);
+  }
+  return constants;
+}
+
+}  // namespace
+
+namespace calibration {
+
+Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
+  Eigen::Vector2d residual;
+  sighting_residual(data.model, row, state.unknowns.data(), state.poses[row.frame].data(), residual.data());
+  return residual;
+}
+
+double wheel_chi_squared(const BundleData& data, const BundleState& state) {
+  double sum = 0;
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < data.wheels.size(); ++i) {
+    const WheelRow& row = data.wheels[i];
+    Eigen::Matrix<double, 5, 1> residual;
+    wheel_residual(data.model, row, state.unknowns.data(), state.poses[row.frame - 1].data(),
+                   state.poses[row.frame].data(), row.follows ? state.slips[i - 1].data() : none.data(),
+                   state.slips[i].data(), residual.data(), [](double x) { return x; });
+    sum += residual.squaredNorm();
+  }
+  return sum;
+}
+
+}  // namespace calibration
+
+CalibrationResult calibrate(const CalibrationProblem& problem) {
+  check(problem);
+  CalibrationResult result;
+  if (!has_solver()) {
+    result.verdict = CalibrationVerdict::kNoSolver;
+    return result;
+  }
+  std::vector<LandmarkSighting> all;
+  for (const CalibrationFrame& frame : problem.frames)
+    all.insert(all.end(), frame.sightings.begin(), frame.sightings.end());
+  if (!all.empty() && distinct_landmarks(all) < 2) {
+    result.verdict = CalibrationVerdict::kTooFewLandmarks;
+    return result;
+  }
+  Bundle bundle = bundle_of(problem);
+  BundleData& data = bundle.data;
+  result.frames_used = bundle.start.poses.size();
+  result.frames_dropped = problem.frames.size() - result.frames_used;
+  if (result.frames_used < CalibrationResult::kMinFrames) {
+    result.verdict = CalibrationVerdict::kTooFewFrames;
+    return result;
+  }
+  result.verdict = CalibrationVerdict::kContradictory;
+
+  BundleState state = bundle.start;
+  BundleSettings settings;
+  settings.hold_all = true;
+  if (!minimise_robustly(data, settings, state)) return result;
+  result.residuals = bundle.origins;
+  for (std::size_t i = 0; i < data.sightings.size(); ++i) {
+    result.residuals[i].before_px = residual_px(data, data.sightings[i], state);
+  }
+
+  settings.hold_all = false;
+  settings.held = constants_of(data.model);
+  if (!minimise_robustly(data, settings, state)) return result;
+  result.outliers = mark_outliers(data, state, robust_scale(data, state));
+  if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
+  if (const auto fewer = without_lost_frames(problem, bundle)) return calibrate(*fewer);
+
+  const auto free_numbers = [&settings] { return std::size_t(kSharedNumbers) - settings.held.size(); };
+  settings.sighting_scale = robust_scale(data, state);
+  for (int round = 0; round < kScaleRounds; ++round) {
+    if (!minimise(data, settings, state)) return result;
+    rescale(data, state, free_numbers(), settings);
+    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
+  }
+  settings.held = unobserved(shared_information(data, settings, state), data.model);
+  for (const int i : settings.held) state.unknowns[i] = 0;
+  for (int round = 0; round < kScaleRounds; ++round) {
+    if (!minimise(data, settings, state)) return result;
+    rescale(data, state, free_numbers(), settings);
+    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
+  }
+  const Eigen::MatrixXd covariance = consider_covariance(shared_information(data, settings, state), settings.held);
+
+  for (std::size_t i = 0; i < data.sightings.size(); ++i) {
+    result.residuals[i].after_px = residual_px(data, data.sightings[i], state);
+    result.residuals[i].outlier = !data.sightings[i].used;
+  }
+  for (const Side side : {Side::kLower, Side::kUpper}) {
+    const std::size_t k = side == Side::kLower ? 0 : 1;
+    result.rms_before_px[k] = rms_px(result.residuals, data, side, &SightingResidual::before_px);
+    result.rms_after_px[k] = rms_px(result.residuals, data, side, &SightingResidual::after_px);
+    result.sightings[k] = std::size_t(std::count_if(data.sightings.begin(), data.sightings.end(),
+                                                    [side](const SightingRow& r) { return r.side == side && r.used; }));
+  }
+  if (std::max(result.rms_after_px[0], result.rms_after_px[1]) > kMostScatter_px) return result;
+  if (state.unknowns.cwiseAbs().maxCoeff() > kMostPriorSigmas) return result;
+  result.sighting_scale = settings.sighting_scale;
+  result.systematic_px = settings.systematic_px;
+  if (!data.wheels.empty()) {
+    result.wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
+  }
+  result.parameters = parameter_list(data.model, state.unknowns, covariance, settings.held);
+  const Shared numbers = data.model.numbers(state.unknowns);
+  try {
+    result.rig = Rig{to_view(data.model, numbers, problem.rig.lower.settings(), Side::kLower),
+                     to_view(data.model, numbers, problem.rig.upper.settings(), Side::kUpper)};
+  } catch (const std::invalid_argument&) {
+    return result;  // numbers that no rig has
+  }
+  if (problem.wheels) {
+    result.wheels = problem.wheels;
+    result.wheels->radius_m = numbers[kWheelRadius];
+    result.wheels->separation_m = numbers[kWheelSeparation];
+  }
+  result.verdict = CalibrationVerdict::kOk;
+  return result;
+}
+
+}  // namespace twocone::vision

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// A build without Ceres: calibrate() says so before it would come here.
+#include <cassert>
+
+#include "vision/calibration/bundle.h"
+
+namespace twocone::vision::calibration {
+
+bool has_solver() { return false; }
+
+bool minimise(const BundleData& /*data*/, const BundleSettings& /*settings*/, BundleState& /*state*/) {
+  assert(false);
+  return false;
+}
+
+Eigen::MatrixXd shared_information(const BundleData& /*data*/, const BundleSettings& /*settings*/,
+                                   const BundleState& /*state*/) {
+  assert(false);
+  return Eigen::MatrixXd::Identity(kSharedNumbers, kSharedNumbers);
+}
+
+}  // namespace twocone::vision::calibration

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "vision/calibration/bundle.h"
+#include "vision/calibration/projection.h"
+
+/// The residuals of a bundle as functions of its unknowns, for any number type.
+namespace twocone::vision::calibration {
+
+template <typename T>
+using Numbers = std::array<T, kSharedNumbers>;
+
+template <typename T>
+Numbers<T> numbers_of(const SharedModel& model, const T* unknowns) {
+  Numbers<T> numbers;
+  for (int i = 0; i < kSharedNumbers; ++i) numbers[std::size_t(i)] = model.mean[i] + model.sigma[i] * unknowns[i];
+  return numbers;
+}
+
+/// Angles are told apart by whole turns only here.
+template <typename T, typename Plain>
+T within_half_a_turn(const T& angle, Plain plain) {
+  return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
+}
+
+template <typename T>
+void sighting_residual(const SharedModel& model, const SightingRow& row, const T* unknowns, const T* pose,
+                       T* residual) {
+  const Numbers<T> numbers = numbers_of(model, unknowns);
+  T pixel[2];
+  project_near_point(view_numbers(numbers.data(), row.side), model.views[row.side == Side::kLower ? 0 : 1],
+                     row.landmark, pose, pixel);
+  residual[0] = row.pixel_px.x() - pixel[0];
+  residual[1] = row.pixel_px.y() - pixel[1];
+}
+
+/// Of the way, (x, y, heading), then of both slips; all whitened.
+template <typename T, typename Plain>
+void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* from, const T* to,
+                    const T* last_slips, const T* slips, T* residual, Plain plain) {
+  using std::cos;
+  using std::sin;
+  const Numbers<T> numbers = numbers_of(model, unknowns);
+  const T relative[2] = {slips[0] * T(model.wheels.slip), slips[1] * T(model.wheels.slip)};
+  T way[3];
+  drive(numbers[kWheelRadius], numbers[kWheelRatio], numbers[kWheelSeparation], relative, row.turns_rad, way);
+  const T dx = to[0] - from[0];
+  const T dy = to[1] - from[1];
+  const T error[3] = {cos(from[2]) * dx + sin(from[2]) * dy - way[0], cos(from[2]) * dy - sin(from[2]) * dx - way[1],
+                      within_half_a_turn<T>(to[2] - from[2] - way[2], plain)};
+  for (int i = 0; i < 3; ++i) {
+    residual[i] = T(0);
+    for (int j = 0; j < 3; ++j) residual[i] += row.whitener(i, j) * error[j];
+  }
+  for (int side = 0; side < 2; ++side) {
+    residual[3 + side] = (slips[side] - row.slip_share * last_slips[side]) / T(row.slip_sigma);
+  }
+}
+
+}  // namespace twocone::vision::calibration

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/calibration/shared.h"
+
+#include <algorithm>
+
+#include "vision/calibration/projection.h"
+
+namespace twocone::vision::calibration {
+namespace {
+
+constexpr std::array<const char*, kViewNumbers> kViewNames{
+    "centre_px.column", "centre_px.row",   "rim_radius_px",   "azimuth_rad", "tilt_rad.x",
+    "tilt_rad.y",       "axis_offset_m.x", "axis_offset_m.y", "apex_rad",    "mirror_radius_m",
+    "lens_to_tip_m",    "distortion.k1",   "distortion.k2"};
+constexpr std::array<const char*, kSharedNumbers - kLensHeight> kOtherNames{
+    "lens_height_m", "mirror_separation_m", "wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
+
+void take_view(SharedModel& model, const MirrorView& view, Side side, const CalibrationProblem& problem) {
+  const MirrorViewSettings& s = view.settings();
+  const CalibrationPriors& priors = problem.priors;
+  const auto set = [&model, side](int number, double mean, double sigma) {
+    model.mean[index_of(side, number)] = mean;
+    model.sigma[index_of(side, number)] = sigma;
+  };
+  set(kColumn, s.centre_px.x(), priors.centre_px);
+  set(kRow, s.centre_px.y(), priors.centre_px);
+  set(kRim, s.rim_radius_px, priors.rim_share * s.rim_radius_px);
+  set(kAzimuth, s.azimuth_rad, priors.azimuth_rad);
+  set(kTiltX, s.tilt_rad.x(), priors.tilt_rad);
+  set(kTiltY, s.tilt_rad.y(), priors.tilt_rad);
+  const double offset_sigma_m = side == Side::kLower ? priors.lower_axis_offset_m : priors.axis_offset_m;
+  set(kOffsetX, s.axis_offset_m.x(), offset_sigma_m);
+  set(kOffsetY, s.axis_offset_m.y(), offset_sigma_m);
+  set(kApex, s.cone.apex_rad, priors.apex_rad);
+  set(kMirrorRadius, s.cone.rim_radius_m, priors.length_m);
+  set(kLensToTip, s.cone.lens_to_tip_m, priors.length_m);
+
+  ViewConstants& constants = model.views[side == Side::kLower ? 0 : 1];
+  constants.sense = s.mirrored ? -1 : 1;
+  constants.has_lens = problem.fit_distortion || view.has_distortion();
+  constants.focal_px.setConstant(view.focal_length_px());
+  constants.principal_px = s.centre_px;
+  std::array<double, 8> k{};
+  if (s.distortion) {
+    constants.focal_px = s.distortion->focal_px;
+    constants.principal_px = s.distortion->principal_px;
+    constants.lens_terms = s.distortion->coefficients.size();
+    std::copy(s.distortion->coefficients.begin(), s.distortion->coefficients.end(), k.begin());
+  }
+  std::copy(k.begin() + 2, k.end(), constants.further.begin());
+  set(kK1, k[0], problem.fit_distortion ? priors.distortion : 0);
+  set(kK2, k[1], problem.fit_distortion ? priors.distortion : 0);
+}
+
+}  // namespace
+
+SharedModel::SharedModel(const CalibrationProblem& problem) {
+  take_view(*this, problem.rig.lower, Side::kLower, problem);
+  take_view(*this, problem.rig.upper, Side::kUpper, problem);
+  for (const int relative : {kAzimuth, kOffsetX, kOffsetY}) {
+    mean[index_of(Side::kUpper, relative)] -= mean[index_of(Side::kLower, relative)];
+  }
+  mean[kLensHeight] = problem.rig.lower.settings().lens_height_m;
+  mean[kSeparation] = problem.rig.mirror_separation_m();
+  sigma[kLensHeight] = sigma[kSeparation] = problem.priors.length_m;
+  if (!problem.wheels) return;
+  has_wheels = true;
+  wheels = *problem.wheels;
+  mean[kWheelRadius] = wheels.radius_m;
+  sigma[kWheelRadius] = problem.priors.wheel_radius_share * wheels.radius_m;
+  mean[kWheelRatio] = 1;
+  sigma[kWheelRatio] = problem.priors.wheel_ratio;
+  mean[kWheelSeparation] = wheels.separation_m;
+  sigma[kWheelSeparation] = problem.priors.wheel_separation_m;
+}
+
+MirrorView to_view(const SharedModel& model, const Shared& numbers, const MirrorViewSettings& like, Side side) {
+  const ViewNumbers<double> n = view_numbers(numbers.data(), side);
+  MirrorViewSettings settings = like;
+  settings.centre_px = {n.column, n.row};
+  settings.rim_radius_px = n.rim_px;
+  settings.azimuth_rad = n.azimuth;
+  settings.tilt_rad = {n.tilt_x, n.tilt_y};
+  settings.axis_offset_m = {n.offset_x, n.offset_y};
+  settings.cone = {.apex_rad = n.apex, .rim_radius_m = n.mirror_radius, .lens_to_tip_m = n.lens_to_tip};
+  settings.lens_height_m = n.lens_height;
+  const ViewConstants& constants = model.views[side == Side::kLower ? 0 : 1];
+  if (constants.has_lens) {
+    LensDistortion lens{{n.k1, n.k2}, constants.focal_px, constants.principal_px};
+    lens.coefficients.insert(lens.coefficients.end(), constants.further.begin(),
+                             constants.further.begin() + std::ptrdiff_t(constants.lens_terms - 2));
+    settings.distortion = lens;
+  }
+  return MirrorView(settings);
+}
+
+std::string name_of(int shared_number) {
+  if (shared_number >= kLensHeight) return kOtherNames[std::size_t(shared_number - kLensHeight)];
+  const bool is_lower = shared_number < kViewNumbers;
+  const int number = is_lower ? shared_number : shared_number - kViewNumbers;
+  std::string name = kViewNames[std::size_t(number)];
+  if (!is_lower && number == kAzimuth) name = "azimuth_minus_lower_rad";
+  if (!is_lower && number == kOffsetX) name = "axis_offset_minus_lower_m.x";
+  if (!is_lower && number == kOffsetY) name = "axis_offset_minus_lower_m.y";
+  return (is_lower ? "lower." : "upper.") + name;
+}
+
+}  // namespace twocone::vision::calibration

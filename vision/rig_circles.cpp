@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/rig_circles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <opencv2/imgproc.hpp>
+
+#include "vision/srgb.h"
+
+namespace twocone::vision {
+namespace {
+
+// About the rim: where each side's level is taken, and what is summed over for the edge.
+constexpr double kLevelFrom_px = 1.5;
+constexpr double kLevelTo_px = 4.0;  // a simulated picture ends 6 px behind the rim
+constexpr double kEdge_px = 2.0;
+constexpr double kSample_px = 0.125;
+constexpr double kLeastContrast = 0.05;  // of white, linear light
+constexpr int kIterations = 20;
+constexpr double kMinSupport = 1.0 / 3;
+
+/// Brightness in linear light, 0 to 1, CV_32F: coded values would move an edge by a quarter of a pixel.
+cv::Mat linear_grey(const cv::Mat& rgb) {
+  std::array<float, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = float(srgb_to_linear(double(i)));
+  }
+  cv::Mat grey(rgb.size(), CV_32F);
+  for (int row = 0; row < rgb.rows; ++row) {
+    const auto* in = rgb.ptr<cv::Vec3b>(row);
+    auto* out = grey.ptr<float>(row);
+    for (int column = 0; column < rgb.cols; ++column) {
+      const cv::Vec3b& p = in[column];
+      out[column] = (linear[p[0]] + linear[p[1]] + linear[p[2]]) / 3;
+    }
+  }
+  return grey;
+}
+
+/// Between the pixels' centres; nothing outside them.
+std::optional<double> brightness_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
+  if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
+  const int column = static_cast<int>(p.x());
+  const int row = static_cast<int>(p.y());
+  const double fx = p.x() - column;
+  const double fy = p.y() - row;
+  const auto at = [&grey](int r, int c) { return double(grey.at<float>(r, c)); };
+  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
+         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
+}
+
+/// Radius of the edge in one direction.
+std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
+  double inside = 0;
+  double outside = 0;
+  double edge = 0;
+  int level_samples = 0;
+  int edge_samples = 0;
+  for (double r = kSample_px / 2; r < kLevelTo_px; r += kSample_px) {
+    const auto before = brightness_at(grey, circle.centre_px + out * (circle.radius_px - r));
+    const auto behind = brightness_at(grey, circle.centre_px + out * (circle.radius_px + r));
+    if (!before || !behind) return std::nullopt;
+    if (r < kEdge_px) {
+      edge += *before + *behind;
+      ++edge_samples;
+    }
+    if (r < kLevelFrom_px) continue;
+    // Nothing is wholly black but what was not recorded.
+    if (*behind <= 0) return std::nullopt;
+    inside += *before;
+    outside += *behind;
+    ++level_samples;
+  }
+  inside /= level_samples;
+  outside /= level_samples;
+  if (std::abs(inside - outside) < kLeastContrast) return std::nullopt;
+  const double share = (edge / edge_samples / 2 - outside) / (inside - outside);  // of the window that is mirror
+  if (!(share > 0.05 && share < 0.95)) return std::nullopt;
+  return circle.radius_px + (2 * share - 1) * kEdge_px;
+}
+
+struct Edge {
+  Eigen::Vector2d out;
+  double radius_px;
+};
+
+std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int directions) {
+  std::vector<Edge> edges;
+  for (int i = 0; i < directions; ++i) {
+    const double angle = 2 * std::numbers::pi * i / directions;
+    const Eigen::Vector2d out(std::cos(angle), std::sin(angle));
+    if (const auto radius = edge_radius(grey, circle, out)) edges.push_back({out, *radius});
+  }
+  return edges;
+}
+
+}  // namespace
+
+cv::Mat median_picture(std::span<const cv::Mat> pictures) {
+  if (pictures.empty()) throw std::invalid_argument("median_picture: wants at least one picture");
+  const cv::Size size = pictures.front().size();
+  for (const cv::Mat& picture : pictures) {
+    if (picture.type() != CV_8UC3 || picture.size() != size)
+      throw std::invalid_argument("median_picture: wants pictures of r g b of one size");
+  }
+  cv::Mat median(size, CV_8UC3);
+  std::vector<const std::uint8_t*> rows(pictures.size());
+  std::vector<std::uint8_t> values(pictures.size());
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  for (int row = 0; row < size.height; ++row) {
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = pictures[i].ptr<std::uint8_t>(row);
+    auto* const out = median.ptr<std::uint8_t>(row);
+    for (int k = 0; k < 3 * size.width; ++k) {
+      for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i][k];
+      std::nth_element(values.begin(), middle, values.end());
+      out[k] = *middle;
+    }
+  }
+  return median;
+}
+
+std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected) {
+  auto circle = find_rim(rgb, expected);
+  if (!circle) return std::nullopt;
+  const cv::Mat grey = linear_grey(rgb);
+  const int directions = std::max(8, static_cast<int>(2 * std::numbers::pi * circle->radius_px));
+  std::vector<Edge> edges;
+  RimMeasurement rim;
+  Eigen::Matrix3d normal;
+  double weights = 0;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    edges = edges_about(grey, *circle, directions);
+    if (double(edges.size()) < kMinSupport * directions) return std::nullopt;
+    std::vector<double> off;
+    for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
+    std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
+    const double scale = std::max(0.02, 1.4826 * off[off.size() / 2]);
+    normal.setZero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double squares = 0;
+    weights = 0;
+    for (const Edge& e : edges) {
+      const double residual = e.radius_px - circle->radius_px;
+      const double weight = std::abs(residual) < 3 * scale ? 1 : 0;
+      const Eigen::Vector3d row(e.out.x(), e.out.y(), 1);
+      normal += weight * row * row.transpose();
+      right += weight * residual * row;
+      squares += weight * residual * residual;
+      weights += weight;
+    }
+    if (!(weights > kMinSupport * directions)) return std::nullopt;
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    circle->centre_px += step.head<2>();
+    circle->radius_px += step.z();
+    rim.scatter_px = std::sqrt(squares / weights);
+    if (step.norm() < 1e-4) break;
+  }
+  // Directions lie a pixel apart and share pixels with their neighbours.
+  const Eigen::Matrix3d covariance = 2 * rim.scatter_px * rim.scatter_px * normal.inverse();
+  rim.centre_px = circle->centre_px;
+  rim.radius_px = circle->radius_px;
+  rim.sigma_centre_px = std::max(kLeastRimSigma_px, std::sqrt(std::max(covariance(0, 0), covariance(1, 1))));
+  rim.sigma_radius_px = std::max(kLeastRimSigma_px, std::sqrt(covariance(2, 2)));
+  rim.support = weights / directions;
+  return rim;
+}
+
+std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> pictures, const Eigen::Vector2d& expected_px,
+                                          double reach_px) {
+  constexpr double kNearest_px = 8;  // closer in, a gradient's own window sees the other side of the tip
+  constexpr double kLeastGradient = 0.04;
+  constexpr std::size_t kLeastEdges = 100;
+  if (!(reach_px > kNearest_px)) throw std::invalid_argument("measure_tip: reach_px must be > 8");
+  struct Line {
+    Eigen::Vector2d at;
+    Eigen::Vector2d normal;
+  };
+  std::vector<Line> lines;
+  for (const cv::Mat& picture : pictures) {
+    if (picture.type() != CV_8UC3) throw std::invalid_argument("measure_tip: wants pictures of r g b");
+    const cv::Mat grey = linear_grey(picture);
+    cv::Mat dx;
+    cv::Mat dy;
+    cv::Scharr(grey, dx, CV_32F, 1, 0, 1.0 / 32);
+    cv::Scharr(grey, dy, CV_32F, 0, 1, 1.0 / 32);
+    const double far_px = reach_px + kNearest_px;
+    for (int row = std::max(1, static_cast<int>(expected_px.y() - far_px));
+         row < std::min(grey.rows - 1, static_cast<int>(expected_px.y() + far_px)); ++row) {
+      for (int column = std::max(1, static_cast<int>(expected_px.x() - far_px));
+           column < std::min(grey.cols - 1, static_cast<int>(expected_px.x() + far_px)); ++column) {
+        const Eigen::Vector2d gradient(dx.at<float>(row, column), dy.at<float>(row, column));
+        if (gradient.norm() >= kLeastGradient) lines.push_back({{double(column), double(row)}, gradient.normalized()});
+      }
+    }
+  }
+  TipMeasurement tip{expected_px, 0, 0};
+  double scale = 0.5;  // sine of a line's angle off the radius: from a wide look to a narrow one
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    double squares = 0;
+    tip.edges = 0;
+    for (const Line& line : lines) {
+      const Eigen::Vector2d from = line.at - tip.centre_px;
+      const double radius = from.norm();
+      if (radius < kNearest_px || radius > reach_px) continue;
+      const double sine = line.normal.dot(from) / radius;
+      if (std::abs(sine) > scale) continue;
+      normal += line.normal * line.normal.transpose() / (radius * radius);
+      right += line.normal * sine / radius;
+      squares += sine * sine;
+      ++tip.edges;
+    }
+    if (tip.edges < kLeastEdges) return std::nullopt;
+    tip.centre_px += normal.ldlt().solve(right);
+    // Pixels of one edge are not independent of one another: some three wide, in pictures that are much alike.
+    const Eigen::Matrix2d covariance = 10 * squares / double(tip.edges) * normal.inverse();
+    tip.sigma_px = std::max(kLeastTipSigma_px, std::sqrt(std::max(covariance(0, 0), covariance(1, 1))));
+    scale = std::max(0.15, 0.8 * scale);
+  }
+  if ((tip.centre_px - expected_px).norm() > reach_px) return std::nullopt;
+  return tip;
+}
+
+}  // namespace twocone::vision

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/triangulation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+namespace twocone::vision {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+// Quantiles of chi-squared at 1 - 1e-6. Two degrees: -2 ln 1e-6. One degree: the square of the normal's two-sided
+// quantile z, erfc(z / sqrt 2) = 1e-6, z = 4.891638475699.
+constexpr std::array<double, 3> kMostChiSquared = {0, 23.92812697686, 27.63102111593};
+constexpr int kMostSteps = 25;
+constexpr int kMostHalvings = 40;
+// After a step that moves the whitened residual by so little, the next would move it by this times the residual's
+// curvature, at most a tenth: far below a millionth of a sigma.
+constexpr double kLastStepInSigmas = 1e-6;
+// Roundings on a pixel's way through project().
+constexpr double kRoundings = 64;
+
+void require_positive(std::string& bad, const char* name, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be > 0;", name, value, unit);
+}
+
+/// A view with its sighting and W, W^T W = covariance^-1.
+struct Seen {
+  const MirrorView* view;
+  const Sighting* sighting;
+  Eigen::Matrix2d whiten;
+};
+
+Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
+  const Eigen::Matrix2d& c = sighting.covariance_px2;
+  const double determinant = c(0, 0) * c(1, 1) - c(0, 1) * c(1, 0);
+  const bool is_symmetric = std::abs(c(0, 1) - c(1, 0)) <= kRoundings * kEpsilon * c.cwiseAbs().maxCoeff();
+  if (!c.allFinite() || !is_symmetric || !(c(0, 0) > 0) || !(determinant > 0)) {
+    throw std::invalid_argument(
+        fmt::format("triangulate: the {} sighting's covariance is [{}, {}; {}, {}] px^2, must be positive definite",
+                    view, c(0, 0), c(0, 1), c(1, 0), c(1, 1)));
+  }
+  // Inverse of the lower Cholesky factor.
+  const double l00 = std::sqrt(c(0, 0));
+  const double l10 = c(1, 0) / l00;
+  const double l11 = std::sqrt(determinant) / l00;
+  Eigen::Matrix2d inverse;
+  inverse << 1 / l00, 0, -l10 / (l00 * l11), 1 / l11;
+  return inverse;
+}
+
+/// The radius in the undistorted picture; nothing where no place in the world gives such a pixel.
+std::optional<double> radius_of(const Seen& seen) {
+  const MirrorViewSettings& s = seen.view->settings();
+  const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
+  if (!undistorted || !undistorted->allFinite()) return std::nullopt;
+  const Eigen::Vector2d offset = *undistorted - s.centre_px;
+  const double radius_px = offset.norm();
+  if (!(radius_px > 0)) return std::nullopt;
+  const Eigen::Vector2d outwards = offset / radius_px;
+  const double sigma_px = std::sqrt(outwards.dot(seen.sighting->covariance_px2 * outwards));
+  if (radius_px > s.rim_radius_px + kMinSigmas * sigma_px) return std::nullopt;
+  return radius_px;
+}
+
+/// What is solved for.
+struct Unknowns {
+  double inverse_per_m;  ///< u = 1 / (range + d), > 0
+  double bearing_rad;
+  double slope;  ///< (top - reference height) u, where the height is unknown
+};
+
+/// The fit with n unknowns: 2 with a known top, 3 without.
+template <int n>
+class Fit {
+ public:
+  /// Those of a view that is not there are zero: the sizes are fixed, which halves the time.
+  using Rows = Eigen::Matrix<double, 4, n>;
+  using Residual = Eigen::Vector4d;
+  using Step = Eigen::Matrix<double, n, 1>;
+
+  Fit(std::array<const Seen*, 2> views, int count, double radius_m, double offset_m, double reference_m, double top_m)
+      : views_(views),
+        count_(count),
+        radius_m_(radius_m),
+        offset_m_(offset_m),
+        reference_m_(reference_m),
+        top_m_(top_m) {}
+
+  [[nodiscard]] double range_m(const Unknowns& x) const { return 1 / x.inverse_per_m - offset_m_; }
+  [[nodiscard]] double top_m(const Unknowns& x) const {
+    return n == 2 ? top_m_ : reference_m_ + x.slope / x.inverse_per_m;
+  }
+
+  /// Whitened residuals and their derivatives; false where a view cannot show such a landmark.
+  bool evaluate(const Unknowns& x, Residual& residual, Rows& rows) const {
+    const double range = range_m(x);
+    const double top = top_m(x);
+    const Eigen::Vector2d outwards(std::cos(x.bearing_rad), std::sin(x.bearing_rad));
+    const Eigen::Vector2d sideways(-outwards.y(), outwards.x());
+    const Eigen::Vector2d p_BL_m = range * outwards;
+    const double range_by_u = -1 / (x.inverse_per_m * x.inverse_per_m);
+    if (!(range > 0) || !std::isfinite(range)) return false;
+
+    residual.setZero();
+    rows.setZero();
+    for (int i = 0; i < count_; ++i) {
+      const Seen& seen = *views_[std::size_t(i)];
+      const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m_, top);
+      if (!near_m) return false;
+      const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
+      if (!shown) return false;
+      // The near point turns about the view's axis as the landmark moves sideways: I - (r / D) (I - e e^T).
+      const Eigen::Vector2d from_axis = p_BL_m - seen.view->settings().axis_offset_m;
+      const double distance = from_axis.norm();
+      const Eigen::Vector2d e = from_axis / distance;
+      const double share = radius_m_ / distance;
+      const Eigen::Matrix2d near_by_axis = (1 - share) * Eigen::Matrix2d::Identity() + share * e * e.transpose();
+      const Eigen::Matrix2d by_axis = shown->jacobian.template leftCols<2>() * near_by_axis;
+
+      Eigen::Matrix<double, 2, n> by_unknowns;
+      by_unknowns.col(0) = by_axis * outwards * range_by_u;
+      by_unknowns.col(1) = by_axis * sideways * range;
+      if constexpr (n == 3) {
+        by_unknowns.col(0) += shown->jacobian.col(2) * (x.slope * range_by_u);
+        by_unknowns.col(2) = shown->jacobian.col(2) / x.inverse_per_m;
+      }
+      residual.template segment<2>(2 * i) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
+      rows.template middleRows<2>(2 * i) = seen.whiten * by_unknowns;
+    }
+    return true;
+  }
+
+  static void add(Unknowns& x, const Step& step) {
+    x.inverse_per_m += step[0];
+    x.bearing_rad += step[1];
+    if constexpr (n == 3) x.slope += step[2];
+  }
+
+  /// What rounding leaves of a residual, in sigmas.
+  [[nodiscard]] double rounding_in_sigmas() const {
+    double most = 0;
+    for (int i = 0; i < count_; ++i) {
+      const Seen& seen = *views_[std::size_t(i)];
+      most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
+    }
+    return kRoundings * kEpsilon * most;
+  }
+
+ private:
+  std::array<const Seen*, 2> views_;
+  int count_;
+  double radius_m_;
+  double offset_m_;
+  double reference_m_;
+  double top_m_;
+};
+
+double wrapped(double angle_rad) { return std::atan2(std::sin(angle_rad), std::cos(angle_rad)); }
+
+/// J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as Householder's does
+/// (Bjorck 1967). `residual` is left with what no step can take away. False where J has not full rank.
+template <int n>
+bool factorise(Eigen::Matrix<double, 4, n> rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
+               Eigen::Matrix<double, n, 1>& turned) {
+  upper.setZero();
+  for (int k = 0; k < n; ++k) {
+    upper(k, k) = rows.col(k).norm();
+    const double norm_before = std::hypot(upper(k, k), upper.col(k).head(k).norm());
+    if (!(upper(k, k) > kRoundings * kEpsilon * norm_before) || !std::isfinite(upper(k, k))) return false;
+    const Eigen::Vector4d q = rows.col(k) / upper(k, k);
+    for (int l = k + 1; l < n; ++l) {
+      upper(k, l) = q.dot(rows.col(l));
+      rows.col(l) -= upper(k, l) * q;
+    }
+    turned[k] = q.dot(residual);
+    residual -= turned[k] * q;
+  }
+  return true;
+}
+
+/// Gauss-Newton from `x`, then the answer with its verdict. `answer` comes with what is known before.
+template <int n>
+void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation& answer) {
+  typename Fit<n>::Residual residual;
+  typename Fit<n>::Rows rows;
+  answer.degrees_of_freedom = degrees_of_freedom;
+  if (!fit.evaluate(x, residual, rows)) {
+    answer.verdict = degrees_of_freedom > 0 ? RangeVerdict::kInconsistent : RangeVerdict::kImpossible;
+    answer.top_m.reset();
+    return;
+  }
+  const double enough = kLastStepInSigmas + fit.rounding_in_sigmas();
+  Eigen::Matrix<double, n, n> upper;
+  bool is_converged = false;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double before = residual.norm();
+    typename Fit<n>::Step turned;
+    if (!factorise<n>(rows, residual, upper, turned)) break;
+    typename Fit<n>::Step step = upper.template triangularView<Eigen::Upper>().solve(turned);
+    is_converged = turned.norm() <= enough && x.inverse_per_m + step[0] > 0;
+    if (is_converged) {
+      Fit<n>::add(x, step);
+      break;
+    }
+    Unknowns next = x;
+    bool is_good = false;
+    for (int halving = 0; halving < kMostHalvings && !is_good; ++halving, step /= 2) {
+      next = x;
+      Fit<n>::add(next, step);
+      is_good = next.inverse_per_m > 0 && fit.evaluate(next, residual, rows) && residual.norm() <= before + enough;
+    }
+    if (!is_good) {
+      fit.evaluate(x, residual, rows);
+      break;
+    }
+    x = next;
+  }
+
+  answer.chi_squared = residual.squaredNorm();
+  if (degrees_of_freedom > 0 && answer.chi_squared > kMostChiSquared[std::size_t(degrees_of_freedom)]) {
+    answer.verdict = RangeVerdict::kInconsistent;
+    answer.bearing_rad.reset();
+    answer.top_m.reset();
+    return;
+  }
+  answer.bearing_rad = wrapped(x.bearing_rad);
+  // A fit that runs off to infinity does not converge, since no step leads past u = 0.
+  const Eigen::Matrix<double, n, n> root =
+      upper.template triangularView<Eigen::Upper>().solve(Eigen::Matrix<double, n, n>::Identity());
+  if (!is_converged || !(x.inverse_per_m >= kMinSigmas * root.row(0).norm())) {
+    answer.verdict = RangeVerdict::kBeyondLimit;
+    return;
+  }
+  answer.range_m = fit.range_m(x);
+  answer.top_m = fit.top_m(x);
+  const Eigen::Vector2d by_unknowns(-1 / (x.inverse_per_m * x.inverse_per_m), 1);
+  const Eigen::Matrix<double, 2, n> root_of_both = by_unknowns.asDiagonal() * root.template topRows<2>();
+  answer.covariance = root_of_both * root_of_both.transpose();
+}
+
+/// The landmark's axis where the ray meets the height of its top.
+std::optional<Eigen::Vector2d> axis_at_height(const Seen& seen, const Ray& ray, double radius_m, double top_m) {
+  const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
+  if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
+  const Eigen::Vector2d near_m = (ray.origin_m + along_m * ray.direction).head<2>();
+  const Eigen::Vector2d from_axis = near_m - seen.view->settings().axis_offset_m;
+  return Eigen::Vector2d(near_m + radius_m * from_axis.normalized());
+}
+
+}  // namespace
+
+InverseRange range_from_disparity(double disparity_px, double sigma_px, const DisparityGeometry& geometry) {
+  std::string bad;
+  require_positive(bad, "focal_length_px", geometry.focal_length_px, "px");
+  require_positive(bad, "mirror_separation_m", geometry.mirror_separation_m, "m");
+  require_positive(bad, "lens_to_tip_m", geometry.lens_to_tip_m, "m");
+  require_positive(bad, "rim_radius_px", geometry.rim_radius_px, "px");
+  require_positive(bad, "sigma_px", sigma_px, "px");
+  if (!bad.empty()) throw std::invalid_argument("range_from_disparity:" + bad);
+
+  InverseRange answer;
+  if (!std::isfinite(disparity_px) || disparity_px > geometry.rim_radius_px) {
+    answer.verdict = RangeVerdict::kImpossible;
+    return answer;
+  }
+  const double scale = geometry.focal_length_px * geometry.mirror_separation_m;  // v s, px m
+  answer.inverse_per_m = disparity_px / scale;
+  answer.sigma_inverse_per_m = sigma_px / scale;
+  if (!std::isfinite(answer.inverse_per_m) || !std::isfinite(answer.sigma_inverse_per_m)) {  // sizes no rig has
+    answer = {};
+    answer.verdict = RangeVerdict::kImpossible;
+    return answer;
+  }
+  if (!(disparity_px >= kMinSigmas * sigma_px)) return answer;
+  const double from_v_m = scale / disparity_px;
+  const double range_m = from_v_m - geometry.lens_to_tip_m;
+  if (!(range_m > 0) || !std::isfinite(range_m) || !std::isfinite(from_v_m * (sigma_px / disparity_px))) {
+    answer.verdict = RangeVerdict::kImpossible;
+    return answer;
+  }
+  answer.verdict = RangeVerdict::kOk;
+  answer.range_m = range_m;
+  answer.sigma_range_m = from_v_m * (sigma_px / disparity_px);
+  return answer;
+}
+
+Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
+                          std::optional<double> top_m) {
+  std::string bad;
+  require_positive(bad, "radius_m", radius_m, "m");
+  if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
+  if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
+
+  std::array<Seen, 2> seen;
+  std::array<const Seen*, 2> views{};
+  int count = 0;
+  const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
+    if (sighting == nullptr) return;
+    Seen& entry = seen[std::size_t(count)];
+    entry = {&view, sighting, whitener(*sighting, name)};
+    views[std::size_t(count++)] = &entry;
+  };
+  take(rig.lower, lower, "lower");
+  take(rig.upper, upper, "upper");
+
+  Triangulation answer;
+  answer.top_m = top_m;
+  if (count == 0 || (count == 1 && !top_m)) return answer;
+
+  answer.verdict = RangeVerdict::kImpossible;
+  std::array<Ray, 2> rays;
+  std::array<double, 2> radii_px{};
+  for (int i = 0; i < count; ++i) {
+    const Seen& entry = seen[std::size_t(i)];
+    const auto radius_px = radius_of(entry);
+    if (!radius_px) return answer;
+    const auto ray = entry.view->back_project(entry.sighting->pixel_px, Rim::kGoesOn);
+    if (!ray) return answer;
+    radii_px[std::size_t(i)] = *radius_px;
+    rays[std::size_t(i)] = *ray;
+  }
+  if (count == 2) {
+    answer.disparity_px = radii_px[0] - radii_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
+  }
+
+  // d of the inverse range, and where slopes are counted from: those of the one view, or of the lower one of two.
+  const MirrorViewSettings& first = seen[0].view->settings();
+  const double offset_m = first.cone.lens_to_tip_m;
+  const double reference_m = seen[0].view->tip_m().z();
+  if (top_m) {
+    std::optional<Eigen::Vector2d> start;
+    for (int i = 0; i < count && !start; ++i) {
+      start = axis_at_height(seen[std::size_t(i)], rays[std::size_t(i)], radius_m, *top_m);
+    }
+    if (!start) return answer;
+    answer.verdict = count == 2 ? RangeVerdict::kOk : RangeVerdict::kOneView;
+    const Unknowns x{1 / (start->norm() + offset_m), std::atan2(start->y(), start->x()), 0};
+    solve(Fit<2>(views, count, radius_m, offset_m, reference_m, *top_m), x, count == 2 ? 2 : 0, answer);
+    return answer;
+  }
+
+  // In the vertical plane of the mean bearing each ray is z = height + steepness * out; they meet where these agree.
+  const Eigen::Vector2d mean = rays[0].direction.head<2>().normalized() + rays[1].direction.head<2>().normalized();
+  if (!(mean.norm() > kRoundings * kEpsilon)) {
+    answer.verdict = RangeVerdict::kInconsistent;  // in opposite directions
+    return answer;
+  }
+  const Eigen::Vector2d outwards = mean.normalized();
+  std::array<double, 2> height_m{};
+  std::array<double, 2> steepness{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    steepness[i] = rays[i].direction.z() / rays[i].direction.head<2>().dot(outwards);
+    height_m[i] = rays[i].origin_m.z() - steepness[i] * rays[i].origin_m.head<2>().dot(outwards);
+  }
+  answer.bearing_rad = std::atan2(outwards.y(), outwards.x());
+  answer.verdict = RangeVerdict::kBeyondLimit;
+  const double near_m = (height_m[1] - height_m[0]) / (steepness[0] - steepness[1]);
+  if (!(near_m > 0) || !std::isfinite(near_m)) return answer;
+  const double start_top_m = height_m[0] + steepness[0] * near_m;
+  const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
+  answer.verdict = RangeVerdict::kOk;
+  const Unknowns x{inverse_per_m, *answer.bearing_rad, (start_top_m - reference_m) * inverse_per_m};
+  solve(Fit<3>(views, count, radius_m, offset_m, reference_m, 0), x, 1, answer);
+  return answer;
+}
+
+}  // namespace twocone::vision
