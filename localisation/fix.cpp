@@ -15,6 +15,10 @@ std::string_view to_string(FixVerdict verdict) {
       return "ambiguous";
     case FixVerdict::kTooFew:
       return "too_few";
+    case FixVerdict::kWeak:
+      return "weak";
+    case FixVerdict::kContradictory:
+      return "contradictory";
   }
   assert(false);
   return "";

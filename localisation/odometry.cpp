@@ -9,12 +9,17 @@
 #include <fmt/format.h>
 
 namespace twocone::localisation {
-namespace {
 
-/// sin(x) / x; its slope at 0 is 0, so the quotient is exact to rounding for every x but 0 itself.
+// Its slope at 0 is 0, so the quotient is exact to rounding for every x but 0 itself.
 double sinc(double x) { return x == 0 ? 1 : std::sin(x) / x; }
 
-}  // namespace
+Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m) {
+  const double turn_rad = (right_m - left_m) / separation_m;
+  const double chord_m = (left_m + right_m) / 2 * sinc(turn_rad / 2);
+  const double course_rad = pose.heading_rad + turn_rad / 2;
+  return {pose.x_m + chord_m * std::cos(course_rad), pose.y_m + chord_m * std::sin(course_rad),
+          wrap_angle_rad(pose.heading_rad + turn_rad)};
+}
 
 double wrap_angle_rad(double angle_rad) {
   if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
@@ -43,13 +48,14 @@ const Pose& Odometry::update(double left_rad, double right_rad) {
         fmt::format("Odometry::update: left {} rad, right {} rad: must be finite", left_rad, right_rad));
   }
   if (started_) {
-    const double left_m = wheels_.radius_m * (left_rad - left_rad_);
-    const double right_m = wheels_.radius_m * (right_rad - right_rad_);
-    const double turn_rad = (right_m - left_m) / wheels_.separation_m;
-    const double chord_m = (left_m + right_m) / 2 * sinc(turn_rad / 2);
-    const double course_rad = pose_.heading_rad + turn_rad / 2;
-    pose_ = {pose_.x_m + chord_m * std::cos(course_rad), pose_.y_m + chord_m * std::sin(course_rad),
-             wrap_angle_rad(pose_.heading_rad + turn_rad)};
+    const Pose next = drive_arc(pose_, wheels_.radius_m * (left_rad - left_rad_),
+                                wheels_.radius_m * (right_rad - right_rad_), wheels_.separation_m);
+    if (!std::isfinite(next.x_m) || !std::isfinite(next.y_m) || !std::isfinite(next.heading_rad)) {
+      throw std::invalid_argument(
+          fmt::format("Odometry::update: from left {} rad, right {} rad to {} rad, {} rad is farther than numbers go",
+                      left_rad_, right_rad_, left_rad, right_rad));
+    }
+    pose_ = next;
   }
   started_ = true;
   left_rad_ = left_rad;

@@ -16,6 +16,13 @@ struct Pose {
 /// to pi and -pi both lie inside and stay. Not finite becomes NaN.
 double wrap_angle_rad(double angle_rad);
 
+/// `pose` after the wheels' contact points have gone `left_m` and `right_m` along one exact arc (class Odometry), with
+/// `separation_m` between them, > 0.
+Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m);
+
+/// sin(x) / x, right to rounding for every x.
+double sinc(double x);
+
 struct WheelGeometry {
   double radius_m = 0;      ///< > 0
   double separation_m = 0;  ///< between the contact points, > 0

@@ -11,6 +11,9 @@
 namespace twocone::localisation {
 namespace {
 
+// Beyond, the differences of coordinates overflow; no world is that large.
+constexpr double kFarthest_m = 1e300;
+
 struct CircleOfRange {
   Eigen::Vector2d centre_m;  // relative to the first landmark
   double radius_m;
@@ -106,7 +109,7 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
   Fix fix;
   std::vector<LandmarkRange> usable;
   for (const LandmarkRange& r : ranges) {
-    if (std::isfinite(r.range_m) && r.range_m >= 0 && r.landmark_m.allFinite()) {
+    if (r.range_m >= 0 && r.range_m <= kFarthest_m && (r.landmark_m.array().abs() <= kFarthest_m).all()) {
       usable.push_back(r);
     } else {
       ++fix.unusable;
@@ -117,7 +120,17 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
                    [](const LandmarkRange& a, const LandmarkRange& b) { return a.range_m < b.range_m; });
   const Eigen::Vector2d origin = usable.front().landmark_m;
   std::array<CircleOfRange, 3> circles;
-  for (std::size_t i = 0; i < 3; ++i) circles[i] = {usable[i].landmark_m - origin, usable[i].range_m};
+  double largest_m = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    circles[i] = {usable[i].landmark_m - origin, usable[i].range_m};
+    largest_m = std::max({largest_m, circles[i].radius_m, circles[i].centre_m.cwiseAbs().maxCoeff()});
+  }
+  // In units of the largest length, Heron's product of four neither overflows nor underflows; a power of two, so that
+  // no digit changes.
+  int exponent = 0;
+  std::frexp(largest_m, &exponent);
+  const double unit_m = std::ldexp(1.0, exponent - 1);
+  for (CircleOfRange& circle : circles) circle = {circle.centre_m / unit_m, circle.radius_m / unit_m};
 
   std::vector<Corner> corners;
   for (const auto& [a, b, third] : {std::array{0, 1, 2}, std::array{0, 2, 1}, std::array{1, 2, 0}}) {
@@ -143,10 +156,10 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     gap = gap || corner.gap;
   }
   fix.used = 3;
-  fix.position_m = origin + mean(first);
+  fix.position_m = origin + mean(first) * unit_m;
   fix.verdict = gap ? FixVerdict::kGap : FixVerdict::kOk;
   if (tied) {
-    fix.other_position_m = origin + mean(second);
+    fix.other_position_m = origin + mean(second) * unit_m;
     fix.verdict = FixVerdict::kAmbiguous;
   }
   return fix;

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/least_squares/problem.h"
+
+#include <algorithm>
+#include <array>
+
+namespace twocone::localisation::least_squares {
+namespace {
+
+/// A number with a sigma of so many sizes of the problem (or radians) tells nothing that doubles could add up.
+constexpr double kTellsNothing = 1e8;
+
+bool is_variance(double v) { return v > 0 && std::isfinite(v); }
+
+double correlation_of(const Eigen::Matrix2d& c) {
+  // Roots first: the product of two variances may overflow where the correlation does not.
+  return (c(0, 1) / 2 + c(1, 0) / 2) / std::sqrt(c(0, 0)) / std::sqrt(c(1, 1));
+}
+
+bool is_usable(const LandmarkMeasurement& m) {
+  if (!m.range_m && !m.bearing_rad) return false;
+  if (!m.landmark_m.allFinite()) return false;
+  if (m.range_m && !(std::isfinite(*m.range_m) && *m.range_m >= 0 && is_variance(m.covariance(0, 0)))) return false;
+  if (m.bearing_rad && !(std::isfinite(*m.bearing_rad) && is_variance(m.covariance(1, 1)))) return false;
+  return !m.range_m || !m.bearing_rad || std::abs(correlation_of(m.covariance)) < 1;
+}
+
+double weight(const Landmark& l) {
+  return std::max(l.has_range ? l.range_weight : 0, l.has_bearing ? l.bearing_weight : 0);
+}
+
+}  // namespace
+
+int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, double& rounding, Landmark* landmarks) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d low(kInf, kInf);
+  Eigen::Vector2d high(-kInf, -kInf);
+  double longest_m = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const LandmarkMeasurement& m = measurements[i];
+    if (!is_usable(m)) continue;
+    low = low.cwiseMin(m.landmark_m);
+    high = high.cwiseMax(m.landmark_m);
+    if (m.range_m) longest_m = std::max(longest_m, *m.range_m);
+    landmarks[count++].index = int(i);
+  }
+  if (count == 0) return 0;
+  frame.origin_m = low / 2 + high / 2;  // halved first: the sum of two huge ones overflows
+  const double size_m = std::max({high.x() - frame.origin_m.x(), high.y() - frame.origin_m.y(), longest_m});
+  // Numbers below 2^-1000 keep a scale that a double can hold the inverse of.
+  const int exponent = size_m > 0 ? std::clamp(std::ilogb(size_m), -1000, 1000) : 0;
+  frame.unit_m = std::ldexp(1, exponent);
+  const double per_m = std::ldexp(1, -exponent);
+  const double farthest_m = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  rounding = kEps * (farthest_m * per_m + 1);
+
+  int kept = 0;
+  for (int k = 0; k < count; ++k) {
+    Landmark l = landmarks[k];
+    const LandmarkMeasurement& m = measurements[std::size_t(l.index)];
+    l.has_range = m.range_m.has_value();
+    l.has_bearing = m.bearing_rad.has_value();
+    l.x = (m.landmark_m.x() - frame.origin_m.x()) * per_m;
+    l.y = (m.landmark_m.y() - frame.origin_m.y()) * per_m;
+    l.range = 0;
+    l.range_weight = l.bearing_weight = l.bearing_on_range = l.sigma_bearing_rad = 0;
+    l.cos_bearing = 1;
+    l.sin_bearing = 0;
+    double stated = 0;
+    double sigma = 0;
+    if (l.has_range) {
+      l.range = *m.range_m * per_m;
+      // No range is better known than the doubles that hold it and its landmark.
+      stated = std::sqrt(m.covariance(0, 0)) * per_m;
+      sigma = std::sqrt(stated * stated + rounding * rounding);
+      l.range_weight = 1 / sigma;
+    }
+    if (l.has_bearing) {
+      l.cos_bearing = std::cos(*m.bearing_rad);
+      l.sin_bearing = std::sin(*m.bearing_rad);
+      l.sigma_bearing_rad = std::sqrt(m.covariance(1, 1) + kEps * kEps);
+      const double correlation = l.has_range ? correlation_of(m.covariance) * (stated / sigma) : 0;
+      l.bearing_on_range = correlation * l.sigma_bearing_rad;
+      l.bearing_weight = 1 / (l.sigma_bearing_rad * std::sqrt((1 - correlation) * (1 + correlation)));
+    }
+    if (sigma > kTellsNothing || l.sigma_bearing_rad > kTellsNothing) continue;
+    // In its place by weight; what is counted in is few, and equal weights keep their order.
+    int at = kept++;
+    if (count <= kStackLandmarks) {
+      for (; at > 0 && weight(landmarks[at - 1]) < weight(l); --at) landmarks[at] = landmarks[at - 1];
+    }
+    landmarks[at] = l;
+  }
+  if (count > kStackLandmarks) {
+    std::stable_sort(landmarks, landmarks + kept,
+                     [](const Landmark& a, const Landmark& b) { return weight(a) > weight(b); });
+  }
+  return kept;
+}
+
+namespace {
+
+/// Counts distinct places up to three.
+class PlaceCounter {
+ public:
+  explicit PlaceCounter(double rounding) : rounding_(rounding) {}
+  void add(const Landmark& l) {
+    if (count_ == 3) return;
+    for (int i = 0; i < count_; ++i) {
+      const Landmark& seen = *seen_[std::size_t(i)];
+      // Each coordinate was rounded twice: where it was written down, and when it was recentred.
+      if (std::abs(l.x - seen.x) <= 2 * rounding_ && std::abs(l.y - seen.y) <= 2 * rounding_) return;
+    }
+    seen_[std::size_t(count_++)] = &l;
+  }
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  double rounding_;
+  std::array<const Landmark*, 3> seen_{};
+  int count_ = 0;
+};
+
+}  // namespace
+
+Problem make_problem(std::span<const Landmark> landmarks, double rounding) {
+  Problem p{.landmarks = landmarks, .rounding = rounding};
+  PlaceCounter all(rounding);
+  PlaceCounter ranged(rounding);
+  PlaceCounter bearing(rounding);
+  PlaceCounter both(rounding);
+  for (const Landmark& l : landmarks) {
+    all.add(l);
+    if (l.has_range) ranged.add(l);
+    if (l.has_bearing) bearing.add(l);
+    if (l.has_range && l.has_bearing) both.add(l);
+    p.numbers += l.numbers();
+  }
+  p.places = {.all = all.count(), .ranged = ranged.count(), .bearing = bearing.count(), .both = both.count()};
+  p.has_heading = p.places.bearing > 0;
+  return p;
+}
+
+}  // namespace twocone::localisation::least_squares

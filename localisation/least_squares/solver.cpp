@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/least_squares/solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/SVD>
+
+namespace twocone::localisation::least_squares {
+namespace {
+
+/// Rows (dh/dx, dh/dy, dh/dheading, z - h) of one landmark, whitened. Both zero where there is nothing.
+struct Rows {
+  double range[4] = {0, 0, 0, 0};
+  double bearing[4] = {0, 0, 0, 0};
+};
+
+/// The heading's cosine and sine, and the place, of a state: all that a landmark's rows ask for.
+struct Seat {
+  explicit Seat(const State& state)
+      : x(state.x), y(state.y), c(std::cos(state.heading_rad)), s(std::sin(state.heading_rad)) {}
+  double x;
+  double y;
+  double c;
+  double s;
+};
+
+inline void fill_rows(const Landmark& l, const Seat& at, double nearest, Rows& rows) {
+  const double dx = l.x - at.x;
+  const double dy = l.y - at.y;
+  const double distance = std::sqrt(dx * dx + dy * dy);
+  const bool has_gradient = distance > nearest;
+  const double ux = has_gradient ? dx / distance : 0;
+  const double uy = has_gradient ? dy / distance : 0;
+  double whitened = 0;
+  if (l.has_range) {
+    const double w = l.range_weight;
+    whitened = (l.range - distance) * w;
+    rows.range[0] = -ux * w;
+    rows.range[1] = -uy * w;
+    rows.range[2] = 0;
+    rows.range[3] = whitened;
+  }
+  if (l.has_bearing) {
+    const double w = l.bearing_weight;
+    if (!has_gradient) {
+      rows.bearing[0] = rows.bearing[1] = rows.bearing[2] = rows.bearing[3] = 0;
+      return;
+    }
+    // Unit vector to the landmark in the body frame; the angle from it to the measured one needs no wrapping.
+    const double bx = at.c * ux + at.s * uy;
+    const double by = at.c * uy - at.s * ux;
+    const double error = std::atan2(bx * l.sin_bearing - by * l.cos_bearing, bx * l.cos_bearing + by * l.sin_bearing);
+    const double k = l.bearing_on_range;
+    rows.bearing[0] = (uy / distance - k * rows.range[0]) * w;
+    rows.bearing[1] = (-ux / distance - k * rows.range[1]) * w;
+    rows.bearing[2] = -w;
+    rows.bearing[3] = (error - k * whitened) * w;
+  }
+}
+
+/// Closer than coordinates are known there is no direction to a landmark.
+double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
+
+/// Rows of four columns: on the stack for what usually comes, on the heap beyond.
+template <int kMaxRows>
+using Workspace = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, kMaxRows, 4>;
+
+/// Householder's QR in place, of the first `unknowns` columns of `rows` rows, applied to the fourth.
+void factorise(double* a, int stride, int rows, int unknowns, Factor& f) {
+  double* const columns[4] = {a, a + stride, a + 2 * stride, a + 3 * stride};
+  f = Factor();
+  for (int k = 0; k < unknowns; ++k) {
+    double* const v = columns[k];
+    double below = 0;
+    for (int i = k; i < rows; ++i) below += v[i] * v[i];
+    double norm = below;
+    for (int i = 0; i < k; ++i) norm += f.r(i, k) * f.r(i, k);
+    f.norm[k] = std::sqrt(norm);
+    if (k >= rows || below == 0) continue;
+    const double alpha = v[k] > 0 ? -std::sqrt(below) : std::sqrt(below);
+    const double head = v[k] - alpha;  // no cancellation: alpha has the other sign
+    f.r(k, k) = alpha;
+    v[k] = head;
+    const double beta = -1 / (alpha * head);  // 2 / v.v
+    for (int j = k + 1; j < 4; ++j) {
+      if (j >= unknowns && j != 3) continue;
+      double dot = 0;
+      for (int i = k; i < rows; ++i) dot += v[i] * columns[j][i];
+      dot *= beta;
+      for (int i = k; i < rows; ++i) columns[j][i] -= dot * v[i];
+      (j == 3 ? f.q[k] : f.r(k, j)) = columns[j][k];
+    }
+  }
+}
+
+template <int kMaxRows>
+double linearise_in(const Problem& problem, const State& state, double nearest, Workspace<kMaxRows>& work,
+                    Factor& factor) {
+  const Seat at(state);
+  const int stride = int(work.rows());
+  double* const a = work.data();
+  double cost = 0;
+  int n = 0;
+  for (const Landmark& l : problem.landmarks) {
+    Rows rows;
+    fill_rows(l, at, nearest, rows);
+    if (l.has_range) {
+      for (int k = 0; k < 4; ++k) a[k * stride + n] = rows.range[k];
+      cost += rows.range[3] * rows.range[3];
+      ++n;
+    }
+    if (l.has_bearing) {
+      for (int k = 0; k < 4; ++k) a[k * stride + n] = rows.bearing[k];
+      cost += rows.bearing[3] * rows.bearing[3];
+      ++n;
+    }
+  }
+  factorise(a, stride, n, problem.unknowns(), factor);
+  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
+}
+
+/// A column that is this small a part of its norm is what rounding left of zero.
+double negligible(const Factor& f, int k) { return 8 * kEps * f.norm[k]; }
+
+/// R d = q; what R does not see stays.
+Eigen::Vector3d solve(const Factor& f, int unknowns) {
+  Eigen::Vector3d d = Eigen::Vector3d::Zero();
+  for (int k = unknowns - 1; k >= 0; --k) {
+    if (std::abs(f.r(k, k)) <= negligible(f, k)) continue;
+    double rest = f.q[k];
+    for (int j = k + 1; j < unknowns; ++j) rest -= f.r(k, j) * d[j];
+    d[k] = rest / f.r(k, k);
+  }
+  return d;
+}
+
+/// The same with Levenberg's rows sqrt(damping) * norm below.
+Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
+  Eigen::Matrix<double, 6, 4> rows = Eigen::Matrix<double, 6, 4>::Zero();
+  rows.topLeftCorner<3, 3>() = f.r;
+  rows.col(3).head<3>() = f.q;
+  for (int k = 0; k < 3; ++k) rows(3 + k, k) = std::sqrt(damping) * f.norm[k];
+  Factor damped;
+  factorise(rows.data(), 6, 6, unknowns, damped);
+  return solve(damped, unknowns);
+}
+
+template <int kMaxRows>
+Minimum minimise_in(const Problem& problem, const State& start, Workspace<kMaxRows>& work) {
+  const int unknowns = problem.unknowns();
+  const double nearest = nearest_by_rounding(problem);
+  Minimum now{.state = start};
+  now.cost = linearise_in<kMaxRows>(problem, now.state, nearest, work, now.factor);
+  if (!std::isfinite(now.cost)) return now;
+  double damping = 0;
+  double last_step = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const Eigen::Vector3d step =
+        damping == 0 ? solve(now.factor, unknowns) : solve_damped(now.factor, unknowns, damping);
+    const double size = std::max({std::abs(step.x()), std::abs(step.y()), std::abs(step.z())});
+    const double spacing = kEps * (1 + std::abs(now.state.x) + std::abs(now.state.y));
+    // Rounding ends a full step, not one that damping made short.
+    if (damping == 0 && size <= spacing) {
+      now.converged = true;
+      return now;
+    }
+    // A win of so little chi-squared is a step of 1e-5 sigma, where the cost's own rounding decides whether it is seen.
+    const bool is_last_digits = damping == 0 && now.factor.q.squaredNorm() <= 1e-10 * (1 + now.cost);
+    if (is_last_digits && size >= last_step / 2) {
+      now.converged = true;
+      return now;
+    }
+    Minimum next{.state = moved(now.state, step)};
+    next.cost = linearise_in<kMaxRows>(problem, next.state, nearest, work, next.factor);
+    if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
+      if (is_last_digits) last_step = size;
+      now = next;
+      damping = damping < 1e-4 ? 0 : damping / 10;
+    } else {
+      damping = std::max(1e-3, damping * 10);
+      if (damping > 1e12) {  // downhill there is nothing: the slope is what rounding leaves of zero
+        now.converged = true;
+        return now;
+      }
+    }
+  }
+  return now;
+}
+
+/// Calls `use` with room for the rows of a problem.
+template <class Use>
+auto with_workspace(const Problem& problem, Use use) {
+  if (problem.landmarks.size() <= std::size_t(kStackLandmarks)) {
+    Workspace<2 * kStackLandmarks> work(problem.numbers, 4);
+    return use(work);
+  }
+  Workspace<Eigen::Dynamic> work(problem.numbers, 4);
+  return use(work);
+}
+
+}  // namespace
+
+State moved(const State& state, const Eigen::Vector3d& step) {
+  return {state.x + step.x(), state.y + step.y(), wrap_angle_rad(state.heading_rad + step.z())};
+}
+
+Eigen::Vector3d step_between(const State& a, const State& b) {
+  return {b.x - a.x, b.y - a.y, wrap_angle_rad(b.heading_rad - a.heading_rad)};
+}
+
+double cost_at(const Problem& problem, const State& state) {
+  const Seat at(state);
+  const double nearest = nearest_by_rounding(problem);
+  double cost = 0;
+  for (const Landmark& l : problem.landmarks) {
+    Rows rows;
+    fill_rows(l, at, nearest, rows);
+    cost += rows.range[3] * rows.range[3] + rows.bearing[3] * rows.bearing[3];
+  }
+  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
+}
+
+double linearise(const Problem& problem, const State& state, double nearest, Factor& factor) {
+  return with_workspace(problem, [&]<class W>(W& work) {
+    const double at_least = std::max(nearest, nearest_by_rounding(problem));
+    return linearise_in<W::MaxRowsAtCompileTime>(problem, state, at_least, work, factor);
+  });
+}
+
+Minimum minimise(const Problem& problem, const State& start) {
+  return with_workspace(problem,
+                        [&]<class W>(W& work) { return minimise_in<W::MaxRowsAtCompileTime>(problem, start, work); });
+}
+
+int Directions::rank() const {
+  int seen = 0;
+  for (int k = 0; k < unknowns; ++k) {
+    // The columns have norm 1; each of some three reflections rounds them by a few units.
+    if (singular[k] > 32 * kEps * singular[0]) ++seen;
+  }
+  return seen;
+}
+
+Directions directions(const Factor& f, int unknowns) {
+  Directions d;
+  d.unknowns = unknowns;
+  Eigen::Matrix3d scaled = f.r;
+  for (int k = 0; k < unknowns; ++k) {
+    d.scale[k] = f.norm[k] > 0 ? 1 / f.norm[k] : 1;
+    scaled.col(k) *= d.scale[k];
+  }
+  // The missing third unknown keeps a zero row and column, so its singular value comes last.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.info() != Eigen::Success) return d;  // not finite: no rank
+  d.singular = svd.singularValues();
+  d.u = svd.matrixU();
+  d.v = svd.matrixV();
+  if (unknowns == 2 && d.singular[1] == 0 && std::abs(d.v(2, 1)) > 0.5) {  // two zeros: ours comes first
+    d.v.col(1).swap(d.v.col(2));
+    d.u.col(1).swap(d.u.col(2));
+  }
+  return d;
+}
+
+Minimum minimise_across(const Problem& problem, const State& start) {
+  const int unknowns = problem.unknowns();
+  Minimum now{.state = start};
+  double last_step = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxSteps; ++i) {
+    now.cost = linearise(problem, now.state, 0, now.factor);
+    if (!std::isfinite(now.cost)) return now;
+    const Directions d = directions(now.factor, unknowns);
+    Eigen::Vector3d step = Eigen::Vector3d::Zero();
+    for (int k = 0; k < unknowns - 1; ++k) {
+      if (d.singular[k] <= 32 * kEps * d.singular[0]) return now;
+      step += d.v.col(k) * (d.u.col(k).dot(now.factor.q) / d.singular[k]);
+    }
+    step = step.cwiseProduct(d.scale);
+    const double size = step.cwiseAbs().maxCoeff();
+    const double spacing = kEps * (1 + std::abs(now.state.x) + std::abs(now.state.y));
+    if (size <= spacing || (size >= last_step / 2 && size < 1e-8)) {
+      now.converged = true;
+      return now;
+    }
+    last_step = size;
+    now.state = moved(now.state, step);
+  }
+  return now;
+}
+
+double leave_one_out(const Problem& problem, const Minimum& minimum, double* statistics) {
+  const int unknowns = problem.unknowns();
+  const Seat at(minimum.state);
+  const double nearest = nearest_by_rounding(problem);
+  const Factor& f = minimum.factor;
+  double largest = 0;
+  for (const Landmark& l : problem.landmarks) {
+    Rows rows;
+    fill_rows(l, at, nearest, rows);
+    // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e.
+    double q[2][3] = {{0, 0, 0}, {0, 0, 0}};
+    for (int side = 0; side < 2; ++side) {
+      const double* const j = side == 0 ? rows.range : rows.bearing;
+      for (int k = 0; k < unknowns; ++k) {
+        if (std::abs(f.r(k, k)) <= negligible(f, k)) continue;
+        double rest = j[k];
+        for (int i = 0; i < k; ++i) rest -= q[side][i] * f.r(i, k);
+        q[side][k] = rest / f.r(k, k);
+      }
+    }
+    double h[3] = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      h[0] += q[0][k] * q[0][k];
+      h[1] += q[0][k] * q[1][k];
+      h[2] += q[1][k] * q[1][k];
+    }
+    // Where nothing else forecasts a number (leverage 1) its residual is zero; the floor keeps that 0 / 0 at 0.
+    constexpr double kNoForecast = 1e-9;
+    const double a = std::max(1 - h[0], kNoForecast);
+    const double c = std::max(1 - h[2], kNoForecast);
+    const double determinant = std::max(a * c - h[1] * h[1], kNoForecast * std::max(a, c));
+    // What rounding leaves of a residual is no evidence.
+    const double er = std::abs(rows.range[3]) > 16 * problem.rounding * l.range_weight ? rows.range[3] : 0;
+    const double eb = std::abs(rows.bearing[3]) > 16 * kEps * l.bearing_weight ? rows.bearing[3] : 0;
+    const double t = (er * er * c + 2 * er * eb * h[1] + eb * eb * a) / determinant;
+    if (statistics) *statistics++ = t;
+    largest = std::max(largest, t);
+  }
+  return largest;
+}
+
+}  // namespace twocone::localisation::least_squares

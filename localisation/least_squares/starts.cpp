@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/least_squares/starts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+
+namespace twocone::localisation::least_squares {
+namespace {
+
+double square(double x) { return x * x; }
+
+/// The heading that the bearings tell at a place: the weighted mean of (direction to the landmark - bearing), as
+/// vectors.
+State with_heading(const Problem& problem, double x, double y) {
+  double c = 0;
+  double s = 0;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_bearing) continue;
+    const double dx = l.x - x;
+    const double dy = l.y - y;
+    const double distance = std::hypot(dx, dy);
+    if (distance == 0) continue;
+    const double w = l.bearing_weight / distance;
+    c += w * (dx * l.cos_bearing + dy * l.sin_bearing);
+    s += w * (dy * l.cos_bearing - dx * l.sin_bearing);
+  }
+  return {x, y, problem.has_heading ? std::atan2(s, c) : 0};
+}
+
+void add_ranged(const Problem& problem, Starts& starts) {
+  // Var(r^2) = 4 r^2 sigma^2 + 2 sigma^4.
+  const auto weight = [](const Landmark& l) {
+    const double variance = square(1 / l.range_weight);
+    return 1 / (4 * square(l.range) * variance + 2 * square(variance) + square(kEps));
+  };
+  double sum = 0;
+  double cx = 0;
+  double cy = 0;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_range) continue;
+    const double w = weight(l);
+    sum += w;
+    cx += w * l.x;
+    cy += w * l.y;
+  }
+  cx /= sum;
+  cy /= sum;
+  // About the weighted middle: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  double bx = 0;
+  double by = 0;
+  double mean_square = 0;
+  double widest = 0;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_range) continue;
+    const double w = weight(l) / sum;
+    const double x = l.x - cx;
+    const double y = l.y - cy;
+    const double f = (l.range - std::hypot(x, y)) * (l.range + std::hypot(x, y));
+    xx += w * x * x;
+    xy += w * x * y;
+    yy += w * y * y;
+    bx -= w * x * f / 2;
+    by -= w * y * f / 2;
+    mean_square += w * f;
+    widest = std::max(widest, std::sqrt(l.range / l.range_weight));
+  }
+  const double axis = std::atan2(2 * xy, xx - yy) / 2;
+  const double ax = std::cos(axis);
+  const double ay = std::sin(axis);
+  const double major = xx * ax * ax + 2 * xy * ax * ay + yy * ay * ay;
+  const double minor = std::max(0.0, xx * ay * ay - 2 * xy * ax * ay + yy * ax * ax);
+  if (!(major > 0)) return;
+  const double along = (bx * ax + by * ay) / major;
+  const auto add = [&](double across) {
+    starts.add(with_heading(problem, cx + along * ax - across * ay, cy + along * ay + across * ax));
+  };
+  // Nearer to the axis than sqrt(2 r sigma) the ranges tell no side; on the axis itself there is no slope to leave it
+  // by.
+  const double height = std::max(std::sqrt(std::max(0.0, mean_square - along * along)), widest);
+  add(height);
+  add(-height);
+  if (minor > kEps * major) add((by * ax - bx * ay) / minor);
+}
+
+void add_resection(const Problem& problem, Starts& starts) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_bearing) continue;
+    const double c = l.cos_bearing;
+    const double s = l.sin_bearing;
+    const Eigen::Vector4d row(c * l.y - s * l.x, -c * l.x - s * l.y, -s, c);
+    normal += square(std::min(l.bearing_weight, 1 / std::sqrt(kEps))) * row * row.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
+  // The second one too: on the circle through three landmarks there is a plane of null vectors.
+  for (int k = 0; k < 2; ++k) {
+    Eigen::Vector4d v = eigen.eigenvectors().col(k);
+    const double turn = std::hypot(v[0], v[1]);
+    if (turn < 1e-9) continue;
+    v /= turn;
+    int ahead = 0;
+    for (const Landmark& l : problem.landmarks) {
+      if (!l.has_bearing) continue;
+      const double forward =
+          l.cos_bearing * (v[0] * l.x + v[1] * l.y + v[2]) + l.sin_bearing * (v[0] * l.y - v[1] * l.x + v[3]);
+      ahead += forward > 0 ? 1 : -1;
+    }
+    if (ahead < 0) v = -v;  // the bearings point at the landmarks, not away from them
+    starts.add({-(v[0] * v[2] - v[1] * v[3]), -(v[1] * v[2] + v[0] * v[3]), std::atan2(v[1], v[0])});
+  }
+}
+
+void add_ring(const Problem& problem, Starts& starts) {
+  constexpr int kPlaces = 32;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_range) continue;
+    for (int k = 0; k < kPlaces; ++k) {
+      const double turn = 2 * std::numbers::pi * (k + 0.5) / kPlaces;
+      starts.add(with_heading(problem, l.x + l.range * std::cos(turn), l.y + l.range * std::sin(turn)));
+    }
+    return;
+  }
+}
+
+}  // namespace
+
+Alignment align(const Problem& problem) {
+  double sum = 0;
+  double lx = 0;
+  double ly = 0;
+  double mx = 0;
+  double my = 0;
+  const auto weight = [](const Landmark& l) {
+    return 1 / (square(1 / l.range_weight) + square(l.range * l.sigma_bearing_rad));
+  };
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_range || !l.has_bearing) continue;
+    const double w = weight(l);
+    sum += w;
+    lx += w * l.x;
+    ly += w * l.y;
+    mx += w * l.range * l.cos_bearing;
+    my += w * l.range * l.sin_bearing;
+  }
+  lx /= sum;
+  ly /= sum;
+  mx /= sum;
+  my /= sum;
+  double c = 0;
+  double s = 0;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_range || !l.has_bearing) continue;
+    const double w = weight(l);
+    const double ax = l.range * l.cos_bearing - mx;
+    const double ay = l.range * l.sin_bearing - my;
+    const double bx = l.x - lx;
+    const double by = l.y - ly;
+    c += w * (ax * bx + ay * by);
+    s += w * (ax * by - ay * bx);
+  }
+  Alignment a;
+  a.strength = std::hypot(c, s);
+  const double heading_rad = std::atan2(s, c);
+  c = std::cos(heading_rad);
+  s = std::sin(heading_rad);
+  a.state = {lx - (c * mx - s * my), ly - (s * mx + c * my), heading_rad};
+  return a;
+}
+
+void add_starts(const Problem& problem, Starts& starts) {
+  if (problem.places.ranged >= 2) add_ranged(problem, starts);
+  if (problem.places.bearing >= 3) add_resection(problem, starts);
+  if (problem.places.ranged == 1 && problem.places.bearing < 3) add_ring(problem, starts);
+}
+
+}  // namespace twocone::localisation::least_squares

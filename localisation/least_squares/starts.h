@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "localisation/least_squares/problem.h"
+
+namespace twocone::localisation::least_squares {
+
+/// States to start from. Among them is one near each minimum that could be the answer.
+struct Starts {
+  static constexpr int kMost = 40;
+  std::array<State, kMost> states;
+  int count = 0;
+
+  void add(const State& s) {
+    if (count < kMost && std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad)) states[count++] = s;
+  }
+  [[nodiscard]] std::span<const State> all() const { return {states.data(), std::size_t(count)}; }
+};
+
+/// The landmarks with range and bearing as points of the body frame, laid on the map by the rigid motion of least
+/// weighted squares (Horn 1987, in the plane as complex numbers: m -> l by the argument of sum w conj(m) l).
+struct Alignment {
+  State state;
+  /// |sum w conj(m) l|, w = 1 / (sigma_range^2 + range^2 sigma_bearing^2). A pose turned by an angle t against this one
+  /// has a chi-squared of at least 2 strength (1 - cos t): where strength is large there is one minimum only.
+  double strength = 0;
+};
+/// Of at least one landmark with both.
+Alignment align(const Problem& problem);
+
+/// Starts for whatever the alignment does not settle:
+/// * two or more ranges: the squared ranges are linear in the position and its square. Along the landmarks' main axis
+/// that
+///   gives one coordinate; across it the linear answer, and both roots of the square, which are mirror images.
+/// * three or more bearings: cross(bearing, R^T l + t) = 0 is linear in (cos, sin, t); the null vector, by
+/// eigenvectors.
+/// * one range and two bearings, or less: a ring of places round the ranged landmark.
+/// The heading of a place is the mean of what the bearings tell there.
+void add_starts(const Problem& problem, Starts& starts);
+
+}  // namespace twocone::localisation::least_squares

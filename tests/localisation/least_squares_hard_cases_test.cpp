@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trilateration cases by name: ranges of sigma 0.01 m unless told otherwise.
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "localisation/least_squares_fix.h"
+
+namespace twocone::localisation {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_m = 0.01) {
+  LandmarkMeasurement m{.landmark_m = {x_m, y_m}, .range_m = range_m, .bearing_rad = {}};
+  m.covariance(0, 0) = sigma_m * sigma_m;
+  return m;
+}
+
+Fix solve(const std::vector<LandmarkMeasurement>& measurements) { return fix_by_least_squares(measurements); }
+
+/// Each range and coordinate is rounded to half a spacing of the largest length, and the iteration ends on a step of
+/// one; the answer moves by `condition` times that. 8 for the dozen roundings of one row.
+double bound_m(double largest_m, double condition) { return 8 * kEps * largest_m * condition; }
+
+/// Relative, of values that the list gives with six digits.
+constexpr double kSixDigits = 1e-5;
+
+void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
+  ASSERT_EQ(fix.verdict, verdict) << to_string(fix.verdict) << ", not " << to_string(verdict);
+  ASSERT_TRUE(fix.position_m);
+  EXPECT_NEAR(fix.position_m->x(), x_m, tolerance_m) << "x, m";
+  EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m) << "y, m";
+  EXPECT_FALSE(fix.heading_rad) << "ranges tell no heading";
+}
+
+void expect_covariance(const Eigen::Matrix3d& c, double xx, double xy, double yy) {
+  EXPECT_NEAR(c(0, 0), xx, kSixDigits * xx) << "xx, m^2";
+  EXPECT_NEAR(c(0, 1), xy, kSixDigits * std::sqrt(xx * yy)) << "xy, m^2";
+  EXPECT_NEAR(c(1, 0), xy, kSixDigits * std::sqrt(xx * yy)) << "yx, m^2";
+  EXPECT_NEAR(c(1, 1), yy, kSixDigits * yy) << "yy, m^2";
+  EXPECT_TRUE(c.row(2).isZero(0) && c.col(2).isZero(0)) << "no heading was measured";
+}
+
+TEST(LeastSquaresHardCases, T1) {
+  const Fix fix = solve({ranged(0, 0, std::sqrt(2.0)), ranged(4, 0, std::sqrt(10.0)), ranged(0, 3, std::sqrt(5.0))});
+  expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(4, 1.1));
+  expect_covariance(*fix.covariance, 6.363636e-5, 9.090909e-6, 7.272727e-5);
+  EXPECT_EQ(fix.used, 3);
+  EXPECT_EQ(fix.degrees_of_freedom, 1);
+}
+
+TEST(LeastSquaresHardCases, T2LandmarksInLineGiveBothAnswers) {
+  const Fix fix =
+      solve({ranged(0, 0, 1.80277563773199), ranged(2, 0, 1.80277563773199), ranged(5, 0, 4.27200187265877)});
+  const double side = fix.position_m && fix.position_m->y() < 0 ? -1 : 1;
+  // The ranges are given with 15 digits.
+  constexpr double kGiven_m = 1e-14;
+  expect_at(fix, FixVerdict::kAmbiguous, 1, side * 1.5, kGiven_m);
+  ASSERT_TRUE(fix.other_position_m && fix.other_covariance);
+  EXPECT_NEAR(fix.other_position_m->x(), 1, kGiven_m);
+  EXPECT_NEAR(fix.other_position_m->y(), -side * 1.5, kGiven_m);
+  // Exactly: rows u = (1, 1.5) / 1.803, (-1, 1.5) / 1.803, (-4, 1.5) / 4.272, (sum u u^T)^-1 * 1e-4.
+  const double a = 2 / 3.25 + 16 / 18.25;
+  const double b = -6 / 18.25;
+  const double c = 2 * 2.25 / 3.25 + 2.25 / 18.25;
+  const double d = a * c - b * b;
+  expect_covariance(*fix.covariance, 1e-4 * c / d, side * -1e-4 * b / d, 1e-4 * a / d);
+  expect_covariance(*fix.other_covariance, 1e-4 * c / d, side * 1e-4 * b / d, 1e-4 * a / d);
+  EXPECT_NEAR(fix.covariance->operator()(0, 0), 7.0402e-5, 1e-9);  // the list's own
+  EXPECT_NEAR(fix.covariance->operator()(1, 1), 6.9664e-5, 1e-9);
+}
+
+TEST(LeastSquaresHardCases, T3OnTheLandmarksLineIsWeakAcross) {
+  const Fix fix = solve({ranged(0, 0, 1), ranged(2, 0, 1), ranged(5, 0, 4)});
+  expect_at(fix, FixVerdict::kWeak, 1, 0, bound_m(5, 1));
+  ASSERT_TRUE(fix.unseen_direction);
+  EXPECT_NEAR(std::abs(fix.unseen_direction->y()), 1, 4 * kEps);
+  EXPECT_NEAR(fix.unseen_direction->x(), 0, 4 * kEps);
+  EXPECT_EQ(fix.unseen_direction->z(), 0);
+  // Singular value sqrt(3) = 1.732: three rows see x.
+  EXPECT_NEAR(fix.covariance->operator()(0, 0), 1e-4 / 3, 1e-4 * kSixDigits);
+  EXPECT_NEAR(fix.covariance->operator()(1, 1), 0, 1e-4 * 4 * kEps) << "no information, not infinity";
+  EXPECT_EQ(fix.degrees_of_freedom, 2) << "three ranges, one direction seen";
+}
+
+TEST(LeastSquaresHardCases, T3WithNoiseIsWeakOrBothAnswers) {
+  // Chi-squared is 1 at |y| = 0.118: ranges that are off by their sigma may put the roots anywhere below about that.
+  for (const auto& [a, b, c] : {std::tuple{0.01, -0.007, 0.003}, {-0.01, -0.008, -0.012}, {0.012, 0.009, 0.011}}) {
+    const Fix fix = solve({ranged(0, 0, 1 + a), ranged(2, 0, 1 + b), ranged(5, 0, 4 + c)});
+    ASSERT_EQ(fix.verdict, FixVerdict::kWeak) << to_string(fix.verdict);
+    EXPECT_NEAR(fix.position_m->x(), 1, 3 * std::sqrt(1e-4 / 3)) << "three sigma";
+    EXPECT_NEAR(std::abs(fix.unseen_direction->y()), 1, 1e-3);
+  }
+}
+
+TEST(LeastSquaresHardCases, T5TwoLandmarksInOnePlaceGiveBothAnswers) {
+  const Fix fix = solve({ranged(0, 0, std::sqrt(2.0)), ranged(0, 0, std::sqrt(2.0)), ranged(4, 0, std::sqrt(10.0))});
+  const double side = fix.position_m && fix.position_m->y() < 0 ? -1 : 1;
+  expect_at(fix, FixVerdict::kAmbiguous, 1, side, bound_m(4, 1.5));
+  ASSERT_TRUE(fix.other_position_m);
+  EXPECT_NEAR(fix.other_position_m->x(), 1, bound_m(4, 1.5));
+  EXPECT_NEAR(fix.other_position_m->y(), -side, bound_m(4, 1.5));
+}
+
+TEST(LeastSquaresHardCases, T7TangentFromOutside) {
+  // 0.1 + 0.2 - 0.3 is 5.55e-17 in doubles.
+  expect_at(solve({ranged(0, 0, 0.1), ranged(0.3, 0, 0.2)}), FixVerdict::kWeak, 0.1, 0, bound_m(0.3, 1));
+  // A third circle that crosses both well settles it.
+  expect_at(solve({ranged(0, 0, 0.1), ranged(0.3, 0, 0.2), ranged(0.1, 0.4, 0.4)}), FixVerdict::kOk, 0.1, 0,
+            bound_m(0.4, 1));
+}
+
+TEST(LeastSquaresHardCases, T8TangentFromInside) {
+  expect_at(solve({ranged(0, 0, 3), ranged(1, 0, 2)}), FixVerdict::kWeak, 3, 0, bound_m(3, 1));
+  expect_at(solve({ranged(0, 0, 3), ranged(1, 0, 2), ranged(3, 4, 4)}), FixVerdict::kOk, 3, 0, bound_m(4, 1));
+}
+
+TEST(LeastSquaresHardCases, T9) {
+  const Fix fix = solve({ranged(69, 0, 69), ranged(0, 50, 50), ranged(0, 80, 80)});
+  expect_at(fix, FixVerdict::kOk, 0, 0, bound_m(80, 1));
+  expect_covariance(*fix.covariance, 1e-4, 0, 0.5e-4);
+}
+
+TEST(LeastSquaresHardCases, T12TwoLandmarksGiveBothAnswersAndNotTheSaddle) {
+  const Fix fix = solve({ranged(-1, 0, std::numbers::sqrt2), ranged(1, 0, std::numbers::sqrt2)});
+  const double side = fix.position_m && fix.position_m->y() < 0 ? -1 : 1;
+  expect_at(fix, FixVerdict::kAmbiguous, 0, side, bound_m(1.5, 1));
+  ASSERT_TRUE(fix.other_position_m);
+  EXPECT_NEAR(fix.other_position_m->y(), -side, bound_m(1.5, 1));
+  expect_covariance(*fix.covariance, 1e-4, 0, 1e-4);
+}
+
+TEST(LeastSquaresHardCases, T13RoundedRangesAreNotRefused) {
+  const Fix fix = solve({ranged(2, 2, 1), ranged(3, 3, 1), ranged(1, 4, 1.4142)});
+  expect_at(fix, FixVerdict::kOk, 1.9999952049942517, 3.0000047950057483, bound_m(4, 1));
+  constexpr double kThreeDigits_m = 0.005e-6;
+  EXPECT_NEAR(std::sqrt(fix.chi_squared / 3) * 0.01, 5.54e-6, kThreeDigits_m) << "rms residual, m";
+}
+
+TEST(LeastSquaresHardCases, T14AFarOriginCostsNothing) {
+  const Eigen::Vector2d truth(1.37, 1.21);
+  for (const double o : {0.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8}) {
+    const Eigen::Vector2d shift(o, o);
+    std::vector<LandmarkMeasurement> measurements;
+    for (const Eigen::Vector2d& l : {Eigen::Vector2d(0.1, 0.7), {4.3, 0.2}, {0.9, 3.1}}) {
+      // The landmark as the doubles at `o` hold it; the range is to that place.
+      const Eigen::Vector2d shifted = l + shift;
+      measurements.push_back(ranged(shifted.x(), shifted.y(), ((shifted - shift) - truth).norm()));
+    }
+    const double spacing_m = std::nextafter(o + 2, kInf) - (o + 2);
+    expect_at(solve(measurements), FixVerdict::kOk, o + truth.x(), o + truth.y(), bound_m(4, 1.5) + spacing_m);
+  }
+}
+
+TEST(LeastSquaresHardCases, T16OnALandmark) {
+  const Fix fix = solve({ranged(0, 0, 0), ranged(4, 0, 4), ranged(0, 3, 3)});
+  expect_at(fix, FixVerdict::kOk, 0, 0, bound_m(4, 1));
+  expect_covariance(*fix.covariance, 1e-4, 0, 1e-4);
+}
+
+TEST(LeastSquaresHardCases, T16NearerToALandmarkThanThePositionIsKnown) {
+  const Fix fix = solve({ranged(0.003, 0.002, std::hypot(0.003, 0.002)), ranged(4, 0, 4), ranged(0, 3, 3)});
+  expect_at(fix, FixVerdict::kOk, 0, 0, bound_m(4, 1));
+  expect_covariance(*fix.covariance, 1e-4, 0, 1e-4);
+}
+
+TEST(LeastSquaresHardCases, T17WhatIsNoMeasurementIsLeftOutAndCounted) {
+  LandmarkMeasurement no_number = ranged(1, 1, 1);
+  no_number.range_m.reset();
+  LandmarkMeasurement bad_bearing = ranged(1, 1, 1);
+  bad_bearing.bearing_rad = kNaN;
+  LandmarkMeasurement not_positive = ranged(5, 1, 1);
+  not_positive.bearing_rad = 0.3;
+  not_positive.covariance << 1, 2, 2, 1;
+  const Fix fix = solve({ranged(9, 9, kNaN), ranged(0, 0, std::sqrt(2.0)), ranged(9, 9, -1), ranged(8, 1, kInf),
+                         ranged(4, 0, std::sqrt(10.0)), ranged(kNaN, 7, 1), no_number, bad_bearing, not_positive,
+                         ranged(7, 7, 1, 0), ranged(7, 7, 1, kNaN), ranged(0, 3, std::sqrt(5.0))});
+  expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(4, 1.1));
+  EXPECT_EQ(fix.used, 3);
+  EXPECT_EQ(fix.unusable, 9);
+}
+
+/// The list counts from one: r3 is the range to (0, 3), as its plain least-squares answer shows.
+std::vector<LandmarkMeasurement> t18(double sigma_m) {
+  return {ranged(0, 0, std::sqrt(2.0), sigma_m), ranged(4, 0, std::sqrt(10.0), sigma_m),
+          ranged(0, 3, std::sqrt(5.0) + 1, sigma_m), ranged(4, 3, std::sqrt(13.0), sigma_m)};
+}
+
+TEST(LeastSquaresHardCases, T18NamesTheOutlier) {
+  const Fix fix = solve(t18(0.01));
+  expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(5, 1.1));
+  EXPECT_EQ(fix.outliers, std::vector<int>{2});
+  EXPECT_EQ(fix.used, 3);
+}
+
+TEST(LeastSquaresHardCases, T18WhicheverLandmarkItIs) {
+  for (int wrong = 0; wrong < 4; ++wrong) {
+    std::vector<LandmarkMeasurement> m = {ranged(0, 0, std::sqrt(2.0)), ranged(4, 0, std::sqrt(10.0)),
+                                          ranged(0, 3, std::sqrt(5.0)), ranged(4, 3, std::sqrt(13.0))};
+    *m[std::size_t(wrong)].range_m += 1;
+    const Fix fix = solve(m);
+    expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(5, 1.1));
+    EXPECT_EQ(fix.outliers, std::vector<int>{wrong});
+  }
+}
+
+TEST(LeastSquaresHardCases, T18BelievedIsPlainLeastSquares) {
+  // A sigma under which 1 m is noise: the minimum is that of every common sigma.
+  const Fix fix = solve(t18(0.2));
+  constexpr double kFiveDigits_m = 0.5e-5;
+  ASSERT_TRUE(fix.position_m) << to_string(fix.verdict);
+  EXPECT_NEAR(fix.position_m->x(), 1.25657, kFiveDigits_m);
+  EXPECT_NEAR(fix.position_m->y(), 0.30788, kFiveDigits_m);
+  EXPECT_TRUE(fix.outliers.empty());
+}
+
+TEST(LeastSquaresHardCases, T22MaximumOfLikelihood) {
+  const double sigma_m = 0.05;  // so that the planted errors are noise; the minimum is that of every common sigma
+  const Fix fix = solve({ranged(0, 0, std::sqrt(2.0) + 0.05, sigma_m), ranged(4, 0, std::sqrt(10.0) - 0.03, sigma_m),
+                         ranged(0, 3, std::sqrt(5.0) + 0.04, sigma_m)});
+  // Conditioned also by the residuals: their curvature, 0.05 / 1.4, is small.
+  expect_at(fix, FixVerdict::kOk, 1.0511549201562855, 1.0003042872465623, bound_m(4, 1.2));
+  constexpr double kFourDigits_m = 0.5e-5;
+  EXPECT_NEAR(std::sqrt(fix.chi_squared / 3) * sigma_m, 0.01631, kFourDigits_m) << "rms residual, m";
+}
+
+TEST(LeastSquaresHardCases, NoCoordinateGivesANumberThatIsNone) {
+  for (const double s : {1e150, 1e-150, 1e-300, 1e300, 3e-310}) {
+    const Fix fix = solve({ranged(0, 0, s * std::sqrt(2.0), 0.01 * s), ranged(4 * s, 0, s * std::sqrt(10.0), 0.01 * s),
+                           ranged(0, 3 * s, s * std::sqrt(5.0), 0.01 * s)});
+    if (s < 1e-200 || s > 1e200) {  // 1e-4 s^2 is no double: no sigma, no measurement
+      EXPECT_EQ(fix.verdict, FixVerdict::kTooFew) << "scale " << s;
+      EXPECT_EQ(fix.unusable, 3);
+      continue;
+    }
+    expect_at(fix, FixVerdict::kOk, s, s, bound_m(4 * s, 1.1));
+    EXPECT_NEAR(fix.covariance->operator()(0, 0) / s / s, 6.363636e-5, 6.4e-5 * kSixDigits) << "scale " << s;
+  }
+}
+
+TEST(LeastSquaresHardCases, ASigmaBelowRoundingIsThatOfRounding) {
+  // Ranges of metres said to be known to 1e-30 m, and of 1e150 m to 1 cm: what the doubles leave open is no
+  // contradiction.
+  for (const double s : {1.0, 1e150}) {
+    const double sigma_m = s == 1 ? 1e-30 : 0.01;
+    const Fix fix =
+        solve({ranged(0, 0, s * std::sqrt(2.0), sigma_m), ranged(4 * s, 0, s * std::sqrt(10.0), sigma_m),
+               ranged(0, 3 * s, s * std::sqrt(5.0), sigma_m), ranged(4 * s, 3 * s, s * std::sqrt(13.0), sigma_m)});
+    expect_at(fix, FixVerdict::kOk, s, s, bound_m(5 * s, 1.1));
+  }
+}
+
+TEST(LeastSquaresHardCases, DenormalsAreNumbers) {
+  const double d = 4.9e-324;
+  const Fix fix = solve(
+      {ranged(d, 0, std::sqrt(2.0)), ranged(4, -d, std::sqrt(10.0)), ranged(0, 3, std::sqrt(5.0)), ranged(1, 1, d)});
+  expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(4, 1.1));
+}
+
+TEST(LeastSquaresHardCases, TooFew) {
+  EXPECT_EQ(solve({}).verdict, FixVerdict::kTooFew);
+  EXPECT_EQ(solve({ranged(0, 0, 1)}).verdict, FixVerdict::kTooFew);
+  const Fix one_place = solve({ranged(1, 1, 1), ranged(1, 1, 1), ranged(1, 1, 1)});
+  EXPECT_EQ(one_place.verdict, FixVerdict::kTooFew);
+  EXPECT_FALSE(one_place.position_m);
+  LandmarkMeasurement one{.landmark_m = {1, 2}, .range_m = 2, .bearing_rad = 0.3};
+  EXPECT_EQ(solve({one}).verdict, FixVerdict::kTooFew);
+  EXPECT_EQ(solve({one, one, one}).verdict, FixVerdict::kTooFew) << "one place, however often";
+}
+
+TEST(LeastSquaresHardCases, CirclesThatMissEachOtherContradict) {
+  const Fix fix = solve({ranged(0, 0, 1), ranged(3, 0, 1.5)});
+  EXPECT_EQ(fix.verdict, FixVerdict::kContradictory) << to_string(fix.verdict);
+  EXPECT_FALSE(fix.position_m);
+}
+
+}  // namespace
+}  // namespace twocone::localisation

@@ -1,0 +1,521 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/pose_filter.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace twocone::localisation {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kPi = std::numbers::pi;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr WheelGeometry kWheels{0.05, 0.3};
+constexpr OdometryNoise kNoise{.slip = 0.01, .correlation_s = 2, .angle_rad = 0.003};
+constexpr double kStep_s = 1 / 15.0;
+constexpr double kFixSigma_m = 0.001;
+constexpr double kFixSigma_rad = 0.0005;
+
+/// A robot that drives curves, with slip and readings as the filter is told. Its arc is cut into short straight pieces,
+/// so that it shares nothing with the arc that is tested.
+class Drive {
+ public:
+  explicit Drive(std::uint64_t seed) : random_(seed) {
+    for (double& s : slip_) s = kNoise.slip * normal_(random_);
+    read();
+  }
+
+  /// One frame on, at wheel speeds that make wide curves of either hand.
+  void step(double left_radps, double right_radps) {
+    t_s_ += kStep_s;
+    const double kept = std::exp(-kStep_s / kNoise.correlation_s);
+    const double left = left_radps * kStep_s;
+    const double right = right_radps * kStep_s;
+    constexpr int kPieces = 16;
+    for (int i = 0; i < kPieces; ++i) {
+      const double left_m = kWheels.radius_m * left / kPieces * (1 + slip_[0]);
+      const double right_m = kWheels.radius_m * right / kPieces * (1 + slip_[1]);
+      const double turn = (right_m - left_m) / kWheels.separation_m;
+      truth_.x_m += (left_m + right_m) / 2 * std::cos(truth_.heading_rad + turn / 2);
+      truth_.y_m += (left_m + right_m) / 2 * std::sin(truth_.heading_rad + turn / 2);
+      truth_.heading_rad = wrap_angle_rad(truth_.heading_rad + turn);
+    }
+    wheel_rad_[0] += left;
+    wheel_rad_[1] += right;
+    for (double& s : slip_) s = kept * s + std::sqrt(1 - kept * kept) * kNoise.slip * normal_(random_);
+    read();
+  }
+  void step() { step(6 + 2 * std::sin(0.7 * t_s_), 6 + 2 * std::sin(0.9 * t_s_ + 1)); }
+
+  Fix fix() {
+    Fix f;
+    f.verdict = FixVerdict::kOk;
+    f.position_m =
+        Eigen::Vector2d(truth_.x_m + kFixSigma_m * normal_(random_), truth_.y_m + kFixSigma_m * normal_(random_));
+    f.heading_rad = wrap_angle_rad(truth_.heading_rad + kFixSigma_rad * normal_(random_));
+    f.covariance = Eigen::Vector3d(kFixSigma_m * kFixSigma_m, kFixSigma_m * kFixSigma_m, kFixSigma_rad * kFixSigma_rad)
+                       .asDiagonal();
+    return f;
+  }
+
+  void tell(PoseFilter& filter) const { filter.predict(t_s_, reading_rad_[0], reading_rad_[1]); }
+  void carry(const Pose& to) { truth_ = to; }
+
+  [[nodiscard]] const Pose& truth() const { return truth_; }
+  [[nodiscard]] double t_s() const { return t_s_; }
+  [[nodiscard]] Eigen::Vector3d error(const Pose& p) const {
+    return {p.x_m - truth_.x_m, p.y_m - truth_.y_m, wrap_angle_rad(p.heading_rad - truth_.heading_rad)};
+  }
+
+ private:
+  void read() {
+    for (int i = 0; i < 2; ++i) reading_rad_[i] = wheel_rad_[i] + kNoise.angle_rad * normal_(random_);
+  }
+
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  double t_s_ = 0;
+  Pose truth_{0.3, -0.2, 0.4};
+  double slip_[2] = {0, 0};
+  double wheel_rad_[2] = {0, 0};
+  double reading_rad_[2] = {0, 0};
+};
+
+/// How far off an estimate is by its own covariance: chi-squared of three.
+double distance2(const Drive& drive, const PoseEstimate& e) {
+  const Eigen::Vector3d error = drive.error(e.pose);
+  return error.dot(e.covariance.inverse() * error);
+}
+double position_distance2(const Drive& drive, const PoseEstimate& e) {
+  const Eigen::Vector2d error = drive.error(e.pose).head<2>();
+  return error.dot(e.covariance.topLeftCorner<2, 2>().inverse() * error);
+}
+
+PoseFilter new_filter() { return {kWheels, kNoise}; }
+
+TEST(PoseFilter, BeatsTheFixes) {
+  double fixes2 = 0;
+  double estimates2 = 0;
+  int inside = 0;
+  constexpr int kRuns = 20;
+  constexpr int kFrames = 450;
+  for (int run = 0; run < kRuns; ++run) {
+    Drive drive(100 + std::uint64_t(run));
+    PoseFilter filter = new_filter();
+    for (int i = 0; i < kFrames; ++i) {
+      if (i > 0) drive.step();
+      drive.tell(filter);
+      const Fix fix = drive.fix();
+      filter.correct(fix);
+      ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run << " frame " << i;
+      const PoseEstimate e = *filter.estimate();
+      fixes2 += drive.error({fix.position_m->x(), fix.position_m->y(), 0}).head<2>().squaredNorm();
+      estimates2 += drive.error(e.pose).head<2>().squaredNorm();
+      inside += position_distance2(drive, e) < 5.991;
+    }
+  }
+  constexpr double kCount = double(kRuns) * kFrames;
+  RecordProperty("fix_rmse_mm", std::to_string(1e3 * std::sqrt(fixes2 / kCount)));
+  RecordProperty("estimate_rmse_mm", std::to_string(1e3 * std::sqrt(estimates2 / kCount)));
+  RecordProperty("inside_95", std::to_string(100 * inside / kCount));
+  EXPECT_LT(estimates2, 0.64 * fixes2) << "RMSE at most 0.8 of the fixes'";
+  // 9000 estimates, of which some ten in a row share their errors: 95 % scatters by some 0.7 %.
+  EXPECT_GT(inside, 0.92 * kCount);
+  EXPECT_LT(inside, 0.98 * kCount);
+}
+
+TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
+  constexpr int kRuns = 500;
+  int inside = 0;
+  int pose_inside = 0;
+  double blind_mm = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    Drive drive(1000 + std::uint64_t(run));
+    PoseFilter filter = new_filter();
+    for (int i = 0; i < 30; ++i) {
+      if (i > 0) drive.step();
+      drive.tell(filter);
+      filter.correct(drive.fix());
+    }
+    for (int i = 0; i < 75; ++i) {
+      drive.step();
+      drive.tell(filter);
+      filter.correct(Fix());  // too few
+    }
+    EXPECT_EQ(filter.state(), FilterState::kTracking);
+    inside += position_distance2(drive, *filter.estimate()) < 5.991;
+    pose_inside += distance2(drive, *filter.estimate()) < 7.815;
+    blind_mm += 1e3 * drive.error(filter.estimate()->pose).head<2>().norm() / kRuns;
+    drive.step();
+    drive.tell(filter);
+    filter.correct(drive.fix());
+    ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run;
+    EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "exp(-5.3^2 / 2) = 1e-6";
+  }
+  RecordProperty("blind_error_mm", std::to_string(blind_mm));
+  RecordProperty("inside_95", std::to_string(100.0 * inside / kRuns));
+  // 95 % of 500 scatters by 1 %: four of those.
+  EXPECT_NEAR(inside / double(kRuns), 0.95, 0.04);
+  EXPECT_NEAR(pose_inside / double(kRuns), 0.95, 0.04);
+}
+
+TEST(PoseFilter, ACarriedRobotIsFoundWithThreeFixesAndNotBelievedMeanwhile) {
+  for (int run = 0; run < 100; ++run) {
+    Drive drive(3000 + std::uint64_t(run));
+    PoseFilter filter = new_filter();
+    for (int i = 0; i < 60; ++i) {
+      if (i > 0) drive.step();
+      drive.tell(filter);
+      filter.correct(drive.fix());
+    }
+    drive.carry({1.7 - 0.03 * run, 0.9, -2.1 + 0.04 * run});
+    for (int fixes = 1; fixes <= 10; ++fixes) {
+      drive.step();
+      drive.tell(filter);
+      filter.correct(drive.fix());
+      EXPECT_EQ(filter.state(), fixes < PoseFilter::kRelocateAfter ? FilterState::kLost : FilterState::kTracking)
+          << "run " << run << " fix " << fixes;
+      if (filter.state() == FilterState::kTracking) {
+        EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "run " << run;
+      }
+    }
+  }
+}
+
+TEST(PoseFilter, AWrongFixIsNotTakenAndNotAgainstTheNext) {
+  Drive drive(41);
+  PoseFilter filter = new_filter();
+  for (int i = 0; i < 40; ++i) {
+    if (i > 0) drive.step();
+    drive.tell(filter);
+    Fix fix = drive.fix();
+    if (i % 10 == 9 || i % 10 == 8) *fix.position_m += Eigen::Vector2d(0.1 * (i % 10), -0.3);  // two that disagree
+    filter.correct(fix);
+    EXPECT_EQ(filter.state(), i % 10 >= 8 ? FilterState::kLost : FilterState::kTracking) << "frame " << i;
+    EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "frame " << i;
+  }
+}
+
+TEST(PoseFilter, WrongFixesBetweenRightOnesNeverRelocate) {
+  Drive drive(42);
+  PoseFilter filter = new_filter();
+  for (int i = 0; i < 60; ++i) {
+    if (i > 0) drive.step();
+    drive.tell(filter);
+    Fix fix = drive.fix();
+    if (i % 3 != 0) *fix.position_m += Eigen::Vector2d(0.4, 0.3);  // agree with each other, but never three in a row
+    filter.correct(fix);
+    EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * 1.5 * kFixSigma_m) << "frame " << i;
+  }
+}
+
+TEST(PoseFilter, StaysSymmetricAndPositiveOverALongRun) {
+  Drive drive(43);
+  PoseFilter filter = new_filter();
+  PoseHypothesis hypothesis({drive.truth(), 1e-6 * Eigen::Matrix3d::Identity()}, kNoise);
+  for (int i = 0; i < 6000; ++i) {
+    if (i > 0) drive.step(5 + 3 * std::sin(0.01 * i), 5 - 3 * std::cos(0.013 * i));
+    drive.tell(filter);
+    hypothesis.predict(kStep_s, 0.3 + 0.2 * std::sin(0.01 * i), 0.3, kWheels, kNoise);
+    const bool is_blind = i % 400 > 300;
+    Fix fix = drive.fix();
+    if (i % 7 == 3) *fix.covariance *= 1e-12;  // a fix that claims nanometres
+    if (!is_blind && i % 7 != 3) filter.correct(fix);
+    if (!is_blind) {
+      const PoseEstimate e = hypothesis.estimate();
+      hypothesis.correct(
+          {3, Eigen::Matrix3d::Identity(), {e.pose.x_m, e.pose.y_m, e.pose.heading_rad}, *fix.covariance});
+    }
+    const auto& p = hypothesis.covariance();
+    ASSERT_EQ((p - p.transpose()).cwiseAbs().maxCoeff(), 0) << "frame " << i;
+    const Eigen::SelfAdjointEigenSolver<PoseHypothesis::Matrix> eigen(p);
+    ASSERT_GE(eigen.eigenvalues()[0], -8 * kEps * eigen.eigenvalues()[6]) << "frame " << i;
+    ASSERT_TRUE(filter.estimate()->covariance.llt().info() == Eigen::Success) << "frame " << i;
+  }
+  EXPECT_LT(distance2(drive, *filter.estimate()), 30.7) << "1e-6";
+}
+
+TEST(PoseHypothesis, PredictsWhatChanceMakesOfOneLongArc) {
+  // Every source at once, each scattered by hand; errors small enough that curvature adds no percent.
+  const OdometryNoise noise{.slip = 0.02, .correlation_s = 2, .angle_rad = 0.05};
+  const double left = 8.3;
+  const double right = 14.9;
+  Eigen::Matrix3d start = Eigen::Vector3d(1e-5, 2e-5, 4e-4).asDiagonal();
+  const PoseEstimate from{{0.4, -0.3, 0.8}, start};
+  PoseHypothesis hypothesis(from, noise);
+  hypothesis.predict(0.5, left, right, kWheels, noise);
+  const PoseEstimate e = hypothesis.estimate();
+  std::mt19937_64 random(44);
+  std::normal_distribution<double> normal;
+  constexpr int kSamples = 20000;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> with_reading = Eigen::Matrix<double, 3, 2>::Zero();
+  for (int i = 0; i < kSamples; ++i) {
+    const Pose at{0.4 + std::sqrt(1e-5) * normal(random), -0.3 + std::sqrt(2e-5) * normal(random),
+                  0.8 + 0.02 * normal(random)};
+    double way_m[2];
+    double new_error[2];
+    for (int w = 0; w < 2; ++w) {
+      const double old_error = 0.05 * normal(random);
+      new_error[w] = 0.05 * normal(random);
+      way_m[w] = 0.05 * ((w ? right : left) + old_error - new_error[w]) * (1 + 0.02 * normal(random));
+    }
+    const double turn = (way_m[1] - way_m[0]) / 0.3;
+    const double radius_m = (way_m[0] + way_m[1]) / 2 / turn;  // a turn of 1.1 rad: the textbook's form does
+    const Eigen::Vector3d end(at.x_m + radius_m * (std::sin(at.heading_rad + turn) - std::sin(at.heading_rad)),
+                              at.y_m - radius_m * (std::cos(at.heading_rad + turn) - std::cos(at.heading_rad)),
+                              at.heading_rad + turn);
+    const Eigen::Vector3d error(end.x() - e.pose.x_m, end.y() - e.pose.y_m,
+                                wrap_angle_rad(end.z() - e.pose.heading_rad));
+    sum += error * error.transpose() / kSamples;
+    with_reading += error * Eigen::RowVector2d(new_error[0], new_error[1]) / kSamples;
+  }
+  // A sample covariance of 20000 scatters by 1 % (sqrt(2 / 20000)); four of those, scaled by the sigmas.
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double scale = std::sqrt(e.covariance(i, i) * e.covariance(j, j));
+      EXPECT_NEAR(sum(i, j), e.covariance(i, j), 0.04 * scale) << i << " " << j;
+    }
+    for (int w = 0; w < 2; ++w) {
+      const double scale = std::sqrt(e.covariance(i, i)) * 0.05;
+      EXPECT_NEAR(with_reading(i, w), hypothesis.covariance()(i, 5 + w), 0.04 * scale) << i << " reading " << w;
+    }
+  }
+}
+
+TEST(PoseHypothesis, SlipIsForgottenAtItsRate) {
+  PoseHypothesis hypothesis({{}, 1e-6 * Eigen::Matrix3d::Identity()}, kNoise);
+  const double prior = kNoise.slip * kNoise.slip;
+  EXPECT_DOUBLE_EQ(hypothesis.covariance()(3, 3), prior);
+  for (int i = 0; i < 100; ++i) hypothesis.predict(kStep_s, 0.4, 0.3, kWheels, kNoise);
+  // Stationary: forgetting and renewing balance.
+  EXPECT_NEAR(hypothesis.covariance()(3, 3), prior, 1e-12 * prior);
+  EXPECT_NEAR(hypothesis.covariance()(4, 4), prior, 1e-12 * prior);
+  // Cov(slip, x) of one step on dt decays with exp(-dt / correlation).
+  const double before = hypothesis.covariance()(0, 3);
+  hypothesis.predict(1.0, 0, 0, kWheels, kNoise);
+  EXPECT_NEAR(hypothesis.covariance()(0, 3), before * std::exp(-0.5), std::abs(before) * 1e-2);
+}
+
+TEST(PoseFilter, ReadingsErrorsDoNotAddUp) {
+  // Standing before and after, however often the wheels are read: the pose is off by two readings at most.
+  PoseHypothesis hypothesis({{}, 1e-12 * Eigen::Matrix3d::Identity()}, kNoise);
+  for (int i = 0; i < 1000; ++i) hypothesis.predict(kStep_s, 0, 0, kWheels, kNoise);
+  const double two_readings_m2 = 2 * std::pow(kWheels.radius_m * kNoise.angle_rad, 2) / 2;  // mean of two wheels
+  EXPECT_NEAR(hypothesis.estimate().covariance(0, 0), two_readings_m2, 1e-3 * two_readings_m2);
+}
+
+TEST(PoseFilter, HeadingGoesThroughPi) {
+  Drive drive(45);
+  PoseFilter filter = new_filter();
+  int crossings = 0;
+  double last_rad = drive.truth().heading_rad;
+  for (int i = 0; i < 900; ++i) {
+    if (i > 0) drive.step(3, 6);
+    crossings += std::abs(drive.truth().heading_rad - last_rad) > kPi;
+    last_rad = drive.truth().heading_rad;
+    drive.tell(filter);
+    if (i % 5 == 0) filter.correct(drive.fix());
+    ASSERT_EQ(filter.state(), FilterState::kTracking) << "frame " << i;
+    ASSERT_LE(std::abs(filter.estimate()->pose.heading_rad), kPi);
+    EXPECT_LT(std::abs(drive.error(filter.estimate()->pose).z()), 0.03) << "frame " << i;
+  }
+  EXPECT_GE(crossings, 4);
+}
+
+TEST(PoseFilter, NoTimeAndNoMotion) {
+  Drive drive(46);
+  PoseFilter filter = new_filter();
+  drive.tell(filter);
+  filter.correct(drive.fix());
+  const PoseEstimate before = *filter.estimate();
+  filter.predict(drive.t_s(), 0.0, 0.0);
+  filter.predict(drive.t_s(), 0.0, 0.0);
+  for (int i = 0; i < 3000; ++i) {
+    filter.predict(drive.t_s() + kStep_s * i, 0.0, 0.0);
+    ASSERT_TRUE(filter.estimate()->covariance.allFinite());
+  }
+  const PoseEstimate after = *filter.estimate();
+  // Readings of 3 mrad on wheels of 5 cm: 0.15 mm each, and twice that over the wheels' separation in heading.
+  EXPECT_NEAR(after.pose.x_m, before.pose.x_m, 1e-3);
+  EXPECT_NEAR(after.pose.y_m, before.pose.y_m, 1e-3);
+  EXPECT_LT(std::sqrt(after.covariance(0, 0)), 1.1 * kFixSigma_m);
+  filter.correct(drive.fix());
+  EXPECT_EQ(filter.state(), FilterState::kTracking);
+}
+
+TEST(PoseFilter, GoesTheWayOfOdometryWithoutFixes) {
+  PoseFilter filter = new_filter();
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(0.7, -0.4);
+  fix.heading_rad = 2.9;
+  fix.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal();
+  Odometry odometry(kWheels, {0.7, -0.4, 2.9});
+  for (int i = 0; i <= 300; ++i) {
+    const double left = 0.31 * i + std::sin(0.1 * i);
+    const double right = 0.37 * i;
+    filter.predict(0.05 * i, left, right);
+    if (i == 0) filter.correct(fix);
+    const Pose& p = odometry.update(left, right);
+    const Pose e = filter.estimate()->pose;
+    EXPECT_NEAR(e.x_m, p.x_m, 1e-12) << "the same arc, slip and readings' errors 0";
+    EXPECT_NEAR(e.y_m, p.y_m, 1e-12);
+  }
+}
+
+TEST(PoseFilter, SaysNothingBeforeTheFirstFixAndStartsFromNothingLess) {
+  PoseFilter filter = new_filter();
+  EXPECT_EQ(filter.state(), FilterState::kLost);
+  EXPECT_FALSE(filter.estimate());
+  Drive drive(47);
+  drive.tell(filter);
+  for (const FixVerdict verdict :
+       {FixVerdict::kTooFew, FixVerdict::kContradictory, FixVerdict::kGap, FixVerdict::kWeak, FixVerdict::kAmbiguous}) {
+    Fix fix = drive.fix();
+    fix.verdict = verdict;
+    filter.correct(fix);
+    EXPECT_FALSE(filter.estimate()) << to_string(verdict);
+  }
+  Fix no_heading = drive.fix();
+  no_heading.heading_rad.reset();
+  filter.correct(no_heading);
+  Fix no_covariance = drive.fix();
+  no_covariance.covariance.reset();
+  filter.correct(no_covariance);
+  Fix nan = drive.fix();
+  nan.covariance->setConstant(kNaN);
+  filter.correct(nan);
+  EXPECT_FALSE(filter.estimate());
+  filter.correct(drive.fix());
+  EXPECT_EQ(filter.state(), FilterState::kTracking);
+}
+
+/// A filter that tracks at (0, 0, 0) with the sigmas 0.1 m, 0.1 m, 0.1 rad.
+PoseFilter vague_filter() {
+  PoseFilter filter = new_filter();
+  filter.predict(0, 0, 0);
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(0, 0);
+  fix.heading_rad = 0;
+  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
+  filter.correct(fix);
+  return filter;
+}
+
+TEST(PoseFilter, AFixWithoutHeadingTellsThePositionOnly) {
+  PoseFilter filter = vague_filter();
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(0.1, -0.05);
+  fix.covariance = Eigen::Vector3d(0.01, 0.01, 0).asDiagonal();
+  filter.correct(fix);
+  const PoseEstimate e = *filter.estimate();
+  EXPECT_NEAR(e.pose.x_m, 0.05, 4 * kEps) << "equal sigmas: the middle";
+  EXPECT_NEAR(e.pose.y_m, -0.025, 4 * kEps);
+  EXPECT_EQ(e.pose.heading_rad, 0);
+  EXPECT_NEAR(e.covariance(0, 0), 0.005, 4 * kEps);
+  EXPECT_NEAR(e.covariance(2, 2), 0.01, 4 * kEps);
+}
+
+TEST(PoseFilter, HeadingsEitherSideOfPiAreNeighbours) {
+  PoseFilter filter = new_filter();
+  filter.predict(0, 0, 0);
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(0, 0);
+  fix.heading_rad = kPi - 0.03;
+  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
+  filter.correct(fix);
+  fix.heading_rad = 0.05 - kPi;
+  filter.correct(fix);
+  EXPECT_EQ(filter.state(), FilterState::kTracking);
+  EXPECT_NEAR(filter.estimate()->pose.heading_rad, 0.01 - kPi, 8 * kEps) << "the middle";
+}
+
+TEST(PoseFilter, OfAnAmbiguousFixTheAnswerThatIsExpectedIsTaken) {
+  Fix fix;
+  fix.verdict = FixVerdict::kAmbiguous;
+  fix.position_m = Eigen::Vector2d(3, 2);
+  fix.other_position_m = Eigen::Vector2d(0.1, 0);
+  fix.covariance = fix.other_covariance = 0.01 * Eigen::Matrix3d::Identity();
+  fix.heading_rad = 2;
+  fix.other_heading_rad = 0;
+  PoseFilter filter = vague_filter();
+  filter.correct(fix);
+  EXPECT_NEAR(filter.estimate()->pose.x_m, 0.05, 4 * kEps);
+  EXPECT_EQ(filter.state(), FilterState::kTracking);
+
+  PoseFilter torn = vague_filter();
+  fix.position_m = Eigen::Vector2d(-0.1, 0);
+  fix.heading_rad = 0;
+  torn.correct(fix);
+  EXPECT_EQ(torn.estimate()->pose.x_m, 0) << "both are expected: neither is taken";
+
+  PoseFilter far = vague_filter();
+  fix.position_m = Eigen::Vector2d(3, 2);
+  fix.other_position_m = Eigen::Vector2d(-3, 2);
+  far.correct(fix);
+  EXPECT_EQ(far.estimate()->pose.x_m, 0);
+}
+
+TEST(PoseFilter, AWeakFixTellsAcrossItsUnseenDirectionOnly) {
+  Fix fix;
+  fix.verdict = FixVerdict::kWeak;
+  fix.position_m = Eigen::Vector2d(0.1, 5);  // y is not seen: any number
+  fix.covariance = Eigen::Vector3d(0.01, 0, 0).asDiagonal();
+  fix.unseen_direction = Eigen::Vector3d(0, 1, 0);
+  PoseFilter filter = vague_filter();
+  filter.correct(fix);
+  EXPECT_NEAR(filter.estimate()->pose.x_m, 0.05, 4 * kEps);
+  EXPECT_EQ(filter.estimate()->pose.y_m, 0);
+  EXPECT_NEAR(filter.estimate()->covariance(1, 1), 0.01, 4 * kEps);
+
+  // With heading, and a slanted unseen direction v: the estimate moves at right angles to it.
+  const Eigen::Vector3d v = Eigen::Vector3d(0.6, 0, 0.8);
+  fix.unseen_direction = v;
+  fix.heading_rad = 0;
+  fix.position_m = Eigen::Vector2d(0.1, 0.06);
+  fix.covariance = 0.01 * (Eigen::Matrix3d::Identity() - v * v.transpose());
+  PoseFilter slanted = vague_filter();
+  slanted.correct(fix);
+  const Pose p = slanted.estimate()->pose;
+  const Eigen::Vector3d moved(p.x_m, p.y_m, p.heading_rad);
+  EXPECT_NEAR(moved.dot(v), 0, 4 * kEps);
+  EXPECT_NEAR(moved.y(), 0.03, 4 * kEps);
+  EXPECT_NEAR(moved.x(), 0.05 * 0.64, 4 * kEps);
+}
+
+TEST(PoseFilter, RefusesWhatIsNoRobotAndNoReading) {
+  EXPECT_THROW(PoseFilter({0, 0.3}, kNoise), std::invalid_argument);
+  EXPECT_THROW(PoseFilter({0.05, kNaN}, kNoise), std::invalid_argument);
+  EXPECT_THROW(PoseFilter(kWheels, {.slip = -0.01}), std::invalid_argument);
+  EXPECT_THROW(PoseFilter(kWheels, {.correlation_s = 0}), std::invalid_argument);
+  EXPECT_THROW(PoseFilter(kWheels, {.angle_rad = 0}), std::invalid_argument);
+  try {
+    PoseFilter({-1, 0.3}, {.slip = 0.01, .correlation_s = 2, .angle_rad = kNaN});
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("radius_m is -1"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("angle_rad is nan"), std::string::npos) << e.what();
+  }
+  PoseFilter filter = new_filter();
+  EXPECT_THROW(filter.predict(kNaN, 0, 0), std::invalid_argument);
+  EXPECT_THROW(filter.predict(0, kNaN, 0), std::invalid_argument);
+  filter.predict(1, 0, 0);
+  EXPECT_THROW(filter.predict(0.9, 0, 0), std::invalid_argument);
+  EXPECT_NO_THROW(filter.predict(1, 0, 0));
+}
+
+}  // namespace
+}  // namespace twocone::localisation
