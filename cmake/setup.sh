@@ -6,8 +6,8 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build git ca-certificates
-  libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev libode-dev
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev libode-dev libceres-dev
+  libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
   povray povray-includes gnuplot-nox procps
 )
 case "${1:-}" in

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/files/robot_file.h"
 
-#include <span>
-
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/files/camera_effects.h"
+#include "apps/files/camera_info.h"
+#include "apps/files/file_error.h"
+#include "apps/files/rig_keys.h"
 #include "apps/files/text_file.h"
 #include "apps/files/yaml_reader.h"
 
 namespace twocone::files {
 namespace {
 
-using Harmless = Section::Harmless;
-
 constexpr double kTurn_rad = 2 * std::numbers::pi;
 /// Generous, since angles may be given as 3/4 or as -1/4 of a turn; but degrees are noticed.
 constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words = "-2 pi to 2 pi"};
-constexpr Range kApexRange{.least = 0, .greatest = std::numbers::pi, .without_ends = true, .words = "> 0 and < pi"};
 /// Bounds that keep a time inside the nanoseconds it is counted in.
 constexpr Range kTimeoutRange{.least = 0.001, .greatest = 60};
 constexpr Range kLagRange{.least = 0, .greatest = 60};
@@ -104,133 +102,29 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
   return parts;
 }
 
-bool read_mirror(Section& where, RigView& view) {
-  Section* mirror = where.section("mirror", "{type: cone, apex_rad}");
-  if (mirror == nullptr) return false;
-  std::string type;
-  if (mirror->text("type", "the mirror's shape, cone", type) && type != "cone") {
-    mirror->complain("type", kNoUnit, "cone");
-  }
-  return mirror->number("apex_rad", {"full angle of the cone", kRadians, kApexRange}, view.apex_rad);
-}
-
-/// A key of a mirror: in `rig:` for both, in `rig.lower:` and `rig.upper:` for one, where the latter count.
-struct MirrorKey {
-  const char* key;
-  Quantity quantity;
-  Need need;
-  bool (*read)(Section&, const MirrorKey&, RigView&);
-};
-
-template <double RigView::*kMember>
-bool read_number(Section& where, const MirrorKey& key, RigView& view) {
-  return where.number(key.key, key.quantity, view.*kMember);
-}
-
-const MirrorKey kMirrorKeys[] = {
-    {"mirror",
-     {"{type: cone, apex_rad}", kNoUnit, kAnyNumber},
-     Need::kRequired,
-     [](Section& where, const MirrorKey&, RigView& view) { return read_mirror(where, view); }},
-    {"mirror_radius_m",
-     {"radius R of the mirror's rim", kMetres, kAboveZero},
-     Need::kRequired,
-     read_number<&RigView::mirror_radius_m>},
-    {"lens_to_tip_m",
-     {"distance d from the lens to the mirror's tip", kMetres, kAboveZero},
-     Need::kRequired,
-     read_number<&RigView::lens_to_tip_m>},
-    {"centre_px",
-     {"column and row of the mirror's tip in the picture", kPixels, kAnyNumber},
-     Need::kRequired,
-     [](Section& where, const MirrorKey& key, RigView& view) {
-       return where.numbers(key.key, key.quantity, view.centre_px);
-     }},
-    {"rim_radius_px",
-     {"radius of the mirror's rim in the picture", kPixels, kAboveZero},
-     Need::kRequired,
-     read_number<&RigView::rim_radius_px>},
-    {"azimuth_rad",
-     {"bearing of the picture's x axis", kRadians, kWithinATurn},
-     Need::kRequired,
-     read_number<&RigView::azimuth_rad>},
-    {"mirrored",
-     {"whether the picture turns against the bearing", kNoUnit, kAnyNumber},
-     Need::kOptional,
-     [](Section& where, const MirrorKey& key, RigView& view) {
-       return where.flag(key.key, key.quantity.what, view.mirrored);
-     }},
-};
-
-/// One of the two mirrors.
-struct MirrorPart {
-  const char* key;  ///< of its section in `rig:`
-  const char* what;
-  RigView* view;
-  Section* section = nullptr;    ///< none, or none that can be read
-  bool is_absent = false;        ///< no section at all
-  std::string absent_keys = {};  ///< what the section would have to say
-};
-
-/// Complains where a mirror has `key` neither for itself nor in common, once for both if both have not.
-void complain_missing(const MirrorKey& key, Section& rig, std::span<MirrorPart> mirrors) {
-  std::vector<MirrorPart*> lacking;
-  for (MirrorPart& mirror : mirrors) {
-    if (mirror.is_absent || (mirror.section != nullptr && !mirror.section->has(key.key))) lacking.push_back(&mirror);
-  }
-  if (lacking.size() == mirrors.size()) {
-    rig.complain_missing(key.key, fmt::format("{}, here for both mirrors or in lower and in upper", key.quantity.what),
-                         key.quantity.unit);
-    return;
-  }
-  for (MirrorPart* mirror : lacking) {
-    if (mirror->section != nullptr) {
-      mirror->section->complain_missing(key.key, key.quantity.what, key.quantity.unit);
-    } else {
-      mirror->absent_keys += fmt::format("{}{}", mirror->absent_keys.empty() ? "" : ", ", key.key);
+/// What the cameras' calibration files say of their lenses, into the rig.
+void read_camera_infos(Robot& robot) {
+  std::string bad;
+  const auto read = [&](RigView& view, const CameraEntry& camera, std::string_view name) {
+    if (view.camera_info.empty()) return;
+    try {
+      const CameraInfo info =
+          read_camera_info(view.camera_info, {.width_px = camera.width_px,
+                                              .height_px = camera.height_px,
+                                              .whose = fmt::format("cameras.{} of {}", name, robot.file.string())});
+      view.distortion = info.distortion;
+      if (info.distortion.empty()) return;
+      view.distortion_focal_px = info.focal_px;
+      view.distortion_principal_px = info.principal_px;
+    } catch (const FileError& error) {
+      // Both mirrors may name one file, with one fault.
+      if (bad.find(error.what()) == std::string::npos)
+        bad += fmt::format("{}{}", bad.empty() ? "" : "\n", error.what());
     }
-  }
-}
-
-void refuse_unsupported(Section& where) {
-  where.unsupported("tilt_rad", Harmless::kZeros, "tilted mirrors are not in this version");
-  where.unsupported("axis_offset_m", Harmless::kZeros, "mirrors off the axis are not in this version");
-  where.unsupported("distortion", Harmless::kZeros, "lens distortion is not in this version");
-  where.unsupported("camera_info", Harmless::kNothing, "camera calibration files are not in this version");
-}
-
-void read_rig(Section& root, Rig& rig) {
-  Section* section = root.section("rig", "the two mirrors as the robot believes them to be");
-  if (section == nullptr) return;
-  section->number("mirror_separation_m", {"distance s between the two mirrors' tips", kMetres, kAboveZero},
-                  rig.mirror_separation_m);
-  section->number("lens_height_m", {"lower lens above the floor", kMetres, kZeroOrMore}, rig.lens_height_m);
-  refuse_unsupported(*section);
-
-  RigView common;
-  for (const MirrorKey& key : kMirrorKeys) {
-    if (section->has(key.key)) key.read(*section, key, common);
-  }
-  MirrorPart mirrors[] = {{"lower", "the lower mirror, with its", &rig.lower},
-                          {"upper", "the upper mirror, with its", &rig.upper}};
-  for (MirrorPart& mirror : mirrors) {
-    *mirror.view = common;
-    mirror.is_absent = !section->has(mirror.key);
-    mirror.section = section->section(mirror.key, mirror.what, Need::kOptional);
-    if (mirror.section == nullptr) continue;
-    refuse_unsupported(*mirror.section);
-    for (const MirrorKey& key : kMirrorKeys) {
-      if (mirror.section->has(key.key)) key.read(*mirror.section, key, *mirror.view);
-    }
-  }
-  for (const MirrorKey& key : kMirrorKeys) {
-    if (key.need == Need::kRequired && !section->has(key.key)) complain_missing(key, *section, mirrors);
-  }
-  for (const MirrorPart& mirror : mirrors) {
-    if (!mirror.absent_keys.empty()) {
-      section->complain_missing(mirror.key, fmt::format("{} {}", mirror.what, mirror.absent_keys));
-    }
-  }
+  };
+  read(robot.rig.lower, robot.lower, "lower");
+  read(robot.rig.upper, robot.upper, "upper");
+  if (!bad.empty()) throw FileError(bad);
 }
 
 /// A camera's own effects over the common ones, key by key. A real camera has none. Returns the camera's own section.
@@ -264,6 +158,9 @@ Section* read_effects(Section& root, Effects& effects) {
     double number = 0;
     if (section->has(key) && section->number(key, quantity, number)) value = number;
   };
+  read("wheel_separation_m", {"true distance between the wheels' contact points", kMetres, kAboveZero},
+       effects.wheel_separation_m);
+  read("wheel_radius_m", {"true radius of a wheel", kMetres, kAboveZero}, effects.wheel_radius_m);
   read("mass_kg", {"mass of the robot", kKilograms, kAboveZero}, effects.mass_kg);
   read("wheel_friction", {"friction between wheel and floor", kNoUnit, kAboveZero}, effects.wheel_friction);
   read("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, effects.body_friction);
@@ -292,7 +189,7 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   }
   read_drive(root, robot.drive);
   const std::vector<CameraPart> cameras = read_cameras(root, robot);
-  read_rig(root, robot.rig);
+  read_rig(root, file, robot.rig);
   Section* common_effects = read_effects(root, robot.effects);
   sim_povray::CameraEffects common;
   bool good_common = true;
@@ -308,6 +205,7 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   check_unneeded_keys(camera_effects);
   root.points("waypoints_m", "places to drive to in turn", robot.waypoints, Need::kOptional);
   reading.finish();
+  read_camera_infos(robot);
   return robot;
 }
 
@@ -315,7 +213,9 @@ Robot read_robot(const std::filesystem::path& file) { return parse_robot(load_ya
 
 YAML::Node load_robot_node(const std::filesystem::path& file) {
   YAML::Node node = load_yaml(file);
-  node["map"] = std::filesystem::absolute(parse_robot(node, file).map).string();
+  const Robot robot = parse_robot(node, file);
+  node["map"] = std::filesystem::absolute(robot.map).string();
+  set_camera_info_paths(node, file, [](const std::filesystem::path& path) { return std::filesystem::absolute(path); });
   return node;
 }
 

@@ -53,6 +53,15 @@ struct RigView {
   double rim_radius_px = 0;                ///< r_m, > 0
   double azimuth_rad = 0;                  ///< bearing of the image's x axis, a turn either way at most
   bool mirrored = false;
+  std::array<double, 2> tilt_rad{};       ///< of mirror and camera about the body's x and y axes, each within pi/4
+  std::array<double, 2> axis_offset_m{};  ///< x and y of the lens in the body's frame
+  /// k1 k2 p1 p2 [k3 [k4 k5 k6]] of OpenCV's lens model; empty: none. From the file's key or from `camera_info`.
+  std::vector<double> distortion{};
+  /// fx, fy that the distortion is for, > 0; none: v, that of the mirror's picture.
+  std::optional<std::array<double, 2>> distortion_focal_px{};
+  /// Column, row that it is about; none: centre_px.
+  std::optional<std::array<double, 2>> distortion_principal_px{};
+  std::filesystem::path camera_info{};  ///< where distortion was read from, resolved; empty: from the robot file itself
 
   friend bool operator==(const RigView&, const RigView&) = default;
 };
@@ -78,6 +87,9 @@ struct Effects {
   double slip = 0;                  ///< standard deviation of each wheel's relative slip, >= 0
   int encoder_counts_per_turn = 0;  ///< 0: exact angles
   double motor_lag_s = 0;           ///< time constant of the wheels' speed, 0 to 60; 0: none
+  /// What the wheels really are, where that is not what the robot believes (`drive:`).
+  std::optional<double> wheel_separation_m{};  ///< > 0
+  std::optional<double> wheel_radius_m{};      ///< > 0
   /// Any of the three calls for physics; the others are then sim_povray::Physics's.
   std::optional<double> mass_kg{};         ///< > 0
   std::optional<double> wheel_friction{};  ///< > 0
@@ -106,6 +118,7 @@ struct Robot {
   friend bool operator==(const Robot&, const Robot&) = default;
 };
 
+/// Files of `camera_info` are read too (apps/files/camera_info.h).
 /// @throws FileError as read_map. Whether a driver of that name exists is not asked here (drivers/backends.h), nor
 /// whether the map exists and the robot fits it (apps/files/to_layers.h).
 Robot read_robot(const std::filesystem::path& file);

@@ -127,8 +127,8 @@ sim_povray::SeatSettings seat_of(const Robot& robot, const DriveLimits& limits, 
   seat.name = robot.name;
   seat.body.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
   seat.body.radius_m = robot.body_radius_m;
-  seat.body.wheels.separation_m = robot.drive.wheel_separation_m;
-  seat.body.wheels.radius_m = robot.drive.wheel_radius_m;
+  seat.body.wheels.separation_m = robot.effects.wheel_separation_m.value_or(robot.drive.wheel_separation_m);
+  seat.body.wheels.radius_m = robot.effects.wheel_radius_m.value_or(robot.drive.wheel_radius_m);
   seat.body.wheels.slip = robot.effects.slip;
   seat.body.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
   seat.body.wheels.lag_s = robot.effects.motor_lag_s;
@@ -141,14 +141,25 @@ sim_povray::SeatSettings seat_of(const Robot& robot, const DriveLimits& limits, 
   return seat;
 }
 
+Eigen::Vector2d to_vector(const std::array<double, 2>& pair) { return {pair[0], pair[1]}; }
+
 vision::MirrorView to_view(const RigView& view, double lens_height_m) {
-  return vision::MirrorView(
-      {.cone = {.apex_rad = view.apex_rad, .rim_radius_m = view.mirror_radius_m, .lens_to_tip_m = view.lens_to_tip_m},
-       .lens_height_m = lens_height_m,
-       .centre_px = {view.centre_px[0], view.centre_px[1]},
-       .rim_radius_px = view.rim_radius_px,
-       .azimuth_rad = view.azimuth_rad,
-       .mirrored = view.mirrored});
+  vision::MirrorViewSettings settings{
+      .cone = {.apex_rad = view.apex_rad, .rim_radius_m = view.mirror_radius_m, .lens_to_tip_m = view.lens_to_tip_m},
+      .lens_height_m = lens_height_m,
+      .centre_px = to_vector(view.centre_px),
+      .rim_radius_px = view.rim_radius_px,
+      .azimuth_rad = view.azimuth_rad,
+      .mirrored = view.mirrored,
+      .tilt_rad = to_vector(view.tilt_rad),
+      .axis_offset_m = to_vector(view.axis_offset_m)};
+  vision::MirrorView without_lens(settings);
+  if (view.distortion.empty()) return without_lens;
+  const double focal_px = without_lens.focal_length_px();
+  settings.distortion = {.coefficients = view.distortion,
+                         .focal_px = to_vector(view.distortion_focal_px.value_or(std::array{focal_px, focal_px})),
+                         .principal_px = to_vector(view.distortion_principal_px.value_or(view.centre_px))};
+  return vision::MirrorView(settings);
 }
 
 Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
@@ -216,7 +227,10 @@ vision::Rig to_rig(const Robot& robot) {
 std::vector<vision::Target> to_targets(const Map& map) {
   std::vector<vision::Target> targets;
   for (const Landmark& landmark : map.landmarks) {
-    targets.push_back({landmark.name, {landmark.colour[0], landmark.colour[1], landmark.colour[2]}, landmark.radius_m});
+    targets.push_back({landmark.name,
+                       {landmark.colour[0], landmark.colour[1], landmark.colour[2]},
+                       landmark.radius_m,
+                       landmark.top_m});
   }
   return targets;
 }

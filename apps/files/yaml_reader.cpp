@@ -367,22 +367,6 @@ std::vector<Section*> Section::sections(std::string_view key, std::string_view w
   return found;
 }
 
-void Section::unsupported(std::string_view key, Harmless harmless, std::string_view why) {
-  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
-  if (entry == entries_.end()) return;
-  entry->asked = true;  // but not known: no message should propose it
-  const YAML::Node& value = entry->value;
-  const auto is_zero = [](const YAML::Node& item) { return number_in(item) == 0.0; };
-  const bool is_empty = (value.IsSequence() || value.IsMap()) && value.size() == 0;
-  if (harmless != Harmless::kNothing && is_empty) return;
-  if (harmless == Harmless::kZeros && value.IsSequence() && std::all_of(value.begin(), value.end(), is_zero)) return;
-  const std::string_view rule = harmless == Harmless::kNothing ? "absent"
-                                : harmless == Harmless::kEmpty ? "absent or empty"
-                                                               : "absent or all zero";
-  reading_->complain(entry->line,
-                     fmt::format("{} is {}, must be {}: {}", path_of(key), show(value, kNoUnit), rule, why));
-}
-
 void Section::complain_unknown() const {
   for (const Entry& entry : entries_) {
     if (entry.asked) continue;

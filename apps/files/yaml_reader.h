@@ -79,11 +79,6 @@ class Section {
   /// A list of mappings; those that are none are complained about and left out.
   std::vector<Section*> sections(std::string_view key, std::string_view what, Need need = Need::kRequired);
 
-  /// What a key that this version does not act on may nevertheless say.
-  enum class Harmless { kNothing, kEmpty, kZeros };
-  /// A key of the format that this version does not act on: refused unless it asks for nothing.
-  void unsupported(std::string_view key, Harmless harmless, std::string_view why);
-
   /// All keys in the file's order, for mappings whose keys are names.
   [[nodiscard]] std::vector<std::string> keys() const;
   /// Whether the key is there; notes it as known.

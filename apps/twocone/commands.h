@@ -34,5 +34,6 @@ void add_localise(CLI::App& program);
 void add_report(CLI::App& program);
 void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
+void add_calibrate(CLI::App& program);
 
 }  // namespace twocone::cli

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
+#include "apps/runs/other_robot.h"
 #include "apps/runs/run.h"
-#include "apps/runs/summary.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 
@@ -16,17 +16,24 @@ namespace {
 
 struct Options {
   std::filesystem::path folder;
-  std::string method = "paper";
+  std::filesystem::path robot;
+  std::filesystem::path out;
+  std::string method{runs::to_string(runs::kDefaultMethod)};
 };
 
 void execute(const Options& options) {
+  const bool is_other = !options.robot.empty();
+  if (is_other) runs::copy_run_for_robot(options.folder, options.robot, options.out);
+  const std::filesystem::path& folder = is_other ? options.out : options.folder;
   std::optional<runs::RunData> data;
   {
     ProgressBar bar("localise");
     data = value_or_fail(
-        runs::localise(options.folder, runs::method_named(options.method), [&bar](double done) { bar.show(done); }));
+        runs::localise(folder, runs::method_named(options.method), [&bar](double done) { bar.show(done); }));
   }
-  fmt::print("{}", report::table(runs::summarise(*data), data->info, data->robot));
+  std::vector<std::string> notes;
+  fmt::print("{}", report::table_of(*data, notes));
+  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
 }
 
 }  // namespace
@@ -35,9 +42,14 @@ void add_localise(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand("localise", "Ranges and fixes again, offline, from a run's stored frames");
   command->add_option("DIR", options->folder, "Run folder")->required();
-  command->add_option("--method", options->method, "How to range and localise: paper")
-      ->check(CLI::IsMember({"paper"}))
+  command->add_option("--method", options->method, "How to range and localise")
+      ->check(CLI::IsMember(runs::method_names()))
       ->capture_default_str();
+  auto* robot = command->add_option("--robot", options->robot,
+                                    "Robot file whose rig and wheels to take, as calibrate writes one; needs --out");
+  auto* out = command->add_option("--out", options->out, "Run folder to make for them, of the same pictures");
+  robot->needs(out);
+  out->needs(robot);
   command->callback([options] { execute(*options); });
 }
 

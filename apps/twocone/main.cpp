@@ -42,6 +42,7 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_report(program);
   twocone::cli::add_serve(program);
   twocone::cli::add_effects(program);
+  twocone::cli::add_calibrate(program);
   try {
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);

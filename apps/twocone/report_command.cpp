@@ -9,7 +9,6 @@
 #include "apps/report/report.h"
 #include "apps/report/table.h"
 #include "apps/runs/run.h"
-#include "apps/runs/summary.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 
@@ -18,9 +17,9 @@ namespace {
 
 void execute(const std::filesystem::path& folder) {
   const runs::RunData data = runs::read_run(folder);
-  const runs::Summary summary = runs::summarise(data);
-  runs::write_summary_of(data);
-  fmt::print("{}", report::table(summary, data.info, data.robot));
+  runs::write_summary_of(data, runs::OnTop::kYes);
+  std::vector<std::string> notes;  // write_report tells the same again
+  fmt::print("{}", report::table_of(data, notes));
   std::fflush(stdout);
   std::optional<report::ReportResult> result;
   {

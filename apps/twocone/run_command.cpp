@@ -7,7 +7,6 @@
 
 #include "apps/report/table.h"
 #include "apps/runs/run.h"
-#include "apps/runs/summary.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/stop_signals.h"
@@ -17,7 +16,7 @@ namespace {
 
 struct Options {
   std::filesystem::path robot;
-  std::string method = "paper";
+  std::string method{runs::to_string(runs::kDefaultMethod)};
   runs::RunOptions run;
 };
 
@@ -46,7 +45,9 @@ void execute(Options options) {
   }
   for (const std::string& event : info.events) fmt::print(stderr, "{}\n", event);
   const runs::RunData data = runs::read_run(options.run.out);
-  fmt::print("{}", report::table(runs::summarise(data), data.info, data.robot));
+  std::vector<std::string> notes;
+  fmt::print("{}", report::table_of(data, notes));
+  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
   fmt::print("\nrun folder  {}\n", options.run.out.string());
 }
 
@@ -63,8 +64,8 @@ void add_run(CLI::App& program) {
   command->add_option("--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still")
       ->check(CLI::IsMember({"wander", "waypoints", "still"}))
       ->capture_default_str();
-  command->add_option("--method", options->method, "How to range and localise: paper")
-      ->check(CLI::IsMember({"paper"}))
+  command->add_option("--method", options->method, "How to range and localise")
+      ->check(CLI::IsMember(runs::method_names()))
       ->capture_default_str();
   command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");

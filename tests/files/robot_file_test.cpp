@@ -59,7 +59,8 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
                           .centre_px = {160.5, 120.75},
                           .rim_radius_px = 117.5,
                           .azimuth_rad = -0.034,
-                          .mirrored = true},
+                          .mirrored = true,
+                          .tilt_rad = {0.011, -0.007}},
                 .mirror_separation_m = 0.307,
                 .lens_height_m = 0.23};
   wanted.effects = {
@@ -110,6 +111,15 @@ TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
   EXPECT_EQ(robot.effects, Effects{});
   EXPECT_EQ(robot.max_skew_s, 0.02) << "a quarter of 1 / 12.5 Hz";
   EXPECT_TRUE(robot.waypoints.empty());
+}
+
+TEST(RobotFile, TheWheelsMayReallyBeOthers) {
+  const Robot robot =
+      parse(with(good_text(), "  motor_lag_s: 0.07\n", "  wheel_separation_m: 0.2871\n  wheel_radius_m: 0.04343\n"));
+  EXPECT_EQ(robot.effects.wheel_separation_m, 0.2871);
+  EXPECT_EQ(robot.effects.wheel_radius_m, 0.04343);
+  EXPECT_EQ(robot.drive.wheel_separation_m, 0.29);
+  EXPECT_EQ(robot.drive.wheel_radius_m, 0.043);
 }
 
 TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
@@ -319,7 +329,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{
             "LikeNoOther", "  slip: 0.013", "  earthquakes: 1",
             "robot.yaml:36: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn, motor_lag_s, "
-            "mass_kg, wheel_friction, body_friction, camera)"},
+            "wheel_separation_m, wheel_radius_m, mass_kg, wheel_friction, body_friction, camera)"},
         BadCase{"Twice", "  max_speed_mps: 0.37", "  max_speed_mps: 0.37\n  max_speed_mps: 0.5",
                 "robot.yaml:12: drive.max_speed_mps is given twice, the first time in line 11"},
         BadCase{"TwiceInOneLine", "{radius_m: 0.17}", "{radius_m: 0.17, radius_m: 0.17}",
@@ -351,6 +361,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "robot.yaml:5: attach is '../hall', must be letters, digits, - and _"},
         BadCase{"LagBeyondReason", "motor_lag_s: 0.07", "motor_lag_s: -0.07",
                 "robot.yaml:38: effects.motor_lag_s is -0.07 s, must be 0 to 60"},
+        BadCase{"WheelsOnTopOfEachOther", "  motor_lag_s: 0.07", "  wheel_separation_m: 0",
+                "robot.yaml:38: effects.wheel_separation_m is 0 m, must be > 0"},
+        BadCase{"WheelsInsideOut", "  motor_lag_s: 0.07", "  wheel_radius_m: -0.05",
+                "robot.yaml:38: effects.wheel_radius_m is -0.05 m, must be > 0"},
         BadCase{"Weightless", "mass_kg: 4.2", "mass_kg: 0", "robot.yaml:39: effects.mass_kg is 0 kg, must be > 0"},
         BadCase{"WheelsOnIce", "  mass_kg: 4.2", "  wheel_friction: 0",
                 "robot.yaml:39: effects.wheel_friction is 0, must be > 0"},
@@ -424,30 +438,6 @@ TEST(RobotFile, TellsOfAFocalLengthWithoutDistortion) {
   text = with(text, ", effects: {distortion: []}", "");
   EXPECT_EQ(message_of([&] { parse(text); }),
             "robot.yaml:50: effects.camera.distortion_focal_px is 512.5 px, must be absent without distortion");
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    NotInThisVersion, BadRobotFile,
-    testing::Values(
-        BadCase{"Tilt", "tilt_rad: [0, 0]", "tilt_rad: [0, 0.01]",
-                "robot.yaml:34: rig.upper.tilt_rad is [0, 0.01], must be absent or all zero: tilted mirrors are not in "
-                "this version"},
-        BadCase{"AxisOffset", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [0.001, 0]",
-                "robot.yaml:23: rig.axis_offset_m is [0.001, 0], must be absent or all zero: mirrors off the axis are "
-                "not in this version"},
-        BadCase{
-            "Distortion", "tilt_rad: [0, 0]", "distortion: [0.1, 0, 0, 0, 0]",
-            "robot.yaml:34: rig.upper.distortion is a list of 5, must be absent or all zero: lens distortion is not "
-            "in this version"},
-        BadCase{"CameraInfo", "tilt_rad: [0, 0]", "camera_info: left.yaml",
-                "robot.yaml:34: rig.upper.camera_info is 'left.yaml', must be absent: camera calibration files are not "
-                "in this version"}),
-    name_of<BadCase>);
-
-TEST(RobotFile, DefaultsOfWhatIsNotInThisVersionAreFine) {
-  const std::string text =
-      with(good_text(), "tilt_rad: [0, 0]", "tilt_rad: [0.0, 0.0]\n    axis_offset_m: [0, 0]\n    distortion: []");
-  EXPECT_EQ(message_of([&] { parse(text); }), "accepted");
 }
 
 }  // namespace

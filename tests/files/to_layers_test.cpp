@@ -127,6 +127,19 @@ TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
   EXPECT_EQ(all_of(settings.world->place), all_of(to_place(good_map())));
 }
 
+TEST(ToRobotSettings, TheWorldsWheelsMayDifferFromTheBelievedOnes) {
+  Robot robot = good_robot();
+  robot.effects.wheel_radius_m = 0.0437;
+  const auto radius = to_robot_settings(robot, good_map(), 1);
+  EXPECT_EQ(radius.world->seat.body.wheels.radius_m, 0.0437);
+  EXPECT_EQ(radius.world->seat.body.wheels.separation_m, 0.29) << "the file does not say";
+  EXPECT_EQ(radius.drive.limits.max_speed_radps, 0.37 / 0.043) << "the robot reckons with what it believes";
+  EXPECT_EQ(to_wheels(robot).radius_m, 0.043);
+  robot.effects.wheel_separation_m = 0.283;
+  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->seat.body.wheels.separation_m, 0.283);
+  EXPECT_EQ(to_wheels(robot).separation_m, 0.29);
+}
+
 TEST(ToRobotSettings, WithoutMassAndFrictionThereIsNoPhysics) {
   Robot robot = good_robot();
   robot.effects.mass_kg.reset();
@@ -213,7 +226,8 @@ TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   separation_m *= 1.7;
   lens_height_m += 0.31;
   for (RigView* view : {&lower, &upper}) {
-    auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored] = *view;
+    auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored, tilt_rad,
+           axis_offset_m, distortion, focal_px, principal_px, camera_info] = *view;
     apex_rad *= 1.3;
     mirror_radius_m *= 1.1;
     lens_to_tip_m *= 0.9;
@@ -222,6 +236,12 @@ TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
     rim_radius_px *= 1.2;
     azimuth_rad += 0.6;
     mirrored = !mirrored;
+    tilt_rad[0] += 0.03;
+    axis_offset_m[1] -= 0.002;
+    distortion = {0.1, -0.2, 0.003, 0.004};
+    focal_px = {611.0, 613.0};
+    principal_px = {317.0, 241.0};
+    camera_info = "lens.yaml";
   }
   EXPECT_NE(robot.rig, good_robot().rig);
   EXPECT_EQ(all_of(to_robot_settings(robot, good_map(), 77)), before);
@@ -320,6 +340,28 @@ TEST(ToRig, HoldsEveryFieldOfBothMirrors) {
   EXPECT_EQ(upper.rim_radius_px, 117.5);
   EXPECT_EQ(upper.azimuth_rad, -0.034);
   EXPECT_TRUE(upper.mirrored);
+  EXPECT_EQ(lower.tilt_rad, Eigen::Vector2d(0, 0));
+  EXPECT_EQ(upper.tilt_rad, Eigen::Vector2d(0.011, -0.007));
+  EXPECT_FALSE(lower.distortion.has_value());
+  Robot robot = good_robot();
+  robot.rig.lower.axis_offset_m = {0.003, -0.004};
+  EXPECT_EQ(to_rig(robot).lower.settings().axis_offset_m, Eigen::Vector2d(0.003, -0.004));
+}
+
+TEST(ToRig, ALensIsAboutTheMirrorsPictureUnlessTheFileSaysOtherwise) {
+  Robot robot = good_robot();
+  robot.rig.lower.distortion = {-0.1, 0.02, 0.001, -0.002, 0.03};
+  const vision::Rig rig = to_rig(robot);
+  const auto& by_default = rig.lower.settings().distortion;
+  ASSERT_TRUE(by_default.has_value());
+  EXPECT_EQ(by_default->coefficients, robot.rig.lower.distortion);
+  EXPECT_EQ(by_default->focal_px, Eigen::Vector2d::Constant(rig.lower.focal_length_px()));
+  EXPECT_EQ(by_default->principal_px, Eigen::Vector2d(318.25, 241.5));
+  robot.rig.lower.distortion_focal_px = {701.25, 698.5};
+  robot.rig.lower.distortion_principal_px = {322.75, 243.125};
+  const vision::Rig other = to_rig(robot);
+  EXPECT_EQ(other.lower.settings().distortion->focal_px, Eigen::Vector2d(701.25, 698.5));
+  EXPECT_EQ(other.lower.settings().distortion->principal_px, Eigen::Vector2d(322.75, 243.125));
 }
 
 TEST(ToRig, TheTipsAreTheSeparationApartWhateverTheLenses) {
@@ -354,6 +396,8 @@ TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
   EXPECT_EQ(targets[0].name, "red");
   EXPECT_EQ(targets[0].colour, Eigen::Vector3d(0.9, 0.1, 0.05));
   EXPECT_EQ(targets[0].radius_m, 0.08);
+  EXPECT_EQ(targets[0].top_m, good_map().landmarks[0].top_m);
+  EXPECT_NE(targets[0].top_m, targets[1].top_m);
   EXPECT_EQ(positions[0], Eigen::Vector2d(-1.9, 0.7));
   EXPECT_EQ(targets[1].name, "green");
   EXPECT_EQ(targets[1].radius_m, 0.11);

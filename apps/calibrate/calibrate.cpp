@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/calibrate/calibrate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "apps/calibrate/sightings.h"
+#include "apps/files/file_error.h"
+#include "apps/files/to_layers.h"
+
+namespace twocone::calibrate {
+namespace {
+
+// Sightings lean on the rig that they are made under: of an error of half a degree some 6 % are left after two rounds,
+// and about 40 % of that after each further one. Rounds end when no number moves by more than kSettled of its sigma any
+// more.
+constexpr int kMostRounds = 12;
+constexpr double kSettled = 0.3;
+// A tip is looked for within a sixth of the rim's radius: farther out a tilt bends the lines.
+constexpr double kTipReach = 1.0 / 6;
+
+std::string names_of(const std::vector<runs::RunData>& runs) {
+  std::string text;
+  for (const runs::RunData& run : runs) text += (text.empty() ? "" : ", ") + run.folder.string();
+  return text;
+}
+
+std::optional<Error> refusal(const std::vector<runs::RunData>& runs, const files::Robot& robot) {
+  for (const runs::RunData& run : runs) {
+    const auto same = [](const files::CameraEntry& a, const files::CameraEntry& b) {
+      return a.width_px == b.width_px && a.height_px == b.height_px;
+    };
+    if (!same(run.robot.lower, robot.lower) || !same(run.robot.upper, robot.upper)) {
+      return Error{ErrorCode::kBadData, fmt::format("{} has pictures of another size than {} says", run.folder.string(),
+                                                    robot.file.string())};
+    }
+    if (run.frames.size() < vision::CalibrationResult::kMinFrames) {
+      return Error{ErrorCode::kBadData,
+                   fmt::format("{} has {} frames, a calibration needs {} or more", run.folder.string(),
+                               run.frames.size(), vision::CalibrationResult::kMinFrames)};
+    }
+    const auto targets = files::to_targets(run.map);
+    const auto with_height =
+        std::count_if(targets.begin(), targets.end(), [](const vision::Target& t) { return t.top_m.has_value(); });
+    if (with_height < 2) {
+      return Error{ErrorCode::kBadData,
+                   fmt::format("{}: {} of {} landmarks have a height (top_m), a calibration needs two or more",
+                               run.map.file.string(), with_height, targets.size())};
+    }
+  }
+  return std::nullopt;
+}
+
+/// The one line for a verdict that is no answer.
+Error refusal(const vision::CalibrationResult& result, const std::string& runs) {
+  using vision::CalibrationVerdict;
+  switch (result.verdict) {
+    case CalibrationVerdict::kNoSolver:
+      return {ErrorCode::kUnavailable,
+              "this twocone was built without Ceres, which calibrates: apt install libceres-dev, then configure again"};
+    case CalibrationVerdict::kTooFewFrames:
+      return {ErrorCode::kBadData,
+              fmt::format("{}: only {} of the chosen frames show two landmarks or more, a calibration needs {}", runs,
+                          result.frames_used, vision::CalibrationResult::kMinFrames)};
+    case CalibrationVerdict::kTooFewLandmarks:
+      return {ErrorCode::kBadData,
+              fmt::format("{}: fewer than two landmarks are seen, a calibration needs two or more", runs)};
+    case CalibrationVerdict::kContradictory:
+    case CalibrationVerdict::kOk:
+      break;
+  }
+  return {
+      ErrorCode::kBadData,
+      fmt::format("{}: no rig near the believed one explains what is seen: do the map's places, heights and colours "
+                  "belong to this room?",
+                  runs)};
+}
+
+void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles) {
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const auto& view = (side == vision::Side::kLower ? rig.lower : rig.upper).settings();
+    const auto pictures = pictures_for_circles(chosen, side);
+    if (pictures.empty()) continue;
+    ViewCircles& found = circles[side == vision::Side::kLower ? 0 : 1];
+    found.rim = vision::measure_rim(vision::median_picture(pictures), {view.centre_px, view.rim_radius_px, 0});
+    found.tip = vision::measure_tip(pictures, found.rim ? found.rim->centre_px : view.centre_px,
+                                    std::max(20.0, kTipReach * view.rim_radius_px));
+  }
+}
+
+files::RigView to_file(const vision::MirrorView& view, files::RigView like, const vision::MirrorView& before) {
+  const vision::MirrorViewSettings& s = view.settings();
+  like.apex_rad = s.cone.apex_rad;
+  like.mirror_radius_m = s.cone.rim_radius_m;
+  like.lens_to_tip_m = s.cone.lens_to_tip_m;
+  like.centre_px = {s.centre_px.x(), s.centre_px.y()};
+  like.rim_radius_px = s.rim_radius_px;
+  like.azimuth_rad = std::remainder(s.azimuth_rad, 2 * std::numbers::pi);
+  like.tilt_rad = {s.tilt_rad.x(), s.tilt_rad.y()};
+  like.axis_offset_m = {s.axis_offset_m.x(), s.axis_offset_m.y()};
+  if (!s.distortion) return like;
+  if (!before.settings().distortion || *before.settings().distortion != *s.distortion) {
+    like.camera_info.clear();  // its numbers are no longer those of that file
+    like.distortion = s.distortion->coefficients;
+  }
+  // By default they follow the centre and v, which are new now.
+  like.distortion_focal_px = {s.distortion->focal_px.x(), s.distortion->focal_px.y()};
+  like.distortion_principal_px = {s.distortion->principal_px.x(), s.distortion->principal_px.y()};
+  return like;
+}
+
+bool is_settled(const std::vector<vision::CalibratedParameter>& last,
+                const std::vector<vision::CalibratedParameter>& now) {
+  return last.size() == now.size() &&
+         std::equal(last.begin(), last.end(), now.begin(),
+                    [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
+}
+
+void check(const std::vector<runs::RunData>& runs, const Settings& settings) {
+  if (runs.empty()) throw std::invalid_argument("calibrate: wants a run");
+  if (settings.frames < int(vision::CalibrationResult::kMinFrames)) {
+    throw std::invalid_argument(
+        fmt::format("calibrate: frames is {}, must be >= {}", settings.frames, vision::CalibrationResult::kMinFrames));
+  }
+}
+
+}  // namespace
+
+Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Robot& robot, const Settings& settings) {
+  check(runs, settings);
+  if (!vision::can_calibrate()) {
+    vision::CalibrationResult none;
+    none.verdict = vision::CalibrationVerdict::kNoSolver;
+    return refusal(none, names_of(runs));
+  }
+  if (auto error = refusal(runs, robot)) return std::move(*error);
+  const auto tell = [&settings](double done) {
+    if (settings.progress) settings.progress(done);
+  };
+
+  const vision::Rig before = files::to_rig(robot);
+  const ChosenFrames chosen = choose_frames(runs, settings.frames);
+  vision::CalibrationProblem problem{before, to_wheel_belief(robot), chosen.landmarks,       {}, {},
+                                     {},     settings.priors,        settings.fit_distortion};
+  Report report{.runs = {},
+                .robot = robot.file.string(),
+                .result = {},
+                .frames = {},
+                .circles = {},
+                .before = before,
+                .after = before,
+                .rig = robot.rig,
+                .drive = robot.drive};
+  for (const runs::RunData& run : runs) report.runs.push_back(run.folder.string());
+  report.slip = problem.wheels->slip;
+  measure_circles(chosen, before, report.circles);
+  problem.lower_rim = report.circles[0].rim;
+  problem.upper_rim = report.circles[1].rim;
+  constexpr double kCirclesShare = 0.1;
+  tell(kCirclesShare);
+
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto part = [&](double done) { tell(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
+    auto sighted = sight(runs, chosen, report.after, part);
+    if (!sighted) return sighted.error();
+    problem.frames = std::move(sighted->frames);
+    report.sightings_without_answer = sighted->without_answer;
+    const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
+    report.result = vision::calibrate(problem);
+    if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names_of(runs));
+    report.after = *report.result.rig;
+    report.rounds = round + 1;
+    report.is_settled = is_settled(last, report.result.parameters);
+    if (report.is_settled) break;
+  }
+  tell(1);
+  report.frames = std::move(problem.frames);
+  report.rig.lower = to_file(report.after.lower, robot.rig.lower, before.lower);
+  report.rig.upper = to_file(report.after.upper, robot.rig.upper, before.upper);
+  report.rig.lens_height_m = report.after.lower.settings().lens_height_m;
+  report.rig.mirror_separation_m = report.after.mirror_separation_m();
+  report.drive.wheel_radius_m = report.result.wheels->radius_m;
+  report.drive.wheel_separation_m = report.result.wheels->separation_m;
+  return report;
+}
+
+}  // namespace twocone::calibrate

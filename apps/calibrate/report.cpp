@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/calibrate/calibrate.h"
+#include "apps/runs/version.h"
+
+namespace twocone::calibrate {
+namespace {
+
+/// A parameter as people read it: millimetres and degrees.
+struct Shown {
+  std::string name;
+  std::string unit;
+  double factor = 1;
+};
+
+Shown shown(const std::string& name) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const auto without = [&name](std::string_view ending, const char* unit, double factor) -> std::optional<Shown> {
+    const std::size_t at = name.rfind(ending);
+    const std::size_t end = at + ending.size();
+    if (at == std::string::npos || (end != name.size() && name[end] != '.')) return std::nullopt;
+    return Shown{name.substr(0, at) + name.substr(end), unit, factor};
+  };
+  if (auto s = without("_px", "px", 1)) return *s;
+  if (auto s = without("_rad", "deg", kDegrees)) return *s;
+  if (auto s = without("_m", "mm", 1000)) return *s;
+  return {name, "", 1};
+}
+
+/// So many decimals that sigma has two digits.
+int decimals_for(double sigma) {
+  if (!(sigma > 0)) return 4;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 6);
+}
+
+std::string circles_line(const char* view, const ViewCircles& circles) {
+  std::string line = fmt::format("{:6}", view);
+  if (circles.rim) {
+    line += fmt::format("  rim centre ({:.2f}, {:.2f}) +- {:.2f}, radius {:.2f} +- {:.2f} px, {:.0f} % of it seen",
+                        circles.rim->centre_px.x(), circles.rim->centre_px.y(), circles.rim->sigma_centre_px,
+                        circles.rim->radius_px, circles.rim->sigma_radius_px, 100 * circles.rim->support);
+  } else {
+    line += "  no rim is seen against its surroundings";
+  }
+  if (circles.tip) {
+    line += fmt::format("\n        tip ({:.2f}, {:.2f}) +- {:.2f} px, where upright edges meet",
+                        circles.tip->centre_px.x(), circles.tip->centre_px.y(), circles.tip->sigma_px);
+  }
+  return line + "\n";
+}
+
+}  // namespace
+
+std::string table(const Report& report) {
+  const vision::CalibrationResult& r = report.result;
+  std::string text = fmt::format("twocone {}, commit {}, {}\n", runs::version(), runs::commit(), runs::compiler());
+  text += fmt::format("calibration of the rig of {}\n", report.robot);
+  for (const std::string& run : report.runs) text += fmt::format("  from {}\n", run);
+  text += fmt::format(
+      "{} frames ({} more without two landmarks), {} sightings in the lower and {} in the upper view, {} outliers\n\n",
+      r.frames_used, r.frames_dropped, r.sightings[0], r.sightings[1], r.outliers);
+  text += fmt::format("{:34} {:4} {:>12} {:>12} {:>10} {:>9}\n", "", "", "before", "after", "sigma", "change");
+  bool was_derived = false;
+  for (const vision::CalibratedParameter& p : r.parameters) {
+    if (p.derived && !was_derived) text += "follows from these:\n";
+    was_derived = p.derived;
+    const Shown s = shown(p.name);
+    const int decimals = decimals_for(p.sigma * s.factor);
+    text += fmt::format("{:34} {:4} {:12.{}f} ", s.name, s.unit, p.before * s.factor, decimals);
+    if (p.observed) {
+      text += fmt::format("{:12.{}f} {:10.{}f} {:7.1f} s\n", p.after * s.factor, decimals, p.sigma * s.factor, decimals,
+                          (p.after - p.before) / p.sigma);
+    } else if (p.derived) {
+      text += fmt::format("{:12.{}f} {:10.{}f}  not observed\n", p.after * s.factor, decimals, p.sigma * s.factor,
+                          decimals);
+    } else {
+      text += fmt::format("{:>12} {:10.{}f}  not observed\n", "kept", p.sigma * s.factor, decimals);
+    }
+  }
+  text +=
+      "\nchange: in sigmas. not observed: the drive tells it less well than was believed beforehand, so it keeps its\n"
+      "value, and its sigma is that of the prior.\n\n";
+  text += circles_line("lower", report.circles[0]);
+  text += circles_line("upper", report.circles[1]);
+  text += fmt::format(
+      "\nresiduals of the sightings, rms of a pixel coordinate: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px\n",
+      r.rms_before_px[0], r.rms_after_px[0], r.rms_before_px[1], r.rms_after_px[1]);
+  text += fmt::format(
+      "they scatter {:.2f} times as much as they state; all sigmas are scaled by it,\n"
+      "and have {:.3f} px in common for each landmark in each view, which more frames do not average away\n",
+      r.sighting_scale, r.systematic_px);
+  text += fmt::format("{} rounds of sighting and solving{}\n", report.rounds,
+                      report.is_settled ? "" : "; the last one still moved a number by more than 0.3 of its sigma");
+  if (r.wheel_scale > 0) {
+    text += fmt::format("the wheels scatter {:.2f} times as much as a slip of {} would make them\n", r.wheel_scale,
+                        report.slip);
+  }
+  return text;
+}
+
+std::string to_json(const Report& report) {
+  using Json = nlohmann::ordered_json;
+  const vision::CalibrationResult& r = report.result;
+  Json json;
+  json["twocone"] = runs::version();
+  json["commit"] = runs::commit();
+  json["compiler"] = runs::compiler();
+  json["robot"] = report.robot;
+  json["runs"] = report.runs;
+  json["rounds"] = report.rounds;
+  json["settled"] = report.is_settled;
+  json["frames"] = r.frames_used;
+  json["frames_dropped"] = r.frames_dropped;
+  json["outliers"] = r.outliers;
+  json["sighting_scale"] = r.sighting_scale;
+  json["systematic_px"] = r.systematic_px;
+  if (r.wheel_scale > 0) json["wheel_scale"] = r.wheel_scale;
+  for (const std::size_t view : {0, 1}) {
+    Json& node = json["views"][view == 0 ? "lower" : "upper"];
+    node["sightings"] = r.sightings[view];
+    node["rms_before_px"] = r.rms_before_px[view];
+    node["rms_after_px"] = r.rms_after_px[view];
+    if (const auto& rim = report.circles[view].rim) {
+      node["rim"] = {{"centre_px", {rim->centre_px.x(), rim->centre_px.y()}},
+                     {"sigma_centre_px", rim->sigma_centre_px},
+                     {"radius_px", rim->radius_px},
+                     {"sigma_radius_px", rim->sigma_radius_px},
+                     {"support", rim->support}};
+    }
+    if (const auto& tip = report.circles[view].tip) {
+      node["tip"] = {{"centre_px", {tip->centre_px.x(), tip->centre_px.y()}}, {"sigma_px", tip->sigma_px}};
+    }
+  }
+  json["parameters"] = Json::array();
+  for (const vision::CalibratedParameter& p : r.parameters) {
+    json["parameters"].push_back({{"name", p.name},
+                                  {"before", p.before},
+                                  {"after", p.after},
+                                  {"sigma", p.sigma},
+                                  {"prior_sigma", p.prior_sigma},
+                                  {"change_in_sigmas", (p.after - p.before) / p.sigma},
+                                  {"observed", p.observed},
+                                  {"derived", p.derived}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace twocone::calibrate

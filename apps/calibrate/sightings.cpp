@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/calibrate/sightings.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/to_layers.h"
+#include "apps/runs/run_folder.h"
+#include "vision/full_ranging.h"
+
+namespace twocone::calibrate {
+namespace {
+
+constexpr std::size_t kCirclePictures = 31;
+
+std::vector<vision::WheelReading> readings_between(const runs::RunData& run, std::size_t from, std::size_t to) {
+  std::vector<vision::WheelReading> readings;
+  if (to >= run.drive.size()) return readings;  // cut off before the wheels were written
+  for (std::size_t i = from; i <= to; ++i) {
+    readings.push_back({run.drive[i].t_s, run.drive[i].left_rad, run.drive[i].right_rad});
+  }
+  return readings;
+}
+
+/// A picture of a run as vision sees it; the cv::Mat owns its pixels.
+Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
+  const auto image = runs::read_picture(file);
+  if (!image) return image.error();
+  const auto rgb = to_rgb8(*image);
+  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
+  // OpenCV's header for foreign pixels wants them writable; they are copied at once.
+  return cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data())).clone();
+}
+
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const files::CameraEntry& camera) {
+  auto rgb = read_rgb(file);
+  if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
+    return Error{ErrorCode::kBadData, fmt::format("{} has {} x {} pixels, the robot file says {} x {}", file.string(),
+                                                  rgb->cols, rgb->rows, camera.width_px, camera.height_px)};
+  }
+  return rgb;
+}
+
+/// Whether a measurement's sightings are the landmark's: ranges may fail under a rig that is wrong, sightings do not.
+bool is_trusted(vision::RangeVerdict verdict) {
+  using vision::RangeVerdict;
+  return verdict == RangeVerdict::kOk || verdict == RangeVerdict::kOneView || verdict == RangeVerdict::kInconsistent ||
+         verdict == RangeVerdict::kBeyondLimit;
+}
+
+}  // namespace
+
+ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count) {
+  std::size_t all = 0;
+  for (const runs::RunData& run : runs) all += run.frames.size();
+  ChosenFrames chosen;
+  for (const runs::RunData& run : runs) {
+    const std::size_t first_landmark = chosen.landmarks.size();
+    const auto places = files::to_landmark_positions(run.map);
+    const auto targets = files::to_targets(run.map);
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      chosen.landmarks.push_back({places[i], targets[i].radius_m, targets[i].top_m.value_or(0)});
+    }
+    const std::size_t available = run.frames.size();
+    const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
+    const std::size_t wanted = std::min(available, std::max(vision::CalibrationResult::kMinFrames, share));
+    std::size_t last = 0;
+    for (std::size_t i = 0; i < wanted; ++i) {
+      const std::size_t row = wanted == 1 ? 0 : i * (available - 1) / (wanted - 1);
+      chosen.frames.push_back({&run, row, first_landmark, {}});
+      if (i > 0) chosen.frames.back().wheels = readings_between(run, last, row);
+      last = row;
+    }
+  }
+  return chosen;
+}
+
+vision::WheelBelief to_wheel_belief(const files::Robot& robot) {
+  // Slip and encoder as any robot's: the robot file's `effects:` are the simulated world's truth and no belief.
+  vision::WheelBelief wheels;
+  wheels.radius_m = robot.drive.wheel_radius_m;
+  wheels.separation_m = robot.drive.wheel_separation_m;
+  return wheels;
+}
+
+Result<Sighted> sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+                      const std::function<void(double)>& progress) {
+  Sighted sighted;
+  for (const runs::RunData& run : runs) {
+    const auto targets = files::to_targets(run.map);
+    std::optional<vision::FullRanging> ranging;
+    try {
+      ranging.emplace(rig, targets, cv::Size(run.robot.lower.width_px, run.robot.lower.height_px),
+                      cv::Size(run.robot.upper.width_px, run.robot.upper.height_px));
+    } catch (const std::invalid_argument& error) {
+      throw files::FileError(fmt::format("{}: {}", run.map.file.string(), error.what()));
+    }
+    for (const ChosenFrames::Frame& frame : chosen.frames) {
+      if (frame.run != &run) continue;
+      const std::uint64_t number = run.frames[frame.row].frame;
+      const auto lower = read_rgb(runs::lower_picture(run.folder, number), run.robot.lower);
+      if (!lower) return lower.error();
+      const auto upper = read_rgb(runs::upper_picture(run.folder, number), run.robot.upper);
+      if (!upper) return upper.error();
+      vision::CalibrationFrame& out = sighted.frames.emplace_back();
+      out.wheels = frame.wheels;
+      const auto measurements = ranging->measure(*lower, *upper);
+      for (std::size_t i = 0; i < measurements.size(); ++i) {
+        if (!targets[i].top_m) continue;
+        const bool trusted = is_trusted(measurements[i].verdict);
+        for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+          const auto& sighting =
+              side == vision::Side::kLower ? measurements[i].lower_sighting : measurements[i].upper_sighting;
+          if (trusted && sighting) {
+            out.sightings.push_back({frame.first_landmark + i, side, *sighting});
+          } else {
+            ++sighted.without_answer;
+          }
+        }
+      }
+      progress(double(sighted.frames.size()) / double(chosen.frames.size()));
+    }
+  }
+  return sighted;
+}
+
+std::vector<cv::Mat> pictures_for_circles(const ChosenFrames& chosen, vision::Side side) {
+  std::vector<cv::Mat> pictures;
+  const std::size_t count = std::min(kCirclePictures, chosen.frames.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const ChosenFrames::Frame& frame =
+        chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
+    const std::uint64_t number = frame.run->frames[frame.row].frame;
+    const auto file = side == vision::Side::kLower ? runs::lower_picture(frame.run->folder, number)
+                                                   : runs::upper_picture(frame.run->folder, number);
+    auto rgb = read_rgb(file);
+    if (rgb && (pictures.empty() || rgb->size() == pictures.front().size())) pictures.push_back(std::move(*rgb));
+  }
+  return pictures;
+}
+
+}  // namespace twocone::calibrate

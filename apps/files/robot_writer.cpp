@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/robot_writer.h"
+
+#include <span>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/rig_keys.h"
+#include "apps/files/text_file.h"
+#include "apps/files/yaml_reader.h"
+
+namespace twocone::files {
+namespace {
+
+/// The shortest text that reads back as this very number.
+std::string text_of(double number) { return fmt::format("{}", number); }
+
+YAML::Node list_of(std::span<const double> numbers) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  list.SetStyle(YAML::EmitterStyle::Flow);
+  for (const double number : numbers) list.push_back(text_of(number));
+  return list;
+}
+
+bool is_zero(const std::array<double, 2>& pair) { return pair[0] == 0 && pair[1] == 0; }
+
+bool has_same_lens(const RigView& a, const RigView& b) {
+  return a.distortion == b.distortion && a.distortion_focal_px == b.distortion_focal_px &&
+         a.distortion_principal_px == b.distortion_principal_px;
+}
+
+YAML::Node mirror_of(const RigView& view) {
+  YAML::Node mirror;
+  mirror.SetStyle(YAML::EmitterStyle::Flow);
+  mirror["type"] = "cone";
+  mirror["apex_rad"] = text_of(view.apex_rad);
+  return mirror;
+}
+
+/// What belongs to one mirror. @param read what `original` says of it @param info_path its `camera_info`, as to be
+/// written
+YAML::Node view_of(const RigView& view, const RigView& read, const std::string& info_path) {
+  YAML::Node node;
+  node["centre_px"] = list_of(view.centre_px);
+  node["rim_radius_px"] = text_of(view.rim_radius_px);
+  node["azimuth_rad"] = text_of(view.azimuth_rad);
+  if (view.mirrored) node["mirrored"] = true;
+  if (!is_zero(view.tilt_rad)) node["tilt_rad"] = list_of(view.tilt_rad);
+  if (!is_zero(view.axis_offset_m)) node["axis_offset_m"] = list_of(view.axis_offset_m);
+  const bool is_of_the_file = !view.camera_info.empty() && view.camera_info == read.camera_info;
+  if (is_of_the_file && has_same_lens(view, read)) {
+    node["camera_info"] = info_path;
+  } else if (!view.distortion.empty()) {
+    node["distortion"] = list_of(view.distortion);
+    if (view.distortion_focal_px) node["distortion_focal_px"] = list_of(*view.distortion_focal_px);
+    if (view.distortion_principal_px) node["distortion_principal_px"] = list_of(*view.distortion_principal_px);
+  }
+  return node;
+}
+
+/// What `original` names as `written`, as seen from the folder of `new_file`.
+std::string moved(const std::filesystem::path& written, const std::filesystem::path& original,
+                  const std::filesystem::path& new_file) {
+  if (written.is_absolute()) return written.string();
+  const std::filesystem::path target = std::filesystem::absolute(resolve(written, original));
+  const std::filesystem::path folder = std::filesystem::absolute(new_file).parent_path();
+  std::error_code none_there;
+  const std::filesystem::path relative = std::filesystem::relative(target, folder, none_there);
+  return none_there || relative.empty() ? target.string() : relative.string();
+}
+
+/// The `camera_info` that `original` has for a mirror, as written there.
+std::string info_path_of(const YAML::Node& rig, const char* mirror) {
+  constexpr const char* kKey = "camera_info";
+  if (rig[mirror] && rig[mirror][kKey]) return rig[mirror][kKey].as<std::string>();
+  return rig[kKey] ? rig[kKey].as<std::string>() : std::string();
+}
+
+YAML::Node rig_of(const Rig& rig, const Rig& read, const std::string& lower_info, const std::string& upper_info) {
+  YAML::Node node;
+  YAML::Node lower = view_of(rig.lower, read.lower, lower_info);
+  YAML::Node upper = view_of(rig.upper, read.upper, upper_info);
+  const auto put = [&](const char* key, bool is_common, const auto& value_of) {
+    if (is_common) {
+      node[key] = value_of(rig.lower);
+    } else {
+      lower[key] = value_of(rig.lower);
+      upper[key] = value_of(rig.upper);
+    }
+  };
+  put("mirror", rig.lower.apex_rad == rig.upper.apex_rad, mirror_of);
+  put("mirror_radius_m", rig.lower.mirror_radius_m == rig.upper.mirror_radius_m,
+      [](const RigView& view) { return text_of(view.mirror_radius_m); });
+  put("lens_to_tip_m", rig.lower.lens_to_tip_m == rig.upper.lens_to_tip_m,
+      [](const RigView& view) { return text_of(view.lens_to_tip_m); });
+  node["mirror_separation_m"] = text_of(rig.mirror_separation_m);
+  node["lens_height_m"] = text_of(rig.lens_height_m);
+  node["lower"] = lower;
+  node["upper"] = upper;
+  return node;
+}
+
+/// `line` as comments: a line break in it must not end the comment.
+std::string commented(std::string_view line) {
+  std::string text = "#";
+  if (!line.empty()) text += ' ';
+  for (const char c : line) {
+    if (c == '\n' || c == '\r') {
+      text += "\n# ";
+    } else {
+      text += c;
+    }
+  }
+  return text + '\n';
+}
+
+}  // namespace
+
+std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
+                                  const Rig& rig, const WheelSizes& wheels,
+                                  const std::vector<std::string>& header_lines) {
+  YAML::Node node = load_yaml(original);
+  const Robot robot = parse_robot(node, original);
+  node["map"] = moved(node["map"].as<std::string>(), original, new_file);
+  const auto info = [&](const char* mirror) {
+    const std::string written = info_path_of(node["rig"], mirror);
+    return written.empty() ? written : moved(written, original, new_file);
+  };
+  node["rig"] = rig_of(rig, robot.rig, info("lower"), info("upper"));
+  node["drive"]["wheel_separation_m"] = text_of(wheels.separation_m);
+  node["drive"]["wheel_radius_m"] = text_of(wheels.radius_m);
+
+  std::string text = "# SPDX-License-Identifier: Apache-2.0\n";
+  for (const std::string& line : header_lines) text += commented(line);
+  text += commented(fmt::format("From {}, whose comments are not kept.", original.filename().string()));
+  YAML::Emitter emitter;
+  emitter << node;
+  text += fmt::format("{}\n", emitter.c_str());
+  (void)parse_robot(parse_yaml(text, new_file), new_file);  // never hand out what will be refused
+  return text;
+}
+
+}  // namespace twocone::files

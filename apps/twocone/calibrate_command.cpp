@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/calibrate/calibrate.h"
+#include "apps/files/file_error.h"
+#include "apps/files/robot_writer.h"
+#include "apps/runs/disk.h"
+#include "apps/runs/run_data.h"
+#include "apps/runs/version.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+
+namespace twocone::cli {
+namespace {
+
+struct Options {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path out;
+  std::filesystem::path robot;
+  std::filesystem::path json;
+  std::filesystem::path figures;
+  std::vector<std::string> priors;
+  bool force = false;
+  calibrate::Settings settings;
+};
+
+/// "tilt_rad=0.01" into its place.
+void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
+  const std::map<std::string, double*> known{{"length_m", &priors.length_m},
+                                             {"centre_px", &priors.centre_px},
+                                             {"rim_share", &priors.rim_share},
+                                             {"azimuth_rad", &priors.azimuth_rad},
+                                             {"tilt_rad", &priors.tilt_rad},
+                                             {"axis_offset_m", &priors.axis_offset_m},
+                                             {"lower_axis_offset_m", &priors.lower_axis_offset_m},
+                                             {"apex_rad", &priors.apex_rad},
+                                             {"distortion", &priors.distortion},
+                                             {"wheel_radius_share", &priors.wheel_radius_share},
+                                             {"wheel_ratio", &priors.wheel_ratio},
+                                             {"wheel_separation_m", &priors.wheel_separation_m}};
+  const std::size_t equals = text.find('=');
+  const auto found = known.find(text.substr(0, equals));
+  std::string names;
+  for (const auto& [name, value] : known) names += (names.empty() ? "" : ", ") + name;
+  if (equals == std::string::npos || found == known.end()) {
+    throw BadUsage(fmt::format("--prior '{}' must be NAME=SIGMA with one of: {}", text, names));
+  }
+  const std::string number = text.substr(equals + 1);
+  std::size_t read = 0;
+  double sigma = 0;
+  try {
+    sigma = std::stod(number, &read);
+  } catch (const std::exception&) {
+    read = 0;
+  }
+  if (read == 0 || read != number.size() || !(sigma > 0) || !std::isfinite(sigma)) {
+    throw BadUsage(fmt::format("--prior {} is '{}', must be a number > 0", found->first, number));
+  }
+  *found->second = sigma;
+}
+
+/// The robot whose rig is calibrated: as it was when the run was made, unless another file is named.
+files::Robot robot_of(const Options& options, const runs::RunData& run) {
+  if (!options.robot.empty()) return files::read_robot(options.robot);
+  files::Robot now;
+  try {
+    now = files::read_robot(run.robot.file);
+  } catch (const files::FileError&) {
+    throw CommandFailed(fmt::format("{}: its robot file {} cannot be read any more: name one with --robot",
+                                    run.folder.string(), run.robot.file.string()));
+  }
+  if (!(now.rig == run.robot.rig) || !(now.drive == run.robot.drive)) {
+    throw CommandFailed(fmt::format("{} has another rig or drive now than when {} was made: say which with --robot",
+                                    run.robot.file.string(), run.folder.string()));
+  }
+  return now;
+}
+
+void refuse_overwriting(const std::vector<std::filesystem::path>& files) {
+  for (const auto& file : files) {
+    if (std::filesystem::exists(file))
+      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
+  }
+}
+
+std::vector<std::string> header_lines(const calibrate::Report& report) {
+  std::vector<std::string> lines{
+      fmt::format("Calibrated by twocone {}, commit {}, from {}.", runs::version(), runs::commit(), report.robot)};
+  for (const std::string& run : report.runs) lines.push_back("  run " + run);
+  lines.push_back(fmt::format("Sightings' residuals: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px.",
+                              report.result.rms_before_px[0], report.result.rms_after_px[0],
+                              report.result.rms_before_px[1], report.result.rms_after_px[1]));
+  std::string kept;
+  for (const vision::CalibratedParameter& p : report.result.parameters) {
+    if (!p.observed && !p.derived) kept += (kept.empty() ? "" : ", ") + p.name;
+  }
+  if (!kept.empty()) lines.push_back("Not observed, kept as they were: " + kept + ".");
+  return lines;
+}
+
+void execute(Options options) {
+  for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
+  if (options.json.empty()) options.json = options.out.parent_path() / "calibration.json";
+  std::vector<std::filesystem::path> results{options.out, options.json};
+  if (!options.figures.empty()) {
+    for (const char* view : {"lower", "upper"}) {
+      results.push_back(options.figures / fmt::format("calibration_{}.svg", view));
+    }
+  }
+  if (!options.force) refuse_overwriting(results);
+
+  std::vector<runs::RunData> runs;
+  for (const auto& folder : options.runs) runs.push_back(runs::read_run(folder));
+  const files::Robot robot = robot_of(options, runs.front());
+  std::optional<calibrate::Report> report;
+  {
+    ProgressBar bar("calibrate");
+    options.settings.progress = [&bar](double done) { bar.show(done); };
+    report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
+  }
+  runs::write_whole(options.out,
+                    files::calibrated_robot_text(robot.file, options.out, report->rig,
+                                                 {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
+                                                 header_lines(*report)));
+  runs::write_whole(options.json, calibrate::to_json(*report));
+  if (!options.figures.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(options.figures, error);
+    if (error) throw CommandFailed(fmt::format("cannot make {}: {}", options.figures.string(), error.message()));
+    runs::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
+    runs::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
+  }
+  fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
+             options.json.string());
+  if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "calibrate", "The rig's own errors from a drive among known landmarks: a robot file with what was found");
+  command->add_option("RUN", options->runs, "Run folders, also of runs that were cut off; all of one robot")
+      ->required();
+  command->add_option("--out", options->out, "Robot file to write")->required();
+  command->add_option("--robot", options->robot, "Robot file to begin from; default: the run's own");
+  command->add_option("--json", options->json, "The numbers for programs; default: calibration.json beside --out");
+  command->add_option("--figures", options->figures, "Folder for calibration_lower.svg and calibration_upper.svg");
+  command->add_option("--frames", options->settings.frames, "How many frames to look at, spread over the runs")
+      ->check(CLI::Range(4, 100'000))
+      ->capture_default_str();
+  command->add_option("--prior", options->priors,
+                      "NAME=SIGMA: how well a number was known beforehand, as length_m=0.001; can be repeated");
+  command->add_flag("--distortion", options->settings.fit_distortion, "Also find k1 and k2 of both lenses");
+  command->add_flag("--force", options->force, "Replace files that exist");
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

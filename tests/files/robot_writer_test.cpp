@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/robot_writer.h"
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/files/fixtures.h"
+
+namespace twocone::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RobotWriterTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    // One for each test: they run at the same time.
+    folder_ = fs::path(testing::TempDir()) /
+              fmt::format("robot_writer_{}", testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_ / "out");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// The original with rig and wheels replaced, written to out/ and read back.
+  Robot write_and_read(const fs::path& original, const Rig& rig, const WheelSizes& wheels) {
+    const fs::path file = folder_ / "out" / "calibrated.yaml";
+    text_ = calibrated_robot_text(original, file, rig, wheels, {"First line.", "Second\nline."});
+    std::ofstream(file) << text_;
+    return read_robot(file);
+  }
+
+  fs::path folder_;
+  std::string text_;
+};
+
+WheelSizes wheels_of(const Robot& robot) { return {robot.drive.wheel_separation_m, robot.drive.wheel_radius_m}; }
+
+/// `robot` as if it came from `file`.
+Robot as_of(Robot robot, const Robot& other) {
+  EXPECT_EQ(fs::weakly_canonical(robot.map), fs::weakly_canonical(other.map));
+  robot.file = other.file;
+  robot.map = other.map;
+  return robot;
+}
+
+TEST_F(RobotWriterTest, WithNothingChangedItIsTheSameRobot) {
+  const fs::path lab = fs::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml";
+  for (const fs::path& file : {lab, data("good_robot.yaml")}) {
+    const Robot robot = read_robot(file);
+    const Robot again = write_and_read(file, robot.rig, wheels_of(robot));
+    EXPECT_EQ(as_of(again, robot), robot) << text_;
+  }
+}
+
+TEST_F(RobotWriterTest, NumbersReadBackEqual) {
+  const fs::path file = data("good_robot.yaml");
+  Robot wanted = read_robot(file);
+  wanted.rig.mirror_separation_m = 0.1 + 0.2;
+  wanted.rig.lens_height_m = 1.0 / 3;
+  for (RigView* view : {&wanted.rig.lower, &wanted.rig.upper}) {
+    const double sign = view == &wanted.rig.lower ? 1 : -1;
+    view->apex_rad = std::numbers::pi / 2 + sign * 1e-3 / 7;
+    view->mirror_radius_m = 0.06 + sign * 1e-5 / 7;
+    view->lens_to_tip_m = 0.12 - sign * 1e-5 / 3;
+    view->centre_px = {319.5 + sign / 3, 239.5 - sign / 7};
+    view->rim_radius_px = 236 + sign * std::sqrt(2) / 9;
+    view->azimuth_rad = sign * 1e-17 / 3;
+    view->tilt_rad = {sign * 0.5 / 57, -sign * 1e-300};
+    view->axis_offset_m = {-sign * 0.002 / 3, 5e-324};
+    view->distortion = {-0.1 / 3, 0.02 / 7, 0.001 / 9, -0.002 / 11};
+    view->distortion_focal_px = {708.0 / 0.9, 709.0 / 1.1};
+    view->distortion_principal_px = {322.0 / 1.3, 243.0 / 1.7};
+  }
+  wanted.drive.wheel_separation_m = 0.29 * 1.01 / 3;
+  wanted.drive.wheel_radius_m = 0.043 / 1.0103;
+  const Robot again = write_and_read(file, wanted.rig, wheels_of(wanted));
+  EXPECT_EQ(again.rig, wanted.rig) << text_;
+  EXPECT_EQ(as_of(again, wanted), wanted) << text_;
+}
+
+TEST_F(RobotWriterTest, WhatBothMirrorsHaveStandsOnce) {
+  const Robot robot = read_robot(fs::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml");
+  const auto count = [&](const std::string& key) {
+    std::size_t found = 0;
+    for (std::size_t at = text_.find(key); at != std::string::npos; at = text_.find(key, at + 1)) ++found;
+    return found;
+  };
+  write_and_read(robot.file, robot.rig, wheels_of(robot));
+  EXPECT_EQ(count("mirror_radius_m:"), 1u) << text_;
+  EXPECT_EQ(count("apex_rad:"), 1u) << text_;
+  EXPECT_EQ(count("tilt_rad:"), 0u) << text_;
+  Rig rig = robot.rig;
+  rig.upper.mirror_radius_m += 1e-4;
+  write_and_read(robot.file, rig, wheels_of(robot));
+  EXPECT_EQ(count("mirror_radius_m:"), 2u) << text_;
+  EXPECT_EQ(count("apex_rad:"), 1u) << text_;
+}
+
+TEST_F(RobotWriterTest, TheHeaderStandsInFrontAsComments) {
+  const Robot robot = read_robot(data("good_robot.yaml"));
+  write_and_read(robot.file, robot.rig, wheels_of(robot));
+  EXPECT_EQ(text_.rfind("# SPDX-License-Identifier: Apache-2.0\n# First line.\n# Second\n# line.\n"
+                        "# From good_robot.yaml, whose comments are not kept.\nname: nina\n",
+                        0),
+            0u)
+      << text_;
+  EXPECT_NE(text_.find("\nmap: ../"), std::string::npos) << "paths stay relative: " << text_;
+}
+
+TEST_F(RobotWriterTest, ACameraInfoStaysWhileItsLensDoes) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::ofstream(file) << with(read_text(data("good_robot.yaml")), "azimuth_rad: 0.021",
+                              "azimuth_rad: 0.021\n    camera_info: lens.yaml");
+  std::ofstream(folder_ / "lens.yaml") << read_text(data("good_camera_info.yaml"));
+  const Robot robot = read_robot(file);
+  const Robot same = write_and_read(file, robot.rig, wheels_of(robot));
+  EXPECT_NE(text_.find("camera_info: ../lens.yaml\n"), std::string::npos) << text_;
+  EXPECT_EQ(same.rig.lower.distortion, robot.rig.lower.distortion);
+
+  Rig other = robot.rig;
+  other.lower.distortion[0] += 1e-3;
+  const Robot changed = write_and_read(file, other, wheels_of(robot));
+  EXPECT_EQ(text_.find("camera_info"), std::string::npos) << text_;
+  other.lower.camera_info.clear();
+  EXPECT_EQ(changed.rig, other);
+}
+
+TEST_F(RobotWriterTest, NumbersThatWouldBeRefusedAreNotHandedOut) {
+  const Robot robot = read_robot(data("good_robot.yaml"));
+  Rig rig = robot.rig;
+  rig.lower.tilt_rad[0] = 0.9;
+  const fs::path file = folder_ / "out" / "calibrated.yaml";
+  const auto text_of = [&](const Rig& r, const WheelSizes& w) {
+    return message_of([&] { (void)calibrated_robot_text(robot.file, file, r, w, {}); });
+  };
+  EXPECT_NE(text_of(rig, wheels_of(robot)).find("rig.lower.tilt_rad[0] is 0.9 rad"), std::string::npos);
+  rig = robot.rig;
+  rig.lens_height_m = std::nan("");
+  EXPECT_NE(text_of(rig, wheels_of(robot)).find("rig.lens_height_m is"), std::string::npos);
+  EXPECT_NE(text_of(robot.rig, {0.3, 0}).find("drive.wheel_radius_m is 0 m"), std::string::npos);
+  EXPECT_NE(message_of([&] {
+              (void)calibrated_robot_text("nowhere.yaml", file, rig, {0.3, 0.05}, {});
+            }).find("nowhere.yaml"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace twocone::files
