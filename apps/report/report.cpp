@@ -5,13 +5,16 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
+#include "apps/report/figures/bound_figures.h"
+#include "apps/report/figures/budget_figures.h"
 #include "apps/report/figures/path_figures.h"
 #include "apps/report/figures/plan.h"
 #include "apps/report/figures/range_figures.h"
 #include "apps/report/figures/rig_figures.h"
 #include "apps/report/figures/view_figures.h"
 #include "apps/report/page/page.h"
+#include "apps/report/run_budget.h"
+#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
@@ -23,24 +26,15 @@ void check(const runs::RunData& run, const ReportSettings& settings) {
   if (settings.gnuplot_timeout.count() <= 0) {
     bad += fmt::format("\n  gnuplot_timeout is {} ms, must be > 0 ms", settings.gnuplot_timeout.count());
   }
+  for (const auto& [name, value] :
+       {std::pair{"budget_draws", settings.budget_draws}, {"budget_pose_step", settings.budget_pose_step}}) {
+    if (value < 1) bad += fmt::format("\n  {} is {}, must be >= 1", name, value);
+  }
   std::error_code ignored;
   if (!std::filesystem::is_directory(run.folder, ignored)) {
     bad += fmt::format("\n  folder is '{}', must be a run's folder", run.folder.string());
   }
   if (!bad.empty()) throw std::invalid_argument("write_report:" + bad);
-}
-
-/// The same frames by method `paper`, if they were measured by it too.
-std::optional<runs::Summary> read_baseline(const runs::RunData& run, std::vector<std::string>& notes) {
-  std::error_code ignored;
-  if (run.method == "paper" || !std::filesystem::is_directory(run.folder / "methods" / "paper", ignored))
-    return std::nullopt;
-  try {
-    return runs::summarise(runs::read_run(run.folder, "paper"));
-  } catch (const files::FileError& error) {
-    notes.push_back(fmt::format("The baseline, method paper, cannot be read: {}", error.what()));
-    return std::nullopt;
-  }
 }
 
 std::optional<cv::Mat> find_overhead(const Drawing& drawing, const ReportSettings& settings) {
@@ -75,7 +69,7 @@ Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings
   if (error) return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder.string(), error.message())};
 
   const runs::Summary summary = runs::summarise(run);
-  const std::optional<runs::Summary> baseline = read_baseline(run, result.notes);
+  const std::optional<runs::Summary> baseline = baseline_of(run, result.notes);
   const Drawing drawing{run, summary, gnuplot, folder, result.notes};
 
   FigureGroup paths{"paths", "Trajectories", "", {}};
@@ -90,6 +84,15 @@ Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings
   tell(0.45, "ranges");
   ranges.figures = draw_ranges(drawing);
 
+  FigureGroup bounded{"bounds", "How good it could be", "", {}};
+  append(bounded.figures, draw_error_and_bound(drawing));
+  append(bounded.figures, draw_normalised_errors(drawing));
+
+  tell(0.6, "the error budget");
+  const RunBudget run_budget = budget_of(run, settings.budget_draws, settings.budget_pose_step);
+  FigureGroup budgeted{"budget-group", "The error budget", "", {}, budget_table(run_budget)};
+  append(budgeted.figures, draw_budget(drawing, run_budget.budget));
+
   FigureGroup rig{"rig", "The rig", "", {}};
   tell(0.65, "the rig");
   rig.figures.push_back(draw_geometry(drawing));
@@ -102,7 +105,7 @@ Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings
   PageContent content{run,
                       summary,
                       baseline ? &*baseline : nullptr,
-                      {paths, ranges, rig, views},
+                      {paths, ranges, bounded, budgeted, rig, views},
                       frame_views(run, kBrowsedFrames),
                       result.notes};
 

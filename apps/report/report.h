@@ -20,6 +20,8 @@ struct ReportSettings {
   /// A picture of the arena from above is rendered where run and machine allow it; false: a plan is drawn at once.
   bool overhead = true;
   sim_povray::RenderSettings render;  ///< how that picture is rendered
+  int budget_draws = 400;             ///< of the error budget's Monte Carlo, for each of its lines, >= 1
+  int budget_pose_step = 15;          ///< it stands on every so many frames' poses, >= 1
   /// Told about each step: fraction done in [0, 1], what comes next. May be empty.
   std::function<void(double, std::string_view)> progress;
 };
@@ -36,7 +38,7 @@ struct ReportResult {
 /// report of what there is, with a note of what there is not.
 ///
 /// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails is a note.
-/// @throws std::invalid_argument for a timeout that is not positive or a folder that does not exist
+/// @throws std::invalid_argument for a timeout, draws or step that are not positive, or a folder that does not exist
 Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings& settings = {});
 
 }  // namespace twocone::report

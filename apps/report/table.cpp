@@ -2,10 +2,14 @@
 #include "apps/report/table.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
+#include <numbers>
+#include <system_error>
 
 #include <fmt/format.h>
 
+#include "apps/files/file_error.h"
 #include "apps/report/paper_figures.h"
 
 namespace twocone::report {
@@ -14,6 +18,7 @@ namespace {
 constexpr std::size_t kWidth = 100;
 constexpr std::size_t kNameWidth = 12;
 constexpr double kMmPerM = 1000;
+constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 
 /// `text` in plain ASCII: one '?' for each other character of its UTF-8.
 std::string ascii(std::string_view text) {
@@ -114,7 +119,7 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
 std::string range_rows(const runs::Summary& summary, bool truth, const runs::Summary* baseline) {
   std::string text;
   for (const runs::LandmarkSummary& landmark : summary.landmarks) {
-    const int seen = count_of(landmark.verdicts, "ok");
+    const int seen = landmark.frames_with_range;
     text += fmt::format("{:<{}}{:>8}{:>9}", cut(landmark.name, kNameWidth - 1), kNameWidth, seen,
                         percent(seen, summary.frames));
     if (truth) {
@@ -131,12 +136,13 @@ std::string range_rows(const runs::Summary& summary, bool truth, const runs::Sum
   return text;
 }
 
-std::string column_heads(std::string_view first, bool truth, const runs::Summary* baseline) {
+/// @param paper with the paper's columns
+std::string column_heads(std::string_view first, bool truth, const runs::Summary* baseline, bool paper = true) {
   std::string text = fmt::format("{:<{}}{:>8}{:>9}", first, kNameWidth, "frames", "covered");
   if (!truth) return text + "\n";
   text += fmt::format("{:>9}{:>9}{:>9}{:>9}", "mean", "rmse", "95 %", "max");
   if (baseline != nullptr) text += fmt::format(" |{:>9}{:>9}", "mean", "max");
-  return text + fmt::format(" |{:>7}{:>6}\n", "mean", "max");
+  return text + (paper ? fmt::format(" |{:>7}{:>6}\n", "mean", "max") : "\n");
 }
 
 std::string group_heads(std::string_view what, bool truth, const runs::Summary* baseline) {
@@ -155,10 +161,91 @@ std::string why_not(const runs::Summary& summary) {
           wrapped(fmt::format("  {:<{}}", cut(landmark.name, kNameWidth - 1), kNameWidth), std::string(16, ' '), words);
     }
   }
-  return text.empty() ? "Every frame has a range to every pillar.\n" : "Frames without a range, and why:\n" + text;
+  return text.empty() ? "Every frame has a range to every pillar.\n"
+                      : "Frames by verdict, where it is not ok:\n" + text;
+}
+
+std::string heading_row(std::string_view name, const std::optional<runs::AngleStatistics>& error, int frames) {
+  if (!error) return "";
+  return fmt::format("{:<{}}{:>8}{:>9}{:9.4f}{:9.4f}{:9.4f}{:9.4f}\n", name, kNameWidth, error->count,
+                     percent(error->count, frames), error->mean_rad * kDegreesPerRad, error->rmse_rad * kDegreesPerRad,
+                     error->p95_rad * kDegreesPerRad, error->max_rad * kDegreesPerRad);
+}
+
+std::string headings(const runs::Summary& summary) {
+  if (!summary.heading_error && !summary.estimate_heading_error) return "";
+  return std::string("Heading, error in degrees\n") + column_heads("", true, nullptr, false) +
+         heading_row("fix", summary.heading_error, summary.frames) +
+         heading_row("estimate", summary.estimate_heading_error, summary.frames) + "\n";
+}
+
+std::string hold(const std::optional<runs::Share>& share) {
+  return share ? fmt::format("{:>9} of {}", percent(share->held, share->count), share->count)
+               : fmt::format("{:>9}", "-");
+}
+
+/// @param digits after the point, of the errors. @param scale from the comparison's unit to the table's
+std::string bound_row(std::string_view name, const std::optional<runs::BoundComparison>& bound, int digits,
+                      double scale) {
+  if (!bound) return fmt::format("{:<{}}{:>8}{:>9}{:>9}{:>9}", name, kNameWidth, 0, "-", "-", "-");
+  std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound->count);
+  text += bound->rmse ? fmt::format("{:9.{}f}", *bound->rmse * scale, digits) : fmt::format("{:>9}", "-");
+  text += fmt::format("{:9.{}f}", bound->bound_rms * scale, digits);
+  return text + (bound->rmse ? fmt::format("{:9.2f}", *bound->ratio()) : fmt::format("{:>9}", "-"));
+}
+
+std::string bounds(const runs::Summary& summary) {
+  if (!has_bounds(summary)) return "";
+  std::string text =
+      fmt::format("Beside the Cramer-Rao bound, mm (heading: degrees)\n{:<{}}{:>8}{:>9}{:>9}{:>9}{:>9}\n", "",
+                  kNameWidth, "frames", "rmse", "bound", "ratio", "95 %");
+  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+    text += bound_row(cut(landmark.name, kNameWidth - 1), landmark.range_bound_m, 2, kMmPerM);
+    text += hold(landmark.within_95) + "\n";
+  }
+  text += bound_row("position", summary.position_bound_m, 2, kMmPerM) + hold(summary.in_ellipse_95) + "\n";
+  if (summary.heading_bound_rad) text += bound_row("heading", summary.heading_bound_rad, 4, kDegreesPerRad) + "\n";
+  return text + "95 %: answers whose own 1.96 sigma (position: 95 % ellipse) holds the truth; it should be 95 %.\n\n";
+}
+
+std::string outliers(const runs::Summary& summary) {
+  std::vector<std::string> words;
+  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+    if (landmark.outliers > 0)
+      words.push_back(fmt::format("{} {},", cut(landmark.name, kNameWidth), landmark.outliers));
+  }
+  if (!words.empty()) {
+    words.back().pop_back();
+    return wrapped("Left out of fixes as outliers, in frames: ", "  ", words);
+  }
+  return has_bounds(summary) ? "No measurement was left out of a fix as an outlier.\n" : "";
 }
 
 }  // namespace
+
+bool has_bounds(const runs::Summary& summary) {
+  return summary.position_bound_m || summary.in_ellipse_95 ||
+         std::any_of(summary.landmarks.begin(), summary.landmarks.end(), [](const runs::LandmarkSummary& landmark) {
+           return landmark.range_bound_m || landmark.within_95;
+         });
+}
+
+std::optional<runs::Summary> baseline_of(const runs::RunData& run, std::vector<std::string>& notes) {
+  std::error_code ignored;
+  if (run.method == "paper" || !std::filesystem::is_directory(run.folder / "methods" / "paper", ignored))
+    return std::nullopt;
+  try {
+    return runs::summarise(runs::read_run(run.folder, "paper"));
+  } catch (const files::FileError& error) {
+    notes.push_back(fmt::format("The baseline, method paper, cannot be read: {}", error.what()));
+    return std::nullopt;
+  }
+}
+
+std::string table_of(const runs::RunData& run, std::vector<std::string>& notes) {
+  const std::optional<runs::Summary> baseline = baseline_of(run, notes);
+  return table(runs::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr);
+}
 
 bool has_truth(const runs::Summary& summary) {
   return summary.travelled_m || summary.fix_error || summary.odometry_error ||
@@ -206,12 +293,20 @@ std::string table(const runs::Summary& summary, const runs::RunInfo& info, const
     text += error_columns(summary.fix_error);
     if (baseline != nullptr) text += baseline_columns(baseline->fix_error);
     text += paper_columns(paper::kPositionMean_mm, paper::kPositionWithin_mm) + "\n";
+    if (summary.estimate_error) {
+      text +=
+          fmt::format("{:<{}}{:>8}{:>9}{}", "estimate", kNameWidth, summary.estimate_error->count,
+                      percent(summary.estimate_error->count, summary.frames), error_columns(summary.estimate_error));
+      if (baseline != nullptr) text += baseline_columns(baseline->estimate_error);
+      text += "\n";
+    }
     const int poses = summary.odometry_error ? summary.odometry_error->count : 0;
     text += fmt::format("{:<{}}{:>8}{:>9}", "odometry", kNameWidth, poses, percent(poses, summary.frames));
     text += error_columns(summary.odometry_error);
   }
   text += "\n";
-  text += wrapped("Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + "\n";
+  text += wrapped("Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary) + "\n";
+  text += headings(summary) + bounds(summary);
   text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's: its figures\n"
                   "are a yardstick. Its maximum of the position is its \"to within 130 mm\".\n"
                 : "There is no ground truth (a real room): no errors can be given, and none are.\n";

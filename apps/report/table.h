@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/files/robot_file.h"
 #include "apps/runs/run_data.h"
@@ -10,13 +13,25 @@
 namespace twocone::report {
 
 /// A run as a table for a terminal: what it was (enough to repeat it), the range to each pillar and the position, each
-/// with its coverage, its errors in millimetres, the paper's figures beside them, and why frames have no answer.
+/// with its coverage, its errors in millimetres, the paper's figures beside them, and why frames have no answer. Then,
+/// where the method states them, headings, the Cramer-Rao bounds with the errors of the same frames, whether the stated
+/// sigmas are true, and what was left out as an outlier.
 /// At most 100 columns of plain ASCII: other characters of names become '?', long names are cut.
 ///
 /// Without ground truth there are no errors, and a line says so.
 /// @param baseline of method `paper` on the same frames, put beside a method of ours; null: not there
 std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,
                   const runs::Summary* baseline = nullptr);
+
+/// The summary of method `paper` on the same frames, if they were measured by it too and `run` is of another method.
+/// What is there and cannot be read becomes a note.
+std::optional<runs::Summary> baseline_of(const runs::RunData& run, std::vector<std::string>& notes);
+
+/// The table of a run, beside method `paper` where baseline_of() has it.
+std::string table_of(const runs::RunData& run, std::vector<std::string>& notes);
+
+/// The method states sigmas, or bounds of its errors are known.
+bool has_bounds(const runs::Summary& summary);
 
 /// The summary was made with ground truth at hand.
 bool has_truth(const runs::Summary& summary);

@@ -4,22 +4,54 @@
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
+#include "localisation/least_squares_fix.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::runs {
 namespace {
 
-vision::PaperRanging make_ranging(const files::Robot& robot, const files::Map& map, cv::Size lower, cv::Size upper) {
+using Ranging = std::variant<vision::PaperRanging, vision::FullRanging>;
+
+Ranging make_ranging(Method method, const files::Robot& robot, const files::Map& map, cv::Size lower, cv::Size upper) {
   try {
-    return {files::to_rig(robot), files::to_targets(map), lower, upper};
+    const vision::Rig rig = files::to_rig(robot);
+    const std::vector<vision::Target> targets = files::to_targets(map);
+    if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper);
+    return vision::FullRanging(rig, targets, lower, upper);
   } catch (const std::invalid_argument& error) {
     throw files::FileError(fmt::format("{} with {}: {}", robot.file.string(), map.file.string(), error.what()));
   }
+}
+
+localisation::Fix fix_of_paper(const std::vector<vision::RangeMeasurement>& measured,
+                               const std::vector<Eigen::Vector2d>& landmarks_m) {
+  std::vector<localisation::LandmarkRange> ranges;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (measured[i].range_m) ranges.push_back({landmarks_m[i], *measured[i].range_m});
+  }
+  return localisation::fix_by_triangle(ranges);
+}
+
+localisation::Fix fix_of_full(const std::vector<vision::RangeMeasurement>& measured,
+                              const std::vector<Eigen::Vector2d>& landmarks_m) {
+  std::vector<localisation::LandmarkMeasurement> measurements;
+  std::vector<int> landmarks;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const vision::RangeMeasurement& m = measured[i];
+    if (!m.covariance || (!m.range_m && !m.bearing_rad)) continue;
+    measurements.push_back({landmarks_m[i], m.range_m, m.bearing_rad, *m.covariance});
+    landmarks.push_back(int(i));
+  }
+  localisation::Fix fix = localisation::fix_by_least_squares(measurements);
+  for (int& outlier : fix.outliers) outlier = landmarks.at(std::size_t(outlier));
+  return fix;
 }
 
 /// Pixels of `image` as vision sees them, without a copy where they are rgb already. `converted` owns what had to be.
@@ -40,23 +72,29 @@ std::string_view to_string(Method method) {
   switch (method) {
     case Method::kPaper:
       return "paper";
+    case Method::kFull:
+      return "full";
   }
   assert(false);
   return "";
 }
 
-Method method_named(std::string_view name) {
-  if (name == "paper") return Method::kPaper;
-  throw std::invalid_argument(fmt::format("method '{}' is not in this version; there is: paper", name));
+std::vector<std::string> method_names() {
+  return {std::string(to_string(Method::kPaper)), std::string(to_string(Method::kFull))};
 }
 
-Estimator::Estimator([[maybe_unused]] Method method, const files::Robot& robot, const files::Map& map)
+Method method_named(std::string_view name) {
+  for (const Method method : {Method::kPaper, Method::kFull}) {
+    if (name == to_string(method)) return method;
+  }
+  throw std::invalid_argument(fmt::format("no method '{}'; there are: {}", name, fmt::join(method_names(), ", ")));
+}
+
+Estimator::Estimator(Method method, const files::Robot& robot, const files::Map& map)
     : landmarks_m_(files::to_landmark_positions(map)),
       lower_size_(robot.lower.width_px, robot.lower.height_px),
       upper_size_(robot.upper.width_px, robot.upper.height_px),
-      ranging_(make_ranging(robot, map, lower_size_, upper_size_)) {
-  assert(method == Method::kPaper);
-}
+      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_)) {}
 
 Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) const {
   Image lower_rgb;
@@ -67,17 +105,26 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) co
   if (!above) return above.error();
 
   FrameAnswer answer;
-  answer.ranges = ranging_.measure(*below, *above);
-  std::vector<localisation::LandmarkRange> ranges;
-  for (std::size_t i = 0; i < answer.ranges.size(); ++i) {
-    if (answer.ranges[i].range_m) ranges.push_back({landmarks_m_[i], *answer.ranges[i].range_m});
-  }
-  answer.fix = localisation::fix_by_triangle(ranges);
+  answer.ranges = std::visit([&](const auto& ranging) { return ranging.measure(*below, *above); }, ranging_);
+  answer.fix = std::holds_alternative<vision::PaperRanging>(ranging_) ? fix_of_paper(answer.ranges, landmarks_m_)
+                                                                      : fix_of_full(answer.ranges, landmarks_m_);
   return answer;
 }
 
+namespace {
+
+void add_sighting(std::uint64_t frame, double t_s, const std::string& landmark, const char* view,
+                  const std::optional<vision::Sighting>& sighting, std::vector<SightingRow>& rows) {
+  if (!sighting) return;
+  const Eigen::Matrix2d& covariance = sighting->covariance_px2;
+  rows.push_back({frame, t_s, landmark, view, sighting->pixel_px.x(), sighting->pixel_px.y(), covariance(0, 0),
+                  covariance(0, 1), covariance(1, 1), sighting->edge_noise_px});
+}
+
+}  // namespace
+
 AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, const files::Map& map,
-                   const PoseRow* truth, const PoseRow& odometry) {
+                   const PoseRow* truth) {
   AnswerRows rows;
   for (std::size_t i = 0; i < answer.ranges.size(); ++i) {
     const vision::RangeMeasurement& m = answer.ranges[i];
@@ -94,6 +141,8 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, c
     row.disparity_px = m.disparity_px;
     if (truth) row.true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
     rows.ranges.push_back(std::move(row));
+    add_sighting(frame, t_s, landmark.name, "lower", m.lower_sighting, rows.sightings);
+    add_sighting(frame, t_s, landmark.name, "upper", m.upper_sighting, rows.sightings);
   }
 
   const localisation::Fix& fix = answer.fix;
@@ -101,30 +150,31 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, c
   row.frame = frame;
   row.t_s = t_s;
   row.verdict = to_string(fix.verdict);
-  row.heading_rad = fix.heading_rad;
-  if (fix.covariance) {
-    row.var_x_m2 = (*fix.covariance)(0, 0);
-    row.cov_xy_m2 = (*fix.covariance)(0, 1);
-    row.var_y_m2 = (*fix.covariance)(1, 1);
-    row.var_heading_rad2 = (*fix.covariance)(2, 2);
-  }
+  for (const int index : fix.outliers) row.outliers.push_back(map.landmarks.at(std::size_t(index)).name);
   if (truth) {
     row.true_x_m = truth->x_m;
     row.true_y_m = truth->y_m;
   }
-  for (const auto& position : {fix.position_m, fix.other_position_m}) {
+  for (const auto& [position, heading_rad, covariance] :
+       {std::tie(fix.position_m, fix.heading_rad, fix.covariance),
+        std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance)}) {
     if (!position) continue;
+    row.heading_rad = heading_rad;
+    if (covariance) {
+      row.var_x_m2 = (*covariance)(0, 0);
+      row.cov_xy_m2 = (*covariance)(0, 1);
+      row.var_y_m2 = (*covariance)(1, 1);
+      // A fix without a heading has no variance of one either.
+      row.var_heading_rad2 = heading_rad ? std::optional((*covariance)(2, 2)) : std::nullopt;
+    } else {
+      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = row.var_heading_rad2 = std::nullopt;
+    }
     row.x_m = position->x();
     row.y_m = position->y();
     if (truth) row.error_m = std::hypot(position->x() - truth->x_m, position->y() - truth->y_m);
     rows.fixes.push_back(row);
   }
   if (rows.fixes.empty()) rows.fixes.push_back(row);
-  // Of two answers nobody knows which is right: neither is an estimate.
-  if (fix.position_m && !fix.other_position_m) {
-    rows.estimate =
-        PoseRow{t_s, fix.position_m->x(), fix.position_m->y(), fix.heading_rad.value_or(odometry.heading_rad)};
-  }
   return rows;
 }
 

@@ -20,6 +20,7 @@
 #include "apps/runs/run_folder.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/summary.h"
+#include "apps/runs/track.h"
 #include "apps/runs/truth_table.h"
 #include "apps/runs/version.h"
 #include "drivers/backends.h"
@@ -105,6 +106,7 @@ class Loop {
         begin_(std::chrono::steady_clock::now()),
         behaviour_(make_behaviour(robot, map, options)),
         estimator_(options.method, robot, map),
+        track_(options.method, robot),
         odometry_(files::to_wheels(robot), files::to_start_pose(robot)) {
     info_.version = version();
     info_.commit = commit();
@@ -113,6 +115,12 @@ class Loop {
     info_.method = to_string(options.method);
     info_.seed = options.seed;
     info_.frames_wanted = options.frames;
+    if (options.method == Method::kPaper) return;
+    try {
+      baseline_.emplace(Baseline{Estimator(Method::kPaper, robot, map), Track(Method::kPaper, robot), {}});
+    } catch (const files::FileError& error) {
+      info_.events.push_back(fmt::format("no baseline: {}", error.what()));
+    }
   }
 
   Result<RunInfo> go(const Progress& progress, const std::atomic<bool>& stop) {
@@ -147,7 +155,12 @@ class Loop {
     info_.own_cpu_s = cpu_seconds(RUSAGE_SELF);
     info_.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);
     write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
-    write_summary_of(read_run(folder_->path()));
+    if (baseline_) {
+      const std::string paper(to_string(Method::kPaper));
+      write_results(folder_->path(), paper, baseline_->answers, OnTop::kNo);
+      write_summary_of(read_run(folder_->path(), paper), OnTop::kNo);
+    }
+    write_summary_of(read_run(folder_->path()), OnTop::kYes);
     return info_;
   }
 
@@ -289,8 +302,12 @@ class Loop {
 
     const auto answer = estimator_.answer(**lower, **upper);
     if (!answer) return failed(answer.error());
-    record.answer = to_rows(record.frame.frame, record.frame.t_s, *answer, map_,
-                            record.truth ? &*record.truth : nullptr, record.odometry);
+    record.answer = rows_of(record, *answer, track_);
+    if (baseline_) {
+      const auto baseline = baseline_->estimator.answer(**lower, **upper);
+      if (!baseline) return failed(baseline.error());
+      baseline_->answers.push_back(rows_of(record, *baseline, baseline_->track));
+    }
     if (truth_) {
       if (auto told = write_truths(record, pending.frame); !told) return failed(told.error());
     }
@@ -299,6 +316,13 @@ class Loop {
       belief_.add_fix(record.frame.frame, *answer->fix.position_m);
     ++finished_;
     return {};
+  }
+
+  [[nodiscard]] AnswerRows rows_of(const FrameRecord& record, const FrameAnswer& answer, Track& track) const {
+    AnswerRows rows =
+        to_rows(record.frame.frame, record.frame.t_s, answer, map_, record.truth ? &*record.truth : nullptr);
+    rows.estimate = track.follow(record.drive, record.odometry, answer.fix);
+    return rows;
   }
 
   Status steer(Robot& robot) {
@@ -341,6 +365,14 @@ class Loop {
   const SteadyTime begin_;
   std::unique_ptr<behaviours::Behaviour> behaviour_;
   Estimator estimator_;
+  Track track_;
+  /// Method paper beside another one.
+  struct Baseline {
+    Estimator estimator;
+    Track track;
+    std::vector<AnswerRows> answers;
+  };
+  std::optional<Baseline> baseline_;
   localisation::Odometry odometry_;
   BelievedPose belief_;
   std::optional<RunFolder> folder_;
@@ -374,6 +406,11 @@ Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunO
 Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress) {
   RunData run = read_run(folder);
   const Estimator estimator(method, run.robot, run.map);
+  Track track(method, run.robot);
+  if (run.drive.size() < run.frames.size()) {
+    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
+                                       run.frames.size(), run.drive.size()));
+  }
   std::vector<AnswerRows> answers;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const FrameRow& frame = run.frames[i];
@@ -383,17 +420,19 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
     if (!upper) return upper.error();
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
-    answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i],
-                              run.odometry[i]));
+    answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i]));
+    answers.back().estimate = track.follow(run.drive[i], run.odometry[i], answer->fix);
     progress(double(i + 1) / double(run.frames.size()));
   }
   const std::string name(to_string(method));
-  write_results(folder, name, answers);
+  write_results(folder, name, answers, OnTop::kYes);
   RunData again = read_run(folder, name);
-  write_summary_of(again);
+  write_summary_of(again, OnTop::kYes);
   return again;
 }
 
-void write_summary_of(const RunData& run) { write_summary(run.folder, run.method, to_json(summarise(run), run.info)); }
+void write_summary_of(const RunData& run, OnTop on_top) {
+  write_summary(run.folder, run.method, to_json(summarise(run), run.info), on_top);
+}
 
 }  // namespace twocone::runs

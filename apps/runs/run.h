@@ -11,6 +11,7 @@
 #include "apps/files/robot_file.h"
 #include "apps/runs/estimator.h"
 #include "apps/runs/run_data.h"
+#include "apps/runs/run_folder.h"
 
 namespace twocone::runs {
 
@@ -20,7 +21,7 @@ using Progress = std::function<void(double done)>;
 struct RunOptions {
   int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
   std::string behaviour = "wander";  ///< wander, waypoints, still
-  Method method = Method::kPaper;
+  Method method = kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
   bool truth = false;         ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
@@ -31,6 +32,9 @@ struct RunOptions {
 /// The loop is the same in simulation and on hardware: take the next frame; look at the frame of `latency_frames` ago,
 /// whose pixels are there by then; steer by odometry corrected by that frame's fix. So what is decided does not depend
 /// on how fast pictures come. The true pose goes into the tables and nowhere else.
+///
+/// Method `paper` is made of the same pictures besides, into methods/paper/, as the baseline; where it cannot be
+/// (mirrors that its formulas do not hold for), run.yaml says so.
 ///
 /// A device that fails ends the run: the wheels stop, what was written stays readable, and the message names the frame.
 /// @param robot,map as read from their files. @param stop set from outside (a signal) ends the run after the present
@@ -46,6 +50,6 @@ Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunO
 Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress);
 
 /// summary.json of a run's method, from its tables. @throws DiskError
-void write_summary_of(const RunData& run);
+void write_summary_of(const RunData& run, OnTop on_top);
 
 }  // namespace twocone::runs

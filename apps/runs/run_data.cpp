@@ -4,12 +4,34 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
 
 namespace twocone::runs {
+namespace {
+
+/// A .tum file's time may be rounded to the microsecond, and frames are milliseconds apart at the least.
+constexpr double kSameInstant_s = 0.5e-3;
+
+}  // namespace
+
+std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
+  std::vector<PoseRow> sorted = poses;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  std::vector<std::optional<PoseRow>> result;
+  for (const FrameRow& frame : run.frames) {
+    const auto found = std::lower_bound(sorted.begin(), sorted.end(), frame.t_s - kSameInstant_s,
+                                        [](const PoseRow& pose, double t_s) { return pose.t_s < t_s; });
+    const bool there = found != sorted.end() && found->t_s <= frame.t_s + kSameInstant_s;
+    result.push_back(there ? std::optional(*found) : std::nullopt);
+  }
+  return result;
+}
+
 std::filesystem::path camera_picture(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame) {
   return run / camera / fmt::format("{:06}.png", frame);
 }
@@ -20,6 +42,19 @@ std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint6
   return camera_picture(run, "upper", frame);
 }
 
+namespace {
+
+/// The method asked for last, whose results lie on top; nothing while a run has no summary.
+std::optional<std::string> method_on_top(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "summary.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const auto json = nlohmann::json::parse(files::read_text(file), nullptr, false);
+  if (!json.is_object() || !json.contains("method") || !json["method"].is_string()) return std::nullopt;
+  return json["method"].get<std::string>();
+}
+
+}  // namespace
+
 RunData read_run(const std::filesystem::path& folder, const std::string& method) {
   RunData run;
   run.folder = folder;
@@ -27,7 +62,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   run.info = std::move(yaml.info);
   run.robot = std::move(yaml.robot);
   run.map = std::move(yaml.map);
-  run.method = method.empty() ? run.info.method : method;
+  run.method = method.empty() ? method_on_top(folder).value_or(run.info.method) : method;
 
   const std::filesystem::path results = method.empty() ? folder : folder / "methods" / method;
   if (!std::filesystem::is_directory(results)) {
@@ -48,6 +83,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   run.odometry = read_poses(folder / "odometry.tum");
   run.ranges = read_ranges(results / "ranges.csv");
   run.fixes = read_fixes(results / "fixes.csv");
+  run.sightings = read_sightings(results / "sightings.csv");
   run.estimate = read_poses(results / "estimate.tum");
 
   const std::size_t count = run.frames.size();
@@ -61,6 +97,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   const auto beyond = [&run](const auto& row) { return run.frames.empty() || row.frame > run.frames.back().frame; };
   std::erase_if(run.ranges, beyond);
   std::erase_if(run.fixes, beyond);
+  std::erase_if(run.sightings, beyond);
   std::erase_if(run.estimate,
                 [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
   return run;

@@ -55,6 +55,18 @@ struct RangeRow {
   std::optional<double> range_m, sigma_range_m, bearing_rad, sigma_bearing_rad, disparity_px, true_range_m;
 };
 
+/// A row of sightings.csv: where one view shows a landmark (vision::Sighting). Methods that make none have no such
+/// file.
+struct SightingRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string landmark;
+  std::string view;                  ///< lower or upper
+  double column_px = 0, row_px = 0;  ///< of the near point of its top
+  double var_column_px2 = 0, cov_px2 = 0, var_row_px2 = 0;
+  double edge_noise_px = 0;  ///< of the outline's place, for each pixel of its length
+};
+
 /// A row of fixes.csv.
 struct FixRow {
   std::uint64_t frame = 0;
@@ -63,6 +75,7 @@ struct FixRow {
   std::optional<double> x_m, y_m, heading_rad;
   std::optional<double> var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2;
   std::optional<double> true_x_m, true_y_m, error_m;
+  std::vector<std::string> outliers;  ///< landmarks whose measurement was found wrong and left out
 };
 
 /// A row of a .tum file, planar.
@@ -81,10 +94,14 @@ struct RunData {
   std::vector<DriveRow> drive;
   std::vector<RangeRow> ranges;
   std::vector<FixRow> fixes;
-  std::vector<PoseRow> truth;     ///< one a frame; empty on hardware
-  std::vector<PoseRow> odometry;  ///< one a frame
+  std::vector<SightingRow> sightings;  ///< none of a method that makes none
+  std::vector<PoseRow> truth;          ///< one a frame; empty on hardware
+  std::vector<PoseRow> odometry;       ///< one a frame
   std::vector<PoseRow> estimate;
 };
+
+/// The pose at each of the run's frames, by time; nothing where `poses` has none.
+std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses);
 
 std::filesystem::path lower_picture(const std::filesystem::path& run, std::uint64_t frame);
 std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint64_t frame);

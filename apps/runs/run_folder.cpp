@@ -19,6 +19,12 @@ void make_folder(const std::filesystem::path& folder) {
   if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
 }
 
+void remove_file(const std::filesystem::path& file) {
+  std::error_code error;
+  std::filesystem::remove(file, error);
+  if (error) throw DiskError(fmt::format("cannot remove {}: {}", file.string(), error.message()));
+}
+
 std::filesystem::path prepare(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "run.yaml") || std::filesystem::exists(folder / "frames.csv")) {
     throw DiskError(fmt::format("{} holds a run already: choose another --out, or remove it first", folder.string()));
@@ -64,6 +70,10 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
   drive_.add(to_line(record.drive));
   for (const RangeRow& row : record.answer.ranges) ranges_.add(to_line(row));
   for (const FixRow& row : record.answer.fixes) fixes_.add(to_line(row));
+  if (!record.answer.sightings.empty() && !sightings_) {
+    sightings_.emplace(table(folder_ / "sightings.csv", sightings_header()));
+  }
+  for (const SightingRow& row : record.answer.sightings) sightings_->add(to_line(row));
   if (record.truth) truth_.add(to_line(*record.truth));
   odometry_.add(to_line(record.odometry));
   if (record.answer.estimate) estimate_.add(to_line(*record.answer.estimate));
@@ -71,20 +81,29 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
 }
 
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers) {
+                   const std::vector<AnswerRows>& answers, OnTop on_top) {
   std::vector<std::string> ranges;
   std::vector<std::string> fixes;
+  std::vector<std::string> sightings;
   std::vector<std::string> estimate;
   for (const AnswerRows& answer : answers) {
     for (const RangeRow& row : answer.ranges) ranges.push_back(to_line(row));
     for (const FixRow& row : answer.fixes) fixes.push_back(to_line(row));
+    for (const SightingRow& row : answer.sightings) sightings.push_back(to_line(row));
     if (answer.estimate) estimate.push_back(to_line(*answer.estimate));
   }
   make_folder(folder / "methods" / method);
-  for (const auto& place : {folder / "methods" / method, folder}) {
+  std::vector<std::filesystem::path> places{folder / "methods" / method};
+  if (on_top == OnTop::kYes) places.push_back(folder);
+  for (const auto& place : places) {
     write_whole(place / "ranges.csv", text_of(ranges_header(), ranges));
     write_whole(place / "fixes.csv", text_of(fixes_header(), fixes));
     write_whole(place / "estimate.tum", text_of("", estimate));
+    if (sightings.empty()) {
+      remove_file(place / "sightings.csv");  // another method's, which this one's ranges do not rest on
+    } else {
+      write_whole(place / "sightings.csv", text_of(sightings_header(), sightings));
+    }
   }
 }
 
@@ -93,12 +112,16 @@ void file_results(const std::filesystem::path& folder, const std::string& method
   for (const char* name : {"ranges.csv", "fixes.csv", "estimate.tum"}) {
     write_whole(folder / "methods" / method / name, files::read_text(folder / name));
   }
+  if (std::filesystem::exists(folder / "sightings.csv")) {
+    write_whole(folder / "methods" / method / "sightings.csv", files::read_text(folder / "sightings.csv"));
+  }
 }
 
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json) {
+void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
+                   OnTop on_top) {
   make_folder(folder / "methods" / method);
   write_whole(folder / "methods" / method / "summary.json", json);
-  write_whole(folder / "summary.json", json);
+  if (on_top == OnTop::kYes) write_whole(folder / "summary.json", json);
 }
 
 Result<Image> read_picture(const std::filesystem::path& file) {

@@ -45,17 +45,22 @@ class RunFolder {
  private:
   std::filesystem::path folder_;
   LineFile frames_, drive_, ranges_, fixes_, truth_, odometry_, estimate_;
+  std::optional<LineFile> sightings_;  ///< from the first frame with a sighting on
 };
 
-/// Writes the tables of one method into methods/NAME/ and copies them to the top, whole files only. @throws DiskError
+/// Whether a method's results also go to the top of the folder, where those of the method asked for last are.
+enum class OnTop { kNo, kYes };
+
+/// Writes the tables of one method into methods/NAME/, whole files only. @throws DiskError
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers);
+                   const std::vector<AnswerRows>& answers, OnTop on_top);
 
 /// Copies the tables on top into methods/NAME/, after a live run has written them. @throws DiskError
 void file_results(const std::filesystem::path& folder, const std::string& method);
 
-/// Writes summary.json of methods/NAME/ and the top. @throws DiskError
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json);
+/// Writes summary.json into methods/NAME/. @throws DiskError
+void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
+                   OnTop on_top);
 
 /// Reads a stored picture. Errors: kNotFound, kBadData.
 Result<Image> read_picture(const std::filesystem::path& file);

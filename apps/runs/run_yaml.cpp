@@ -24,13 +24,27 @@ T field(const YAML::Node& node, const char* key, const std::filesystem::path& fi
   }
 }
 
+constexpr const char* kComment = "A run of twocone: what it was made from. Tables and pictures lie beside this file.";
+
+std::string absolute_text(const std::filesystem::path& file) {
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
+YAML::Node load(const std::filesystem::path& file) {
+  try {
+    return YAML::Load(files::read_text(file));
+  } catch (const YAML::Exception& error) {
+    throw files::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
+  }
+}
+
 }  // namespace
 
 void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
                     const std::filesystem::path& map_file) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
-  out << YAML::Comment("A run of twocone: what it was made from. Tables and pictures lie beside this file.");
+  out << YAML::Comment(kComment);
   out << YAML::BeginMap;
   const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
   put("twocone", info.version);
@@ -47,12 +61,24 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   put("own_cpu_s", info.own_cpu_s);
   put("render_cpu_s", info.render_cpu_s);
   put("events", info.events);
-  put("robot_file", std::filesystem::absolute(robot_file).lexically_normal().string());
+  put("robot_file", absolute_text(robot_file));
   put("robot", files::load_robot_node(robot_file));
-  put("map_file", std::filesystem::absolute(map_file).lexically_normal().string());
+  put("map_file", absolute_text(map_file));
   put("map", files::load_map_node(map_file));
   out << YAML::EndMap;
   write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
+void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                              const std::filesystem::path& to) {
+  YAML::Node node = load(file_of(from));  // all scalars stay the text that they are
+  node["robot_file"] = absolute_text(robot_file);
+  node["robot"] = files::load_robot_node(robot_file);
+  node["events"].push_back(fmt::format("what {} recorded, under the rig and the wheels of {}", absolute_text(from),
+                                       absolute_text(robot_file)));
+  YAML::Emitter out;
+  out << YAML::Comment(kComment) << node;
+  write_whole(file_of(to), std::string(out.c_str()) + '\n');
 }
 
 RunYaml read_run_yaml(const std::filesystem::path& folder) {
@@ -60,12 +86,7 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(file)) {
     throw files::FileError(fmt::format("{}: no run here: there is no run.yaml", folder.string()));
   }
-  YAML::Node node;
-  try {
-    node = YAML::Load(files::read_text(file));
-  } catch (const YAML::Exception& error) {
-    throw files::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
-  }
+  const YAML::Node node = load(file);
   RunYaml run;
   run.info.version = field<std::string>(node, "twocone", file);
   run.info.commit = field<std::string>(node, "commit", file);

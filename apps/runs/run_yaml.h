@@ -12,6 +12,11 @@ namespace twocone::runs {
 void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
                     const std::filesystem::path& map_file);
 
+/// run.yaml of `to`: that of `from`, but for the robot, which is now that of `robot_file`, and an event that says so.
+/// @throws DiskError, files::FileError
+void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                              const std::filesystem::path& to);
+
 /// run.yaml's part of a run: info, robot and map. @throws files::FileError
 struct RunYaml {
   RunInfo info;

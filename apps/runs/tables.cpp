@@ -48,12 +48,31 @@ struct Columns<RangeRow> {
 template <>
 struct Columns<FixRow> {
   static constexpr const char* header =
-      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m";
+      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
+      "outliers";
+  static constexpr std::string_view added = ",outliers";  ///< may be missing: an older version wrote the table
   static auto of(auto& r) {
     return std::tie(r.frame, r.t_s, r.verdict, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
-                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m);
+                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m, r.outliers);
   }
 };
+template <>
+struct Columns<SightingRow> {
+  static constexpr const char* header =
+      "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.landmark, r.view, r.column_px, r.row_px, r.var_column_px2, r.cov_px2,
+                    r.var_row_px2, r.edge_noise_px);
+  }
+};
+
+template <typename Row>
+concept Grown = requires {
+  Columns<Row>::added;
+};
+
+/// Between the names of one field; in a name, and for the backslash itself, a backslash stands before it.
+constexpr char kBetween = ';';
 
 std::string to_field(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
@@ -64,6 +83,17 @@ std::string to_field(const std::string& text) {
 std::string to_field(double value) { return fmt::format("{}", value); }
 std::string to_field(std::uint64_t value) { return fmt::format("{}", value); }
 std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
+std::string to_field(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += kBetween;
+    for (const char c : names[i]) {
+      if (c == kBetween || c == '\\') text += '\\';
+      text += c;
+    }
+  }
+  return to_field(text);
+}
 
 /// Commas, and double quotes round what holds them (RFC 4180).
 std::vector<std::string> split(const std::string& line) {
@@ -100,6 +130,22 @@ bool parse(const std::string& text, std::optional<double>& value) {
     return true;
   }
   return parse(text, value.emplace());
+}
+
+bool parse(const std::string& text, std::vector<std::string>& names) {
+  if (text.empty()) return true;
+  names.emplace_back();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\\') {
+      if (++i == text.size()) return false;
+      names.back() += text[i];
+    } else if (text[i] == kBetween) {
+      names.emplace_back();
+    } else {
+      names.back() += text[i];
+    }
+  }
+  return true;
 }
 
 /// Whole lines only: what follows the last newline is not handed out.
@@ -139,13 +185,23 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
   const auto lines = whole_lines(file);
   std::vector<Row> rows;
   if (lines.empty()) return rows;
-  if (lines[0] != Columns<Row>::header) refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
+  std::size_t missing = 0;  // of the last columns
+  if constexpr (Grown<Row>) {
+    if (lines[0] + std::string(Columns<Row>::added) == Columns<Row>::header) {
+      missing = std::size_t(std::count(Columns<Row>::added.begin(), Columns<Row>::added.end(), ','));
+    }
+  }
+  if (missing == 0 && lines[0] != Columns<Row>::header) {
+    refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
+  }
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    const auto fields = split(lines[i]);
+    auto fields = split(lines[i]);
     Row row;
     auto columns = Columns<Row>::of(row);
     constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
-    if (fields.size() != kCount) refuse(file, i + 1, fmt::format("has {} fields, must have {}", fields.size(), kCount));
+    const std::size_t count = kCount - missing;
+    if (fields.size() != count) refuse(file, i + 1, fmt::format("has {} fields, must have {}", fields.size(), count));
+    fields.resize(kCount);
     std::size_t at = 0;
     std::apply(
         [&](auto&... column) {
@@ -170,11 +226,13 @@ std::string frames_header() { return Columns<FrameRow>::header; }
 std::string drive_header() { return Columns<DriveRow>::header; }
 std::string ranges_header() { return Columns<RangeRow>::header; }
 std::string fixes_header() { return Columns<FixRow>::header; }
+std::string sightings_header() { return Columns<SightingRow>::header; }
 
 std::string to_line(const FrameRow& row) { return line_of(row); }
 std::string to_line(const DriveRow& row) { return line_of(row); }
 std::string to_line(const RangeRow& row) { return line_of(row); }
 std::string to_line(const FixRow& row) { return line_of(row); }
+std::string to_line(const SightingRow& row) { return line_of(row); }
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
@@ -185,6 +243,7 @@ std::vector<FrameRow> read_frames(const std::filesystem::path& file) { return re
 std::vector<DriveRow> read_drive(const std::filesystem::path& file) { return read_table<DriveRow>(file); }
 std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return read_table<RangeRow>(file); }
 std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
+std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { return read_table<SightingRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   const auto lines = whole_lines(file);

@@ -15,6 +15,7 @@ std::string frames_header();
 std::string drive_header();
 std::string ranges_header();
 std::string fixes_header();
+std::string sightings_header();
 
 /// `text` as a field: in double quotes where it holds a comma, a quote or a line break (RFC 4180).
 std::string text_field(const std::string& text);
@@ -23,6 +24,7 @@ std::string to_line(const FrameRow& row);
 std::string to_line(const DriveRow& row);
 std::string to_line(const RangeRow& row);
 std::string to_line(const FixRow& row);
+std::string to_line(const SightingRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
@@ -31,7 +33,9 @@ std::string to_line(const PoseRow& row);
 std::vector<FrameRow> read_frames(const std::filesystem::path& file);
 std::vector<DriveRow> read_drive(const std::filesystem::path& file);
 std::vector<RangeRow> read_ranges(const std::filesystem::path& file);
+/// Also of a run of before fixes named outliers: its table lacks that last column.
 std::vector<FixRow> read_fixes(const std::filesystem::path& file);
+std::vector<SightingRow> read_sightings(const std::filesystem::path& file);
 std::vector<PoseRow> read_poses(const std::filesystem::path& file);
 
 }  // namespace twocone::runs

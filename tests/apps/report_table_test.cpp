@@ -25,6 +25,7 @@ runs::Summary known_summary() {
                         runs::ErrorStatistics{423, 0.0123456, 0.015, 0.0301, 0.0602},
                         2.5},
                        {"lamp", {{"not_seen", 450}}, {}, 3.0}};
+  summary.landmarks[0].frames_with_range = 423;
   summary.fix_verdicts = {{"ok", 440}, {"ambiguous", 4}, {"too_few", 6}};
   summary.frames_with_fix = 444;
   summary.fix_error = runs::ErrorStatistics{444, 0.0211, 0.025, 0.0444, 0.1234};
@@ -86,6 +87,47 @@ TEST(Table, PutsTheBaselineBeside) {
             "Red              423   94.0 %    12.35    15.00    30.10    60.20 |    22.20    98.70 |  21.95 136.6");
   EXPECT_EQ(line_of(text, "fix "),
             "fix              444   98.7 %    21.10    25.00    44.40   123.40 |    33.30   111.10 |  29.97   130");
+  expect_plain_and_narrow(text);
+}
+
+// Widths and units by hand: 0.0018 m are 1.80 mm, 0.0003 rad are 0.0172 degrees.
+TEST(Table, PutsBoundsHeadingsAndTheEstimateBeside) {
+  runs::Summary summary = known_summary();
+  summary.landmarks[0].range_bound_m = runs::BoundComparison{420, 0.0018, 0.00234};
+  summary.landmarks[0].within_95 = runs::Share{400, 423};
+  summary.landmarks[0].outliers = 3;
+  summary.position_bound_m = runs::BoundComparison{444, 0.0009, 0.0010};
+  summary.in_ellipse_95 = runs::Share{421, 444};
+  summary.heading_error = runs::AngleStatistics{444, 0.0002, 0.0003, 0.0006, 0.0008};
+  summary.heading_bound_rad = runs::BoundComparison{444, 0.00025, 0.0003};
+  summary.estimate_error = runs::ErrorStatistics{450, 0.0005, 0.0006, 0.0012, 0.002};
+  summary.estimate_heading_error = runs::AngleStatistics{450, 0.0001, 0.0001, 0.0002, 0.0004};
+  const std::string text = table(summary, known_info(), synthetic_robot());
+  EXPECT_EQ(line_of(text, "estimate "), "estimate         450  100.0 %     0.50     0.60     1.20     2.00");
+  const std::string headings = text.substr(text.find("Heading, error in degrees"));
+  EXPECT_EQ(line_of(headings, "fix "), "fix              444   98.7 %   0.0115   0.0172   0.0344   0.0458");
+  EXPECT_EQ(line_of(headings, "estimate "), "estimate         450  100.0 %   0.0057   0.0057   0.0115   0.0229");
+  const std::string bounds = text.substr(text.find("Beside the Cramer-Rao bound"));
+  EXPECT_EQ(line_of(bounds, "Red "), "Red              420     2.34     1.80     1.30   94.6 % of 423");
+  EXPECT_EQ(line_of(bounds, "lamp "), "lamp               0        -        -        -        -");
+  EXPECT_EQ(line_of(bounds, "position "), "position         444     1.00     0.90     1.11   94.8 % of 444");
+  EXPECT_EQ(line_of(bounds, "heading "), "heading          444   0.0172   0.0143     1.20");
+  EXPECT_THAT(text, HasSubstr("Left out of fixes as outliers, in frames: Red 3\n"));
+  expect_plain_and_narrow(text);
+}
+
+TEST(Table, OfAFullRunStatesTrueSigmas) {
+  const runs::RunData run = full_run(synthetic_run("unused", 160));
+  const runs::Summary summary = runs::summarise(run);
+  ASSERT_TRUE(summary.position_bound_m && summary.position_bound_m->ratio());
+  // About 155 fixes with errors of two numbers each: their root mean square is off by 1 / sqrt(2 * 155) = 5.7 % of
+  // itself at most; three times that. The share of 95 % is off by sqrt(0.95 * 0.05 / 155) = 1.8 %; three times that.
+  EXPECT_NEAR(*summary.position_bound_m->ratio(), 1, 0.17);
+  ASSERT_TRUE(summary.in_ellipse_95);
+  EXPECT_NEAR(double(summary.in_ellipse_95->held) / summary.in_ellipse_95->count, 0.95, 0.054);
+  EXPECT_EQ(summary.landmarks[2].outliers, 1);
+  const std::string text = table(summary, run.info, run.robot);
+  EXPECT_THAT(text, HasSubstr("Beside the Cramer-Rao bound"));
   expect_plain_and_narrow(text);
 }
 

@@ -51,8 +51,17 @@ std::vector<std::string> figures_in(const std::filesystem::path& run) {
   return names;
 }
 
+/// The error budget's draws are not under test here (tests/budget): few of them, so that a report is quick.
+ReportSettings quick() {
+  ReportSettings settings;
+  settings.budget_draws = 2;
+  settings.budget_pose_step = 1000;
+  return settings;
+}
+
 /// Writes the report and checks what holds for every one; returns its text.
-std::string written(const runs::RunData& run, ReportResult* result = nullptr, const ReportSettings& settings = {}) {
+std::string written(const runs::RunData& run, ReportResult* result = nullptr,
+                    const ReportSettings& settings = quick()) {
   const Result<ReportResult> report = write_report(run, settings);
   if (!report) {
     ADD_FAILURE() << report.error().message;
@@ -154,6 +163,42 @@ TEST(WriteReport, WritesNoErrorWithoutTruth) {
   EXPECT_FALSE(has(html, "Precision of the truth"));
   EXPECT_THAT(figures_in(scratch.path()), Not(Contains("fig17_error.svg")));
   EXPECT_THAT(result.notes, Contains(HasSubstr("no ground truth")));
+}
+
+TEST(WriteReport, PutsBoundsAndTheBudgetBesideTheErrors) {
+  const ScratchFolder scratch;
+  const runs::RunData run = full_run(synthetic_run(scratch.path(), 120, 40));
+  ReportSettings settings = quick();
+  settings.budget_draws = 8;
+  ReportResult result;
+  const std::string html = written(run, &result, settings);
+  const std::vector<std::string> names = figures_in(scratch.path());
+  for (const char* name : {"bound_position.svg", "bound_normalised.svg", "budget.svg"}) {
+    EXPECT_THAT(names, Contains(name));
+  }
+  EXPECT_TRUE(has(html, "rmse / bound"));
+  EXPECT_TRUE(has(html, "in 95\u00a0% ellipse"));
+  EXPECT_TRUE(has(html, "Heading, difference from the true one in degrees"));
+  EXPECT_TRUE(has(html, "Left out of fixes as outliers, in frames: blue 1."));
+  EXPECT_TRUE(has(html, "noise of the outlines 0.080 px (measured)"));
+  EXPECT_TRUE(has(html, "centre, upper mirror"));
+  EXPECT_TRUE(has(html, "8 draws for the Monte Carlo, whose own error is 25.0 % of itself"));
+  for (const auto& [name, label] : {std::pair{"bound_position", "position error / mm"},
+                                    {"bound_normalised", "range error / its sigma"},
+                                    {"budget", "root mean square / mm"},
+                                    {"budget", "tilt, lower mirror: 0.1 degree"}}) {
+    EXPECT_TRUE(has(content_of(scratch.path() / "figures" / (std::string(name) + ".svg")),
+                    std::string("<text>") + label + "</text>"));
+  }
+  for (const std::string& note : result.notes) EXPECT_THAT(note, Not(HasSubstr("gnuplot")));
+}
+
+TEST(WriteReport, AssumesTheNoiseOfARunWithoutSightings) {
+  const ScratchFolder scratch;
+  const std::string html = written(synthetic_run(scratch.path(), 20));
+  EXPECT_TRUE(has(html, "noise of the outlines 0.100 px (assumed)"));
+  EXPECT_FALSE(has(html, "rmse / bound"));
+  EXPECT_THAT(figures_in(scratch.path()), Not(Contains("bound_position.svg")));
 }
 
 TEST(WriteReport, TellsThatARunWasCutOff) {
@@ -323,7 +368,7 @@ TEST(WriteReport, PutsTheRenderedArenaTheRightWayRound) {
 TEST(WriteReport, ReportsProgressFromBeginningToEnd) {
   const ScratchFolder scratch;
   std::vector<double> fractions;
-  ReportSettings settings;
+  ReportSettings settings = quick();
   settings.progress = [&](double fraction, std::string_view text) {
     fractions.push_back(fraction);
     EXPECT_FALSE(text.empty());
@@ -344,7 +389,7 @@ TEST(WriteReport, SaysWhatCannotBeWritten) {
 
   const ScratchFolder other;
   std::filesystem::create_directories(other.path() / "report.html" / "in the way");
-  const auto blocked = write_report(synthetic_run(other.path(), 5));
+  const auto blocked = write_report(synthetic_run(other.path(), 5), quick());
   ASSERT_FALSE(blocked);
   EXPECT_THAT(blocked.error().message, HasSubstr("report.html"));
   EXPECT_FALSE(std::filesystem::exists(other.path() / "report.html.new"));
@@ -353,11 +398,13 @@ TEST(WriteReport, SaysWhatCannotBeWritten) {
 TEST(WriteReport, RefusesBadArguments) {
   ReportSettings settings;
   settings.gnuplot_timeout = std::chrono::milliseconds(0);
+  settings.budget_draws = 0;
   try {
     (void)write_report(synthetic_run("/no/such/run", 1), settings);
     FAIL() << "took them";
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), HasSubstr("gnuplot_timeout is 0 ms"));
+    EXPECT_THAT(error.what(), HasSubstr("budget_draws is 0, must be >= 1"));
     EXPECT_THAT(error.what(), HasSubstr("/no/such/run"));
   }
 }

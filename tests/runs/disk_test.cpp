@@ -72,6 +72,33 @@ TEST(Disk, OtherCamerasPicturesLieBesideThePairs) {
   EXPECT_EQ(read_frames(run.path() / "frames.csv").size(), 1U) << "a frame without all its pictures has a row";
 }
 
+// Catches another method's sightings left beside ranges that do not rest on them.
+TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
+  const TemporaryFolder folder;
+  AnswerRows answer;
+  answer.fixes.resize(1);
+  write_results(folder.path(), "paper", {answer}, OnTop::kYes);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
+  AnswerRows sighted = answer;
+  sighted.sightings.resize(2);
+  write_results(folder.path(), "full", {sighted}, OnTop::kYes);
+  EXPECT_EQ(read_sightings(folder.path() / "sightings.csv").size(), 2U);
+  write_results(folder.path(), "paper", {answer}, OnTop::kYes);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
+  EXPECT_EQ(read_sightings(folder.path() / "methods" / "full" / "sightings.csv").size(), 2U);
+
+  RunFolder run(folder.path() / "run");
+  const Image picture{1, 1, PixelFormat::kRgb8, {1, 2, 3}};
+  FrameRecord record;
+  run.add(record, picture, picture);
+  EXPECT_FALSE(std::filesystem::exists(run.path() / "sightings.csv"));
+  record.frame.frame = 1;
+  record.answer = sighted;
+  run.add(record, picture, picture);
+  file_results(run.path(), "full");
+  EXPECT_EQ(read_sightings(run.path() / "methods" / "full" / "sightings.csv").size(), 2U);
+}
+
 TEST(Disk, TheTruthIsATableBesideItsPicture) {
   const TemporaryFolder folder;
   const RunFolder run(folder.path() / "run");

@@ -18,11 +18,13 @@ files::Map map_of_three() {
 TEST(Method, IsNamedOrRefused) {
   EXPECT_EQ(method_named("paper"), Method::kPaper);
   EXPECT_EQ(to_string(Method::kPaper), "paper");
+  EXPECT_EQ(method_named("full"), Method::kFull);
+  EXPECT_EQ(to_string(Method::kFull), "full");
   try {
-    (void)method_named("full");
+    (void)method_named("better");
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "method 'full' is not in this version; there is: paper");
+    EXPECT_STREQ(error.what(), "no method 'better'; there are: paper, full");
   }
 }
 
@@ -35,8 +37,7 @@ TEST(ToRows, JudgesAgainstTheTruthAndLeavesTheRestEmpty) {
   answer.fix.verdict = localisation::FixVerdict::kGap;
   answer.fix.position_m = Eigen::Vector2d(0.3, 0.4);
   const PoseRow truth{1, 0, 0, 0};
-  const PoseRow odometry{1, 0.1, 0.1, 0.25};
-  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), &truth, odometry);
+  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), &truth);
   ASSERT_EQ(rows.ranges.size(), 3U);
   EXPECT_EQ(rows.ranges[0].range_m, 1.7);
   EXPECT_EQ(rows.ranges[0].true_range_m, 2);
@@ -48,8 +49,6 @@ TEST(ToRows, JudgesAgainstTheTruthAndLeavesTheRestEmpty) {
   EXPECT_DOUBLE_EQ(*rows.fixes[0].error_m, 0.5);
   EXPECT_FALSE(rows.fixes[0].heading_rad);
   EXPECT_FALSE(rows.fixes[0].var_x_m2);
-  ASSERT_TRUE(rows.estimate);
-  EXPECT_EQ(rows.estimate->heading_rad, 0.25) << "the odometry's";
 }
 
 TEST(ToRows, TwoAnswersAreTwoRowsAndNoEstimate) {
@@ -57,16 +56,56 @@ TEST(ToRows, TwoAnswersAreTwoRowsAndNoEstimate) {
   answer.fix.verdict = localisation::FixVerdict::kAmbiguous;
   answer.fix.position_m = Eigen::Vector2d(0, 1);
   answer.fix.other_position_m = Eigen::Vector2d(0, -1);
-  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), nullptr, {});
+  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), nullptr);
   ASSERT_EQ(rows.fixes.size(), 2U);
   EXPECT_EQ(rows.fixes[0].y_m, 1);
   EXPECT_EQ(rows.fixes[1].y_m, -1);
   EXPECT_FALSE(rows.fixes[0].error_m) << "no truth";
-  EXPECT_FALSE(rows.estimate);
+}
+
+TEST(ToRows, EachOfTwoAnswersHasItsOwnHeadingAndCovariance) {
+  FrameAnswer answer;
+  answer.fix.verdict = localisation::FixVerdict::kAmbiguous;
+  answer.fix.position_m = Eigen::Vector2d(0, 1);
+  answer.fix.heading_rad = 0.3;
+  answer.fix.covariance = Eigen::Vector3d(1e-6, 2e-6, 3e-6).asDiagonal();
+  answer.fix.other_position_m = Eigen::Vector2d(0, -1);
+  answer.fix.other_covariance = Eigen::Vector3d(4e-6, 5e-6, 0).asDiagonal();  // of a fix without a heading
+  answer.fix.outliers = {2, 0};
+  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), nullptr);
+  ASSERT_EQ(rows.fixes.size(), 2U);
+  EXPECT_EQ(rows.fixes[0].heading_rad, 0.3);
+  EXPECT_EQ(rows.fixes[0].var_heading_rad2, 3e-6);
+  EXPECT_EQ(rows.fixes[1].var_x_m2, 4e-6);
+  EXPECT_FALSE(rows.fixes[1].heading_rad);
+  EXPECT_FALSE(rows.fixes[1].var_heading_rad2);
+  EXPECT_EQ(rows.fixes[1].outliers, (std::vector<std::string>{"blue", "red"}));
+}
+
+TEST(ToRows, SightingsAreRowsOfTheirView) {
+  FrameAnswer answer;
+  answer.ranges.resize(3);
+  EXPECT_TRUE(to_rows(5, 1.0, answer, map_of_three(), nullptr).sightings.empty());
+  vision::Sighting& sighting = answer.ranges[1].upper_sighting.emplace();
+  sighting.pixel_px = {12.25, 34.5};
+  sighting.covariance_px2 << 0.01, 0.002, 0.002, 0.03;
+  sighting.edge_noise_px = 0.07;
+  const AnswerRows rows = to_rows(5, 1.0, answer, map_of_three(), nullptr);
+  ASSERT_EQ(rows.sightings.size(), 1U);
+  const SightingRow& row = rows.sightings[0];
+  EXPECT_EQ(row.frame, 5U);
+  EXPECT_EQ(row.landmark, "green");
+  EXPECT_EQ(row.view, "upper");
+  EXPECT_EQ(row.column_px, 12.25);
+  EXPECT_EQ(row.row_px, 34.5);
+  EXPECT_EQ(row.var_column_px2, 0.01);
+  EXPECT_EQ(row.cov_px2, 0.002);
+  EXPECT_EQ(row.var_row_px2, 0.03);
+  EXPECT_EQ(row.edge_noise_px, 0.07);
 }
 
 TEST(ToRows, NoFixIsOneRowWithItsVerdict) {
-  const AnswerRows rows = to_rows(5, 1.0, {}, map_of_three(), nullptr, {});
+  const AnswerRows rows = to_rows(5, 1.0, {}, map_of_three(), nullptr);
   ASSERT_EQ(rows.fixes.size(), 1U);
   EXPECT_EQ(rows.fixes[0].verdict, "too_few");
   EXPECT_FALSE(rows.fixes[0].x_m);

@@ -2,6 +2,7 @@
 #include "apps/runs/summary.h"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -79,6 +80,77 @@ TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
   EXPECT_NEAR(*s.travelled_m, 1.5, 1e-15);
   EXPECT_EQ(*s.headings_covered_deg, 20);  // 0, 5.7 | 11.5, 17.2 degrees: two bins of ten
   EXPECT_NEAR(s.odometry_error->max_m, 0.03, 1e-15);
+}
+
+TEST(Summary, HeadingsAreComparedRoundTheCircle) {
+  RunData run = small_run();
+  run.truth[3].heading_rad = 3.1;
+  run.fixes[4].heading_rad = -3.1;  // 2 pi - 6.2 = 0.0832 away
+  run.fixes[1].heading_rad = 0.1;
+  run.fixes[2].heading_rad = 0.5;  // of two answers in frame 1, true 0.1, the worse one: 0.4
+  run.estimate = {{0.5, 0.3, 0.4, 0.1}, {1.5, 0.9, 1.25, 3.1}};
+  const Summary s = summarise(run);
+  ASSERT_TRUE(s.heading_error);
+  EXPECT_EQ(s.heading_error->count, 2);
+  EXPECT_NEAR(s.heading_error->max_rad, 0.4, 1e-15);
+  EXPECT_NEAR(s.heading_error->mean_rad, (0.4 + 2 * std::numbers::pi - 6.2) / 2, 1e-15);
+  ASSERT_TRUE(s.estimate_error);
+  EXPECT_EQ(s.estimate_error->count, 2);
+  EXPECT_NEAR(s.estimate_error->max_m, 0.05, 1e-15);
+  EXPECT_NEAR(s.estimate_heading_error->max_rad, 0, 1e-15);
+}
+
+// By hand: sigmas 0.01 and 0.02 without correlation hold (0.02, 0.02), 4 + 1 < 5.99, but not (0.02, 0.03), 4 + 2.25;
+// a correlation of 0.9 lets the former go: (4 + 1 - 3.6) / 0.19 = 7.4.
+TEST(Summary, CountsEllipsesThatHoldTheTruth) {
+  RunData run = small_run();
+  run.fixes.clear();
+  const auto add = [&](std::uint64_t frame, const char* verdict, double dx_m, double dy_m, double covariance_m2) {
+    FixRow& row = run.fixes.emplace_back();
+    row.frame = frame;
+    row.verdict = verdict;
+    row.x_m = 1 + dx_m;
+    row.y_m = 2 + dy_m;
+    row.true_x_m = 1;
+    row.true_y_m = 2;
+    row.var_x_m2 = 1e-4;
+    row.cov_xy_m2 = covariance_m2;
+    row.var_y_m2 = 4e-4;
+  };
+  add(0, "ok", 0.02, 0.02, 0);
+  add(1, "ok", 0.02, 0.03, 0);
+  add(2, "ok", 0.02, 0.02, 0.9 * 2e-4);
+  add(3, "ambiguous", 1.0, 0.0, 0);
+  add(3, "ambiguous", 0.0, 0.001, 0);
+  Summary s = summarise(run);
+  ASSERT_TRUE(s.in_ellipse_95);
+  EXPECT_EQ(s.in_ellipse_95->count, 4);
+  EXPECT_EQ(s.in_ellipse_95->held, 2);
+  run.fixes[0].verdict = "weak";
+  run.fixes[1].var_x_m2 = 0;  // not positive definite: states nothing that could hold, and is not left out
+  s = summarise(run);
+  EXPECT_EQ(s.in_ellipse_95->count, 3);
+  EXPECT_EQ(s.in_ellipse_95->held, 1);
+}
+
+TEST(Summary, CountsSigmasThatHoldAndOutliersOncePerFrame) {
+  RunData run = small_run();
+  for (RangeRow& row : run.ranges) {
+    if (row.range_m) row.sigma_range_m = 0.0151;  // errors 0.01, 0.02, 0.04; 1.96 sigma is 0.0296
+  }
+  run.fixes[1].outliers = run.fixes[2].outliers = {"red"};  // two answers of one frame
+  run.fixes[4].outliers = {"blue", "red"};
+  const Summary s = summarise(run);
+  ASSERT_TRUE(s.landmarks[0].within_95);
+  EXPECT_EQ(s.landmarks[0].within_95->held, 2);
+  EXPECT_EQ(s.landmarks[0].within_95->count, 3);
+  EXPECT_EQ(s.landmarks[0].outliers, 2);
+  EXPECT_EQ(s.landmarks[0].frames_with_range, 3);
+  EXPECT_FALSE(s.landmarks[0].range_bound_m) << "no sightings, no bound";
+  const auto json = nlohmann::json::parse(to_json(s, {}));
+  EXPECT_EQ(json.at("landmarks")[0].at("range_within_1.96_sigma").at("held"), 2);
+  EXPECT_EQ(json.at("landmarks")[0].at("outliers"), 2);
+  EXPECT_TRUE(json.at("fix").at("position_bound").is_null());
 }
 
 TEST(Summary, WithoutTruthThereAreNoErrors) {

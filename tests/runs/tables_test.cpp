@@ -52,7 +52,43 @@ TEST(Tables, HeadersAreThoseOfTheDesign) {
             "frame,t_s,landmark,verdict,range_m,sigma_range_m,bearing_rad,sigma_bearing_rad,disparity_px,true_range_m");
   EXPECT_EQ(
       fixes_header(),
-      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m");
+      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
+      "outliers");
+  EXPECT_EQ(sightings_header(),
+            "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px");
+}
+
+TEST(Tables, SightingsAndOutliersAreReadAgain) {
+  const TemporaryFolder folder;
+  const SightingRow sighting{7, 0.7, "red, too", "upper", 319.123456789, -0.5, 1e-3, -2e-5, 3e-3, 0.0625};
+  const auto rows = read_sightings(folder.write("sightings.csv", sightings_header() + '\n' + to_line(sighting) + '\n'));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(to_line(rows[0]), to_line(sighting));
+  EXPECT_EQ(rows[0].landmark, "red, too");
+  EXPECT_EQ(rows[0].cov_px2, -2e-5);
+  EXPECT_TRUE(read_sightings(folder.path() / "not_there.csv").empty()) << "a method that makes none";
+
+  FixRow fix;
+  fix.verdict = "ok";
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{}, {"red"}, {"a;b", "c\\", "d,\"e\""}, {"", "x"}, {"x", ""}}) {
+    fix.outliers = names;
+    const auto again = read_fixes(folder.write("fixes.csv", fixes_header() + '\n' + to_line(fix) + '\n'));
+    ASSERT_EQ(again.size(), 1U);
+    EXPECT_EQ(again[0].outliers, names) << to_line(fix);
+  }
+}
+
+// A run that an older version made has no such column; it is still a run.
+TEST(Tables, FixesOfAnOlderRunAreRead) {
+  const TemporaryFolder folder;
+  const std::string header = fixes_header().substr(0, fixes_header().rfind(','));
+  const auto rows = read_fixes(folder.write("fixes.csv", header + "\n3,0.2,ok,1,2,,,,,,1,2,0.5\n"));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].error_m, 0.5);
+  EXPECT_TRUE(rows[0].outliers.empty());
+  const auto few = folder.write("few.csv", header + "\n3,0.2,ok\n");
+  EXPECT_EQ(error_of([&] { (void)read_fixes(few); }), few.string() + ":2: has 3 fields, must have 13");
 }
 
 TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
@@ -60,7 +96,7 @@ TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
   row.frame = 3;
   row.t_s = 0.2;
   row.verdict = "too_few";
-  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,");
+  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,,");
 }
 
 TEST(Tables, AHalfWrittenLastLineIsLeftOut) {

@@ -23,16 +23,24 @@ struct Verdict {
 };
 
 const Verdict* find_verdict(std::string_view name) {
-  static constexpr std::array<Verdict, 9> kVerdicts{
+  static constexpr std::array<Verdict, 17> kVerdicts{
       {{"ok", "#009e73", "an answer"},
        {"gap", "#56b4e9", "an answer, though two circles did not meet: the middle between them was taken"},
        {"ambiguous", "#cc79a7", "two answers fit equally well"},
        {"not_seen", "#999999", "nothing of its colour in the lower mirror"},
-       {"too_few", "#999999", "fewer than three ranges"},
+       {"too_few", "#999999", "fewer landmarks than a position takes"},
        {"truncated", "#e69f00", "it reaches the lower rim: too near for its top to be seen"},
        {"no_match", "#0072b2", "seen in the lower mirror, not found in the upper one"},
        {"beyond_limit", "#d55e00", "no positive disparity: too far to tell"},
-       {"same_colour", "#f0e442", "another landmark has this colour"}}};
+       {"same_colour", "#f0e442", "another landmark has this colour"},
+       {"one_view", "#8fce9f", "an answer from one mirror and the top's known height"},
+       {"occluded", "#7a5195", "something hides a part of its outline"},
+       {"saturated", "#f2c14e", "too bright for its colour to be told"},
+       {"two_candidates", "#cc79a7", "two things of its colour, and nothing tells which it is"},
+       {"inconsistent", "#a3333d", "the two mirrors contradict each other"},
+       {"impossible", "#5c3a21", "no place in the world looks like this"},
+       {"weak", "#56b4e9", "an answer, but one direction is hardly seen"},
+       {"contradictory", "#a3333d", "the landmarks contradict each other, and nothing tells which is wrong"}}};
   const auto* found =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](const Verdict& v) { return v.name == name; });
   return found == kVerdicts.end() ? nullptr : found;

@@ -11,6 +11,7 @@ namespace twocone::report {
 inline constexpr std::string_view kTruthColour = "#222222";
 inline constexpr std::string_view kFixColour = "#d55e00";
 inline constexpr std::string_view kOdometryColour = "#0072b2";
+inline constexpr std::string_view kBoundColour = "#009e73";
 inline constexpr std::string_view kPaperColour = "#888888";
 
 /// A landmark's colour as it is: "#rrggbb", sRGB. @param colour linear rgb, cut to [0, 1]

@@ -131,7 +131,7 @@ Plot range_plot(const runs::RunData& run, const RangeData& data, const std::stri
 
 std::string caption(const Drawing& drawing, const files::Landmark& landmark, const RangeData& data) {
   const runs::LandmarkSummary* summary = find_landmark(&drawing.summary, landmark.name);
-  const int seen = summary != nullptr ? count_of(summary->verdicts, "ok") : 0;
+  const int seen = summary != nullptr ? summary->frames_with_range : 0;
   std::string text = fmt::format("{} of {} frames have a range.", seen, drawing.summary.frames);
   if (summary != nullptr && summary->error) {
     text +=

@@ -5,13 +5,6 @@
 #include <cmath>
 
 namespace twocone::report {
-namespace {
-
-/// A .tum file's time may be rounded to the microsecond, and frames are milliseconds apart at the least.
-constexpr double kSameInstant_s = 0.5e-3;
-
-}  // namespace
-
 FrameSpan frame_span(const runs::RunData& run) {
   if (run.frames.empty()) return {};
   const auto [first, last] = std::minmax_element(run.frames.begin(), run.frames.end(),
@@ -19,22 +12,9 @@ FrameSpan frame_span(const runs::RunData& run) {
   return {static_cast<double>(first->frame) - 0.5, static_cast<double>(last->frame) + 0.5};
 }
 
-std::vector<std::optional<runs::PoseRow>> at_frames(const runs::RunData& run, const std::vector<runs::PoseRow>& poses) {
-  std::vector<runs::PoseRow> sorted = poses;
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
-  std::vector<std::optional<runs::PoseRow>> result;
-  for (const runs::FrameRow& frame : run.frames) {
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), frame.t_s - kSameInstant_s,
-                                        [](const runs::PoseRow& pose, double t_s) { return pose.t_s < t_s; });
-    const bool there = found != sorted.end() && found->t_s <= frame.t_s + kSameInstant_s;
-    result.push_back(there ? std::optional(*found) : std::nullopt);
-  }
-  return result;
-}
-
 std::vector<std::optional<double>> odometry_errors_m(const runs::RunData& run) {
-  const auto truth = at_frames(run, run.truth);
-  const auto odometry = at_frames(run, run.odometry);
+  const auto truth = runs::at_frames(run, run.truth);
+  const auto odometry = runs::at_frames(run, run.odometry);
   std::vector<std::optional<double>> errors(run.frames.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {
     if (truth[i] && odometry[i]) {

@@ -16,9 +16,6 @@ struct FrameSpan {
 };
 FrameSpan frame_span(const runs::RunData& run);
 
-/// The pose at each frame of `run.frames`, by time; nothing where `poses` has none.
-std::vector<std::optional<runs::PoseRow>> at_frames(const runs::RunData& run, const std::vector<runs::PoseRow>& poses);
-
 /// Distance of odometry from truth at each frame, metres; nothing where either is missing.
 std::vector<std::optional<double>> odometry_errors_m(const runs::RunData& run);
 

@@ -27,9 +27,11 @@ std::string group_html(const FigureGroup& group) {
   for (const Figure& figure : group.figures) {
     if (!figure.svg.empty()) figures += figure_html(figure);
   }
-  if (figures.empty()) return "";
+  if (figures.empty() && group.tables.empty()) return "";
   const std::string intro = group.intro.empty() ? "" : html::text("p", group.intro);
-  return html::section(group.id, group.title, intro + html::element("div", figures, "class=\"figures\""));
+  return html::section(
+      group.id, group.title,
+      intro + group.tables + (figures.empty() ? "" : html::element("div", figures, "class=\"figures\"")));
 }
 
 /// A slider through some frames; without a script the first one is there.

@@ -9,12 +9,13 @@
 
 namespace twocone::report {
 
-/// Figures that belong together. Those without an SVG are left out.
+/// Figures that belong together. Those without an SVG are left out; a group without any and without tables too.
 struct FigureGroup {
   std::string id;  ///< in the page
   std::string title;
   std::string intro;  ///< plain text, may be empty
   std::vector<Figure> figures;
+  std::string tables{};  ///< HTML, before the figures
 };
 
 /// All that the page shows.

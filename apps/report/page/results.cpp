@@ -2,6 +2,7 @@
 #include "apps/report/page/results.h"
 
 #include <algorithm>
+#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -35,6 +36,14 @@ void add_errors(std::vector<std::string>& cells, const std::optional<runs::Error
 void add_mean_max(std::vector<std::string>& cells, const std::optional<runs::ErrorStatistics>& error) {
   cells.push_back(error ? mm(error->mean_m) : kNone);
   cells.push_back(error ? mm(error->max_m) : kNone);
+}
+
+/// Bound, errors over it, and how many of the stated sigmas hold.
+void add_bound(std::vector<std::string>& cells, const std::optional<runs::BoundComparison>& bound,
+               const std::optional<runs::Share>& share) {
+  cells.push_back(bound ? mm(bound->bound_rms) : kNone);
+  cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
+  cells.push_back(share ? percent(share->held, share->count) : kNone);
 }
 
 /// Verdicts with their counts, `ok` first, then the most frequent.
@@ -149,6 +158,8 @@ std::string rules(const PageContent& content) {
 std::string range_table(const PageContent& content) {
   const runs::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
+  // A method that states sigmas does not round to pixels: it stands beside what the pictures allow.
+  const bool bounded = has_bounds(summary);
   std::vector<std::string> groups{
       "",
       "frames",
@@ -156,9 +167,18 @@ std::string range_table(const PageContent& content) {
   std::vector<int> spans{1, 2};
   std::vector<std::string> heads{"pillar", "with a range", "covered"};
   if (truth) {
-    groups.insert(groups.end(), {"error / mm", "rounding to pixels"});
-    spans.insert(spans.end(), {4, 1});
-    heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max", "alone: mean"});
+    groups.emplace_back("error / mm");
+    spans.push_back(4);
+    heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max"});
+    if (!bounded) {
+      groups.emplace_back("rounding to pixels");
+      spans.push_back(1);
+      heads.emplace_back("alone: mean");
+    } else {
+      groups.emplace_back("Cram\u00e9r\u2013Rao bound");
+      spans.push_back(3);
+      heads.insert(heads.end(), {"rms / mm", "rmse / bound", "in 1.96 \u03c3"});
+    }
     if (content.baseline != nullptr) {
       groups.emplace_back("method paper");
       spans.push_back(2);
@@ -172,13 +192,18 @@ std::string range_table(const PageContent& content) {
                     html::head_row(groups, spans) + html::head_row(heads));
   for (const files::Landmark& landmark : content.run.map.landmarks) {
     const runs::LandmarkSummary* own = find_landmark(&summary, landmark.name);
-    const int seen = own != nullptr ? count_of(own->verdicts, "ok") : 0;
+    const int seen = own != nullptr ? own->frames_with_range : 0;
     std::vector<std::string> cells{swatch(own_colour(landmark.colour)) + escape(landmark.name), fmt::to_string(seen),
                                    percent(seen, summary.frames)};
     if (truth) {
       add_errors(cells, own != nullptr ? own->error : std::nullopt);
-      const std::optional<double> rounding_m = rounding_error_m(content.run, landmark);
-      cells.push_back(rounding_m ? mm(*rounding_m) : kNone);
+      if (!bounded) {
+        const std::optional<double> rounding_m = rounding_error_m(content.run, landmark);
+        cells.push_back(rounding_m ? mm(*rounding_m) : kNone);
+      } else {
+        add_bound(cells, own != nullptr ? own->range_bound_m : std::nullopt,
+                  own != nullptr ? own->within_95 : std::nullopt);
+      }
       if (content.baseline != nullptr) {
         const runs::LandmarkSummary* other = find_landmark(content.baseline, landmark.name);
         add_mean_max(cells, other != nullptr ? other->error : std::nullopt);
@@ -190,12 +215,22 @@ std::string range_table(const PageContent& content) {
     table.add(cells);
   }
   std::string text = table.str();
-  if (truth) {
+  if (truth && !bounded) {
     text += html::element("p",
                           "\"Rounding to pixels alone\" is what the mean error would be if both matches were right to "
                           "the nearest whole pixel and "
                           "nothing else were wrong: a third of a pixel of disparity at the true ranges of this run.",
                           "class=\"soft\"");
+  }
+  if (truth && bounded) {
+    text += html::element(
+        "p",
+        "The Cram\u00e9r\u2013Rao bound is the least standard deviation that any unbiased method can have: from the "
+        "landmark's outline in both mirrors, at the true pose, with the noise of the outline as it was measured in "
+        "this "
+        "run. \"rmse / bound\" is over the frames that have both. \"In 1.96 \u03c3\": ranges whose own stated sigma "
+        "explains their error; of true sigmas it is 95\u00a0%.",
+        "class=\"soft\"");
   }
   return text;
 }
@@ -218,27 +253,86 @@ std::string coverage_table(const PageContent& content) {
   return table.str() + html::element("div", legend, "class=\"legend\"");
 }
 
+namespace {
+
+std::string heading_table(const runs::Summary& summary) {
+  if (!summary.heading_error && !summary.estimate_heading_error) return "";
+  const bool bounded = summary.heading_bound_rad.has_value();
+  std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
+  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
+  html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
+  const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
+  const auto add = [&](const std::string& name, const runs::AngleStatistics& error,
+                       const std::optional<runs::BoundComparison>& bound) {
+    std::vector<std::string> cells{name,
+                                   fmt::to_string(error.count),
+                                   degrees(error.mean_rad),
+                                   degrees(error.rmse_rad),
+                                   degrees(error.p95_rad),
+                                   degrees(error.max_rad)};
+    if (bounded) {
+      cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
+      cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
+    }
+    table.add(cells);
+  };
+  if (summary.heading_error) {
+    add("fix, method " + escape(summary.method), *summary.heading_error, summary.heading_bound_rad);
+  }
+  if (summary.estimate_heading_error) add("estimate (estimate.tum)", *summary.estimate_heading_error, {});
+  return table.str();
+}
+
+std::string outlier_line(const runs::Summary& summary) {
+  std::string named;
+  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+    if (landmark.outliers > 0) {
+      named += fmt::format("{}{} {}", named.empty() ? "" : ", ", landmark.name, landmark.outliers);
+    }
+  }
+  if (!named.empty()) return html::text("p", "Left out of fixes as outliers, in frames: " + named + ".");
+  return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
+}
+
+}  // namespace
+
 std::string position_table(const PageContent& content) {
   const runs::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
   std::vector<std::string> heads{"", "frames", "covered"};
+  const bool bounded = truth && has_bounds(summary);
   if (truth) heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max"});
+  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound", "in 95\u00a0% ellipse"});
   html::Table table(truth ? "Position, distance from the true one in mm" : "Position", html::head_row(heads));
   const auto add = [&](const std::string& name, int frames, const std::optional<runs::ErrorStatistics>& error) {
     std::vector<std::string> cells{name, fmt::to_string(frames), percent(frames, summary.frames)};
     if (truth) add_errors(cells, error);
+    if (bounded && &error == &summary.fix_error) {
+      add_bound(cells, summary.position_bound_m, summary.in_ellipse_95);
+    } else if (bounded) {
+      cells.insert(cells.end(), 3, kNone);
+    }
     table.add(cells);
   };
   add("fix, method " + escape(summary.method), summary.frames_with_fix, summary.fix_error);
   if (content.baseline != nullptr)
     add("fix, method paper", content.baseline->frames_with_fix, content.baseline->fix_error);
   if (truth) {
+    if (summary.estimate_error) {
+      add("estimate (estimate.tum)", summary.estimate_error->count, summary.estimate_error);
+    }
     add("odometry alone", summary.odometry_error ? summary.odometry_error->count : 0, summary.odometry_error);
-    table.add({"the paper", kNone, kNone, fmt::to_string(paper::kPositionMean_mm), kNone, kNone,
-               fmt::format("within {}", paper::kPositionWithin_mm)},
-              "class=\"soft\"");
+    std::vector<std::string> cells{"the paper",
+                                   kNone,
+                                   kNone,
+                                   fmt::to_string(paper::kPositionMean_mm),
+                                   kNone,
+                                   kNone,
+                                   fmt::format("within {}", paper::kPositionWithin_mm)};
+    if (bounded) cells.insert(cells.end(), 3, kNone);
+    table.add(cells, "class=\"soft\"");
   }
-  return table.str();
+  return table.str() + heading_table(summary) + outlier_line(summary);
 }
 
 }  // namespace twocone::report

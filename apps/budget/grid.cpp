@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "apps/behaviours/arena.h"
+#include "apps/budget/budget.h"
+#include "apps/files/to_layers.h"
+
+namespace twocone::budget {
+
+std::vector<localisation::Pose> grid_poses(const files::Robot& robot, const files::Map& map) {
+  constexpr int kSteps = 6;
+  // The golden angle: headings all round, none twice, whatever the number of poses.
+  constexpr double kTurn_rad = 2.399963229728653;
+  const behaviours::Arena arena = files::to_arena(map);
+  const Eigen::Vector2d size_m = arena.max_m - arena.min_m;
+  const double step_m = size_m.maxCoeff() / kSteps;
+  std::vector<localisation::Pose> poses;
+  for (double x_m = arena.min_m.x() + step_m / 2; x_m < arena.max_m.x(); x_m += step_m) {
+    for (double y_m = arena.min_m.y() + step_m / 2; y_m < arena.max_m.y(); y_m += step_m) {
+      if (arena.clearance_m({x_m, y_m}) < robot.body_radius_m) continue;
+      poses.push_back({x_m, y_m, localisation::wrap_angle_rad(kTurn_rad * double(poses.size()))});
+    }
+  }
+  return poses;
+}
+
+}  // namespace twocone::budget

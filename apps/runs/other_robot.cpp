@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/other_robot.h"
+
+#include <string>
+#include <system_error>
+#include <tuple>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+#include "apps/files/to_layers.h"
+#include "apps/runs/disk.h"
+#include "apps/runs/run_data.h"
+#include "apps/runs/run_yaml.h"
+#include "apps/runs/tables.h"
+#include "localisation/odometry.h"
+
+namespace twocone::runs {
+namespace {
+
+namespace fs = std::filesystem;
+
+void refuse_other_robots(const RunData& run, const files::Robot& robot) {
+  const auto refuse = [&](const std::string& what) {
+    throw files::FileError(
+        fmt::format("{}: {} is not that of the robot that made {}", robot.file.string(), what, run.folder.string()));
+  };
+  if (robot.start != run.robot.start) refuse("start");
+  for (const auto& [name, now, then] :
+       {std::tuple{"lower", &robot.lower, &run.robot.lower}, std::tuple{"upper", &robot.upper, &run.robot.upper}}) {
+    if (now->width_px != then->width_px || now->height_px != then->height_px) {
+      refuse(fmt::format("cameras.{}: {} x {} px", name, now->width_px, now->height_px));
+    }
+  }
+}
+
+void link_or_copy(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  if (!error) fs::create_hard_link(from, to, error);
+  if (error) {  // another disk, or one without links
+    error.clear();
+    fs::copy_file(from, to, error);
+  }
+  if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
+}
+
+std::string odometry_text(const RunData& run, const files::Robot& robot) {
+  localisation::Odometry odometry(files::to_wheels(robot), files::to_start_pose(robot));
+  std::string text;
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);
+    text += to_line(PoseRow{run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad}) + '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
+  const RunData run = read_run(from);
+  const files::Robot robot = files::read_robot(robot_file);
+  refuse_other_robots(run, robot);
+  if (run.drive.size() < run.frames.size()) {
+    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
+                                       run.frames.size(), run.drive.size()));
+  }
+  if (fs::exists(to / "run.yaml") || fs::exists(to / "frames.csv")) {
+    throw DiskError(fmt::format("{} holds a run already: choose another --out, or remove it first", to.string()));
+  }
+  std::error_code error;
+  fs::create_directories(to, error);
+  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", to.string(), error.message()));
+  std::vector<std::string> cameras{"lower", "upper"};
+  for (const files::NamedCameraEntry& other : run.robot.others) cameras.push_back(other.name);
+  for (const FrameRow& row : run.frames) {
+    for (const std::string& camera : cameras) {
+      link_or_copy(camera_picture(from, camera, row.frame), camera_picture(to, camera, row.frame));
+    }
+  }
+  // Copies: a program may write on at the end of a table.
+  for (const char* table : {"frames.csv", "drive.csv"}) write_whole(to / table, files::read_text(from / table));
+  if (!run.truth.empty()) write_whole(to / "truth.tum", files::read_text(from / "truth.tum"));
+  write_whole(to / "odometry.tum", odometry_text(run, robot));
+  write_run_yaml_for_robot(from, robot_file, to);  // last: from now on it is a run
+}
+
+}  // namespace twocone::runs

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+namespace twocone::runs {
+
+/// A new run folder with what `from` recorded (pictures, wheel angles, truth), as the robot of another file would have
+/// it: for localise() to range and fix with that file's `rig:` and wheels, after a calibration say. `from` stays as it
+/// is.
+///
+/// Pictures are hard links where the disk can have them, copies else. The odometry is reckoned anew from the recorded
+/// angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still `from`'s.
+/// @param from also a run that was cut off
+/// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
+/// @param to a folder without a run
+/// @throws files::FileError (a file that cannot be read, another robot altogether), DiskError
+void copy_run_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                        const std::filesystem::path& to);
+
+}  // namespace twocone::runs

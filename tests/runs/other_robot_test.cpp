@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/other_robot.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+#include "apps/runs/disk.h"
+#include "apps/runs/run_folder.h"
+#include "apps/runs/run_yaml.h"
+#include "tests/support/temporary_folder.h"
+
+namespace twocone::runs {
+namespace {
+
+const std::string kLab = TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml";
+const std::string kMap = TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml";
+
+class OtherRobot : public testing::Test {
+ protected:
+  OtherRobot() {
+    RunFolder run(from_);
+    const Image dark{4, 3, PixelFormat::kRgb8, std::vector<std::uint8_t>(36, 7)};
+    const Image light{4, 3, PixelFormat::kRgb8, std::vector<std::uint8_t>(36, 201)};
+    for (const std::uint64_t frame : {0, 1}) {
+      FrameRecord record;
+      const double t_s = 0.1 * double(frame);
+      record.frame.frame = frame;
+      record.frame.t_s = t_s;
+      // Straight on: with the lab's wheels of 0.05 m by 0.05 * 1.7 m.
+      record.drive = {t_s, 17, 17, 1.7 * double(frame), 1.7 * double(frame)};
+      record.truth = PoseRow{t_s, 0.0857 * double(frame), 0.001, 0.002};
+      record.odometry = {t_s, 0.085 * double(frame), 0, 0};
+      run.add(record, dark, light);
+    }
+    RunInfo info;
+    info.method = "full";
+    info.events = {"it began"};
+    write_run_yaml(from_, info, kLab, kMap);
+  }
+
+  /// The lab's robot file with `old` as `now`.
+  std::filesystem::path lab_but(const std::string& old, const std::string& now) {
+    std::string text = files::read_text(kLab);
+    for (const auto& [a, b] : {std::pair{old, now}, {std::string("../scenes/lab.map.yaml"), kMap}}) {
+      const std::size_t at = text.find(a);
+      EXPECT_NE(at, std::string::npos) << a;
+      if (at != std::string::npos) text.replace(at, a.size(), b);
+    }
+    return temporary_.write("other.yaml", text);
+  }
+
+  const testing_support::TemporaryFolder temporary_;
+  const std::filesystem::path from_ = temporary_.path() / "from";
+  const std::filesystem::path to_ = temporary_.path() / "to";
+};
+
+TEST_F(OtherRobot, TakesThePicturesAndTheTruthButRigWheelsAndOdometryOfTheOther) {
+  const std::string before = files::read_text(from_ / "run.yaml");
+  auto file = lab_but("wheel_radius_m: 0.05\n", "wheel_radius_m: 0.0511\n");
+  file = temporary_.write("both.yaml", files::read_text(file) + "max_skew_s: 0.0137\n");
+  copy_run_for_robot(from_, file, to_);
+
+  const RunData run = read_run(to_);
+  EXPECT_EQ(run.robot.file, file);
+  EXPECT_EQ(run.robot.drive.wheel_radius_m, 0.0511);
+  EXPECT_EQ(run.robot.max_skew_s, 0.0137);
+  EXPECT_EQ(run.map.landmarks, read_run(from_).map.landmarks);
+  ASSERT_EQ(run.frames.size(), 2U);
+  ASSERT_EQ(run.truth.size(), 2U);
+  EXPECT_EQ(run.truth[1].x_m, 0.0857);
+  ASSERT_EQ(run.odometry.size(), 2U);
+  // Tables have nine digits or more after the point.
+  EXPECT_NEAR(run.odometry[1].x_m, 0.0511 * 1.7, 1e-9) << "m, of the wheels of the other file";
+  EXPECT_EQ(files::read_text(lower_picture(to_, 1)), files::read_text(lower_picture(from_, 1)));
+  EXPECT_EQ(files::read_text(upper_picture(to_, 0)), files::read_text(upper_picture(from_, 0)));
+  ASSERT_EQ(run.info.events.size(), 2U);
+  EXPECT_EQ(run.info.events[0], "it began");
+  EXPECT_NE(run.info.events[1].find(file.string()), std::string::npos) << run.info.events[1];
+
+  EXPECT_EQ(files::read_text(from_ / "run.yaml"), before) << "the run itself is left as it is";
+}
+
+TEST_F(OtherRobot, ThatCannotHaveMadeTheRunIsRefused) {
+  EXPECT_THROW(copy_run_for_robot(from_, lab_but("width_px: 640", "width_px: 648"), to_), files::FileError);
+  EXPECT_THROW(copy_run_for_robot(from_, lab_but("start: {x_m: 0.0", "start: {x_m: 0.1"), to_), files::FileError);
+  EXPECT_THROW(copy_run_for_robot(from_, temporary_.path() / "none.yaml", to_), files::FileError);
+  EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
+}
+
+TEST_F(OtherRobot, NoRunIsLostToAnother) {
+  EXPECT_THROW(copy_run_for_robot(from_, kLab, from_), DiskError);
+  copy_run_for_robot(from_, kLab, to_);
+  EXPECT_THROW(copy_run_for_robot(from_, kLab, to_), DiskError);
+}
+
+}  // namespace
+}  // namespace twocone::runs
