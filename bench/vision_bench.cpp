@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one stereo frame costs above the HAL. Quote the ratio to DecodePngPair, the work of reading the same two
-// pictures from a run folder, from one run of this program; and medians: --benchmark_repetitions=9
+// What one stereo frame costs above the HAL. Quote ratios from one run of this program: of FullOfAPair to PairToHsv,
+// OpenCV's conversion of the same pair from BGR to HSV in one thread; of others to DecodePngPair, the work of reading
+// the same two pictures from a run folder. And medians: --benchmark_repetitions=9
 // --benchmark_report_aggregates_only=true
 #include <cstdio>
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "localisation/least_squares_fix.h"
 #include "localisation/paper_trilateration.h"
+#include "tests/support/synthetic_lab.h"
+#include "vision/full_ranging.h"
 #include "vision/paper_ranging.h"
 #include "vision/rim.h"
 #include "vision/unwrap.h"
@@ -76,6 +81,55 @@ void FixByTriangle(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(localisation::fix_by_triangle(ranges));
 }
 BENCHMARK(FixByTriangle)->Unit(benchmark::kMicrosecond);
+
+/// The lab's six pillars in a room of its own brightness, with the noise of a camera.
+struct LabPair {
+  vision::testing_support::SyntheticRig rig{vision::testing_support::lab_rig(),
+                                            {.level = 0.45, .cells = 24, .contrast = 0.3}};
+  std::vector<vision::testing_support::SyntheticLandmark> pillars = vision::testing_support::six_pillars();
+  vision::testing_support::SyntheticRig::Pair pictures;
+  LabPair() {
+    std::mt19937_64 random(1);
+    pictures = rig.take({vision::testing_support::seen_from(pillars, {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
+  }
+};
+const LabPair& lab_pair() {
+  static const LabPair pair;
+  return pair;
+}
+
+/// Vision and localisation of one stereo frame.
+void FullOfAPair(benchmark::State& state) {
+  const LabPair& lab = lab_pair();
+  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  for (auto _ : state) {
+    std::vector<localisation::LandmarkMeasurement> measurements;
+    const auto measured = ranging.measure(lab.pictures.lower, lab.pictures.upper);
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      if (!measured[k].covariance) continue;
+      measurements.push_back(
+          {lab.pillars[k].centre_m, measured[k].range_m, measured[k].bearing_rad, *measured[k].covariance});
+    }
+    const auto fix = localisation::fix_by_least_squares(measurements);
+    if (fix.used < 6) state.SkipWithError("not all six pillars were used");
+    benchmark::DoNotOptimize(fix);
+  }
+}
+BENCHMARK(FullOfAPair)->Unit(benchmark::kMillisecond);
+
+void PairToHsv(benchmark::State& state) {
+  const LabPair& lab = lab_pair();
+  cv::setNumThreads(1);
+  cv::Mat lower;
+  cv::Mat upper;
+  for (auto _ : state) {
+    cv::cvtColor(lab.pictures.lower, lower, cv::COLOR_BGR2HSV);
+    cv::cvtColor(lab.pictures.upper, upper, cv::COLOR_BGR2HSV);
+    benchmark::DoNotOptimize(lower.data);
+    benchmark::DoNotOptimize(upper.data);
+  }
+}
+BENCHMARK(PairToHsv)->Unit(benchmark::kMillisecond);
 
 void Unwrap(benchmark::State& state) {
   const auto rig = lab_rig();

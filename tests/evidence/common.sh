@@ -8,7 +8,8 @@ commit=$(git rev-parse --short=10 HEAD)
 measured=(CMakeLists.txt CMakePresets.json cmake hal vision localisation drivers apps scenes robots)
 [ -z "$(git status --porcelain --untracked-files=no -- "${measured[@]}")" ] || commit+="+"
 work=$PWD/evidence-runs/$(git ls-tree HEAD -- "${measured[@]}" | sha1sum | cut -c1-10)${commit##*[0-9a-f]}/$topic
-mkdir -p "$work" docs/evidence
+pages=docs/evidence # where the page goes
+mkdir -p "$work" "$pages"
 twocone=$PWD/build/release/twocone
 rows=""
 blocks=""
@@ -31,6 +32,8 @@ block() {
 # holds EXPRESSION: yes or no
 holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
 
+# TWOCONE_EVIDENCE_SECONDS=N: steps that have not begun by then are left for the next call, which goes on there.
+# TWOCONE_EVIDENCE_ONLY=REGEX: only steps of such names are run; what was done before counts all the same.
 # step NAME COMMAND...: runs it once for these sources; its output is $work/NAME.log, its status $work/NAME.status
 step() {
   local name=$1
@@ -39,13 +42,22 @@ step() {
     say "$name: done before"
     return
   fi
+  if [ -n "${TWOCONE_EVIDENCE_SECONDS:-}" ] && [ "$SECONDS" -ge "$TWOCONE_EVIDENCE_SECONDS" ]; then
+    say "$name: not run, the time is up"
+    echo "not run yet: this measurement's time was up" >"$work/$name.log"
+    return
+  fi
+  if [ -n "${TWOCONE_EVIDENCE_ONLY:-}" ] && [[ ! $name =~ $TWOCONE_EVIDENCE_ONLY ]]; then
+    echo "not run yet" >"$work/$name.log"
+    return
+  fi
   say "$name ..."
   local status=0
   "$@" >"$work/$name.log" 2>&1 || status=$?
   echo "$commit" >"$work/$name.commit"
   echo "$status" >"$work/$name.status"
 }
-status_of() { cat "$work/$1.status"; }
+status_of() { cat "$work/$1.status" 2>/dev/null || echo "not run"; }
 passed() { [ "$(status_of "$1")" = 0 ] && echo yes || echo no; }
 
 page() { # page TITLE
@@ -65,7 +77,7 @@ page() { # page TITLE
     echo "|---|---|---|---|"
     printf '%s' "$rows"
     printf '%s' "$blocks"
-  } >"docs/evidence/$topic.md.part"
-  mv "docs/evidence/$topic.md.part" "docs/evidence/$topic.md"
-  say "docs/evidence/$topic.md written, $unmet not met"
+  } >"$pages/$topic.md.part"
+  mv "$pages/$topic.md.part" "$pages/$topic.md"
+  say "$pages/$topic.md written, $unmet not met"
 }

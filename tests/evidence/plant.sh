@@ -1,0 +1,185 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# A copy of the lab whose rig is not what its robot believes, for calibration to find out.
+#
+#   tests/evidence/plant.sh FOLDER ERROR...
+#
+# ERROR is one or several of: centre rim tilt offset apex wheel_radius; or all; or none. Written into FOLDER:
+#   lab.pov, lab.map.yaml   the lab with the errors in the scene: in cameras and mirrors, never in `rig:`
+#   robot.yaml              the lab's robot as it ships: its `rig:` and `drive:` are wrong now. The wheels' error is in
+#                           `effects:`, which is the simulated world's
+#   perfect.yaml            the same robot with `rig:` and `drive:` as they really are
+#   truth.json              every number of the rig and of the wheels as it really is, by its name in calibration.json
+#
+# Each error is an exact change of a text that must stand in the lab's scene once: if the scene changes, this fails.
+# World (x, y, z) is POV-Ray's <x, z, y> / 0.05. With y and z exchanged, a turn about body x or y by an angle is POV-Ray's
+# `rotate` about x or z by minus that angle.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+if (($# < 2)); then
+  echo "usage: $0 FOLDER ERROR...   (centre rim tilt offset apex wheel_radius, all, none)" >&2
+  exit 2
+fi
+folder=$1
+shift
+known=(centre rim tilt offset apex wheel_radius)
+declare -A planted=()
+for error in "$@"; do
+  case $error in
+    all) for name in "${known[@]}"; do planted[$name]=1; done ;;
+    none) ;;
+    *)
+      if [[ " ${known[*]} " != *" $error "* ]]; then
+        echo "plant.sh: no error '$error'; there is: ${known[*]}, all, none" >&2
+        exit 2
+      fi
+      planted[$error]=1
+      ;;
+  esac
+done
+is() { [ -n "${planted[$1]:-}" ]; }
+calc() { awk "BEGIN { pi = atan2(0, -1); printf \"%.${2:-12}g\", $1 }"; }
+
+mkdir -p "$folder"
+scene=$folder/lab.pov
+belief=$folder/robot.yaml
+perfect=$folder/perfect.yaml
+cp scenes/lab.pov "$scene"
+cp scenes/lab.map.yaml "$folder/lab.map.yaml"
+cp robots/lab_sim.yaml "$belief"
+
+# change FILE OLD NEW: OLD must stand exactly once. No patterns: awk's index() looks for the text itself.
+change() {
+  OLD=$2 NEW=$3 FROM=${1##*/} awk '
+    { text = text $0 "\n" }
+    END {
+      at = index(text, ENVIRON["OLD"])
+      if (at == 0 || index(substr(text, at + 1), ENVIRON["OLD"]) != 0) {
+        print "plant.sh: must stand once in what " ENVIRON["FROM"] " is a copy of: " ENVIRON["OLD"] > "/dev/stderr"
+        exit 1
+      }
+      printf "%s%s%s", substr(text, 1, at - 1), ENVIRON["NEW"], substr(text, at + length(ENVIRON["OLD"]))
+    }' "$1" >"$1.part"
+  mv "$1.part" "$1"
+}
+
+# What the rig is, in the robot file's words. The tips stay where they are, so d, s and the lower lens's height do too.
+R=0.06 d=0.12
+lower_centre="319.5, 239.5" upper_centre="319.5, 239.5"
+lower_focal=708 upper_focal=708 # pixels: direction 1.475 times 480
+apex_deg=90
+tilt_x_deg=0 tilt_y_deg=0
+offset_x=0 offset_y=0
+wheel_radius=0.05
+
+lower_direction="<0, 1.475, 0>"
+if is centre; then
+  # 3 px: the picture's axis at 319.5 + 1.8, 239.5 - 2.4. A pixel is 1/480 of direction's length unit, and the axis is
+  # where direction + right (column - 319.5) / 640 + up (239.5 - row) / 480 points straight up.
+  lower_direction="<$(calc "-1.8 / 480"), 1.475, $(calc "2.4 / 480")>"
+  lower_centre="321.3, 237.1"
+fi
+upper_direction="<0, 1.475, 0>"
+if is rim; then # 2 px: 238 = focal length * R / (d + R)
+  upper_focal=714
+  upper_direction="<0, 1.4875, 0>"
+fi
+
+# The upper mirror and its camera are one unit: they tilt about the lens, 0.55 m up, and move aside, together.
+unit=""
+if is tilt; then # 0.5 degrees: R_y(0.4) R_x(-0.3)
+  tilt_x_deg=-0.3 tilt_y_deg=0.4
+  unit+=" translate <0, -11, 0> rotate $(calc "-($tilt_x_deg)")*x rotate $(calc "-($tilt_y_deg)")*z translate <0, 11, 0>"
+fi
+if is offset; then # 2 mm
+  offset_x=0.0012 offset_y=-0.0016
+  unit+=" translate <$(calc "$offset_x / 0.05"), 0, $(calc "$offset_y / 0.05")>"
+fi
+height=1.2 # of the cones, POV-Ray units
+if is apex; then # 0.3 degrees, of both cones; tip and rim radius stay
+  apex_deg=90.3
+  height=$(calc "1.2 * cos($apex_deg / 2 * pi / 180) / sin($apex_deg / 2 * pi / 180)")
+fi
+if is wheel_radius; then wheel_radius=0.0505; fi # 1 %
+
+change "$scene" "location <0, 5, 0>  direction <0, 1.475, 0>" "location <0, 5, 0>  direction $lower_direction"
+change "$scene" "location <0, 11, 0>  direction <0, 1.475, 0>  up <0, 0, -1>  right <4/3, 0, 0>" \
+  "location <0, 11, 0>  direction $upper_direction  up <0, 0, -1>  right <4/3, 0, 0>$unit"
+change "$scene" "cone { <0, 7.4, 0>, 0 <0, 8.6, 0>, 1.2 open texture { T_Mirror } }" \
+  "cone { <0, 7.4, 0>, 0 <0, $(calc "7.4 + $height"), 0>, 1.2 open texture { T_Mirror } }"
+change "$scene" "cone { <0, 13.4, 0>, 0 <0, 14.6, 0>, 1.2 open texture { T_Mirror } }" \
+  "cone { <0, 13.4, 0>, 0 <0, $(calc "13.4 + $height"), 0>, 1.2 open texture { T_Mirror }$unit }"
+change "$scene" "cylinder { <0, 14.6, 0> <0, 14.8, 0> 1.2 texture { T_Dark } }" \
+  "cylinder { <0, 14.6, 0> <0, 14.8, 0> 1.2 texture { T_Dark }$unit }"
+
+# v = (d / R + cot(apex / 2)) r_m is the focal length, which the apex leaves alone: so r_m goes with it.
+rim() { calc "$1 / ($d / $R + cos($apex_deg / 2 * pi / 180) / sin($apex_deg / 2 * pi / 180))"; }
+apex_rad=$(calc "$apex_deg * pi / 180" 17)
+lower_rim=$(rim "$lower_focal")
+upper_rim=$(rim "$upper_focal")
+tilt="$(calc "$tilt_x_deg * pi / 180"), $(calc "$tilt_y_deg * pi / 180")"
+
+# By the names that `twocone calibrate --json` has. Of the axes it is the offset against each other that is planted.
+jq -n "{
+  centre: [\"lower.centre_px.column\", \"lower.centre_px.row\"], rim: [\"upper.rim_radius_px\"],
+  tilt: [\"upper.tilt_rad.x\", \"upper.tilt_rad.y\"],
+  offset: [\"upper.axis_offset_minus_lower_m.x\", \"upper.axis_offset_minus_lower_m.y\"],
+  apex: [\"lower.apex_rad\", \"upper.apex_rad\"], wheel_radius: [\"wheel_radius_m\"]
+} as \$names | {
+  planted: (\"${!planted[*]}\" | split(\" \") | map({key: ., value: \$names[.]}) | from_entries),
+  truth: {
+    \"lower.centre_px.column\": ${lower_centre%,*},
+    \"lower.centre_px.row\": ${lower_centre#*,},
+    \"lower.rim_radius_px\": $lower_rim,
+    \"lower.azimuth_rad\": 0,
+    \"lower.tilt_rad.x\": 0,
+    \"lower.tilt_rad.y\": 0,
+    \"lower.axis_offset_m.x\": 0,
+    \"lower.axis_offset_m.y\": 0,
+    \"lower.apex_rad\": $apex_rad,
+    \"lower.mirror_radius_m\": $R,
+    \"lower.lens_to_tip_m\": $d,
+    \"upper.centre_px.column\": ${upper_centre%,*},
+    \"upper.centre_px.row\": ${upper_centre#*,},
+    \"upper.rim_radius_px\": $upper_rim,
+    \"upper.azimuth_minus_lower_rad\": 0,
+    \"upper.tilt_rad.x\": ${tilt%,*},
+    \"upper.tilt_rad.y\": ${tilt#*,},
+    \"upper.axis_offset_minus_lower_m.x\": $offset_x,
+    \"upper.axis_offset_minus_lower_m.y\": $offset_y,
+    \"upper.apex_rad\": $apex_rad,
+    \"upper.mirror_radius_m\": $R,
+    \"upper.lens_to_tip_m\": $d,
+    \"lens_height_m\": 0.25,
+    \"mirror_separation_m\": 0.30,
+    \"wheel_radius_m\": $wheel_radius,
+    \"wheel_ratio\": 1,
+    \"wheel_separation_m\": 0.30,
+    \"upper.azimuth_rad\": 0,
+    \"upper.axis_offset_m.x\": $offset_x,
+    \"upper.axis_offset_m.y\": $offset_y,
+    \"lower.focal_length_px\": $lower_focal,
+    \"upper.focal_length_px\": $upper_focal,
+    \"left_wheel_radius_m\": $wheel_radius,
+    \"right_wheel_radius_m\": $wheel_radius
+  }
+}" >"$folder/truth.json"
+
+change "$belief" "map: ../scenes/lab.map.yaml " "map: lab.map.yaml "
+if is wheel_radius; then
+  counts="encoder_counts_per_turn: 1024     # 0: exact angles"
+  change "$belief" "$counts" "$counts"$'\n'"  wheel_radius_m: $wheel_radius            # planted"
+fi
+
+cp "$belief" "$perfect"
+moved=""
+if is tilt; then moved+=$'\n'"    tilt_rad: [$tilt]"; fi
+if is offset; then moved+=$'\n'"    axis_offset_m: [$offset_x, $offset_y]"; fi
+change "$perfect" "apex_rad: 1.5707963267948966}" "apex_rad: $apex_rad}"
+change "$perfect" "centre_px: [319.5, 239.5]       # column" "centre_px: [$lower_centre]       # column"
+change "$perfect" "rim_radius_px: 236.0            # r_m" "rim_radius_px: $lower_rim            # r_m"
+change "$perfect" $'upper:\n    centre_px: [319.5, 239.5]\n    rim_radius_px: 236.0\n' \
+  $'upper:\n    centre_px: ['"$upper_centre"$']\n    rim_radius_px: '"$upper_rim$moved"$'\n'
+change "$perfect" "wheel_radius_m: 0.05"$'\n' "wheel_radius_m: $wheel_radius"$'\n'
+echo "planted in $folder: $(jq -r '.planted | keys | join(" ")' "$folder/truth.json")" >&2
