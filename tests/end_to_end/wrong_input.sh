@@ -74,6 +74,10 @@ expect 'report of no run' 1 'no run here' "$twocone" report "$lab"
 expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$work" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/run_no_povray"
 
 expect 'no subcommand' 2 'subcommand' "$twocone"
+expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml"
+expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
+expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
+expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'no robot' 2 'robot' "$twocone" run

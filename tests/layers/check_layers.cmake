@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include what is listed: a folder, or one
 # header. The first area that fits counts; DRIVER stands for the driver's own folder.
 set(areas hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/files apps/runs apps/report apps/twocone bench examples)
+          apps/behaviours apps/budget apps/files apps/runs apps/report apps/calibrate apps/twocone bench examples)
 set(drivers_api drivers/backends.h drivers/sim_povray/effects.h drivers/sim_povray/reflected_truth.h
                 drivers/sim_povray/serve.h drivers/sim_povray/sim_povray.h)
 set(may_hal hal)
@@ -19,10 +19,12 @@ set(may_drivers/DRIVER hal drivers/DRIVER)
 # Behaviours see values, no device: so they cannot tell simulation from hardware, nor ask for the truth.
 set(may_apps/behaviours apps/behaviours localisation hal/clock.h hal/diff_drive.h hal/pose.h)
 set(may_apps/files apps/files apps/behaviours hal vision localisation ${drivers_api})
+set(may_apps/budget apps/budget apps/files apps/behaviours localisation vision)
 set(may_apps/runs apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/report apps/report apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
+set(may_apps/report apps/report apps/budget apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
+set(may_apps/calibrate apps/calibrate apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
 set(may_apps/twocone apps hal vision localisation ${drivers_api})
-set(may_bench bench apps drivers hal vision localisation)
+set(may_bench bench apps drivers hal vision localisation tests/support)
 set(may_examples examples apps/files apps/behaviours hal vision localisation drivers/backends.h)
 
 # Foreign headers that an area must do without, as regular expressions of what stands between the brackets.
@@ -39,7 +41,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours files runs report)
+foreach(app behaviours budget files runs report calibrate)
   set(home_${app} apps/${app})
 endforeach()
 
