@@ -93,7 +93,7 @@ row "two landmarks of one colour, occlusion, truncation, saturation" "$(tests_of
 # ------------------------------------------------------------------ hard cases ----
 step fix_hard_cases build/release/tests/localisation/least_squares_hard_cases_test
 row "hard cases of the fix" "$(tests_of fix_hard_cases)" "all pass" "$(tested fix_hard_cases)"
-step numerics build/release/tests/numerics/numerics_test
+step numerics env TWOCONE_CASES=2000 build/release/tests/numerics/numerics_test
 row "hard cases against exact and 50-digit arithmetic, properties, degenerate input" "$(tests_of numerics)" "all pass" "$(tested numerics)"
 
 # ------------------------------------------------------------------- rooms ----

@@ -22,7 +22,7 @@ constexpr double kChi2_2dof_95 = 5.991464547;
 
 int poses() {
   const char* asked = std::getenv("TWOCONE_POSES");
-  return asked != nullptr ? std::atoi(asked) : 60;
+  return asked != nullptr ? std::atoi(asked) : 24;
 }
 
 double encode(double linear) {
@@ -102,8 +102,8 @@ TEST(FullStatistics, EllipsesHoldTheTruthAndTheErrorIsNearTheBound) {
       count, fixes, share, heading_share, ratio, 1e3 * std::sqrt(squares / fixes), 1e3 * std::sqrt(bounds / fixes));
   EXPECT_GE(fixes, 0.99 * count);
   // The aim is 1.3 (docs/evidence/accuracy.md tells how far off it is). The bound knows the colours at every edge, and
-  // counts all of an edge's information; of 60 poses the ratio scatters by a tenth.
-  EXPECT_LE(ratio, 1.55);
+  // counts all of an edge's information; of 24 poses the ratio scatters by a sixth.
+  EXPECT_LE(ratio, count >= 2000 ? 1.45 : 1.7);
   // Of few poses the share itself scatters: three standard deviations of it besides.
   const double slack = count >= 2000 ? 0 : 300 * std::sqrt(0.95 * 0.05 / fixes);
   EXPECT_GE(share, 93 - slack);
