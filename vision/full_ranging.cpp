@@ -117,7 +117,6 @@ class FullRanging::Impl {
     bool is_found = false;
     bool is_truncated = false;
     bool is_saturated = false;
-    Cylinder start;
     std::optional<OutlineFit> fit;
     bool is_occluded = false;  // the top cannot be trusted
     bool is_narrow = false;    // its bearing cannot be trusted
@@ -189,7 +188,6 @@ class FullRanging::Impl {
       const auto start = place(view, *chosen[view], target.radius_m, *top_m);
       if (!start) continue;
       seen.top_m = *top_m;
-      look.start = *start;
       // A thin landmark is found by its own width: blurred further, it is gone.
       const double width_px = 2 * chosen[view]->top_px * target.radius_m / start->range_m;
       const double blur_px = std::clamp(width_px / 2, 1.0, kCoarseBlur_px);

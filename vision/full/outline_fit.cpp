@@ -89,6 +89,11 @@ struct Crossing {
   Colour inside, outside;
 };
 
+/// The first pixel from a place along a row or column on, in a direction.
+int first_beyond(double from, double direction) {
+  return static_cast<int>(direction > 0 ? std::ceil(from) : std::floor(from));
+}
+
 class Reader {
  public:
   Reader(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const Reach& reach)
@@ -103,8 +108,7 @@ class Reader {
     if (inner + kSamples > width / 2) {
       samples = 1;
       inner = std::min(inner, width / 2 - 0.5);
-      const double column = c.inwards > 0 ? std::ceil(c.at + inner) : std::floor(c.at - inner);
-      const double inside_px = (column - c.at) * c.inwards * c.normal;
+      const double inside_px = (first_beyond(c.at + c.inwards * inner, c.inwards) - c.at) * c.inwards * c.normal;
       const double seen = coverage(inside_px, c.station.wide, c.station.narrow).value +
                           coverage(c.depth_px - inside_px, c.station.wide, c.station.narrow).value - 1;
       c.is_thin = seen < 0.999;
@@ -113,11 +117,12 @@ class Reader {
     double squares = 0;
     if (!mean(c, c.at - c.inwards * reach_px_, -c.inwards, kSamples, c.outside, squares)) return false;
     if (squares >= 0) scatter.push_back(squares / (kSamples - 1));
-    return mean(c, c.at + c.inwards * inner, c.inwards, samples, c.inside, squares) &&
-           (c.station.part == Station::kArc || samples < kSamples || darken(c, inner));
+    if (!mean(c, c.at + c.inwards * inner, c.inwards, samples, c.inside, squares)) return false;
+    if (c.station.part != Station::kArc && samples == kSamples) darken(c, inner);
+    return true;
   }
 
-  /// Both colours are what they should be. @returns grey levels of contrast; 0 for none
+  /// Both colours are what they should be.
   [[nodiscard]] bool is_landmark(const Crossing& c) const {
     if (label_of(table_, c.outside) == label_) return false;
     return c.is_thin || label_of(table_, c.inside) == label_;
@@ -151,8 +156,7 @@ class Reader {
       const double inside_px = (i - c.at) * c.inwards * c.normal;
       // Of a thin landmark a pixel belongs to the nearer side.
       if (inside_px > station.width_px / 2) continue;
-      const auto* p = c.is_row ? rgb_.ptr<std::uint8_t>(c.line) + std::ptrdiff_t(3) * i
-                               : rgb_.ptr<std::uint8_t>(i) + std::ptrdiff_t(3) * c.line;
+      const std::uint8_t* p = pixel(c, i);
       // Noise is of the code, so a channel tells more where it is dark: weighed by what the pixel is expected to be.
       const auto expected =
           static_cast<float>(coverage(inside_px, station.wide * blur_px_, station.narrow * blur_px_).value);
@@ -187,10 +191,9 @@ class Reader {
  private:
   /// A matt cylinder's light falls (or rises) towards its limb as the sine of the angle from there: between edge and
   /// nearest sample by as much as three quarters of that between nearest and third, whatever the cylinder's size.
-  bool darken(Crossing& c, double inner) const {
+  void darken(Crossing& c, double inner) const {
     const int step = c.inwards > 0 ? 1 : -1;
-    const double from = c.at + c.inwards * inner;
-    const int begin = static_cast<int>(c.inwards > 0 ? std::ceil(from) : std::floor(from));
+    const int begin = first_beyond(c.at + c.inwards * inner, c.inwards);
     float near = 0;
     float far = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -200,7 +203,6 @@ class Reader {
     const float mean = c.inside.linear[0] + c.inside.linear[1] + c.inside.linear[2];
     const float factor = std::clamp((near + kLimb * (near - far)) / std::max(mean, 1e-6F), 0.5F, 1.5F);
     for (float& x : c.inside.linear) x *= factor;
-    return true;
   }
   [[nodiscard]] const std::uint8_t* pixel(const Crossing& c, int i) const {
     return c.is_row ? rgb_.ptr<std::uint8_t>(c.line) + std::ptrdiff_t(3) * i
@@ -211,7 +213,7 @@ class Reader {
   bool mean(const Crossing& c, double from, double direction, int samples, Colour& colour, double& squares) const {
     std::array<Colour, kSamples> read;
     const int step = direction > 0 ? 1 : -1;
-    const int begin = static_cast<int>(direction > 0 ? std::ceil(from) : std::floor(from));
+    const int begin = first_beyond(from, direction);
     const int along = c.is_row ? rgb_.cols : rgb_.rows;
     const int last = begin + step * (samples - 1);
     if (std::min(begin, last) < 0 || std::max(begin, last) >= along) return false;
@@ -219,8 +221,7 @@ class Reader {
     int taken = 0;
     for (int j = 0; j < samples; ++j) {
       const int i = begin + step * j;
-      const auto* p = c.is_row ? rgb_.ptr<std::uint8_t>(c.line) + std::ptrdiff_t(3) * i
-                               : rgb_.ptr<std::uint8_t>(i) + std::ptrdiff_t(3) * c.line;
+      const std::uint8_t* p = pixel(c, i);
       Colour& one = read[std::size_t(j)];
       for (std::size_t k = 0; k < 3; ++k) {
         one.linear[k] = table_.linear(p[k]);
