@@ -28,6 +28,14 @@ constexpr int kMostBeyond_px = 4;
 constexpr double kConverged_px = 1e-5;
 // Landmark and background colours are taken so far from the outline, beyond the blur.
 constexpr double kFineReach_px = 0.3;
+// Where pixels are noisy, in grey levels squared, and that is most of what the edges scatter by, more of them make a
+// colour: else what colours err by is how light and background change from pixel to pixel, and fewer are truer.
+constexpr double kNoisyVariance = 1;
+constexpr double kNoisyShare = 0.5;
+constexpr int kManySamples = 12;
+// By so much the edges scatter more than the noise of their pixels explains before the rest is laid on pixels that are
+// no means over their areas.
+constexpr double kSureOfSampling = 1.5;
 // Sides begin where they are so far apart, in pixels, or at this radius.
 constexpr double kLeastRadius_px = 10;
 constexpr double kLeastWidth_px = 1.5;
@@ -223,6 +231,8 @@ class FullRanging::Impl {
 
   /// Clear of the edge, whose half support is 0.7 of its width across a pixel's corner.
   static Reach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px}; }
+  /// The same where pixels are noisy.
+  static Reach long_reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px, kManySamples}; }
 
   /// Where the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way up.
   static double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
@@ -279,7 +289,10 @@ class FullRanging::Impl {
     noise.code_variance = std::max(*code_variance, kRounding);
     // The lens's, so it is the same for all.
     const double blur_px = *median_of(view, all, [](const OutlineFit& f) { return f.blur; });
-    if (spread > 0) noise.sampling = std::clamp((residual - noise.code_variance * grey) / spread, 1e-6, 1.0);
+    const bool is_noisy = noise.code_variance > kNoisyVariance && noise.code_variance * grey > kNoisyShare * residual;
+    const Reach reach = is_noisy ? long_reach_of(blur_px) : reach_of(blur_px);
+    const double explained = kSureOfSampling * noise.code_variance * grey;
+    if (spread > 0) noise.sampling = std::clamp((residual - explained) / spread, 1e-6, 1.0);
     Scores arc;
     Scores sides;
     const auto add = [](Scores& sum, const Scores& one) {
@@ -290,8 +303,8 @@ class FullRanging::Impl {
       Look& look = all[k].looks[view];
       if (!look.fit) continue;
       for (int round = 0; round < kFineRounds && look.fit; ++round) {
-        look.fit = fit(view, k, picture, look.fit->cylinder, reach_of(blur_px), noise,
-                       {blur_px, blur_px, kConverged_px}, look, stations);
+        look.fit =
+            fit(view, k, picture, look.fit->cylinder, reach, noise, {blur_px, blur_px, kConverged_px}, look, stations);
       }
       if (!look.fit) continue;
       add(arc, look.fit->arc_scores);
