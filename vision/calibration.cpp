@@ -17,7 +17,7 @@
 
 namespace twocone::vision {
 
-using namespace calibration;
+using namespace calibration;  // NOLINT(google-build-using-namespace): its parts, of which this is the front
 
 std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
 
@@ -106,6 +106,7 @@ void check(const CalibrationProblem& problem) {
 
 std::size_t distinct_landmarks(const std::vector<LandmarkSighting>& sightings) {
   std::vector<std::size_t> names;
+  names.reserve(sightings.size());
   for (const LandmarkSighting& s : sightings) names.push_back(s.landmark);
   std::sort(names.begin(), names.end());
   return std::size_t(std::unique(names.begin(), names.end()) - names.begin());
@@ -167,6 +168,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
       origin.sighting = k;
     }
   }
+  frames.reserve(kept.size());
   for (const CalibrationFrame& frame : kept) frames.push_back(&frame);
   if (problem.wheels) bundle.data.wheels = wheel_rows(frames, *problem.wheels);
   bundle.data.groups = 2 * problem.landmarks.size() * (1 + kRings) + 2 * kRings;

@@ -58,6 +58,7 @@ double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::number
 
 std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
   std::vector<Eigen::Vector3d> colours;
+  colours.reserve(targets.size());
   for (const Target& target : targets) colours.push_back(target.colour);
   return colours;
 }
@@ -362,7 +363,8 @@ class FullRanging::Impl {
 
   [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen) const {
     RangeMeasurement m;
-    const auto& [lower, upper] = seen.looks;
+    const Look& lower = seen.looks[0];
+    const Look& upper = seen.looks[1];
     if (table_.is_ambiguous(k)) {
       m.verdict = RangeVerdict::kSameColour;
       return m;

@@ -16,8 +16,11 @@ std::vector<localisation::Pose> grid_poses(const files::Robot& robot, const file
   const Eigen::Vector2d size_m = arena.max_m - arena.min_m;
   const double step_m = size_m.maxCoeff() / kSteps;
   std::vector<localisation::Pose> poses;
-  for (double x_m = arena.min_m.x() + step_m / 2; x_m < arena.max_m.x(); x_m += step_m) {
-    for (double y_m = arena.min_m.y() + step_m / 2; y_m < arena.max_m.y(); y_m += step_m) {
+  for (int column = 0; column < kSteps; ++column) {
+    for (int row = 0; row < kSteps; ++row) {
+      const double x_m = arena.min_m.x() + (column + 0.5) * step_m;
+      const double y_m = arena.min_m.y() + (row + 0.5) * step_m;
+      if (!(x_m < arena.max_m.x()) || !(y_m < arena.max_m.y())) continue;
       if (arena.clearance_m({x_m, y_m}) < robot.body_radius_m) continue;
       poses.push_back({x_m, y_m, localisation::wrap_angle_rad(kTurn_rad * double(poses.size()))});
     }

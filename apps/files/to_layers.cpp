@@ -70,6 +70,7 @@ sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y
 
 std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
   std::vector<sim_povray::FloorPoint> floor;
+  floor.reserve(points.size());
   for (const Point& point : points) floor.push_back(to_floor(point));
   return floor;
 }

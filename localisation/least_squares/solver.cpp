@@ -68,7 +68,7 @@ template <int kMaxRows>
 using Workspace = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, kMaxRows, 4>;
 
 /// Householder's QR in place, of the first `unknowns` columns of `rows` rows, applied to the fourth.
-void factorise(double* a, int stride, int rows, int unknowns, Factor& f) {
+void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor& f) {
   double* const columns[4] = {a, a + stride, a + 2 * stride, a + 3 * stride};
   f = Factor();
   for (int k = 0; k < unknowns; ++k) {

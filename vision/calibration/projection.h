@@ -62,9 +62,8 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
   const T px = x - n.offset_x;
   const T py = y - n.offset_y;
   const T pz = z - n.lens_height;
-  const T qx = cos(n.tilt_y) * px - sin(n.tilt_y) * pz;
   const T qz = sin(n.tilt_y) * px + cos(n.tilt_y) * pz;
-  const T ux = qx;
+  const T ux = cos(n.tilt_y) * px - sin(n.tilt_y) * pz;
   const T uy = cos(n.tilt_x) * py + sin(n.tilt_x) * qz;
   const T uz = -sin(n.tilt_x) * py + cos(n.tilt_x) * qz;
 

@@ -58,6 +58,7 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
 
 std::size_t distinct(const std::vector<const Match*>& matches) {
   std::vector<std::size_t> names;
+  names.reserve(matches.size());
   for (const Match* m : matches) names.push_back(m->landmark);
   std::sort(names.begin(), names.end());
   return std::size_t(std::unique(names.begin(), names.end()) - names.begin());

@@ -88,7 +88,9 @@ double Finder::refined_top(const cv::Mat& rgb, const ColourTable& table, std::ui
   const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
   const Eigen::Vector2d across(-out.y(), out.x());
   const double most_px = std::min(top_px + kTopSearch_px, rim_px_);
-  for (double radius = most_px; radius > top_px - kTopSearch_px; --radius) {
+  const int circles = static_cast<int>(std::ceil(most_px - (top_px - kTopSearch_px)));
+  for (int circle = 0; circle < circles; ++circle) {
+    const double radius = most_px - circle;
     // The middle two thirds: a curved rim ends there first.
     const int reach = static_cast<int>(radius * half_rad * 2 / 3);
     int hits = 0;

@@ -88,10 +88,9 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
     const bool bulges = i >= Outline::kSideSegments && opposite > Outline::kSideSegments;
     // Cubic interpolation through four vertices at equal steps, less the chord, at the middle; the arc's first and last
     // segments repeat their neighbour's curvature.
-    const int first = std::clamp(i - 1, Outline::kSideSegments, Outline::kVertices - Outline::kSideSegments - 4);
-    v.bulge_px = bulges ? Eigen::Vector2d((here[std::size_t(first + 1)] + here[std::size_t(first + 2)] -
-                                           here[std::size_t(first)] - here[std::size_t(first + 3)]) /
-                                          16)
+    const auto first =
+        std::size_t(std::clamp(i - 1, Outline::kSideSegments, Outline::kVertices - Outline::kSideSegments - 4));
+    v.bulge_px = bulges ? Eigen::Vector2d((here[first + 1] + here[first + 2] - here[first] - here[first + 3]) / 16)
                         : Eigen::Vector2d::Zero();
   }
   return outline;
