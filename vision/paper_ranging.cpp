@@ -18,6 +18,7 @@ constexpr double kRunGap_px = 3;
 
 std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
   std::vector<Eigen::Vector3d> colours;
+  colours.reserve(targets.size());
   for (const Target& target : targets) colours.push_back(target.colour);
   return colours;
 }

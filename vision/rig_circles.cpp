@@ -63,7 +63,8 @@ std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, 
   double edge = 0;
   int level_samples = 0;
   int edge_samples = 0;
-  for (double r = kSample_px / 2; r < kLevelTo_px; r += kSample_px) {
+  for (int sample = 0; (sample + 0.5) * kSample_px < kLevelTo_px; ++sample) {
+    const double r = (sample + 0.5) * kSample_px;
     const auto before = brightness_at(grey, circle.centre_px + out * (circle.radius_px - r));
     const auto behind = brightness_at(grey, circle.centre_px + out * (circle.radius_px + r));
     if (!before || !behind) return std::nullopt;
@@ -139,6 +140,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     edges = edges_about(grey, *circle, directions);
     if (double(edges.size()) < kMinSupport * directions) return std::nullopt;
     std::vector<double> off;
+    off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
     std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
     const double scale = std::max(0.02, 1.4826 * off[off.size() / 2]);

@@ -51,7 +51,7 @@ std::size_t recorded(const std::vector<double>& profile) {
   const auto last = std::find_if(profile.rbegin(), profile.rend(), [](double grey) { return grey > 0; });
   const auto lit = std::size_t(profile.rend() - last);
   // The step from the last lit pixel is spread over two pixels by the interpolation.
-  constexpr std::size_t kSpread = 2 * kSamplesPerPixel;
+  constexpr auto kSpread = std::size_t{2} * kSamplesPerPixel;
   return profile.size() - lit > kSpread && lit > kSpread ? lit - kSpread : profile.size();
 }
 
@@ -59,7 +59,10 @@ std::size_t recorded(const std::vector<double>& profile) {
 std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count) {
   const int half = kSamplesPerPixel;  // the step over two pixels
   const int end = static_cast<int>(count) - half;
-  const auto step_at = [&](int i) { return std::abs(profile[std::size_t(i + half)] - profile[std::size_t(i - half)]); };
+  const auto step_at = [&](int i) {
+    const double* const here = profile.data() + i;
+    return std::abs(here[half] - here[-half]);
+  };
   double best = kMinStep;
   int best_at = -1;
   for (int i = half; i < end; ++i) {
@@ -103,6 +106,7 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected)
 
   RimCircle circle = expected;
   std::vector<double> radii;
+  radii.reserve(edges.size());
   for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
   std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2), radii.end());
   circle.radius_px = radii[radii.size() / 2];

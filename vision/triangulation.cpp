@@ -131,8 +131,8 @@ class Fit {
         by_unknowns.col(0) += shown->jacobian.col(2) * (x.slope * range_by_u);
         by_unknowns.col(2) = shown->jacobian.col(2) / x.inverse_per_m;
       }
-      residual.template segment<2>(2 * i) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
-      rows.template middleRows<2>(2 * i) = seen.whiten * by_unknowns;
+      residual.template segment<2>(Eigen::Index{2} * i) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
+      rows.template middleRows<2>(Eigen::Index{2} * i) = seen.whiten * by_unknowns;
     }
     return true;
   }
