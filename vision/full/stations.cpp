@@ -190,7 +190,7 @@ class Reader {
   }
 
   [[nodiscard]] bool in_picture(const Crossing& c) const {
-    const int along = c.is_row ? rgb_.cols : rgb_.rows;
+    const int along = length(c);
     const int lines = c.is_row ? rgb_.rows : rgb_.cols;
     return c.line >= 0 && c.line < lines && c.at - reach_.colours_px >= 0 && c.at + reach_.colours_px <= along - 1;
   }
@@ -200,30 +200,33 @@ class Reader {
   /// nearest sample by as much as three quarters of that between nearest and third, whatever the cylinder's size.
   void darken(Crossing& c, double inner) const {
     const int step = c.inwards > 0 ? 1 : -1;
-    const int begin = first_beyond(c.at + c.inwards * inner, c.inwards);
+    const int nearest = first_beyond(c.at + c.inwards * inner, c.inwards);
+    const int third = nearest + (kLimbSamples - 1) * step;
+    if (third < 0 || third >= length(c)) return;
     float near = 0;
     float far = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      near += table_.linear(pixel(c, begin)[k]);
-      far += table_.linear(pixel(c, begin + (kLimbSamples - 1) * step)[k]);
+      near += table_.linear(pixel(c, nearest)[k]);
+      far += table_.linear(pixel(c, third)[k]);
     }
     const float mean = c.inside.linear[0] + c.inside.linear[1] + c.inside.linear[2];
     const float factor = std::clamp((near + kLimb * (near - far)) / std::max(mean, 1e-6F), 0.5F, 1.5F);
     for (float& x : c.inside.linear) x *= factor;
   }
+  [[nodiscard]] int length(const Crossing& c) const { return c.is_row ? rgb_.cols : rgb_.rows; }
   [[nodiscard]] const std::uint8_t* pixel(const Crossing& c, int i) const {
     return c.is_row ? rgb_.ptr<std::uint8_t>(c.line) + std::ptrdiff_t(3) * i
                     : rgb_.ptr<std::uint8_t>(i) + std::ptrdiff_t(3) * c.line;
   }
 
-  /// The nearest sample, and those behind it that look alike: a line of the background must not be mixed in.
+  /// The nearest sample, and those behind it in the picture that look alike: a line of the background must not be mixed
+  /// in. False where there is none.
   /// @param squares of the codes about their mean, times the number of pixels
   bool read(const Crossing& c, double from, double direction, int samples, Colour& colour, int& squares) const {
     const int step = direction > 0 ? 1 : -1;
     const int begin = first_beyond(from, direction);
-    const int along = c.is_row ? rgb_.cols : rgb_.rows;
-    const int last = begin + step * (samples - 1);
-    if (std::min(begin, last) < 0 || std::max(begin, last) >= along) return false;
+    if (begin < 0 || begin >= length(c)) return false;
+    samples = std::min(samples, step > 0 ? length(c) - begin : begin + 1);
     const std::ptrdiff_t stride = step * (c.is_row ? std::ptrdiff_t(3) : std::ptrdiff_t(rgb_.step));
     const std::uint8_t* const nearest = pixel(c, begin);
     const std::uint8_t* p = nearest;
