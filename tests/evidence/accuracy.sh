@@ -223,7 +223,7 @@ judged all "smooth frames" smooth_judge_all
 
 # --------------------------------------------------------------------- mutants ----
 step mutants env TWOCONE_JOBS="$(nproc)" tests/numerics/mutants.sh
-caught=$(grep -c ' caught' "$work/mutants.log" || true)
+caught=$(grep -c '^caught ' "$work/mutants.log" || true)
 row "hand-made mutants of the formulas caught by a test" "$caught; survived: $(grep -c SURVIVED "$work/mutants.log" || true)" "all, of at least 25" "$(if [ "$(passed mutants)" = yes ]; then holds "$caught >= 25"; else echo no; fi)"
 
 block "The lab, plainly rendered" "$(cat "$work/lab_plain.log")"
