@@ -2,7 +2,6 @@
 // What one fix costs. Quote the ratio to SvdOfMatrix3d, from one run of this program; and medians:
 // --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -88,12 +87,3 @@ void PoseBound(benchmark::State& state) {
 BENCHMARK(PoseBound);
 
 }  // namespace
-
-int main(int argc, char** argv) {
-#ifndef NDEBUG
-  std::fputs("WARNING: assertions are on: these times mean nothing; use the release preset\n", stderr);
-#endif
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-}

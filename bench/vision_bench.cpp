@@ -3,7 +3,6 @@
 // OpenCV's conversion of the same pair from BGR to HSV in one thread; of others to DecodePngPair, the work of reading
 // the same two pictures from a run folder. And medians: --benchmark_repetitions=9
 // --benchmark_report_aggregates_only=true
-#include <cstdio>
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgcodecs.hpp>
@@ -145,12 +144,3 @@ void FindRim(benchmark::State& state) {
 BENCHMARK(FindRim)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-
-int main(int argc, char** argv) {
-#ifndef NDEBUG
-  std::fputs("WARNING: assertions are on: these times mean nothing; use the release preset\n", stderr);
-#endif
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-}

@@ -104,14 +104,6 @@ void check(const CalibrationProblem& problem) {
   if (!bad.empty()) throw std::invalid_argument("calibrate:" + bad);
 }
 
-std::size_t distinct_landmarks(const std::vector<LandmarkSighting>& sightings) {
-  std::vector<std::size_t> names;
-  names.reserve(sightings.size());
-  for (const LandmarkSighting& s : sightings) names.push_back(s.landmark);
-  std::sort(names.begin(), names.end());
-  return std::size_t(std::unique(names.begin(), names.end()) - names.begin());
-}
-
 /// The problem as rows, and what they came from.
 struct Bundle {
   BundleData data;
@@ -134,8 +126,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
     // The first reading repeats the last one before.
     wheels.insert(wheels.end(), frame.wheels.begin() + (before.empty() || frame.wheels.empty() ? 0 : 1),
                   frame.wheels.end());
-    const auto pose =
-        distinct_landmarks(frame.sightings) >= 2 ? start_pose(problem.rig, problem.landmarks, frame) : std::nullopt;
+    const auto pose = start_pose(problem.rig, problem.landmarks, frame);
     if (!pose) {
       before = std::move(wheels);
       continue;
@@ -295,7 +286,7 @@ std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& 
   }
   std::optional<CalibrationProblem> fewer;
   for (std::size_t i = 0; i < left.size(); ++i) {
-    if (!kept[i] || distinct_landmarks(left[i]) >= 2) continue;
+    if (!kept[i] || show_two_landmarks(left[i], &LandmarkSighting::landmark)) continue;
     if (!fewer) fewer = problem;
     fewer->frames[i].sightings.clear();
   }
@@ -346,7 +337,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   std::vector<LandmarkSighting> all;
   for (const CalibrationFrame& frame : problem.frames)
     all.insert(all.end(), frame.sightings.begin(), frame.sightings.end());
-  if (!all.empty() && distinct_landmarks(all) < 2) {
+  if (!all.empty() && !show_two_landmarks(all, &LandmarkSighting::landmark)) {
     result.verdict = CalibrationVerdict::kTooFewLandmarks;
     return result;
   }

@@ -12,6 +12,7 @@
 #include "vision/full/colour_table.h"
 #include "vision/full/finder.h"
 #include "vision/full/outline_fit.h"
+#include "vision/target_colours.h"
 #include "vision/triangulation.h"
 
 namespace twocone::vision {
@@ -55,13 +56,6 @@ constexpr double kOddNarrowness = 4;    // of its variance: two sigmas
 constexpr double kRounding = 1.0 / 12;  // of grey levels to whole ones
 
 double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
-
-std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
-  std::vector<Eigen::Vector3d> colours;
-  colours.reserve(targets.size());
-  for (const Target& target : targets) colours.push_back(target.colour);
-  return colours;
-}
 
 void check(const std::vector<Target>& targets) {
   std::string bad;

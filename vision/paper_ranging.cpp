@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "vision/target_colours.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -15,13 +17,6 @@ constexpr double kApexTolerance_rad = 1e-9;
 // Neighbours on a circle lie up to sqrt(2) px apart, and the circle's width of one pixel lets an edge weave in and out
 // of it.
 constexpr double kRunGap_px = 3;
-
-std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
-  std::vector<Eigen::Vector3d> colours;
-  colours.reserve(targets.size());
-  for (const Target& target : targets) colours.push_back(target.colour);
-  return colours;
-}
 
 void check(const Rig& rig, const std::vector<Target>& targets) {
   std::string bad;

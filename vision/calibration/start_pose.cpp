@@ -56,14 +56,6 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
   return agree;
 }
 
-std::size_t distinct(const std::vector<const Match*>& matches) {
-  std::vector<std::size_t> names;
-  names.reserve(matches.size());
-  for (const Match* m : matches) names.push_back(m->landmark);
-  std::sort(names.begin(), names.end());
-  return std::size_t(std::unique(names.begin(), names.end()) - names.begin());
-}
-
 }  // namespace
 
 std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<KnownLandmark>& landmarks,
@@ -82,7 +74,7 @@ std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Know
       if (agree.size() > most.size()) most = std::move(agree);
     }
   }
-  if (distinct(most) < 2) return std::nullopt;
+  if (!show_two_landmarks(most, &Match::landmark)) return std::nullopt;
   return best_pose(most);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <functional>
 #include <optional>
 
 #include <Eigen/Core>
@@ -8,6 +10,12 @@
 #include "vision/calibration.h"
 
 namespace twocone::vision::calibration {
+
+/// Whether sightings, or pointers to them, are of more than one landmark. @param landmark their member that tells which
+template <typename Sightings, typename Landmark>
+bool show_two_landmarks(const Sightings& sightings, Landmark landmark) {
+  return std::ranges::adjacent_find(sightings, std::ranges::not_equal_to{}, landmark) != sightings.end();
+}
 
 /// A pose (x m, y m, heading rad) to begin from: each sighting tells where in the body frame the landmark stands (its
 /// ray meets the known height of the top); the turn and shift that most of these agree with, tried for each two
