@@ -59,8 +59,10 @@ class Talk {
     if (seat_) {
       tell_(fmt::format("{} attached (pid {})", robot_, peer ? peer->process : 0));
       end = guarded([this] { return converse(); });
-      leave();
-      tell_(left_ ? fmt::format("{} left", robot_) : fmt::format("{} left: {}", robot_, end.error().message));
+      if (!left_) {
+        leave();
+        tell_(fmt::format("{} left: {}", robot_, end.error().message));
+      }
     } else if (end.error().code != ErrorCode::kDisconnected) {
       tell_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
     }
@@ -205,7 +207,9 @@ class Talk {
   Status on(const Leave& /*request*/) {
     left_ = true;
     leave();
-    return reply(Done{});  // not before the seat is free
+    tell_(fmt::format("{} left", robot_));
+    // Not before the seat is free and it is told: the next program may take the seat as soon as this one knows.
+    return reply(Done{});
   }
 
   template <typename Other>
