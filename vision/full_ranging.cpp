@@ -389,8 +389,13 @@ class FullRanging::Impl {
       return m;
     }
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
-    if (is_narrow && t.verdict == RangeVerdict::kOneView) {
-      m.verdict = RangeVerdict::kOccluded;  // and no other view to tell whether the top is whole
+    // What hides a part of it in the other view, the rig's own mast above all, may hide it in this one, where a thin
+    // landmark does not show it. No other view tells whether the top is whole.
+    const auto is_hidden = [](const Look& l) {
+      return l.is_found && !l.sighting && !l.is_truncated && !l.is_saturated;
+    };
+    if (t.verdict == RangeVerdict::kOneView && (is_narrow || is_hidden(lower) || is_hidden(upper))) {
+      m.verdict = RangeVerdict::kOccluded;
       return m;
     }
     m.range_m = t.range_m;

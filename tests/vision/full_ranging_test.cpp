@@ -160,21 +160,36 @@ TEST(FullRanging, TooNearForTheLowerMirrorLeavesTheUpperOneAndThenNone) {
   EXPECT_FALSE(measured[3].range_m);
 }
 
-TEST(FullRanging, AMastBeforeALandmarkIsNeverQuietlyWrong) {
-  // A mast of 3.5 degrees sweeps over the red pillar, which is 7 degrees wide.
+/// Sweeps a mast of that half width over the red pillar, in steps.
+void sweep_mast(const SyntheticRig& rig, const Eigen::Vector2d& from_m, double half_width_m, double step_rad,
+                const SyntheticCamera& camera) {
   const auto pillars = six_pillars();
   for (int step = -8; step <= 8; ++step) {
-    SyntheticScene scene{seen_from(pillars, {0.13, -0.21}, 0.37), {}, {}};
+    SyntheticScene scene{seen_from(pillars, from_m, 0.37), {}, {}};
     const Truth truth = truth_of(scene.landmarks[0]);
-    scene.strips.push_back({truth.bearing_rad + step * 0.011, 0.13, 0.004, {0.2, 0.2, 0.2}});
-    const auto m = look(lab(), scene, targets_of(pillars), {1, 1}).front();
+    scene.strips.push_back({truth.bearing_rad + step * step_rad, 0.13, half_width_m, {0.2, 0.2, 0.2}});
+    const auto m = look(rig, scene, targets_of(pillars), camera).front();
     if (m.bearing_rad) {
       const double off = std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi);
-      EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 2e-4) << "step " << step << " " << to_string(m.verdict);
+      EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 2e-4)
+          << truth.range_m << " m, step " << step << " " << to_string(m.verdict);
     }
     if (m.range_m) {
       EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 1e-3)
-          << "step " << step << " " << to_string(m.verdict);
+          << truth.range_m << " m, step " << step << " " << to_string(m.verdict);
+    }
+  }
+}
+
+TEST(FullRanging, AMastBeforeALandmarkIsNeverQuietlyWrong) {
+  // 3.5 degrees before a pillar that is 7 degrees wide.
+  sweep_mast(lab(), {0.13, -0.21}, 0.004, 0.011, {1, 1});
+}
+
+TEST(FullRanging, NorIsAMastBeforeAFarOneThatTheUpperViewShowsAsALine) {
+  for (const Eigen::Vector2d& from_m : {Eigen::Vector2d(1.2, 1.0), {1.3, 1.6}, {2.2, 1.9}}) {
+    for (const double half_width_m : {0.002, 0.004, 0.006}) {
+      sweep_mast(lab(), from_m, half_width_m, 0.006, {1, 1});
     }
   }
 }
