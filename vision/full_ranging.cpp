@@ -45,6 +45,9 @@ constexpr double kLeastSideSupport = 0.25;
 // A landmark seen narrower than it is, is partly hidden.
 constexpr double kNarrow_px = 0.5;
 constexpr double kNarrowSigmas = 5;
+// What hides a part of it in one view, the rig's own mast above all, may hide it in the other too. A landmark that is
+// narrower than this there does not show it.
+constexpr double kTellingWidth_px = 8;
 constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
 constexpr double kRivalArea = 0.3;
 // Of the top's place, for a rim of one pixel's radius, falling with its square: as found without noise, at radii of 4
@@ -339,7 +342,7 @@ class FullRanging::Impl {
     covariance(1, 1) += excess_px2 / 4 / (bearing_px * bearing_px);
     // Pixels are taken to be cut by straight edges; what a rim curves within a pixel is left after its mean is allowed
     // for.
-    const double half_px = fit.outline.vertices[Outline::kSideSegments].chord_px / 2;
+    const double half_px = rim_width_px(fit) / 2;
     const double curved_px = kCurvedError_px / (half_px * half_px);
     const double range_px = fit.outline.near().by_range_pxpm.norm();
     covariance(0, 0) += curved_px * curved_px / (range_px * range_px);
@@ -353,6 +356,13 @@ class FullRanging::Impl {
     const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
     sighting.edge_noise_px = std::sqrt(fit.length_px / information);
     return sighting;
+  }
+
+  static double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline::kSideSegments].chord_px; }
+
+  /// Its colour is there, and its outline is not.
+  static bool is_part_hidden(const Look& look) {
+    return look.is_found && !look.sighting && !look.is_truncated && !look.is_saturated;
   }
 
   [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen) const {
@@ -389,14 +399,14 @@ class FullRanging::Impl {
       return m;
     }
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
-    // What hides a part of it in the other view, the rig's own mast above all, may hide it in this one, where a thin
-    // landmark does not show it. No other view tells whether the top is whole.
-    const auto is_hidden = [](const Look& l) {
-      return l.is_found && !l.sighting && !l.is_truncated && !l.is_saturated;
-    };
-    if (t.verdict == RangeVerdict::kOneView && (is_narrow || is_hidden(lower) || is_hidden(upper))) {
-      m.verdict = RangeVerdict::kOccluded;
-      return m;
+    if (t.verdict == RangeVerdict::kOneView) {
+      // No other view tells whether the top is whole.
+      const Look& shown = lower.sighting ? lower : upper;
+      const Look& other = lower.sighting ? upper : lower;
+      if (is_narrow || (is_part_hidden(other) && rim_width_px(*shown.fit) < kTellingWidth_px)) {
+        m.verdict = RangeVerdict::kOccluded;
+        return m;
+      }
     }
     m.range_m = t.range_m;
     m.bearing_rad = t.bearing_rad;
