@@ -122,7 +122,8 @@ class OpenHall final : public Hall, public std::enable_shared_from_this<OpenHall
   struct MouldKey {
     std::string camera;
     int width_px, height_px, antialias;
-    friend auto operator<=>(const MouldKey&, const MouldKey&) = default;
+    friend auto operator<=>(const MouldKey&,
+                            const MouldKey&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
   };
   std::map<MouldKey, std::shared_ptr<ComingMould>> moulds_;
 };

@@ -28,7 +28,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-using namespace link;
+using namespace link;  // NOLINT(google-build-using-namespace): its own side of the link
 
 /// For a reply beyond what was asked for: a server that lives answers in far less.
 constexpr std::chrono::seconds kReplyTime{5};

@@ -53,7 +53,7 @@ class PictureSender {
 
  private:
   void work();
-  bool deliver(const Order& order) const;
+  [[nodiscard]] bool deliver(const Order& order) const;
 
   const int socket_;
   std::mutex mutex_;

@@ -10,7 +10,7 @@ Status serve_world(const PlaceSettings& place, const std::string& name,
   auto hall = Hall::open(place);
   if (!hall) return hall.error();
   tell((*hall)->rendering());
-  return serve(std::move(*hall), name, tell, stop);
+  return serve(*hall, name, tell, stop);
 }
 
 }  // namespace twocone::sim_povray

@@ -36,8 +36,8 @@ void send_away(int socket, const std::string& why) {
 
 }  // namespace
 
-Status serve(std::shared_ptr<Hall> hall, const std::string& name, const std::function<void(const std::string&)>& tell,
-             const std::atomic<bool>& stop) {
+Status serve(const std::shared_ptr<Hall>& hall, const std::string& name,
+             const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop) {
   const auto path = world_socket(name);
   if (!path) return path.error();
   const auto claim = link::ServedName::claim(*path);

@@ -19,7 +19,7 @@ Result<std::filesystem::path> world_socket(const std::string& name);
 /// Shares `hall` out under `name` until `stop` is set: one seat per connection, one thread per seat.
 /// @param tell one line for a person when the world can be reached, and whenever a robot comes or goes
 /// Errors: kRefused (the name is served already; the folder), kUnavailable (no socket to be had).
-Status serve(std::shared_ptr<Hall> hall, const std::string& name, const std::function<void(const std::string&)>& tell,
-             const std::atomic<bool>& stop);
+Status serve(const std::shared_ptr<Hall>& hall, const std::string& name,
+             const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop);
 
 }  // namespace twocone::sim_povray

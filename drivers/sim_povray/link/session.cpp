@@ -124,7 +124,7 @@ class Talk {
       const Result<Message> message = receive(SteadyTime::max());
       if (!message) return message.error();
       if (hung_up(socket_)) return gone();
-      const Status handled = std::visit([this](const auto& request) { return on(request); }, *message);
+      Status handled = std::visit([this](const auto& request) { return on(request); }, *message);
       if (!handled) return handled;
     }
     return {};
