@@ -59,10 +59,7 @@ class Talk {
     if (seat_) {
       tell_(fmt::format("{} attached (pid {})", robot_, peer ? peer->process : 0));
       end = guarded([this] { return converse(); });
-      if (!left_) {
-        leave();
-        tell_(fmt::format("{} left: {}", robot_, end.error().message));
-      }
+      if (!left_) leave(": " + end.error().message);
     } else if (end.error().code != ErrorCode::kDisconnected) {
       tell_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
     }
@@ -206,9 +203,8 @@ class Talk {
 
   Status on(const Leave& /*request*/) {
     left_ = true;
-    leave();
-    tell_(fmt::format("{} left", robot_));
-    // Not before the seat is free and it is told: the next program may take the seat as soon as this one knows.
+    leave("");
+    // Not before: the next program may take the seat as soon as this one knows.
     return reply(Done{});
   }
 
@@ -217,9 +213,11 @@ class Talk {
     return refusal("that is nothing that a seat can be asked");
   }
 
-  void leave() {
+  /// Frees the seat, then tells of it: "robot.1 left", and `ending` behind it.
+  void leave(const std::string& ending) {
     sender_.reset();
     seat_.reset();
+    tell_(fmt::format("{} left{}", robot_, ending));
   }
 
   Result<Message> receive(SteadyTime deadline) {
