@@ -5,14 +5,19 @@
 set -euo pipefail
 
 packages=(
-  g++ cmake ninja-build git ca-certificates
+  g++ cmake ninja-build git ca-certificates dpkg-dev file
   libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev nlohmann-json3-dev libboost-dev libode-dev libceres-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
+  libserialport-dev libcamera-dev libturbojpeg0-dev pkg-config
   povray povray-includes gnuplot-nox procps
 )
 case "${1:-}" in
   --lint) packages+=(clang-format clang-tidy) ;;
-  --evidence) packages+=(jq debootstrap povray-examples) ;;
+  --evidence)
+    packages+=(jq debootstrap povray-examples lintian)
+    # The virtual machine of tests/guest, what is tried in it, and what its modules are built with.
+    packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
+    ;;
 esac
 
 missing=()

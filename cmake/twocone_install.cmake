@@ -1,11 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-# find_package(twocone) for other projects: the library targets, their headers, and what they depend on.
-install(EXPORT twoconeTargets NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
+# Two components: `program` is what a robot needs and what the Debian package holds; `development` is find_package(twocone)
+# for other projects: the library targets, their headers, and what they depend on.
+install(EXPORT twoconeTargets NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone COMPONENT development)
 configure_package_config_file(cmake/twoconeConfig.cmake.in ${PROJECT_BINARY_DIR}/twoconeConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/twoconeConfig.cmake ${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake
               cmake/FindODE.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone COMPONENT development)
+
 # As in the source tree, so that robots/lab_sim.yaml finds ../scenes/lab.map.yaml.
-install(DIRECTORY robots scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/twocone)
+install(DIRECTORY robots scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/twocone COMPONENT program)
+install(FILES cmake/deb/70-twocone.rules DESTINATION lib/udev/rules.d COMPONENT program)
+install(FILES README.md ARCHITECTURE.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
+        PATTERN evidence EXCLUDE PATTERN twocone.1 EXCLUDE PATTERN *.sh EXCLUDE PATTERN *.pov EXCLUDE PATTERN *.inc EXCLUDE)
+
+# What Debian wants compressed. At configure time: an install must not need a build of its own.
+set(TWOCONE_MAINTAINER "twocone <twocone@localhost>" CACHE STRING "Who answers for the Debian package: NAME <ADDRESS>")
+configure_file(cmake/deb/changelog.in ${PROJECT_BINARY_DIR}/changelog @ONLY)
+find_program(GZIP gzip REQUIRED)
+function(twocone_install_compressed source destination)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
+  get_filename_component(name ${source} NAME)
+  execute_process(COMMAND ${GZIP} -9nc ${source} OUTPUT_FILE ${PROJECT_BINARY_DIR}/${name}.gz COMMAND_ERROR_IS_FATAL ANY)
+  install(FILES ${PROJECT_BINARY_DIR}/${name}.gz DESTINATION ${destination} COMPONENT program)
+endfunction()
+twocone_install_compressed(${PROJECT_SOURCE_DIR}/docs/twocone.1 ${CMAKE_INSTALL_MANDIR}/man1)
+twocone_install_compressed(${PROJECT_BINARY_DIR}/changelog ${CMAKE_INSTALL_DOCDIR})
+install(FILES cmake/deb/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES cmake/deb/lintian-overrides RENAME twocone DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides COMPONENT program)
+
+include(twocone_deb)

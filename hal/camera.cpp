@@ -25,8 +25,18 @@ Result<CameraSettings> Camera::configure(const CameraSettings& settings) {
     return Error{ErrorCode::kInvalidState, "configure: the camera is streaming; stop it first"};
   }
   auto applied = do_configure(settings);
-  if (applied) state_ = State::kConfigured;
+  if (applied) {
+    applied_ = *applied;
+    state_ = State::kConfigured;
+  }
   return applied;
+}
+
+CameraFacts Camera::facts() const {
+  CameraFacts facts;
+  facts.settings = applied_;
+  do_tell(facts);
+  return facts;
 }
 
 Status Camera::start() {

@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "hal/frame.h"
 #include "hal/result.h"
@@ -19,6 +21,16 @@ struct CameraSettings {
 
 /// @throws std::invalid_argument naming every field that is not positive and finite.
 void check(const CameraSettings& settings);
+
+/// What a camera is and what it made of its settings, for a person and for records.
+struct CameraFacts {
+  CameraSettings settings;  ///< as applied
+  bool rate_told = true;    ///< else the device does not tell, and `settings.rate_hz` is what was asked for
+  std::string device;       ///< model and place: "vivid (/dev/video0)"; empty: no device
+  std::string format;       ///< of its pixels, by the driver's name; empty: no device
+  /// As read back from the device, in the order in which they were set.
+  std::vector<std::pair<std::string, double>> controls;
+};
 
 /// A source of pictures, real or rendered.
 ///
@@ -55,6 +67,8 @@ class Camera {
   void stop() noexcept;
 
   [[nodiscard]] State state() const { return state_; }
+  /// Of a camera that was configured; before that, defaults.
+  [[nodiscard]] CameraFacts facts() const;
 
  protected:
   Camera() = default;
@@ -64,7 +78,10 @@ class Camera {
   virtual Status do_start() = 0;
   virtual Result<Frame> do_grab(std::chrono::milliseconds timeout) = 0;
   virtual void do_stop() noexcept = 0;
+  /// Fills in what the driver knows beside `settings`.
+  virtual void do_tell(CameraFacts&) const {}
 
+  CameraSettings applied_{};
   State state_ = State::kClosed;
 };
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
+#include <string>
 
 #include "hal/clock.h"
 #include "hal/result.h"
@@ -31,6 +33,16 @@ struct DriveLimits {
 /// @throws std::invalid_argument naming every field that is not positive and finite.
 void check(const DriveLimits& limits);
 
+/// What a drive is, for a person and for records.
+struct DriveFacts {
+  std::string device;          ///< "/dev/ttyUSB0 at 57600 baud"; empty: no device
+  std::string controller;      ///< kind and version, as it told them; empty: no device
+  double counts_per_turn = 0;  ///< of a wheel; 0: its angles are not counted
+  /// The controller itself stops the wheels after so long without a command; none: it never does.
+  std::optional<std::chrono::milliseconds> own_timeout;
+  bool is_guarded = false;  ///< another process stops the wheels when this one cannot
+};
+
 /// Two wheels on one axle.
 ///
 /// Dead-man rule, kept by every backend and checked by tests/drivers/diff_drive_conformance_test.cpp: when no
@@ -56,6 +68,7 @@ class DiffDrive {
   Status stop() noexcept;
 
   [[nodiscard]] const DriveLimits& limits() const { return limits_; }
+  [[nodiscard]] DriveFacts facts() const { return do_tell(); }
 
  protected:
   /// @throws std::invalid_argument as check() does.
@@ -65,6 +78,7 @@ class DiffDrive {
   virtual Status do_set_speeds(const WheelSpeeds& speeds) = 0;
   virtual Result<WheelAngles> do_read_angles() = 0;
   virtual Status do_stop() noexcept = 0;
+  [[nodiscard]] virtual DriveFacts do_tell() const { return {}; }
 
   DriveLimits limits_;
 };

@@ -24,7 +24,8 @@ class Frame {
     std::uint64_t sequence =
         0;               ///< counts the camera's exposures, also those that were lost; may begin anew at a start
     Timestamp captured;  ///< middle of the exposure, as well as the backend knows it
-    std::uint64_t lost_before = 0;  ///< exposures lost since the frame handed out before this one
+    std::uint64_t lost_before = 0;     ///< exposures lost since the frame handed out before this one
+    std::uint64_t skipped_before = 0;  ///< those of them that had come, and were passed over for a newer one
   };
 
   Frame(Header header, std::shared_future<ImageResult> pixels) : header_(header), pixels_(std::move(pixels)) {}

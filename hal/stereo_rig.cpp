@@ -2,59 +2,163 @@
 #include "hal/stereo_rig.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "hal/named_camera.h"
 
 namespace twocone {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kBetweenTries{250};
+
+milliseconds until(std::chrono::steady_clock::time_point deadline) {
+  const auto left = std::chrono::duration_cast<milliseconds>(deadline - std::chrono::steady_clock::now());
+  return std::max(left, milliseconds(0));
+}
+
+nanoseconds times(double factor, nanoseconds period) {
+  return nanoseconds(std::llround(factor * double(period.count())));
+}
+
+}  // namespace
 
 StereoRig::StereoRig(std::unique_ptr<Camera> lower, std::unique_ptr<Camera> upper, std::chrono::nanoseconds max_skew)
-    : lower_(std::move(lower)), upper_(std::move(upper)), max_skew_(max_skew) {
-  if (!lower_ || !upper_) throw std::invalid_argument("StereoRig: needs a lower and an upper camera");
+    : lower_{"lower", std::move(lower)}, upper_{"upper", std::move(upper)}, max_skew_(max_skew) {
+  if (!lower_.camera || !upper_.camera) throw std::invalid_argument("StereoRig: needs a lower and an upper camera");
   if (max_skew.count() < 0) {
     throw std::invalid_argument(fmt::format("StereoRig: max_skew is {} ns, must be >= 0", max_skew.count()));
   }
 }
 
-Status StereoRig::start(const CameraSettings& lower, const CameraSettings& upper) {
-  if (auto started = start_camera("lower", *lower_, lower); !started) return started;
-  auto started = start_camera("upper", *upper_, upper);
-  if (!started) lower_->stop();
+Status StereoRig::start(Eye& eye) {
+  eye.waiting.reset();
+  eye.next.reset();
+  auto started = start_camera(eye.view, *eye.camera, eye.settings);
+  if (!started) return started;
+  eye.is_lost = false;
+  eye.period = nanoseconds(std::llround(1e9 / eye.camera->facts().settings.rate_hz));
   return started;
 }
 
-Status StereoRig::grab_into(const char* view, Camera& camera, std::unique_ptr<Frame>& slot,
-                            std::chrono::steady_clock::time_point deadline) {
-  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-  auto frame = camera.grab(std::max(left, std::chrono::milliseconds(0)));
-  if (!frame) return with_name(view, frame.error());
-  slot = std::make_unique<Frame>(std::move(*frame));
+Status StereoRig::start(const CameraSettings& lower, const CameraSettings& upper) {
+  lower_.settings = lower;
+  upper_.settings = upper;
+  lower_.is_lost = upper_.is_lost = false;
+  if (auto started = start(lower_); !started) return started;
+  auto started = start(upper_);
+  if (!started) lower_.camera->stop();
+  return started;
+}
+
+void StereoRig::lose(Eye& eye) {
+  eye.camera->stop();
+  eye.is_lost = true;
+  eye.next_try = std::chrono::steady_clock::now();
+}
+
+void StereoRig::drop(std::unique_ptr<Frame>& frame) {
+  if (frame) ++unpaired_;
+  frame.reset();
+}
+
+/// Takes the camera's next frame in the place of the one that waits, and lets the time pass if there is none.
+void StereoRig::let_pass(Eye& eye, SteadyTime end) {
+  if (!eye.is_lost) {
+    auto frame = eye.camera->grab(until(end));
+    if (frame) {
+      drop(eye.waiting);
+      drop(eye.next);
+      eye.waiting = std::make_unique<Frame>(std::move(*frame));
+      return;
+    }
+    if (frame.error().code == ErrorCode::kDisconnected) lose(eye);
+  }
+  std::this_thread::sleep_until(end);
+}
+
+Status StereoRig::look_for(Eye& eye, Eye& other, SteadyTime deadline) {
+  const SteadyTime end = std::min(eye.next_try, deadline);
+  if (std::chrono::steady_clock::now() < eye.next_try) let_pass(other, end);
+  const SteadyTime now = std::chrono::steady_clock::now();
+  if (now < eye.next_try) {
+    return Error{ErrorCode::kDisconnected, fmt::format("{}: the camera went away; it is looked for", eye.view)};
+  }
+  eye.next_try = now + kBetweenTries;
+  if (auto started = start(eye); !started) return started;
+  ++recoveries_;
   return {};
 }
 
-Result<StereoFrame> StereoRig::grab(std::chrono::milliseconds timeout) {
+Status StereoRig::fill(Eye& eye, Eye& other, SteadyTime deadline) {
+  if (eye.is_lost) {
+    if (auto found = look_for(eye, other, deadline); !found) return found;
+  }
+  auto frame = eye.camera->grab(until(deadline));
+  if (frame) {
+    eye.waiting = std::make_unique<Frame>(std::move(*frame));
+    return {};
+  }
+  if (frame.error().code == ErrorCode::kDisconnected) lose(eye);
+  return with_name(eye.view, frame.error());
+}
+
+nanoseconds StereoRig::waiting_skew() const {
+  return upper_.waiting->header().captured - lower_.waiting->header().captured;
+}
+
+/// Puts the next frame of the older one's camera in its place if that is nearer to the newer one. It would have come
+/// within a period: a camera that is slower than it tells is not waited for.
+Status StereoRig::find_nearer(SteadyTime deadline) {
+  const nanoseconds skew = waiting_skew();
+  Eye& older = skew.count() > 0 ? lower_ : upper_;
+  if (older.is_lost || std::chrono::abs(skew) <= times(kFreeSkew, older.period)) return {};
+  const SteadyTime end = std::min(deadline, std::chrono::steady_clock::now() + older.period);
+  auto next = older.camera->grab(until(end));
+  if (!next) {
+    if (next.error().code == ErrorCode::kTimeout) return {};
+    if (next.error().code == ErrorCode::kDisconnected) lose(older);
+    return with_name(older.view, next.error());
+  }
+  auto came = std::make_unique<Frame>(std::move(*next));
+  const nanoseconds with_it =
+      came->header().captured - (&older == &lower_ ? upper_ : lower_).waiting->header().captured;
+  if (std::chrono::abs(with_it) < std::chrono::abs(skew)) {
+    drop(older.waiting);
+    older.waiting = std::move(came);
+  } else {
+    older.next = std::move(came);
+  }
+  return {};
+}
+
+Result<StereoFrame> StereoRig::grab(milliseconds timeout) {
   if (timeout.count() < 0) {
     throw std::invalid_argument(fmt::format("StereoRig::grab: timeout is {} ms, must be >= 0", timeout.count()));
   }
   const auto deadline = std::chrono::steady_clock::now() + std::min(timeout, kLongestWait);
   while (true) {
-    if (!waiting_lower_) {
-      if (auto got = grab_into("lower", *lower_, waiting_lower_, deadline); !got) return got.error();
+    for (Eye* eye : {&lower_, &upper_}) {
+      if (!eye->waiting) eye->waiting = std::move(eye->next);
+      if (eye->waiting) continue;
+      if (auto filled = fill(*eye, eye == &lower_ ? upper_ : lower_, deadline); !filled) return filled.error();
     }
-    if (!waiting_upper_) {
-      if (auto got = grab_into("upper", *upper_, waiting_upper_, deadline); !got) return got.error();
-    }
-    const auto skew = waiting_upper_->header().captured - waiting_lower_->header().captured;
+    const nanoseconds skew = waiting_skew();
     if (std::chrono::abs(skew) <= max_skew_) {
-      StereoFrame pair{std::move(*waiting_lower_), std::move(*waiting_upper_)};
-      waiting_lower_.reset();
-      waiting_upper_.reset();
+      if (auto looked = find_nearer(deadline); !looked) return looked.error();
+      StereoFrame pair{std::move(*lower_.waiting), std::move(*upper_.waiting)};
+      lower_.waiting.reset();
+      upper_.waiting.reset();
       return pair;
     }
-    ++unpaired_;
-    (skew.count() > 0 ? waiting_lower_ : waiting_upper_).reset();
+    drop(skew.count() > 0 ? lower_.waiting : upper_.waiting);
     if (std::chrono::steady_clock::now() >= deadline) {
       return Error{
           ErrorCode::kTimeout,
@@ -66,10 +170,12 @@ Result<StereoFrame> StereoRig::grab(std::chrono::milliseconds timeout) {
 }
 
 void StereoRig::stop() noexcept {
-  if (lower_) lower_->stop();
-  if (upper_) upper_->stop();
-  waiting_lower_.reset();
-  waiting_upper_.reset();
+  for (Eye* eye : {&lower_, &upper_}) {
+    if (eye->camera) eye->camera->stop();
+    eye->waiting.reset();
+    eye->next.reset();
+    eye->is_lost = false;
+  }
 }
 
 }  // namespace twocone

@@ -68,9 +68,15 @@ TEST(PixelFormat, NamesAndSizes) {
   EXPECT_EQ(to_string(PixelFormat::kRgb8), "rgb8");
   EXPECT_EQ(to_string(PixelFormat::kBgr8), "bgr8");
   EXPECT_EQ(to_string(PixelFormat::kGrey8), "grey8");
-  EXPECT_EQ(bytes_per_pixel(PixelFormat::kRgb8), 3);
-  EXPECT_EQ(bytes_per_pixel(PixelFormat::kBgr8), 3);
-  EXPECT_EQ(bytes_per_pixel(PixelFormat::kGrey8), 1);
+  EXPECT_EQ(picture_bytes(PixelFormat::kRgb8, 6, 4), 72u);
+  EXPECT_EQ(picture_bytes(PixelFormat::kBgr8, 6, 4), 72u);
+  EXPECT_EQ(picture_bytes(PixelFormat::kGrey8, 6, 4), 24u);
+  EXPECT_EQ(picture_bytes(PixelFormat::kYuyv, 6, 4), 48u);
+  EXPECT_EQ(picture_bytes(PixelFormat::kNv12, 6, 4), 36u);
+  EXPECT_EQ(picture_bytes(PixelFormat::kNv12, 6, 3), std::nullopt);
+  EXPECT_EQ(picture_bytes(PixelFormat::kUyvy, 5, 4), std::nullopt);
+  EXPECT_EQ(picture_bytes(PixelFormat::kMjpeg, 6, 4), std::nullopt) << "it depends on what it shows";
+  EXPECT_EQ(picture_bytes(PixelFormat::kRgb8, 0, 4), std::nullopt);
 }
 
 }  // namespace

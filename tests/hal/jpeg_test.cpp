@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// MJPG: each picture a JPEG, as cameras send them and as bad cables deliver them.
+#include <gtest/gtest.h>
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+
+#include "hal/image.h"
+
+namespace twocone {
+namespace {
+
+// No multiples of a JPEG's blocks.
+constexpr int kWidthPx = 53;
+constexpr int kHeightPx = 37;
+// Quantisation at quality 95 is by single steps; halved colours blur what changes by 3 a pixel.
+constexpr int kOff = 12;
+constexpr double kMeanOff = 2.5;
+
+using Jpeg = std::vector<std::uint8_t>;
+
+/// Smooth, and no channel like another.
+Image picture() {
+  Image rgb{kWidthPx, kHeightPx, PixelFormat::kRgb8, {}};
+  for (int row = 0; row < kHeightPx; ++row) {
+    for (int column = 0; column < kWidthPx; ++column) {
+      rgb.bytes.push_back(std::uint8_t(40 + 3 * column));
+      rgb.bytes.push_back(std::uint8_t(220 - 4 * row));
+      rgb.bytes.push_back(std::uint8_t(128 + 60 * std::sin((row + column) * std::numbers::pi / 45)));
+    }
+  }
+  return rgb;
+}
+
+Jpeg encoded(int sampling) {
+  struct Destroy {
+    void operator()(void* handle) const { tjDestroy(handle); }
+  };
+  const Image rgb = picture();
+  const std::unique_ptr<void, Destroy> encoder(tjInitCompress());
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  EXPECT_EQ(tjCompress2(encoder.get(), rgb.bytes.data(), kWidthPx, 0, kHeightPx, TJPF_RGB, &bytes, &size, sampling, 95,
+                        TJFLAG_ACCURATEDCT),
+            0);
+  Jpeg jpeg(bytes, bytes + size);
+  tjFree(bytes);
+  return jpeg;
+}
+
+Result<Image> decoded(const Jpeg& jpeg, int width_px = kWidthPx, int height_px = kHeightPx) {
+  return to_rgb8(Image{width_px, height_px, PixelFormat::kMjpeg, jpeg});
+}
+
+void expect_near(const Image& a, const Image& b) {
+  ASSERT_EQ(a.bytes.size(), b.bytes.size());
+  int most = 0;
+  double sum = 0;
+  for (std::size_t i = 0; i < a.bytes.size(); ++i) {
+    const int off = std::abs(a.bytes[i] - b.bytes[i]);
+    most = std::max(most, off);
+    sum += off;
+  }
+  EXPECT_LE(most, kOff);
+  EXPECT_LE(sum / double(a.bytes.size()), kMeanOff);
+}
+
+/// Without the segments of `marker`.
+Jpeg without(std::uint8_t marker, const Jpeg& jpeg) {
+  constexpr std::uint8_t kStartOfScan = 0xDA;
+  Jpeg left(jpeg.begin(), jpeg.begin() + 2);
+  std::size_t at = 2;
+  while (jpeg[at + 1] != kStartOfScan) {
+    const std::size_t length = 2 + 256 * std::size_t(jpeg[at + 2]) + jpeg[at + 3];
+    if (jpeg[at + 1] != marker) {
+      left.insert(left.end(), jpeg.begin() + std::ptrdiff_t(at), jpeg.begin() + std::ptrdiff_t(at + length));
+    }
+    at += length;
+  }
+  left.insert(left.end(), jpeg.begin() + std::ptrdiff_t(at), jpeg.end());
+  return left;
+}
+
+struct Sampling {
+  const char* name;
+  int code;
+};
+void PrintTo(const Sampling& sampling, std::ostream* os) { *os << sampling.name; }
+
+class JpegToRgb8 : public testing::TestWithParam<Sampling> {};
+
+TEST_P(JpegToRgb8, ShowsWhatWasEncoded) {
+  const auto rgb = decoded(encoded(GetParam().code));
+  ASSERT_TRUE(rgb) << rgb.error().message;
+  EXPECT_EQ(rgb->format, PixelFormat::kRgb8);
+  expect_near(*rgb, picture());
+}
+
+// Catches a decoder that fills what did not come with grey, and says nothing.
+TEST_P(JpegToRgb8, RefusesOneThatIsCutOffAnywhere) {
+  const Jpeg whole = encoded(GetParam().code);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const auto rgb = decoded(Jpeg(whole.begin(), whole.begin() + std::ptrdiff_t(size)));
+    ASSERT_FALSE(rgb) << "of " << whole.size() << " bytes, the first " << size;
+    ASSERT_EQ(rgb.error().code, ErrorCode::kBadData);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Samplings, JpegToRgb8,
+                         testing::Values(Sampling{"s444", TJSAMP_444}, Sampling{"s422", TJSAMP_422},
+                                         Sampling{"s420", TJSAMP_420}),
+                         [](const auto& sampling) { return sampling.param.name; });
+
+TEST(JpegToRgb8, ShowsGreyInAllChannels) {
+  const auto rgb = decoded(encoded(TJSAMP_GRAY));
+  ASSERT_TRUE(rgb) << rgb.error().message;
+  const Image colours = picture();
+  for (std::size_t i = 0; i < rgb->bytes.size(); i += 3) {
+    ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 1]);
+    ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 2]);
+    const double light = 0.299 * colours.bytes[i] + 0.587 * colours.bytes[i + 1] + 0.114 * colours.bytes[i + 2];
+    ASSERT_NEAR(rgb->bytes[i], light, kOff);
+  }
+}
+
+// Many cameras leave the Huffman tables out: they are always the same.
+TEST(JpegToRgb8, KnowsTheTablesThatCamerasLeaveOut) {
+  constexpr std::uint8_t kHuffmanTables = 0xC4;
+  const Jpeg whole = encoded(TJSAMP_422);
+  const Jpeg bare = without(kHuffmanTables, whole);
+  ASSERT_LT(bare.size(), whole.size());
+  const auto rgb = decoded(bare);
+  ASSERT_TRUE(rgb) << rgb.error().message;
+  expect_near(*rgb, picture());
+}
+
+// Buffers of a size that never changes come with something after the picture.
+TEST(JpegToRgb8, TakesWhatComesAfterThePictureForPadding) {
+  Jpeg padded = encoded(TJSAMP_422);
+  padded.resize(padded.size() + 1000);
+  EXPECT_TRUE(decoded(padded));
+}
+
+TEST(JpegToRgb8, RefusesAnotherSize) {
+  const Jpeg jpeg = encoded(TJSAMP_420);
+  for (const auto& [width_px, height_px] :
+       {std::pair(kWidthPx + 1, kHeightPx), std::pair(kWidthPx, kHeightPx - 1), std::pair(kHeightPx, kWidthPx)}) {
+    const auto rgb = decoded(jpeg, width_px, height_px);
+    ASSERT_FALSE(rgb);
+    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+    EXPECT_NE(rgb.error().message.find("53 x 37"), std::string::npos) << rgb.error().message;
+  }
+  for (const auto& [width_px, height_px] : {std::pair(0, 0), std::pair(-kWidthPx, -kHeightPx)}) {
+    const auto rgb = decoded(jpeg, width_px, height_px);
+    ASSERT_FALSE(rgb);
+    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+  }
+}
+
+TEST(JpegToRgb8, RefusesWhatIsDamaged) {
+  const Jpeg whole = encoded(TJSAMP_422);
+  // A marker in the middle of the picture's data, where none may be; a piece that a lost packet took away.
+  Jpeg marker = whole;
+  marker[whole.size() - 300] = 0xFF;
+  marker[whole.size() - 299] = 0xC4;
+  Jpeg gap = whole;
+  gap.erase(gap.end() - 400, gap.end() - 200);
+  Jpeg no_start = whole;
+  no_start[1] = 0;
+  for (const Jpeg& bad : {marker, gap, no_start, Jpeg(5000, 0x55), Jpeg{}}) {
+    const auto rgb = decoded(bad);
+    ASSERT_FALSE(rgb) << bad.size() << " bytes of " << whole.size();
+    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+    EXPECT_NE(rgb.error().message.find(std::to_string(bad.size())), std::string::npos) << rgb.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace twocone

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// A pair of real cameras: they run freely, go away and come back.
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hal/stereo_rig.h"
+#include "tests/hal/scripted_devices.h"
+
+namespace twocone {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
+using test::frame_at;
+using test::Log;
+using test::ScriptedCamera;
+using testing::HasSubstr;
+
+constexpr CameraSettings kSettings{64, 48, 25};
+constexpr auto kPeriod = 40ms;
+
+class HardwareRigTest : public testing::Test {
+ protected:
+  void start() { ASSERT_TRUE(rig_.start(kSettings, kSettings)); }
+  void unplug(ScriptedCamera::Script& camera) {
+    camera.grabs.push_back(Error{ErrorCode::kDisconnected, "unplugged"});
+    camera.configured = Error{ErrorCode::kDisconnected, "no such file"};
+  }
+  std::ptrdiff_t asked(const std::string& what) const { return std::count(log_->begin(), log_->end(), what); }
+
+  std::shared_ptr<Log> log_ = std::make_shared<Log>();
+  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
+  StereoRig rig_{std::make_unique<ScriptedCamera>("lower", lower_, log_),
+                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 20ms};
+};
+
+TEST_F(HardwareRigTest, ACameraThatGoesAwayIsFoundAgain) {
+  for (auto* const camera : {lower_.get(), upper_.get()}) {
+    SCOPED_TRACE(camera == lower_.get() ? "lower" : "upper");
+    rig_.stop();
+    start();
+    const auto recoveries = rig_.recoveries();
+    const auto unpaired = rig_.unpaired();
+    auto& other = camera == lower_.get() ? *upper_ : *lower_;
+    other.grabs = {frame_at(0, 0ms)};
+    unplug(*camera);
+    auto pair = rig_.grab(1s);
+    ASSERT_FALSE(pair);
+    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(pair.error().message, HasSubstr("unplugged"));
+
+    // Away: the other one's frames are taken and dropped, one a call.
+    for (std::uint64_t i = 1; i <= 4; ++i) other.grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
+    while (!other.grabs.empty()) {
+      pair = rig_.grab(1s);
+      ASSERT_FALSE(pair);
+      EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+    }
+    EXPECT_EQ(rig_.recoveries(), recoveries);
+
+    camera->configured = {};
+    other.grabs.push_back(frame_at(10, 10 * kPeriod));
+    camera->grabs = {frame_at(0, 10 * kPeriod + 3ms)};
+    do {
+      pair = rig_.grab(1s);
+    } while (!pair && pair.error().code == ErrorCode::kDisconnected);
+    ASSERT_TRUE(pair) << pair.error().message;
+    EXPECT_EQ(std::chrono::abs(pair->skew()), 3ms);
+    EXPECT_EQ(rig_.recoveries(), recoveries + 1);
+    EXPECT_EQ(rig_.unpaired(), unpaired + 5) << "all of the other one's from before";
+  }
+}
+
+// Catches a rig that hammers on a device that is not there, and one that waits so long that a plug goes unnoticed.
+TEST_F(HardwareRigTest, ItLooksAtMostFourTimesASecondAndNotMuchLess) {
+  start();
+  unplug(*lower_);
+  ASSERT_FALSE(rig_.grab(1s));
+  const auto tries_before = asked("lower.configure");
+  const auto begin = steady_clock::now();
+  int calls = 0;
+  while (asked("lower.configure") - tries_before < 5) {
+    EXPECT_FALSE(rig_.grab(1s));
+    ASSERT_LT(++calls, 1000);
+  }
+  // Five tries have four pauses between them; a loaded machine makes them longer, never shorter.
+  EXPECT_GE(steady_clock::now() - begin, 1s - 1ms);
+}
+
+TEST_F(HardwareRigTest, AShortGrabDoesNotWaitForTheNextTry) {
+  start();
+  unplug(*lower_);
+  ASSERT_FALSE(rig_.grab(1s));
+  ASSERT_FALSE(rig_.grab(1s)) << "the first try is at once";
+  const auto tries = asked("lower.configure");
+  const auto begin = steady_clock::now();
+  for (int i = 0; i < 3; ++i) {
+    const auto pair = rig_.grab(0ms);
+    ASSERT_FALSE(pair);
+    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+  }
+  if (steady_clock::now() - begin < 200ms) {
+    EXPECT_EQ(asked("lower.configure"), tries);
+  }
+}
+
+TEST_F(HardwareRigTest, BothMayGoAway) {
+  start();
+  unplug(*lower_);
+  unplug(*upper_);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(rig_.grab(300ms).error().code, ErrorCode::kDisconnected);
+  lower_->configured = upper_->configured = {};
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    lower_->grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
+    upper_->grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
+  }
+  auto pair = rig_.grab(1s);
+  for (int i = 0; i < 10 && !pair; ++i) pair = rig_.grab(1s);
+  ASSERT_TRUE(pair) << pair.error().message;
+  EXPECT_EQ(rig_.recoveries(), 2U);
+}
+
+// Catches numbers of the rig that are used for pictures of another size.
+TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
+  start();
+  unplug(*upper_);
+  lower_->grabs = {frame_at(0, 0ms)};
+  ASSERT_FALSE(rig_.grab(1s));
+  upper_->configured = {};
+  upper_->smaller_by.width_px = 4;
+  const auto pair = rig_.grab(1s);
+  ASSERT_FALSE(pair);
+  EXPECT_EQ(pair.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(pair.error().message, "upper: the camera gives 60 x 48 pixels instead of 64 x 48");
+  EXPECT_EQ(rig_.recoveries(), 0U);
+  EXPECT_EQ(asked("upper.start"), 1);
+  upper_->smaller_by.width_px = 0;
+  upper_->grabs = {frame_at(0, 0ms)};
+  auto again = rig_.grab(1s);
+  for (int i = 0; i < 10 && !again; ++i) again = rig_.grab(1s);
+  EXPECT_TRUE(again) << again.error().message;
+}
+
+TEST_F(HardwareRigTest, AStartAfterALossBeginsAnew) {
+  start();
+  unplug(*lower_);
+  ASSERT_FALSE(rig_.grab(1s));
+  lower_->configured = {};
+  rig_.stop();
+  start();
+  lower_->grabs = {frame_at(0, 0ms)};
+  upper_->grabs = {frame_at(0, 0ms)};
+  EXPECT_TRUE(rig_.grab(1s));
+  EXPECT_EQ(rig_.recoveries(), 0U) << "it was not the rig that found it";
+}
+
+/// The pairs of two cameras that run freely, the upper one `behind` the lower.
+class FreeRunningTest : public testing::TestWithParam<std::chrono::milliseconds> {
+ protected:
+  std::shared_ptr<Log> log_ = std::make_shared<Log>();
+  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
+};
+
+// Catches a rig that takes the first pair which the limit allows: with a limit of a period and more, each frame would
+// go with the one before its nearest.
+TEST_P(FreeRunningTest, EachFrameGoesWithItsNearest) {
+  constexpr int kFrames = 20;
+  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
+                std::make_unique<ScriptedCamera>("upper", upper_, log_), 1s);
+  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  for (int i = 0; i < kFrames; ++i) {
+    lower_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod)));
+    upper_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod) + GetParam()));
+  }
+  int pairs = 0;
+  // A tenth of a period more than the half is let pass.
+  while (auto pair = rig.grab(1s)) {
+    ++pairs;
+    EXPECT_LE(std::chrono::abs(pair->skew()), 24ms) << "pair " << pairs;
+  }
+  EXPECT_GE(pairs, kFrames - 1);
+  EXPECT_LE(rig.unpaired(), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Behind, FreeRunningTest, testing::Values(0ms, 13ms, 20ms, 23ms, 27ms, 33ms, 39ms),
+                         [](const auto& tested) { return std::to_string(tested.param.count()) + "ms"; });
+
+// Catches a rig that waits for the frame which is due by the told rate, of a camera that is slower in the dark.
+TEST_F(HardwareRigTest, CamerasSlowerThanTheyTellArePairedAllTheSame) {
+  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
+                std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
+  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  lower_->grabs = {frame_at(0, 0ms), Error{ErrorCode::kTimeout, "none yet"}, frame_at(1, 200ms)};
+  upper_->grabs = {frame_at(0, 90ms)};
+  const auto pair = rig.grab(1s);
+  ASSERT_TRUE(pair) << pair.error().message;
+  EXPECT_EQ(pair->skew(), 90ms);
+  EXPECT_LE(*std::max_element(lower_->timeouts.begin() + 1, lower_->timeouts.end()), kPeriod);
+}
+
+// A frame that came too early to be dropped is the first of the next pair.
+TEST_F(HardwareRigTest, AFrameThatIsNotNearerIsKeptForTheNextPair) {
+  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
+                std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
+  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  lower_->grabs = {frame_at(0, 0ms), frame_at(1, 200ms)};
+  upper_->grabs = {frame_at(0, 90ms), frame_at(1, 210ms)};
+  EXPECT_EQ(rig.grab(1s)->skew(), 90ms);
+  EXPECT_EQ(rig.grab(1s)->skew(), 10ms);
+  EXPECT_EQ(rig.unpaired(), 0U);
+}
+
+}  // namespace
+}  // namespace twocone

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Y, U, V pictures against BT.601's equations in real numbers.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <opencv2/imgproc.hpp>
+
+#include "hal/image.h"
+
+namespace twocone {
+namespace {
+
+// What image.h promises: coefficients in 256ths are off by up to 0.0016, times 128 in each of two terms, and once more
+// by rounding.
+constexpr int kOff = 1;
+// OpenCV rounds its own way.
+constexpr int kOffFromOpenCv = 2;
+
+using Rgb = std::array<int, 3>;
+
+/// ITU-R BT.601: Y from 16 to 235, U and V 112 up and down from 128.
+Rgb by_the_equations(int y, int u, int v) {
+  constexpr double kRed = 0.299;
+  constexpr double kBlue = 0.114;
+  constexpr double kGreen = 1 - kRed - kBlue;
+  const double light = (y - 16) / 219.0;
+  const double blue_less_light = (u - 128) / 224.0 * 2 * (1 - kBlue);
+  const double red_less_light = (v - 128) / 224.0 * 2 * (1 - kRed);
+  const double red = light + red_less_light;
+  const double blue = light + blue_less_light;
+  const double green = (light - kRed * red - kBlue * blue) / kGreen;
+  const auto byte = [](double channel) { return std::clamp(int(std::lround(255 * channel)), 0, 255); };
+  return {byte(red), byte(green), byte(blue)};
+}
+
+Rgb pixel(const Image& rgb, int column, int row) {
+  const auto at = std::size_t(3 * (row * rgb.width_px + column));
+  return {rgb.bytes[at], rgb.bytes[at + 1], rgb.bytes[at + 2]};
+}
+
+int farthest(const Rgb& a, const Rgb& b) {
+  return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+}
+
+/// Light and colour of pixel (column, row), on which layouts agree.
+struct Layout {
+  PixelFormat format;
+  std::function<std::array<std::uint8_t, 3>(const Image&, int column, int row)> yuv;
+  int opencv;
+};
+void PrintTo(const Layout& layout, std::ostream* os) { *os << to_string(layout.format); }
+
+const Layout kYuyvLayout{
+    PixelFormat::kYuyv,
+    [](const Image& image, int column, int row) -> std::array<std::uint8_t, 3> {
+      const auto pair = std::size_t(2 * (row * image.width_px + column / 2 * 2));
+      return {image.bytes[pair + std::size_t(column % 2 * 2)], image.bytes[pair + 1], image.bytes[pair + 3]};
+    },
+    cv::COLOR_YUV2RGB_YUYV};
+const Layout kUyvyLayout{
+    PixelFormat::kUyvy,
+    [](const Image& image, int column, int row) -> std::array<std::uint8_t, 3> {
+      const auto pair = std::size_t(2 * (row * image.width_px + column / 2 * 2));
+      return {image.bytes[pair + 1 + std::size_t(column % 2 * 2)], image.bytes[pair], image.bytes[pair + 2]};
+    },
+    cv::COLOR_YUV2RGB_UYVY};
+const Layout kNv12Layout{PixelFormat::kNv12,
+                         [](const Image& image, int column, int row) -> std::array<std::uint8_t, 3> {
+                           const auto width = std::size_t(image.width_px);
+                           const auto colour =
+                               width * std::size_t(image.height_px + row / 2) + std::size_t(column / 2 * 2);
+                           return {image.bytes[width * std::size_t(row) + std::size_t(column)], image.bytes[colour],
+                                   image.bytes[colour + 1]};
+                         },
+                         cv::COLOR_YUV2RGB_NV12};
+
+/// Every byte its own, so that no two pixels can be swapped unseen; 322 wide, so that a row ends within a vector.
+Image picture(PixelFormat format, int width_px = 322, int height_px = 6) {
+  Image image{width_px, height_px, format, {}};
+  std::uint32_t noise = 12345;
+  for (std::size_t left = *picture_bytes(format, width_px, height_px); left > 0; --left) {
+    noise = noise * 1664525 + 1013904223;
+    image.bytes.push_back(std::uint8_t(noise >> 24));
+  }
+  return image;
+}
+
+class YuvToRgb8 : public testing::TestWithParam<Layout> {};
+
+TEST_P(YuvToRgb8, IsTheEquationsAtEveryPixel) {
+  const Image image = picture(GetParam().format);
+  const auto rgb = to_rgb8(image);
+  ASSERT_TRUE(rgb);
+  ASSERT_EQ(rgb->bytes.size(), *picture_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
+  for (int row = 0; row < image.height_px; ++row) {
+    for (int column = 0; column < image.width_px; ++column) {
+      const auto [y, u, v] = GetParam().yuv(image, column, row);
+      ASSERT_LE(farthest(pixel(*rgb, column, row), by_the_equations(y, u, v)), kOff)
+          << "at " << column << ", " << row << ": Y " << int(y) << " U " << int(u) << " V " << int(v);
+    }
+  }
+}
+
+TEST_P(YuvToRgb8, IsWhatOpenCvSees) {
+  Image image = picture(GetParam().format);
+  const auto rgb = to_rgb8(image);
+  ASSERT_TRUE(rgb);
+  const bool is_nv12 = image.format == PixelFormat::kNv12;
+  const cv::Mat raw(is_nv12 ? image.height_px / 2 * 3 : image.height_px, image.width_px, is_nv12 ? CV_8UC1 : CV_8UC2,
+                    image.bytes.data());
+  cv::Mat seen;
+  cv::cvtColor(raw, seen, GetParam().opencv);
+  for (int row = 0; row < image.height_px; ++row) {
+    for (int column = 0; column < image.width_px; ++column) {
+      if (GetParam().yuv(image, column, row)[0] < 16) continue;  // below black, which OpenCV takes for black
+      const auto& theirs = seen.at<cv::Vec3b>(row, column);
+      ASSERT_LE(farthest(pixel(*rgb, column, row), {theirs[0], theirs[1], theirs[2]}), kOffFromOpenCv)
+          << "at " << column << ", " << row;
+    }
+  }
+}
+
+TEST_P(YuvToRgb8, RefusesSidesThatShareNoColour) {
+  const PixelFormat format = GetParam().format;
+  for (const auto& [width_px, height_px] : {std::pair(3, 2), std::pair(2, 3), std::pair(1, 1)}) {
+    if (picture_bytes(format, width_px, height_px)) continue;  // an odd height is nothing to pairs
+    for (const std::size_t size : {0u, 6u, 9u, 10u, 12u}) {
+      const auto rgb = to_rgb8(Image{width_px, height_px, format, std::vector<std::uint8_t>(size, 9)});
+      ASSERT_FALSE(rgb) << width_px << " x " << height_px << " of " << size << " bytes";
+      EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+    }
+  }
+  EXPECT_FALSE(picture_bytes(format, 3, 2));
+  EXPECT_EQ(picture_bytes(format, 2, 3).has_value(), format != PixelFormat::kNv12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Layouts, YuvToRgb8, testing::Values(kYuyvLayout, kUyvyLayout, kNv12Layout),
+                         [](const auto& layout) { return std::string(to_string(layout.param.format)); });
+
+// Light, and colours that no light can have: where clipping is.
+TEST(YuyvToRgb8, IsTheEquationsForEveryLightAndManyColours) {
+  constexpr int kStep = 5;  // divides 255: both ends are there
+  for (int u = 0; u < 256; u += kStep) {
+    Image image{256, 52, PixelFormat::kYuyv, {}};
+    for (int v = 0; v < 256; v += kStep) {
+      for (int y = 0; y < 256; ++y) {
+        image.bytes.push_back(std::uint8_t(y));
+        image.bytes.push_back(std::uint8_t(y % 2 == 0 ? u : v));
+      }
+    }
+    const auto rgb = to_rgb8(image);
+    ASSERT_TRUE(rgb);
+    for (int v = 0; v < 256; v += kStep) {
+      for (int y = 0; y < 256; ++y) {
+        ASSERT_LE(farthest(pixel(*rgb, y, v / kStep), by_the_equations(y, u, v)), kOff)
+            << "Y " << y << " U " << u << " V " << v;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace twocone
