@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/v4l2_camera/device.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace twocone::v4l2 {
+namespace {
+
+constexpr std::array kFormats{
+    Format{V4L2_PIX_FMT_YUYV, "YUYV", PixelFormat::kYuyv},  Format{V4L2_PIX_FMT_UYVY, "UYVY", PixelFormat::kUyvy},
+    Format{V4L2_PIX_FMT_NV12, "NV12", PixelFormat::kNv12},  Format{V4L2_PIX_FMT_RGB24, "RGB3", PixelFormat::kRgb8},
+    Format{V4L2_PIX_FMT_BGR24, "BGR3", PixelFormat::kBgr8}, Format{V4L2_PIX_FMT_MJPEG, "MJPG", PixelFormat::kMjpeg},
+    Format{V4L2_PIX_FMT_JPEG, "MJPG", PixelFormat::kMjpeg},  // some cameras call them so
+    Format{V4L2_PIX_FMT_GREY, "GREY", PixelFormat::kGrey8},
+};
+
+double hertz(const v4l2_fract& period) { return double(period.denominator) / double(period.numerator); }
+
+/// Steps smaller than this are a device's rounding.
+constexpr double kRateDigits = 1000;
+double rounded(double rate_hz) {
+  return rate_hz < 1 / kRateDigits ? rate_hz : std::round(rate_hz * kRateDigits) / kRateDigits;
+}
+
+}  // namespace
+
+std::span<const Format> formats() { return kFormats; }
+
+std::string code_name(std::uint32_t code) {
+  std::string name;
+  for (int i = 0; i < 4; ++i) {
+    const char c = static_cast<char>(code >> (8 * i) & 0x7F);
+    name.push_back(c >= ' ' ? c : '?');
+  }
+  return name;
+}
+
+bool is_gone(int code) { return code == ENODEV || code == ENXIO || code == ESHUTDOWN; }
+
+Error device_error(const std::string& what, int code) {
+  const std::string message = fmt::format("{}: {}", what, std::strerror(code));
+  if (is_gone(code) || code == EIO) return {ErrorCode::kDisconnected, message};
+  switch (code) {
+    case ENOENT:
+      return {ErrorCode::kNotFound, message};
+    case EBUSY:
+      return {ErrorCode::kRefused, message + "; another program uses the camera"};
+    case EACCES:
+    case EPERM:
+      return {ErrorCode::kRefused, message + "; is this user in the group video?"};
+    case ENOSPC:
+      return {ErrorCode::kRefused,
+              message + "; its USB bus has no room for it: MJPG, a smaller size or another port may help"};
+    case ENOMEM:
+      return {ErrorCode::kUnavailable, message};
+    default:
+      return {ErrorCode::kRefused, message};
+  }
+}
+
+Result<std::unique_ptr<Device>> Device::open(const std::string& path, std::shared_ptr<Kernel> kernel) {
+  const auto not_opened = [&](int code) {
+    Error error = device_error(path, code);
+    if (error.code == ErrorCode::kDisconnected) error.code = ErrorCode::kNotFound;
+    return error;
+  };
+  const int file = kernel->open(path.c_str());
+  if (file < 0) return not_opened(errno);
+  std::unique_ptr<Device> device(new Device(std::move(kernel), path, file));
+  if (const int code = device->call(VIDIOC_QUERYCAP, &device->capability_)) {
+    if (is_gone(code)) return not_opened(code);
+    return Error{ErrorCode::kRefused, fmt::format("{} is no video device", path)};
+  }
+  const std::uint32_t all = device->capability_.capabilities;
+  const std::uint32_t can = (all & V4L2_CAP_DEVICE_CAPS) != 0 ? device->capability_.device_caps : all;
+  if ((can & V4L2_CAP_STREAMING) == 0 || (can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0) {
+    return Error{ErrorCode::kRefused, fmt::format("{} ({}) is no camera that streams", path, device->card())};
+  }
+  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0) device->buffer_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
+  return device;
+}
+
+Device::~Device() { kernel_->close(file_); }
+
+int Device::call(unsigned long request, void* argument) const {
+  return kernel_->ioctl(file_, request, argument) == 0 ? 0 : errno;
+}
+
+std::string Device::card() const { return text_of(capability_.card); }
+bool Device::spares_lent_buffers() const { return text_of(capability_.driver) != "v4l2 loopback"; }
+std::string Device::bus() const { return text_of(capability_.bus_info); }
+
+Result<std::vector<std::uint32_t>> Device::codes() const {
+  std::vector<std::uint32_t> codes;
+  v4l2_fmtdesc description{};
+  description.type = buffer_type_;
+  for (;; ++description.index) {
+    const int error = call(VIDIOC_ENUM_FMT, &description);
+    if (is_gone(error)) return device_error(path_, error);
+    if (error != 0) return codes;
+    codes.push_back(description.pixelformat);
+  }
+}
+
+std::vector<std::string> Device::modes() const {
+  std::vector<std::string> modes;
+  const auto offered = codes();
+  if (!offered) return modes;
+  for (const std::uint32_t code : *offered) {
+    const bool known = std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.code == code; });
+    if (!known) {
+      modes.push_back(fmt::format("{} (not known to this driver)", code_name(code)));
+      continue;
+    }
+    v4l2_frmsizeenum size{};
+    size.pixel_format = code;
+    for (; call(VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
+      if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
+        modes.push_back(fmt::format("{} {}x{} to {}x{}", code_name(code), size.stepwise.min_width,
+                                    size.stepwise.min_height, size.stepwise.max_width, size.stepwise.max_height));
+        break;
+      }
+      std::vector<std::string> rates;
+      v4l2_frmivalenum interval{};
+      interval.pixel_format = code;
+      interval.width = size.discrete.width;
+      interval.height = size.discrete.height;
+      for (; call(VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+        if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE) {
+          rates.push_back(fmt::format("{:g} to {:g}", rounded(hertz(interval.stepwise.max)),
+                                      rounded(hertz(interval.stepwise.min))));
+          break;
+        }
+        rates.push_back(fmt::format("{:g}", rounded(hertz(interval.discrete))));
+      }
+      modes.push_back(fmt::format("{} {}x{}{}", code_name(code), size.discrete.width, size.discrete.height,
+                                  rates.empty() ? "" : fmt::format(" at {} Hz", fmt::join(rates, ", "))));
+    }
+  }
+  return modes;
+}
+
+Result<Negotiated> Device::set_format(const Format& format, const CameraSettings& wanted) const {
+  v4l2_format asked{};
+  asked.type = buffer_type_;
+  Negotiated result{format, 0, 0, 0, std::nullopt};
+  std::uint32_t code = 0;
+  if (has_planes()) {
+    auto& pixels = asked.fmt.pix_mp;
+    pixels.width = std::uint32_t(wanted.width_px);
+    pixels.height = std::uint32_t(wanted.height_px);
+    pixels.pixelformat = format.code;
+    pixels.field = V4L2_FIELD_NONE;
+    pixels.num_planes = 1;
+    if (const int error = call(VIDIOC_S_FMT, &asked)) return device_error(fmt::format("{}: its format", path_), error);
+    if (pixels.num_planes != 1) {
+      return Error{ErrorCode::kRefused, fmt::format("{}: {} in {} planes", path_, format.name, pixels.num_planes)};
+    }
+    code = pixels.pixelformat;
+    result.width_px = int(pixels.width);
+    result.height_px = int(pixels.height);
+    result.row_bytes = pixels.plane_fmt[0].bytesperline;
+  } else {
+    auto& pixels = asked.fmt.pix;
+    pixels.width = std::uint32_t(wanted.width_px);
+    pixels.height = std::uint32_t(wanted.height_px);
+    pixels.pixelformat = format.code;
+    pixels.field = V4L2_FIELD_NONE;
+    if (const int error = call(VIDIOC_S_FMT, &asked)) return device_error(fmt::format("{}: its format", path_), error);
+    code = pixels.pixelformat;
+    result.width_px = int(pixels.width);
+    result.height_px = int(pixels.height);
+    result.row_bytes = pixels.bytesperline;
+  }
+  if (code != format.code) {
+    return Error{ErrorCode::kRefused, fmt::format("{} gives {} instead of {}", path_, code_name(code), format.name)};
+  }
+  if (format.layout != PixelFormat::kMjpeg && !picture_bytes(format.layout, result.width_px, result.height_px)) {
+    return Error{ErrorCode::kRefused, fmt::format("{} gives {} x {} pixels, which {} cannot have", path_,
+                                                  result.width_px, result.height_px, format.name)};
+  }
+  return result;
+}
+
+std::optional<double> Device::set_rate(double wanted_hz) const {
+  v4l2_streamparm parameters{};
+  parameters.type = buffer_type_;
+  // Whole milliseconds would make 30 Hz 33 ms.
+  constexpr std::uint32_t kTicks = 10'000;
+  constexpr double kFastest_hz = 100'000;
+  const auto per_ticks = std::uint32_t(std::max(1L, std::lround(std::min(wanted_hz, kFastest_hz) * kTicks)));
+  const std::uint32_t common = std::gcd(kTicks, per_ticks);
+  parameters.parm.capture.timeperframe = {kTicks / common, per_ticks / common};
+  // Some have one rate only, which they tell and do not let set.
+  (void)call(VIDIOC_S_PARM, &parameters);
+  if (call(VIDIOC_G_PARM, &parameters) == 0 && (parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0) {
+    const v4l2_fract& period = parameters.parm.capture.timeperframe;
+    if (period.numerator > 0 && period.denominator > 0) return rounded(hertz(period));
+  }
+  // What comes over a cable has the rate of its source.
+  v4l2_dv_timings timings{};
+  if (call(VIDIOC_G_DV_TIMINGS, &timings) == 0 && timings.type == V4L2_DV_BT_656_1120) {
+    const v4l2_bt_timings& bt = timings.bt;
+    const double pixels = double(V4L2_DV_BT_FRAME_WIDTH(&bt)) * double(V4L2_DV_BT_FRAME_HEIGHT(&bt));
+    if (pixels > 0 && bt.pixelclock > 0) return rounded(double(bt.pixelclock) / pixels);
+  }
+  return std::nullopt;
+}
+
+Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wanted) const {
+  auto got = set_format(format, wanted);
+  if (got) got->rate_hz = set_rate(wanted.rate_hz);
+  return got;
+}
+
+Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::string& format) const {
+  const auto all = codes();
+  if (!all) return all.error();
+  const auto& offered = *all;
+  std::optional<Format> best;
+  int most = -1;
+  std::optional<Error> last;
+  for (const Format& candidate : kFormats) {
+    if (!format.empty() && candidate.name != format) continue;
+    if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+    const auto got = set_up(candidate, wanted);
+    if (!got) {
+      last = got.error();
+      continue;
+    }
+    const bool right_size = got->width_px == wanted.width_px && got->height_px == wanted.height_px;
+    // A camera that is too slow in one format may be fast enough in the next (MJPG).
+    const bool fast_enough = !got->rate_hz || *got->rate_hz > 0.99 * wanted.rate_hz;
+    if (right_size && fast_enough) return got;
+    const int merit = (right_size ? 2 : 0) + (fast_enough ? 1 : 0);
+    if (merit > most) {
+      most = merit;
+      best = candidate;
+    }
+  }
+  if (best) return set_up(*best, wanted);  // again: another one was tried since
+  if (last) return *last;
+  std::vector<std::string> names;
+  for (const std::uint32_t code : offered) names.push_back(code_name(code));
+  return Error{ErrorCode::kRefused,
+               fmt::format("{} ({}) has no format {}; it has: {}", path_, card(),
+                           format.empty() ? "that this driver knows" : format, fmt::join(names, ", "))};
+}
+
+std::uint32_t Device::input() const {
+  int index = 0;
+  return call(VIDIOC_G_INPUT, &index) == 0 ? std::uint32_t(index) : 0;
+}
+
+std::string Device::input_trouble() const {
+  v4l2_input input{};
+  input.index = this->input();
+  if (call(VIDIOC_ENUMINPUT, &input) != 0) return "";
+  if ((input.status & V4L2_IN_ST_NO_POWER) != 0) return "its input has no power";
+  if ((input.status & V4L2_IN_ST_NO_SIGNAL) != 0) return "there is no signal at its input";
+  if ((input.status & (V4L2_IN_ST_NO_SYNC | V4L2_IN_ST_NO_H_LOCK)) != 0) return "its input finds no lock on the signal";
+  return "";
+}
+
+}  // namespace twocone::v4l2
