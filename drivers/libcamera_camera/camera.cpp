@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/libcamera_camera/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "drivers/libcamera_camera/controls.h"
+#include "drivers/libcamera_camera/device.h"
+#include "drivers/libcamera_camera/stream.h"
+
+namespace twocone::libcamera_camera {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+// As in drivers/v4l2_camera: what a reader may keep, how long a camera may be silent, which frame is too old.
+constexpr std::size_t kLeftToDevice = 2;
+constexpr unsigned kBuffers = 6;
+constexpr double kSilentPeriods = 10;
+constexpr milliseconds kLeastSilence{500};
+constexpr double kStalePeriods = 2;
+// A camera that missed so many is asked whether it is still there before it is stopped.
+constexpr double kDoubtfulPeriods = 3;
+constexpr std::chrono::seconds kSameClock{10};
+
+nanoseconds steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+
+/// libcamera's times count time asleep too, or do not, as the kernel's driver has it.
+std::optional<nanoseconds> on_steady_clock(nanoseconds told) {
+  const nanoseconds now = steady_now();
+  if (std::chrono::abs(now - told) < kSameClock) return told;
+  timespec awake_or_not{};
+  ::clock_gettime(CLOCK_BOOTTIME, &awake_or_not);
+  const nanoseconds asleep = std::chrono::seconds(awake_or_not.tv_sec) + nanoseconds(awake_or_not.tv_nsec) - now;
+  if (std::chrono::abs(now - (told - asleep)) < kSameClock) return told - asleep;
+  return std::nullopt;
+}
+
+}  // namespace
+
+/// What the camera settled on.
+struct Applied {
+  std::string id;
+  std::string model;
+  CameraSettings settings;
+  ChosenControls controls;
+};
+
+class LibcameraCamera::Impl {
+ public:
+  explicit Impl(const LibcameraSettings& settings) : settings_(settings) {}
+  ~Impl() {
+    stop();
+    close();
+  }
+
+  Status open() {
+    close();
+    auto device = Device::open(settings_.device);
+    if (!device) return device.error();
+    device_ = *std::move(device);
+    applied_.id = device_->camera()->id();
+    applied_.model = model_of(*device_->camera());
+    return {};
+  }
+
+  Result<CameraSettings> configure(const CameraSettings& wanted) {
+    if (!device_ || device_->is_gone()) {
+      if (auto opened = open(); !opened) return opened.error();
+    }
+    wanted_ = wanted;
+    lc::Camera& camera = *device_->camera();
+    configuration_ = camera.generateConfiguration(viewfinder());
+    if (!configuration_ || configuration_->empty()) {
+      return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", applied_.id)};
+    }
+    if (auto chosen = choose_format(wanted); !chosen) return chosen.error();
+    if (const int error = camera.configure(configuration_.get())) {
+      return lost_with(device_error(applied_.id + ": its configuration", -error));
+    }
+    auto controls = choose_controls(camera, settings_.controls, wanted.rate_hz);
+    if (!controls) return controls.error();
+    applied_.controls = *std::move(controls);
+    const lc::Size size = configuration_->at(0).size;
+    applied_.settings = {int(size.width), int(size.height), applied_.controls.rate_hz.value_or(wanted.rate_hz)};
+    return applied_.settings;
+  }
+
+  Status start() {
+    if (!device_ || device_->is_gone()) {  // it was lost
+      if (const auto again = configure(wanted_); !again) return again.error();
+    }
+    auto stream = Stream::start(device_, configuration_->at(0).stream(), applied_.controls.list);
+    if (!stream) return lost_with(stream.error());
+    stream_ = *std::move(stream);
+    last_sequence_.reset();
+    sequence_ = 0;
+    return {};
+  }
+
+  Result<Frame> grab(milliseconds timeout) {
+    const milliseconds limit = std::min(timeout, silence_limit());
+    const auto deadline = std::chrono::steady_clock::now() + limit;
+    std::uint64_t passed_over = 0;
+    while (true) {
+      const auto newest = stream_->take_newest(deadline);
+      if (!newest) return why_none(limit);
+      passed_over += newest->passed_over;
+      const lc::FrameMetadata& told = newest->buffer->metadata();
+      if (told.status == lc::FrameMetadata::FrameError) {
+        note_sequence(told.sequence);
+        stream_->give_back(newest->request);
+        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", applied_.id, told.sequence)};
+      }
+      const bool is_whole = told.status == lc::FrameMetadata::FrameSuccess;
+      if (is_whole && !(newest->was_starved && is_stale(*newest))) return hand_out(*newest, passed_over);
+      if (is_whole) ++passed_over;
+      stream_->give_back(newest->request);
+    }
+  }
+
+  void stop() noexcept {
+    if (!stream_) return;
+    const bool is_doubtful = device_->is_gone() || stream_->is_silent(periods(kDoubtfulPeriods));
+    if (is_doubtful && !device_->answers()) {
+      Stream::abandon(stream_);
+      stream_.reset();
+      close();
+      return;
+    }
+    stream_->stop();
+    stream_.reset();
+  }
+
+  void tell(CameraFacts& facts) const {
+    facts.device = fmt::format("{} ({})", applied_.model, applied_.id);
+    if (format_) facts.format = format_->name;
+    facts.rate_told = applied_.controls.rate_hz.has_value();
+    for (const auto& [control, number] : applied_.controls.applied)
+      facts.controls.emplace_back(control->name(), number);
+  }
+
+ private:
+  [[nodiscard]] nanoseconds periods(double count) const {
+    return nanoseconds(std::llround(1e9 * count / applied_.settings.rate_hz));
+  }
+  [[nodiscard]] milliseconds silence_limit() const {
+    return std::max(kLeastSilence, std::chrono::ceil<milliseconds>(periods(kSilentPeriods)));
+  }
+
+  void close() {
+    configuration_.reset();  // before the camera that it is of
+    device_.reset();
+  }
+
+  Error lost_with(const Error& error) {
+    if (error.code == ErrorCode::kDisconnected) close();
+    return error;
+  }
+
+  Status choose_format(const CameraSettings& wanted) {
+    lc::StreamConfiguration& stream = configuration_->at(0);
+    const auto offered = stream.formats().pixelformats();
+    for (const Format& candidate : formats()) {
+      if (!settings_.format.empty() && candidate.name != settings_.format) continue;
+      if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+      stream.pixelFormat = candidate.code;
+      stream.size = {unsigned(wanted.width_px), unsigned(wanted.height_px)};
+      stream.bufferCount = std::max(stream.bufferCount, kBuffers);
+      // What hal/image.h says of Y, U and V. A camera that cannot choose keeps its own.
+      if (has_yuv(candidate.layout)) stream.colorSpace = lc::ColorSpace::Smpte170m;
+      if (configuration_->validate() == lc::CameraConfiguration::Invalid || stream.pixelFormat != candidate.code) {
+        continue;
+      }
+      format_ = candidate;
+      return {};
+    }
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} has no format {}; it has: {}", applied_.id,
+                             settings_.format.empty() ? "that this driver knows" : settings_.format,
+                             fmt::join(formats_of(*device_->camera()), ", "))};
+  }
+
+  /// Why no frame came within `limit`.
+  [[nodiscard]] Error why_none(milliseconds limit) const {
+    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} went away", applied_.id)};
+    const milliseconds silence = silence_limit();
+    if (!stream_->is_silent(silence)) {
+      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", applied_.id, limit.count())};
+    }
+    if (!device_->answers()) {
+      return {ErrorCode::kDisconnected,
+              fmt::format("{}: no frame for {} ms, and it does not answer any more", applied_.id, silence.count())};
+    }
+    return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms", applied_.id, silence.count())};
+  }
+
+  /// When the frame began to come: the sensor's time where it is told, which is before any processing of the picture.
+  [[nodiscard]] static std::optional<nanoseconds> time_of(const Newest& newest) {
+    const auto sensor = newest.request->metadata().get(lc::controls::SensorTimestamp);
+    return on_steady_clock(nanoseconds(sensor.value_or(std::int64_t(newest.buffer->metadata().timestamp))));
+  }
+
+  [[nodiscard]] bool is_stale(const Newest& newest) const {
+    const auto captured = time_of(newest);
+    return captured && steady_now() - *captured > periods(kStalePeriods);
+  }
+
+  /// Counts on through wraps of 32 bits. Returns how many exposures lie between.
+  std::uint64_t note_sequence(unsigned sequence) {
+    const unsigned step = last_sequence_ ? sequence - *last_sequence_ : 1;
+    last_sequence_ = sequence;
+    sequence_ += step;
+    return step == 0 ? 0 : step - 1;
+  }
+
+  Result<Frame> hand_out(const Newest& newest, std::uint64_t passed_over) {
+    const bool is_first = !last_sequence_;
+    const std::uint64_t lost = note_sequence(newest.buffer->metadata().sequence);
+    read_back(newest.request->metadata(), applied_.controls);
+    Frame::Header header;
+    header.sequence = sequence_ - 1;
+    header.lost_before = is_first ? passed_over : lost;
+    header.skipped_before = std::min(passed_over, header.lost_before);
+    header.captured = {ClockKind::kSteady, time_of(newest).value_or(steady_now())};
+    const lc::StreamConfiguration& stream = configuration_->at(0);
+    Image image{int(stream.size.width), int(stream.size.height), format_->layout, {}};
+    newest.memory->begin_reading();
+    auto filled = fill(image, newest);
+    if (!image.bytes.is_lent()) {
+      newest.memory->end_reading();
+      stream_->give_back(newest.request);
+    }
+    if (!filled) return filled.error();
+    return Frame(header, std::move(image));
+  }
+
+  /// The buffer's bytes, lent if that can be.
+  Status fill(Image& image, const Newest& newest) {
+    std::size_t used = 0;
+    for (const auto& plane : newest.buffer->metadata().planes()) used += plane.bytesused;
+    const auto expected = picture_bytes(image.format, image.width_px, image.height_px);
+    if (used < std::max<std::size_t>(expected.value_or(0), 1)) {
+      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", applied_.id,
+                                                    newest.buffer->metadata().sequence, used, expected.value_or(1))};
+    }
+    const std::size_t size = expected.value_or(used);
+    const std::size_t rows = std::size_t(image.height_px) * (image.format == PixelFormat::kNv12 ? 3 : 2) / 2;
+    const std::size_t row_bytes = expected ? *expected / rows : 0;
+    const std::size_t stride = std::max<std::size_t>(configuration_->at(0).stride, row_bytes);
+    const auto whole = newest.memory->whole();
+    if ((!expected || stride == row_bytes) && whole && whole->size() >= size) {
+      const auto bytes = whole->first(size);
+      if (stream_->queued() >= kLeftToDevice) {
+        image.bytes = Bytes::lent(bytes, stream_->lend(newest));
+      } else {
+        image.bytes = Bytes(bytes.begin(), bytes.end());
+      }
+      return {};
+    }
+    return pack(image, newest, size, expected ? row_bytes : size, expected ? stride : size);
+  }
+
+  /// Rows without what lies between them.
+  Status pack(Image& image, const Newest& newest, std::size_t size, std::size_t row_bytes, std::size_t stride) const {
+    std::vector<std::uint8_t> packed;
+    packed.reserve(size);
+    for (const auto& plane : newest.memory->planes()) {
+      for (std::size_t at = 0; at + row_bytes <= plane.size() && packed.size() < size; at += stride) {
+        packed.insert(packed.end(), plane.begin() + std::ptrdiff_t(at), plane.begin() + std::ptrdiff_t(at + row_bytes));
+      }
+    }
+    if (packed.size() != size) {
+      return Error{ErrorCode::kBadData,
+                   fmt::format("{}: a frame of {} bytes instead of {}", applied_.id, packed.size(), size)};
+    }
+    image.bytes = std::move(packed);
+    return {};
+  }
+
+  const LibcameraSettings settings_;
+  std::shared_ptr<Device> device_;
+  std::unique_ptr<lc::CameraConfiguration> configuration_;
+  std::optional<Format> format_;
+  CameraSettings wanted_;
+  Applied applied_;
+  std::shared_ptr<Stream> stream_;
+  std::optional<unsigned> last_sequence_;
+  std::uint64_t sequence_ = 0;  // of the next frame
+};
+
+LibcameraCamera::LibcameraCamera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+LibcameraCamera::~LibcameraCamera() = default;
+
+Result<std::unique_ptr<LibcameraCamera>> LibcameraCamera::open(const LibcameraSettings& settings) {
+  auto impl = std::make_unique<Impl>(settings);
+  if (auto opened = impl->open(); !opened) return opened.error();
+  return std::unique_ptr<LibcameraCamera>(new LibcameraCamera(std::move(impl)));
+}
+
+Result<CameraSettings> LibcameraCamera::do_configure(const CameraSettings& wanted) { return impl_->configure(wanted); }
+Status LibcameraCamera::do_start() { return impl_->start(); }
+Result<Frame> LibcameraCamera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
+void LibcameraCamera::do_stop() noexcept { impl_->stop(); }
+void LibcameraCamera::do_tell(CameraFacts& facts) const { impl_->tell(facts); }
+
+}  // namespace twocone::libcamera_camera

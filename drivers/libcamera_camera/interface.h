@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <libcamera/libcamera.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/libcamera_camera/libcamera_camera.h"
+#include "hal/image.h"
+
+/// What libcamera's versions do differently, and nothing else of the driver. Built and tried: 0.0.3. Only read, in its
+/// documentation and headers, not built: 0.1 to 0.5. What changed between them and is met here or by how it is called:
+/// - roles are a vector up to 0.0.x, a span later: viewfinder() fits both, a braced list does not;
+/// - FrameMetadata has a status for frames of a sensor that is not steady yet (FrameStartup): whatever is neither
+///   success nor error is passed over, so that its name is not needed;
+/// - control types of unsigned numbers came: a type that is not known is refused by name;
+/// - ControlId tells from 0.4 on whether it is an array.
+namespace twocone::libcamera_camera {
+
+namespace lc = libcamera;
+
+#define TWOCONE_LIBCAMERA_IS(major, minor) \
+  (LIBCAMERA_VERSION_MAJOR > (major) || (LIBCAMERA_VERSION_MAJOR == (major) && LIBCAMERA_VERSION_MINOR >= (minor)))
+
+inline const std::vector<lc::StreamRole>& viewfinder() {
+  static const std::vector<lc::StreamRole> roles{lc::StreamRole::Viewfinder};
+  return roles;
+}
+
+/// A control of several numbers. Setting one number to it would end the program in libcamera's assertions.
+inline bool is_array(const lc::ControlId& control) {
+#if TWOCONE_LIBCAMERA_IS(0, 4)
+  return control.isArray();
+#else
+  const std::array<const lc::ControlId*, 5> arrays{&lc::controls::ColourGains, &lc::controls::SensorBlackLevels,
+                                                   &lc::controls::ColourCorrectionMatrix,
+                                                   &lc::controls::FrameDurationLimits, &lc::controls::AfWindows};
+  for (const lc::ControlId* const array : arrays) {
+    if (*array == control.id()) return true;
+  }
+  return false;
+#endif
+}
+
+inline std::string model_of(const lc::Camera& camera) {
+  return camera.properties().get(lc::properties::Model).value_or(camera.id());
+}
+
+struct Format {
+  std::string_view name;  ///< V4L2's
+  lc::PixelFormat code;
+  PixelFormat layout;
+};
+/// Those of kFormats. libcamera names RGB formats by their bits from the highest, V4L2 by their
+/// bytes.
+inline const std::array<Format, 7>& formats() {
+  static const std::array<Format, 7> all{{{kFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
+                                          {kFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},
+                                          {kFormats[2], lc::formats::NV12, PixelFormat::kNv12},
+                                          {kFormats[3], lc::formats::BGR888, PixelFormat::kRgb8},
+                                          {kFormats[4], lc::formats::RGB888, PixelFormat::kBgr8},
+                                          {kFormats[5], lc::formats::MJPEG, PixelFormat::kMjpeg},
+                                          {kFormats[6], lc::formats::R8, PixelFormat::kGrey8}}};
+  return all;
+}
+inline bool has_yuv(PixelFormat layout) {
+  return layout == PixelFormat::kYuyv || layout == PixelFormat::kUyvy || layout == PixelFormat::kNv12;
+}
+
+}  // namespace twocone::libcamera_camera

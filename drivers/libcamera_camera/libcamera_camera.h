@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "hal/camera.h"
+
+/// Cameras that only libcamera can drive, the Raspberry Pi's CSI cameras above all.
+///
+/// The driver itself is in a module of its own, twocone_libcamera.so, which is loaded when one of these functions needs
+/// it: libcamera brings a tracing library that starts threads in each program that links it, and ends the program where
+/// /dev/shm is full. The module is looked for in $TWOCONE_MODULES, then in lib/twocone of the program's folder
+/// and of two above it (/usr/bin/twocone: /usr/lib/twocone), then where the installation put it.
+namespace twocone::libcamera_camera {
+
+/// Why this build cannot, where it was made without libcamera: opening is then kUnavailable. Empty: it can, if the
+/// module is found.
+std::string_view why_not();
+
+/// A control and its value, by libcamera's name: ExposureTime (microseconds), AnalogueGain, AeEnable (0 or 1).
+using Control = std::pair<std::string, double>;
+
+/// As V4L2 calls them, but for GREY and MJPG; in the order in which they are tried.
+constexpr std::array<std::string_view, 7> kFormats{"YUYV", "UYVY", "NV12", "RGB3", "BGR3", "MJPG", "GREY"};
+
+struct LibcameraSettings {
+  /// libcamera's id (as `cam -l` prints it), or the model's name, if only one camera has it.
+  std::string device;
+  std::string format;  ///< one of kFormats; empty: the first of them that the camera has
+  std::vector<Control> controls;
+};
+
+/// @throws std::invalid_argument naming every bad field
+void check(const LibcameraSettings& settings);
+
+struct CameraInfo {
+  std::string id;
+  std::string model;
+  std::vector<std::string> formats;
+};
+/// Errors: kUnavailable (no module; libcamera does not start).
+Result<std::vector<CameraInfo>> list_cameras();
+
+/// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
+Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings);
+
+}  // namespace twocone::libcamera_camera
