@@ -22,7 +22,7 @@ using namespace twocone::sim_povray;
 
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using Packet = std::vector<std::uint8_t>;
 using link::SteadyTime;
 
 SteadyTime in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
@@ -40,9 +40,9 @@ class Garbage {
   std::uint64_t below(std::uint64_t end) { return random_() % end; }
 
   /// Something between a whole message and noise.
-  Bytes packet() {
+  Packet packet() {
     if (below(8) == 0) return noise(below(2) == 0 ? 64 : link::kMaxMessage + 64);
-    Bytes bytes = link::encode(samples_[below(samples_.size())]);
+    Packet bytes = link::encode(samples_[below(samples_.size())]);
     if (below(3) == 0) return bytes;
     for (auto changes = below(4); changes > 0; --changes) bytes[below(bytes.size())] = value();
     if (below(4) == 0) bytes.resize(below(bytes.size() + 1));
@@ -55,8 +55,8 @@ class Garbage {
     constexpr std::uint8_t kEdges[] = {0x00, 0x01, 0x7f, 0x80, 0xff};
     return below(2) == 0 ? kEdges[below(std::size(kEdges))] : std::uint8_t(random_());
   }
-  Bytes noise(std::uint64_t most) {
-    Bytes bytes(below(most) + 1);
+  Packet noise(std::uint64_t most) {
+    Packet bytes(below(most) + 1);
     for (auto& byte : bytes) byte = std::uint8_t(random_());
     return bytes;
   }
@@ -69,7 +69,7 @@ class Garbage {
 void talk(Garbage& garbage, const std::filesystem::path& path) {
   const auto socket = link::connect_to(path, in(std::chrono::seconds(5)));
   if (!socket) return;
-  const auto say = [&](const Bytes& bytes) {
+  const auto say = [&](const Packet& bytes) {
     ::send(socket->get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   };
   const auto good_beginning = garbage.below(4);
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   std::uint64_t understood = 0;
   constexpr int kPacketsPerTalk = 20;
   for (std::uint64_t i = 0; i < times * kPacketsPerTalk; ++i) {
-    const Bytes bytes = garbage.packet();
+    const Packet bytes = garbage.packet();
     if (const auto message = link::decode(bytes)) {
       ++understood;
       if (link::encode(*message) != bytes) return std::fputs("a message changed on its way\n", stderr), 1;

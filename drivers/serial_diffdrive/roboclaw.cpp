@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/serial_diffdrive/roboclaw.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace twocone::serial {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::uint8_t kSetTimeout = 14;
+constexpr std::uint8_t kReadTimeout = 15;
+constexpr std::uint8_t kReadVersion = 21;
+constexpr std::uint8_t kDriveBoth = 37;
+constexpr std::uint8_t kReadCounts = 78;
+constexpr std::uint8_t kAccepted = 0xFF;
+constexpr std::size_t kCrcBytes = 2;
+constexpr std::size_t kLongestVersion = 48;
+constexpr milliseconds kTimeoutUnit{100};
+// The unit answers within 10 ms; at 9600 baud and behind a USB adapter it takes longer.
+constexpr milliseconds kReplyTime{50};
+// It forgets a packet whose next byte takes more than 10 ms.
+constexpr milliseconds kForgets{12};
+constexpr int kTries = 3;
+constexpr unsigned kReadingsPerCheck = 16;
+
+Deadline in(milliseconds time) { return std::chrono::steady_clock::now() + time; }
+
+std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
+  return value;
+}
+
+void append(std::vector<std::uint8_t>& bytes, std::int32_t value) {
+  for (const int shift : {24, 16, 8, 0}) bytes.push_back(static_cast<std::uint8_t>(std::uint32_t(value) >> shift));
+}
+
+std::int32_t whole(double rate) {
+  constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+  return static_cast<std::int32_t>(std::lround(std::clamp(rate, -kMost, kMost)));
+}
+
+class Roboclaw final : public Protocol {
+ public:
+  Roboclaw(std::uint8_t address, std::chrono::nanoseconds command_timeout)
+      : address_(address),
+        timeout_(
+            std::clamp<std::int64_t>(command_timeout / kTimeoutUnit, 1, std::numeric_limits<std::uint8_t>::max())) {}
+
+  [[nodiscard]] int usual_baud() const override { return 38400; }
+  [[nodiscard]] int counter_bits() const override { return 32; }
+
+  Result<std::string> greet(Wire& wire, Deadline deadline) override {
+    // What another program left half sent is forgotten by the unit.
+    wire.pause(kForgets);
+    auto version = read_version(wire);
+    while (!version && version.error().code != ErrorCode::kDisconnected &&
+           std::chrono::steady_clock::now() < deadline) {
+      version = read_version(wire);
+    }
+    if (!version) return version.error();
+    const std::array<std::uint8_t, 1> timeout{static_cast<std::uint8_t>(timeout_)};
+    if (auto set = command(wire, kSetTimeout, timeout); !set) return set.error();
+    readings_ = 0;
+    if (auto kept = check_timeout(wire, ErrorCode::kRefused); !kept) return kept.error();
+    return version;
+  }
+
+  Status drive(Wire& wire, const CountRates& rates) override {
+    std::vector<std::uint8_t> data;
+    append(data, whole(rates.left));
+    append(data, whole(rates.right));
+    return command(wire, kDriveBoth, data);
+  }
+
+  Result<RawCounts> read_counts(Wire& wire) override {
+    const auto data = ask(wire, kReadCounts, 8);
+    if (!data) return data.error();
+    // A reset that nobody saw would leave the unit without its time-out.
+    if (++readings_ % kReadingsPerCheck == 0) {
+      if (auto kept = check_timeout(wire, ErrorCode::kDisconnected); !kept) return kept.error();
+    }
+    const std::span<const std::uint8_t> bytes(*data);
+    return RawCounts{big_endian(bytes.first(4)), big_endian(bytes.last(4))};
+  }
+
+  // Zeros first would be taken for the rest of a packet; so the unit is asked twice. The first may complete a packet
+  // whose CRC is then wrong, and is forgotten with it.
+  [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
+    std::vector<std::uint8_t> bytes = write_packet(address_, kDriveBoth, std::array<std::uint8_t, 8>{});
+    const std::vector<std::uint8_t> once = bytes;
+    bytes.insert(bytes.end(), once.begin(), once.end());
+    return bytes;
+  }
+  [[nodiscard]] std::optional<milliseconds> own_timeout() const override { return timeout_ * kTimeoutUnit; }
+
+ private:
+  Status check_timeout(Wire& wire, ErrorCode otherwise) {
+    const auto told = ask(wire, kReadTimeout, 1);
+    if (!told) return told.error();
+    if (told->front() == timeout_) return {};
+    return Error{otherwise, fmt::format("its serial time-out was set to {} ms, and it says {} ms",
+                                        timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
+  }
+
+  /// Speeds and settings may be said again as often as it takes.
+  Status command(Wire& wire, std::uint8_t number, std::span<const std::uint8_t> data) {
+    const auto packet = write_packet(address_, number, data);
+    Error last{};
+    for (int i = 0; i < kTries; ++i) {
+      if (i > 0) wire.pause(kForgets);
+      if (auto clean = wire.discard_input(); !clean) return clean;
+      const Deadline deadline = in(kReplyTime);
+      if (auto sent = wire.write(packet, deadline); !sent) return sent;
+      const auto answer = read(wire, 1, deadline);
+      if (answer && answer->front() == kAccepted) return {};
+      last = answer ? Error{ErrorCode::kBadData, fmt::format("command {}: answer 0x{:02X}, where 0xFF was expected",
+                                                             number, answer->front())}
+                    : answer.error();
+      if (last.code == ErrorCode::kDisconnected) break;
+    }
+    return last;
+  }
+
+  Result<std::vector<std::uint8_t>> ask(Wire& wire, std::uint8_t number, std::size_t bytes) {
+    Error last{};
+    for (int i = 0; i < kTries; ++i) {
+      if (i > 0) wire.pause(kForgets);
+      if (auto sent = send_question(wire, number); !sent) return sent.error();
+      const auto reply = read(wire, bytes + kCrcBytes, in(kReplyTime));
+      if (!reply) {
+        last = reply.error();
+        if (last.code == ErrorCode::kDisconnected) break;
+        continue;
+      }
+      if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
+      last = {ErrorCode::kBadData, fmt::format("command {}: the answer's checksum is wrong", number)};
+    }
+    return last;
+  }
+
+  Status send_question(Wire& wire, std::uint8_t number) {
+    if (auto clean = wire.discard_input(); !clean) return clean;
+    const std::array<std::uint8_t, 2> question{address_, number};
+    return wire.write(question, in(kReplyTime));
+  }
+
+  /// Text of any length up to LF NUL.
+  Result<std::string> read_version(Wire& wire) {
+    if (auto sent = send_question(wire, kReadVersion); !sent) return sent.error();
+    const Deadline deadline = in(2 * kReplyTime);
+    std::vector<std::uint8_t> reply;
+    while (reply.empty() || reply.back() != 0) {
+      if (reply.size() == kLongestVersion) return Error{ErrorCode::kBadData, "a version text without end"};
+      const auto byte = read(wire, 1, deadline);
+      if (!byte) return byte.error();
+      reply.push_back(byte->front());
+    }
+    const auto crc = read(wire, kCrcBytes, deadline);
+    if (!crc) return crc.error();
+    reply.insert(reply.end(), crc->begin(), crc->end());
+    const auto data = reply_data(address_, kReadVersion, reply);
+    if (!data) return Error{ErrorCode::kBadData, "the checksum of its version is wrong"};
+    std::string version(data->begin(), data->end());
+    version.resize(version.find_first_of(std::string_view("\n\0", 2)));
+    return version;
+  }
+
+  static Result<std::vector<std::uint8_t>> read(Wire& wire, std::size_t bytes, Deadline deadline) {
+    std::vector<std::uint8_t> reply(bytes);
+    std::size_t got = 0;
+    while (got < bytes) {
+      const auto more = wire.read(std::span(reply).subspan(got), deadline);
+      if (!more) {
+        if (more.error().code != ErrorCode::kTimeout || got == 0) return more.error();
+        return Error{ErrorCode::kBadData, fmt::format("{} of {} bytes of an answer came", got, bytes)};
+      }
+      got += *more;
+    }
+    return reply;
+  }
+
+  const std::uint8_t address_;
+  const std::int64_t timeout_;  // in units of 100 ms
+  unsigned readings_ = 0;       // since it was greeted
+};
+
+}  // namespace
+
+std::uint16_t crc16(std::span<const std::uint8_t> bytes, std::uint16_t from) {
+  std::uint32_t crc = from;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= std::uint32_t(byte) << 8;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x8000) != 0 ? crc << 1 ^ 0x1021 : crc << 1;
+  }
+  return static_cast<std::uint16_t>(crc);
+}
+
+std::vector<std::uint8_t> write_packet(std::uint8_t address, std::uint8_t command, std::span<const std::uint8_t> data) {
+  std::vector<std::uint8_t> packet;
+  packet.reserve(2 + data.size() + kCrcBytes);
+  packet.push_back(address);
+  packet.push_back(command);
+  packet.insert(packet.end(), data.begin(), data.end());
+  const std::uint16_t crc = crc16(packet);
+  packet.push_back(static_cast<std::uint8_t>(crc >> 8));
+  packet.push_back(static_cast<std::uint8_t>(crc));
+  return packet;
+}
+
+std::optional<std::span<const std::uint8_t>> reply_data(std::uint8_t address, std::uint8_t command,
+                                                        std::span<const std::uint8_t> reply) {
+  if (reply.size() < kCrcBytes) return std::nullopt;
+  const auto data = reply.first(reply.size() - kCrcBytes);
+  const std::array<std::uint8_t, 2> question{address, command};
+  if (crc16(data, crc16(question)) != big_endian(reply.last(kCrcBytes))) return std::nullopt;
+  return data;
+}
+
+std::unique_ptr<Protocol> make_roboclaw(std::uint8_t address, std::chrono::nanoseconds command_timeout) {
+  if (address < 0x80 || address > 0x87) {
+    throw std::invalid_argument(fmt::format("roboclaw: address is 0x{:02X}, must be 0x80 to 0x87", address));
+  }
+  return std::make_unique<Roboclaw>(address, command_timeout);
+}
+
+}  // namespace twocone::serial

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/serial_diffdrive/serial_port.h"
+
+#include <fcntl.h>
+#include <libserialport.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "drivers/serial_diffdrive/serial_diffdrive.h"
+
+namespace twocone::serial {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A program that was killed leaves its port to its guard for so long.
+constexpr std::chrono::milliseconds kGuardGoes{300};
+
+/// libserialport's last error, which is this thread's.
+std::string last_error() {
+  char* text = sp_last_error_message();
+  std::string copy(text != nullptr ? text : "unknown error");
+  sp_free_error_message(text);
+  return copy;
+}
+
+struct FreePort {
+  void operator()(sp_port* port) const { sp_free_port(port); }
+};
+using Port = std::unique_ptr<sp_port, FreePort>;
+
+ErrorCode code_of(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+      return ErrorCode::kNotFound;
+    case EACCES:
+    case EPERM:
+    case EBUSY:
+      return ErrorCode::kRefused;
+    default:
+      return ErrorCode::kUnavailable;
+  }
+}
+
+std::string advice_for(int error) {
+  if (error == EACCES || error == EPERM) return "; is this user in the group dialout?";
+  if (error == EBUSY) return "; another program uses it";
+  return "";
+}
+
+std::string text_of(const char* text) { return text != nullptr ? text : ""; }
+
+/// The by-id link that leads to `path`.
+std::string stable_path_of(const fs::path& path) {
+  std::error_code error;
+  for (const auto& link : fs::directory_iterator("/dev/serial/by-id", error)) {
+    if (fs::weakly_canonical(link.path(), error) == path) return link.path().string();
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string_view why_not() { return ""; }
+
+std::vector<PortInfo> list_ports() {
+  sp_port** ports = nullptr;
+  if (sp_list_ports(&ports) != SP_OK) return {};
+  std::vector<PortInfo> found;
+  for (sp_port** port = ports; *port != nullptr; ++port) {
+    PortInfo info;
+    info.path = text_of(sp_get_port_name(*port));
+    info.stable_path = stable_path_of(info.path);
+    info.description = text_of(sp_get_port_description(*port));
+    const std::string serial = text_of(sp_get_port_usb_serial(*port));
+    if (!serial.empty()) info.description += fmt::format(", serial number {}", serial);
+    found.push_back(std::move(info));
+  }
+  sp_free_port_list(ports);
+  std::sort(found.begin(), found.end(), [](const PortInfo& a, const PortInfo& b) { return a.path < b.path; });
+  return found;
+}
+
+Result<std::unique_ptr<SerialPort>> SerialPort::open(const std::string& path, int baud) {
+  for (const auto deadline = std::chrono::steady_clock::now() + kGuardGoes;;) {
+    bool is_busy = false;
+    auto port = open_once(path, baud, is_busy);
+    if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& path, int baud, bool& is_busy) {
+  std::error_code none;
+  const fs::path device = fs::canonical(path, none);
+  if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
+  sp_port* raw = nullptr;
+  if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
+    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port", path)};
+  }
+  Port port(raw);
+  if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
+    const int error = sp_last_error_code();
+    is_busy = error == EBUSY;
+    return Error{code_of(error), fmt::format("{}: {}{}", path, last_error(), advice_for(error))};
+  }
+  int descriptor = -1;
+  if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {
+    sp_close(port.get());
+    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor", path)};
+  }
+  std::unique_ptr<SerialPort> opened(new SerialPort(path, port.release(), descriptor));
+  if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();
+  if (auto set = opened->set_up(baud); !set) return set.error();
+  return opened;
+}
+
+/// TIOCEXCL stops others from opening it, but not root; the lock stops every other twocone.
+Status SerialPort::take_alone(bool& is_busy) {
+  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
+  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
+  if (is_alone_) return {};
+  is_busy = errno == EWOULDBLOCK;
+  const std::string why = is_busy ? "another program uses it" : std::strerror(errno);
+  return Error{ErrorCode::kRefused, fmt::format("{}: {}", path_, why)};
+}
+
+Status SerialPort::set_up(int baud) {
+  if (sp_set_baudrate(port_, baud) != SP_OK) {
+    return Error{ErrorCode::kRefused, fmt::format("{}: {} baud: {}", path_, baud, last_error())};
+  }
+  if (sp_set_bits(port_, 8) != SP_OK || sp_set_parity(port_, SP_PARITY_NONE) != SP_OK ||
+      sp_set_stopbits(port_, 1) != SP_OK || sp_set_flowcontrol(port_, SP_FLOWCONTROL_NONE) != SP_OK) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}", path_, last_error())};
+  }
+  sp_flush(port_, SP_BUF_BOTH);
+  return {};
+}
+
+SerialPort::~SerialPort() {
+  // Not where the port is another program's.
+  if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
+  sp_close(port_);
+  sp_free_port(port_);
+}
+
+Error SerialPort::gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
+
+Status SerialPort::wait_for(short events, Deadline deadline) const {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd entry{descriptor_, events, 0};
+    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
+    if (ready < 0 && errno != EINTR) return gone();
+    if (ready > 0) {
+      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
+      return {};
+    }
+    if (std::chrono::steady_clock::now() >= deadline) {
+      // A port whose device went away may look like a silent one.
+      if (sp_input_waiting(port_) < 0) return gone();
+      return Error{ErrorCode::kTimeout, "no answer"};
+    }
+  }
+}
+
+Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
+  while (!bytes.empty()) {
+    const auto sent = sp_nonblocking_write(port_, bytes.data(), bytes.size());
+    if (sent < 0) return gone();
+    bytes = bytes.subspan(std::size_t(sent));
+    if (bytes.empty()) break;
+    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
+      if (ready.error().code != ErrorCode::kTimeout) return ready;
+      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
+    }
+  }
+  return {};
+}
+
+Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
+  while (true) {
+    const auto got = sp_nonblocking_read(port_, room.data(), room.size());
+    if (got < 0) return gone();
+    if (got > 0) return std::size_t(got);
+    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
+    // Readable, and nothing to read: a port whose device went away.
+    if (sp_input_waiting(port_) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
+  }
+}
+
+Status SerialPort::discard_input() {
+  if (sp_input_waiting(port_) < 0 || sp_flush(port_, SP_BUF_INPUT) != SP_OK) return gone();
+  return {};
+}
+
+}  // namespace twocone::serial

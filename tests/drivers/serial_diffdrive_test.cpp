@@ -1,0 +1,463 @@
+// SPDX-License-Identifier: Apache-2.0
+// The drive over a stand-in that answers in real time: odometry through wraps, resets and unplugging, and wheels that
+// stop whatever becomes of the program.
+#include "drivers/serial_diffdrive/serial_diffdrive.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+#include "tests/stand_in/plug.h"
+
+namespace twocone::serial {
+namespace {
+
+using namespace std::chrono_literals;
+using stand_in::Plug;
+using std::numbers::pi;
+using testing::HasSubstr;
+
+constexpr double kCountsPerTurn = 508.8;
+constexpr auto kTimeout = 300ms;
+constexpr DriveLimits kLimits{12, kTimeout};
+/// What a stop may take beyond the time-out.
+constexpr auto kGrace = 100ms;
+
+/// How long this machine keeps a process waiting that wants to run, and is, as a guard, of a session of its own.
+class Lateness {
+ public:
+  Lateness() {
+    void* const shared = ::mmap(nullptr, sizeof(Longest), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) throw std::runtime_error("no memory");
+    longest_ns_ = new (shared) Longest(0);
+    process_ = ::fork();
+    if (process_ == 0) watch();
+  }
+  ~Lateness() {
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+    ::munmap(longest_ns_, sizeof(Longest));
+  }
+  Lateness(const Lateness&) = delete;
+  Lateness& operator=(const Lateness&) = delete;
+  [[nodiscard]] std::chrono::nanoseconds longest() const { return std::chrono::nanoseconds(*longest_ns_); }
+
+ private:
+  using Longest = std::atomic<std::int64_t>;
+
+  [[noreturn]] void watch() const {
+    ::setsid();
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    while (true) {
+      const auto due = std::chrono::steady_clock::now() + 1ms;
+      std::this_thread::sleep_until(due);
+      const std::chrono::nanoseconds late = std::chrono::steady_clock::now() - due;
+      *longest_ns_ = std::max<std::int64_t>(*longest_ns_, late.count());
+    }
+  }
+
+  Longest* longest_ns_ = nullptr;
+  pid_t process_ = -1;
+};
+
+// Of the grace, a machine at rest takes a few milliseconds.
+constexpr auto kSpoilt = 10ms;
+constexpr int kTries = 20;
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+/// Does `deed`, which tells when the time-out began, and expects the wheels to rest when it is over, `kGrace` later at
+/// most; then does `after`. Where a process was kept waiting meanwhile, a stop that is late is tried
+/// again; but it must come.
+void expect_rest_after(
+    Plug& plug, const std::function<SteadyTime()>& deed, const std::function<void()>& after = [] {}) {
+  for (int i = 0; i < kTries; ++i) {
+    const Lateness lateness;
+    const SteadyTime begun = deed();
+    auto rested = plug.server().rested_at();
+    for (const auto end = begun + kTimeout + 3s; rested < begun && std::chrono::steady_clock::now() < end;) {
+      std::this_thread::sleep_for(5ms);
+      rested = plug.server().rested_at();
+    }
+    const bool was_late = lateness.longest() >= kSpoilt;
+    after();
+    ASSERT_GE(rested, begun) << "the wheels still turn";
+    if (rested - begun <= kTimeout + kGrace) return;
+    ASSERT_TRUE(was_late) << "they came to rest only after " << std::chrono::duration<double>(rested - begun).count()
+                          << " s";
+  }
+  FAIL() << "in " << kTries << " tries the machine was too slow, or the wheels came to rest too late";
+}
+
+class SerialDrive : public testing::TestWithParam<const char*> {
+ protected:
+  std::unique_ptr<SerialDiffDrive> open() {
+    auto drive = SerialDiffDrive::open(plug_.settings(kCountsPerTurn), kLimits, plug_.connect());
+    EXPECT_TRUE(drive) << drive.error().message;
+    return drive ? *std::move(drive) : nullptr;
+  }
+  /// Whether the wheels turn, or rest, a moment later: Create 2 does not answer to commands.
+  bool comes_to(bool turn) {
+    for (const auto end = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < end;) {
+      if (plug_.server().turns() == turn) return true;
+      std::this_thread::sleep_for(1ms);
+    }
+    return false;
+  }
+  /// Whether the wheels turn when they are told to, again and again: on a slow machine the dead-man rule may strike
+  /// before anybody looks.
+  bool can_be_driven(SerialDiffDrive& drive) {
+    for (const auto end = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < end;) {
+      static_cast<void>(drive.set_speeds({5, 5}));
+      plug_.server().catch_up();
+      if (plug_.server().turns()) return true;
+      std::this_thread::sleep_for(5ms);
+    }
+    return false;
+  }
+  /// The angles, from a machine that may be slow.
+  static Result<WheelAngles> read(SerialDiffDrive& drive) {
+    Result<WheelAngles> angles = drive.read_angles();
+    for (const auto end = std::chrono::steady_clock::now() + 3s; !angles && std::chrono::steady_clock::now() < end;) {
+      std::this_thread::sleep_for(20ms);
+      angles = drive.read_angles();
+    }
+    return angles;
+  }
+  Plug plug_{GetParam()};
+};
+
+/// Keeps commanding for so long.
+struct Driven {
+  int failed = 0;  ///< calls, where the machine was not to blame
+  bool was_late = false;
+  std::optional<WheelAngles> first, last;
+};
+Driven drive_for(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
+  const Lateness lateness;
+  Driven driven;
+  for (const auto end = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < end;) {
+    driven.failed += !drive.set_speeds(speeds);
+    if (const auto angles = drive.read_angles()) {
+      if (!driven.first) driven.first = *angles;
+      driven.last = *angles;
+    } else {
+      ++driven.failed;
+    }
+    std::this_thread::sleep_for(20ms);
+  }
+  driven.was_late = lateness.longest() >= kSpoilt;
+  if (driven.was_late) driven.failed = 0;
+  return driven;
+}
+int keep_driving(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
+  return drive_for(drive, speeds, time).failed;
+}
+
+TEST_P(SerialDrive, TurnsTheWheelsAndTellsIt) {
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  Driven driven;
+  double left_off = INFINITY, right_off = INFINITY;
+  // The first command takes a few milliseconds to come, and counts are whole.
+  const auto is_right = [&] { return std::abs(left_off) <= 3 * 0.08 && std::abs(right_off) <= 2 * 0.08; };
+  for (int i = 0; i < kTries && !is_right(); ++i) {
+    driven = drive_for(*drive, {3, -2}, 500ms);
+    ASSERT_EQ(driven.failed, 0);
+    ASSERT_TRUE(driven.first);
+    EXPECT_EQ(driven.first->time.clock, ClockKind::kSteady);
+    const double time_s = std::chrono::duration<double>(driven.last->time - driven.first->time).count();
+    left_off = driven.last->left_rad - driven.first->left_rad - 3 * time_s;
+    right_off = driven.last->right_rad - driven.first->right_rad + 2 * time_s;
+    if (!driven.was_late) break;
+  }
+  EXPECT_TRUE(is_right()) << left_off << " and " << right_off << " rad off";
+  EXPECT_TRUE(drive->stop());
+  EXPECT_TRUE(comes_to(false));
+}
+
+TEST_P(SerialDrive, CountersThatWrapAreNoJump) {
+  const double near = GetParam() == std::string("create2") ? 65535 - 20 : 2147483647.0 - 20;
+  plug_.server().with([&](stand_in::Firmware& firmware) { firmware.wheels.set_counts(near, -near); });
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  EXPECT_EQ(keep_driving(*drive, {4, -4}, 400ms), 0);
+  const auto after = read(*drive);
+  ASSERT_TRUE(after);
+  EXPECT_GT(after->left_rad, 0.8);
+  EXPECT_LT(after->left_rad, 4.0);
+  EXPECT_LT(after->right_rad, -0.8);
+  EXPECT_GT(after->right_rad, -4.0);
+}
+
+TEST_P(SerialDrive, AResetOfTheBoardIsToldOnceAndIsNoJump) {
+  plug_.server().with([](stand_in::Firmware& firmware) { firmware.wheels.set_counts(25000, 25000); });
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  EXPECT_EQ(keep_driving(*drive, {2, 2}, 200ms), 0);
+  const auto before = read(*drive);
+  ASSERT_TRUE(before);
+  plug_.server().with([](stand_in::Firmware& firmware) { firmware.reset(); });
+  const auto end = std::chrono::steady_clock::now() + 3s;
+  Result<WheelAngles> after = drive->read_angles();
+  while (!after && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(20ms);
+    after = drive->read_angles();
+  }
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_NEAR(after->left_rad, before->left_rad, 0.2);
+  EXPECT_TRUE(can_be_driven(*drive));
+}
+
+TEST_P(SerialDrive, ComesBackAfterAnUnplugWithoutAJump) {
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  EXPECT_EQ(keep_driving(*drive, {5, 5}, 200ms), 0);
+  const auto before = read(*drive);
+  ASSERT_TRUE(before);
+  plug_.unplug();
+  const auto unplugged = std::chrono::steady_clock::now();
+  const auto gone = drive->set_speeds({5, 5});
+  ASSERT_FALSE(gone);
+  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+  EXPECT_LT(std::chrono::steady_clock::now() - unplugged, 1s);
+  EXPECT_FALSE(drive->read_angles());
+  std::this_thread::sleep_for(300ms);
+  EXPECT_FALSE(drive->set_speeds({5, 5}));
+  plug_.plug_in();
+  const auto end = std::chrono::steady_clock::now() + 5s;
+  while (!drive->set_speeds({5, 5}) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
+  const auto after = read(*drive);
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_GE(after->left_rad, before->left_rad);
+  EXPECT_LT(after->left_rad, before->left_rad + 1.5);
+  EXPECT_TRUE(can_be_driven(*drive));
+}
+
+TEST_P(SerialDrive, StopsByItselfWhenNoCommandComes) {
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  const auto command = [&] {
+    EXPECT_TRUE(drive->set_speeds({5, 5}));
+    return std::chrono::steady_clock::now();
+  };
+  expect_rest_after(plug_, command);
+  // It is the silence that counts, not what is read meanwhile.
+  expect_rest_after(plug_, [&] {
+    const auto commanded = command();
+    while (std::chrono::steady_clock::now() < commanded + kTimeout + kGrace) {
+      static_cast<void>(drive->read_angles());  // the guard's word may fall into an exchange
+      std::this_thread::sleep_for(20ms);
+    }
+    return commanded;
+  });
+  EXPECT_TRUE(can_be_driven(*drive)) << "a new command wakes it";
+}
+
+// Catches a program that tells its guard of a rest before the wheels have one.
+TEST_P(SerialDrive, AStopThatDoesNotArriveIsSaidByTheGuard) {
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  expect_rest_after(plug_, [&] {
+    EXPECT_TRUE(can_be_driven(*drive));
+    const auto commanded = std::chrono::steady_clock::now();
+    plug_.server().set_dead(true);
+    static_cast<void>(drive->set_speeds({0, 0}));
+    plug_.server().set_dead(false);
+    // With answers missing the drive may have begun anew, which stops them sooner.
+    return commanded;
+  });
+}
+
+TEST_P(SerialDrive, StopsWhenItIsDestroyed) {
+  auto drive = open();
+  ASSERT_TRUE(drive);
+  ASSERT_TRUE(drive->set_speeds({5, 5}));
+  drive.reset();
+  EXPECT_TRUE(comes_to(false));
+}
+
+/// A program that drives, in its own process.
+pid_t start_program(Plug& plug) {
+  int ready[2];
+  EXPECT_EQ(::pipe(ready), 0);
+  const pid_t program = ::fork();
+  if (program == 0) {
+    auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+    if (!drive) ::_exit(1);
+    while (true) {
+      const bool driven = (*drive)->set_speeds({5, 5}).has_value();
+      if (driven) static_cast<void>(!::write(ready[1], "d", 1));
+      std::this_thread::sleep_for(20ms);
+    }
+  }
+  char word = 0;
+  EXPECT_EQ(::read(ready[0], &word, 1), 1);
+  std::this_thread::sleep_for(100ms);
+  ::close(ready[0]);
+  ::close(ready[1]);
+  return program;
+}
+
+void expect_stop_after(Plug& plug, int signal) {
+  pid_t program = -1;
+  const auto deed = [&] {
+    program = start_program(plug);
+    while (!plug.server().turns()) std::this_thread::sleep_for(1ms);  // a slow machine drives in steps
+    const auto struck = std::chrono::steady_clock::now();
+    ::kill(program, signal);
+    return struck;
+  };
+  const auto after = [&] {
+    for (const auto end = std::chrono::steady_clock::now() + kTimeout; std::chrono::steady_clock::now() < end;) {
+      EXPECT_FALSE(plug.server().turns()) << "they turn again";
+      std::this_thread::sleep_for(5ms);
+    }
+    ::kill(program, SIGKILL);
+    ::waitpid(program, nullptr, 0);
+    plug.unplug();
+    plug.plug_in();
+  };
+  expect_rest_after(plug, deed, after);
+}
+
+TEST_P(SerialDrive, StopsWhenTheProgramIsKilled) { expect_stop_after(plug_, SIGKILL); }
+TEST_P(SerialDrive, StopsWhenTheProgramHangs) { expect_stop_after(plug_, SIGSTOP); }
+
+INSTANTIATE_TEST_SUITE_P(All, SerialDrive, testing::Values("ros_arduino_bridge", "roboclaw", "create2"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+TEST(SerialDriveSettings, NamesEveryBadField) {
+  try {
+    check(SerialDriveSettings{.port = "", .protocol = "telepathy", .baud = 0, .counts_per_turn = -1, .address = 3});
+    FAIL() << "nothing was thrown";
+  } catch (const std::invalid_argument& complaint) {
+    for (const char* part : {"port", "telepathy", "create2", "baud is 0", "counts_per_turn is -1", "address is 3"}) {
+      EXPECT_THAT(complaint.what(), HasSubstr(part));
+    }
+  }
+  SerialDriveSettings without = Plug("roboclaw").settings(kCountsPerTurn);
+  without.protocol = "create2";
+  without.guard = false;
+  EXPECT_THROW(check(without), std::invalid_argument) << "nothing would stop its wheels";
+  without.protocol = "ros_arduino_bridge";
+  EXPECT_THROW(check(without), std::invalid_argument) << "its own time-out is 2 s";
+  without.protocol = "roboclaw";
+  check(without);
+}
+
+TEST(SerialDriveSettings, RefusesToDoWithoutAGuardWhereTheControllersTimeoutIsLonger) {
+  Plug plug("roboclaw");
+  SerialDriveSettings without = plug.settings(kCountsPerTurn);
+  without.guard = false;
+  EXPECT_THROW((void)SerialDiffDrive::open(without, {12, 99ms}, plug.connect()), std::invalid_argument);
+  const auto drive = SerialDiffDrive::open(without, {12, 100ms}, plug.connect());
+  ASSERT_TRUE(drive) << drive.error().message;
+  EXPECT_FALSE((*drive)->facts().is_guarded);
+  EXPECT_EQ((*drive)->facts().own_timeout, 100ms);
+}
+
+/// Its own time-out is all that a RoboClaw without a guard has.
+TEST(Unguarded, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
+  Plug plug("roboclaw");
+  SerialDriveSettings without = plug.settings(kCountsPerTurn);
+  without.guard = false;
+  const auto drive = SerialDiffDrive::open(without, kLimits, plug.connect());
+  ASSERT_TRUE(drive) << drive.error().message;
+  expect_rest_after(plug, [&] {
+    EXPECT_TRUE((*drive)->set_speeds({5, 5}));
+    return std::chrono::steady_clock::now();  // nothing is said any more
+  });
+  // Questions keep it awake, so that here it is the drive that keeps the rule.
+  expect_rest_after(plug, [&] {
+    EXPECT_TRUE((*drive)->set_speeds({5, 5}));
+    const auto commanded = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() < commanded + kTimeout + kGrace) {
+      EXPECT_TRUE((*drive)->read_angles());
+      std::this_thread::sleep_for(20ms);
+    }
+    return commanded;
+  });
+}
+
+/// The only child of this program: its guard.
+pid_t guard_of_this_program() {
+  std::ifstream file("/proc/thread-self/children");
+  pid_t child = -1;
+  file >> child;
+  return child;
+}
+
+// Catches a drive that goes on without its guard, and a guard that is left a zombie.
+TEST(Guarded, AGuardThatIsKilledStopsTheDriveAndIsReplaced) {
+  Plug plug("create2");
+  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect_again());
+  ASSERT_TRUE(drive) << drive.error().message;
+  ASSERT_TRUE((*drive)->set_speeds({5, 5}));
+  const pid_t first = guard_of_this_program();
+  ASSERT_GT(first, 0);
+  for (const int harmless : {SIGHUP, SIGINT, SIGTERM, SIGALRM, SIGPIPE, SIGUSR1, SIGTSTP}) ::kill(first, harmless);
+  std::this_thread::sleep_for(50ms);
+  ASSERT_TRUE((*drive)->set_speeds({5, 5})) << "what may be ignored is ignored";
+  EXPECT_NE(::getsid(first), ::getsid(0));
+  ::kill(first, SIGKILL);
+  const auto end = std::chrono::steady_clock::now() + 5s;
+  auto refused = (*drive)->set_speeds({5, 5});
+  while (refused && std::chrono::steady_clock::now() < end) refused = (*drive)->set_speeds({5, 5});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  plug.server().catch_up();
+  EXPECT_FALSE(plug.server().turns());
+  EXPECT_EQ(::kill(first, 0), -1) << "a zombie is left";
+  while (!(*drive)->set_speeds({5, 5}) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
+  const pid_t second = guard_of_this_program();
+  EXPECT_GT(second, 0);
+  EXPECT_NE(second, first);
+}
+
+TEST(Guarded, AGuardHoldsNothingButItsPortAndItsPipe) {
+  Plug plug("create2");
+  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+  ASSERT_TRUE(drive) << drive.error().message;
+  int open = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(guard_of_this_program()) + "/fd")) {
+    static_cast<void>(entry);
+    ++open;
+  }
+  EXPECT_EQ(open, 2);
+}
+
+TEST(Guarded, AWireThatNoGuardCanHoldIsRefused) {
+  Plug plug("create2");
+  const auto connect = [inner = plug.connect()]() -> Result<Connection> {
+    auto connection = inner();
+    if (connection) connection->descriptor = -1;
+    return connection;
+  };
+  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, connect);
+  ASSERT_FALSE(drive);
+  EXPECT_EQ(drive.error().code, ErrorCode::kUnavailable);
+}
+
+// Catches a drive that trusts wheels which another program left turning.
+TEST_P(SerialDrive, OpeningStopsWheelsThatTurn) {
+  plug_.server().with([](stand_in::Firmware& firmware) { firmware.wheels.set(300, 300); });
+  const auto drive = open();
+  ASSERT_TRUE(drive);
+  plug_.server().catch_up();
+  EXPECT_FALSE(plug_.server().turns());
+}
+
+}  // namespace
+}  // namespace twocone::serial

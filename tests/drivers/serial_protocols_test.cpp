@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// The protocols' sheets: the example exchanges, byte for byte, and what a disturbed line does.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/protocol.h"
+#include "drivers/serial_diffdrive/roboclaw.h"
+#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
+#include "tests/stand_in/memory_wire.h"
+
+namespace twocone::serial {
+namespace {
+
+using stand_in::Bench;
+using stand_in::MemoryWire;
+using testing::ElementsAre;
+using testing::ElementsAreArray;
+using testing::HasSubstr;
+using Bytes = std::vector<std::uint8_t>;
+
+Deadline soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(3); }
+
+Bytes text(std::string_view characters) { return {characters.begin(), characters.end()}; }
+
+/// A greeted controller on a bench.
+struct Talk {
+  explicit Talk(std::string_view name)
+      : bench(std::make_shared<Bench>(name)), wire(bench), protocol(make_protocol({.name = std::string(name)})) {
+    const auto greeted = protocol->greet(wire, soon());
+    EXPECT_TRUE(greeted) << greeted.error().message;
+    if (greeted) version = *greeted;
+    bench->heard.clear();
+  }
+  Bytes said() { return std::exchange(bench->heard, {}); }
+
+  std::shared_ptr<Bench> bench;
+  MemoryWire wire;
+  std::unique_ptr<Protocol> protocol;
+  std::string version;
+};
+
+TEST(RosArduinoBridge, SaysWhatTheSheetSays) {
+  Talk talk("ros_arduino_bridge");
+  EXPECT_EQ(talk.version, "ros_arduino_bridge at 57600 baud");
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {10 / 0.033, -10 / 0.033}));
+  EXPECT_EQ(talk.said(), text("m 10 -10\r"));
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {}));
+  EXPECT_EQ(talk.said(), text("m 0 0\r"));
+  talk.bench->firmware->wheels.set_counts(855, -820);
+  const auto counts = talk.protocol->read_counts(talk.wire);
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(talk.said(), text("e\r"));
+  EXPECT_EQ(std::int32_t(counts->left), 855);
+  EXPECT_EQ(std::int32_t(counts->right), -820);
+}
+
+/// The stand-in is as good as the sheet's own exchanges.
+TEST(StandIn, AnswersAsTheSheetSays) {
+  Bench bench("ros_arduino_bridge");
+  Bytes out;
+  for (const std::string_view line : {"b\r", "r\r", "m 10 10\r", "z\r"}) {
+    bench.firmware->receive({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()}, 1, out);
+  }
+  EXPECT_EQ(out, text("57600\r\nOK\r\nOK\r\nInvalid Command\r\n"));
+  EXPECT_NEAR(bench.firmware->wheels.left_rate(), 303, 1);
+}
+
+TEST(RosArduinoBridge, WholeCountsPerIntervalAreRightInTheMean) {
+  Talk talk("ros_arduino_bridge");
+  double left = 0;
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(talk.protocol->drive(talk.wire, {10.37 / 0.033, 0}));
+    left += talk.bench->firmware->wheels.left_rate() * 0.033 / 100;
+  }
+  EXPECT_NEAR(left, 10.37, 0.01);
+}
+
+TEST(RosArduinoBridge, ReadsCountsAndNothingElse) {
+  EXPECT_TRUE(parse_counts("0 0"));
+  EXPECT_TRUE(parse_counts("-2147483648 2147483647"));
+  for (const char* bad : {"", " ", "1", "1 ", " 1", "1  2", "1 2 ", "1 2 3", "1,2", "OK", "2147483648 0", "1 2\r",
+                          "+1 2", "0x1 2", "1.5 2"}) {
+    EXPECT_FALSE(parse_counts(bad)) << "'" << bad << "'";
+  }
+}
+
+TEST(Roboclaw, ChecksumsAndPacketsAreTheSheets) {
+  EXPECT_EQ(crc16(text("123456789")), 0x31C3);
+  EXPECT_EQ(write_packet(0x80, 37, Bytes{0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18}),
+            (Bytes{0x80, 0x25, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x82, 0x90}));
+  EXPECT_EQ(write_packet(0x80, 20, {}), (Bytes{0x80, 0x14, 0x49, 0x2D}));
+  EXPECT_EQ(write_packet(0x80, 14, Bytes{5}), (Bytes{0x80, 0x0E, 0x05, 0x48, 0xF0}));
+  const Bytes counts{0x00, 0x01, 0xE2, 0x40, 0xFF, 0xFF, 0xFF, 0xF9, 0x98, 0xE2};
+  const auto data = reply_data(0x80, 78, counts);
+  ASSERT_TRUE(data);
+  EXPECT_THAT(*data, ElementsAreArray(Bytes(counts.begin(), counts.end() - 2)));
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    Bytes turned = counts;
+    turned[i] ^= 1;
+    EXPECT_FALSE(reply_data(0x80, 78, turned)) << i;
+  }
+  EXPECT_FALSE(reply_data(0x80, 79, counts)) << "the answer to another question";
+  EXPECT_FALSE(reply_data(0x80, 78, Bytes{1}));
+}
+
+TEST(Roboclaw, SaysWhatTheSheetSays) {
+  Talk talk("roboclaw");
+  EXPECT_EQ(talk.version, "USB Roboclaw 2x7a v4.1.34");
+  EXPECT_EQ(talk.protocol->own_timeout(), std::chrono::milliseconds(500));
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {1000, -1000}));
+  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x25, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x82, 0x90}));
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {}));
+  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x25, 0, 0, 0, 0, 0, 0, 0, 0, 0x34, 0x04}));
+  talk.bench->firmware->wheels.set_counts(123456, -7);
+  const auto counts = talk.protocol->read_counts(talk.wire);
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x4E}));
+  EXPECT_EQ(counts->left, 123456u);
+  EXPECT_EQ(std::int32_t(counts->right), -7);
+}
+
+TEST(Roboclaw, SetsItsTimeoutAndChecksIt) {
+  auto bench = std::make_shared<Bench>("roboclaw");
+  MemoryWire wire(bench);
+  const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
+  ASSERT_TRUE(protocol->greet(wire, soon()));
+  EXPECT_EQ(protocol->own_timeout(), std::chrono::milliseconds(700)) << "rounded down: never later than asked for";
+  // Asked for its version, set, and asked again.
+  EXPECT_EQ(bench->heard, (Bytes{0x80, 0x15, 0x80, 0x0E, 0x07, 0x68, 0xB2, 0x80, 0x0F}));
+}
+
+TEST(Roboclaw, AResetThatNobodySawIsToldByItsTimeout) {
+  auto bench = std::make_shared<Bench>("roboclaw");
+  MemoryWire wire(bench);
+  const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
+  ASSERT_TRUE(protocol->greet(wire, soon()));
+  bench->firmware->reset();
+  Result<RawCounts> counts = protocol->read_counts(wire);
+  for (int i = 0; i < 20 && counts; ++i) counts = protocol->read_counts(wire);
+  ASSERT_FALSE(counts) << "a unit that was reset, and has no time-out any more, goes unnoticed";
+  EXPECT_EQ(counts.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(counts.error().message, HasSubstr("700 ms, and it says 0 ms"));
+}
+
+TEST(Roboclaw, EveryExchangeOfTheSheetHasItsChecksum) {
+  const Bytes packets[]{
+      {0x80, 0x28, 0, 0, 0x13, 0x88, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x74, 0xCC},
+      {0x80, 0x22, 0x20, 0, 0xE0, 0, 0xBF, 0xEB},
+      {0x80, 0x22, 0, 0, 0, 0, 0x98, 0x17},
+      {0x80, 0x16, 0, 0, 0, 0, 0x1D, 0xFF},
+      {0x80, 0x1C, 0, 0, 0x40, 0, 0, 1, 0, 0, 0, 0, 0x80, 0, 0, 0, 0xAB, 0xE0, 0x26, 0xFA},
+  };
+  for (const Bytes& packet : packets) {
+    EXPECT_EQ(write_packet(packet[0], packet[1], std::span(packet).subspan(2, packet.size() - 4)), packet);
+  }
+  const std::pair<std::uint8_t, Bytes> replies[]{
+      {0x0F, {0x05, 0x7B, 0xC1}},
+      {0x4F, {0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x95, 0x2D}},
+      {0x10, {0, 1, 0xE2, 0x40, 0, 4, 0x54}},
+      {0x12, {0, 0, 3, 0xE8, 1, 0xEA, 0x57}},
+      {0x18, {0, 0x7B, 0xF8, 6}},
+      {0x31, {0, 0x96, 0, 0x19, 0x3B, 0x1E}},
+      {0x52, {1, 0x3B, 0x59, 0x9F}},
+      {0x5A, {0, 0, 0x44, 0x37}},
+      {0x5A, {0, 0, 0, 0, 0x87, 0xBC}},
+      {0x15, {0x55, 0x53, 0x42, 0x20, 0x52, 0x6F, 0x62, 0x6F, 0x63, 0x6C, 0x61, 0x77, 0x20, 0x32, 0x78,
+              0x37, 0x61, 0x20, 0x76, 0x34, 0x2E, 0x31, 0x2E, 0x33, 0x34, 0x0A, 0x00, 0x0B, 0xF6}},
+  };
+  for (const auto& [command, reply] : replies) EXPECT_TRUE(reply_data(0x80, command, reply)) << int(command);
+}
+
+TEST(Roboclaw, RefusesAddressesThatThereAreNot) {
+  EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x7F}), std::invalid_argument);
+  EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x88}), std::invalid_argument);
+}
+
+const Bytes kFrame{0x13, 0x0A, 0x07, 0x00, 0x2B, 0x03, 0xE8, 0x2C, 0xFF, 0xFA, 0x23, 0x03, 0x7B};
+
+TEST(Create2, FindsTheSheetsFrame) {
+  Create2Stream stream;
+  std::optional<Create2Sensors> sensors;
+  for (const auto byte : kFrame) sensors = stream.push(byte);
+  ASSERT_TRUE(sensors);
+  EXPECT_EQ(sensors->counts.left, 1000u);
+  EXPECT_EQ(sensors->counts.right, 65530u);
+  EXPECT_EQ(sensors->mode, OiMode::kFull);
+  EXPECT_EQ(sensors->bumps_and_drops, 0);
+  EXPECT_EQ(stream.rubbish(), 0u);
+}
+
+TEST(Create2, NoFrameIsLostBehindRubbish) {
+  // Headers in the rubbish: what follows them looks like a frame at first, and swallows none.
+  for (const Bytes& rubbish : {Bytes{0}, Bytes{19}, Bytes{19, 10}, Bytes{19, 10, 7}, Bytes{19, 200, 19, 10, 7, 0},
+                               Bytes(kFrame.begin(), kFrame.end() - 1), Bytes(40, 19)}) {
+    Create2Stream stream;
+    int found = 0;
+    for (const auto byte : rubbish) found += stream.push(byte).has_value();
+    // The last candidate is given up with the next frame.
+    for (int i = 0; i < 3; ++i) {
+      for (const auto byte : kFrame) found += stream.push(byte).has_value();
+    }
+    EXPECT_GE(found, 2) << rubbish.size();
+    EXPECT_GT(stream.rubbish(), 0u);
+  }
+}
+
+TEST(Create2, SaysWhatTheSheetSays) {
+  auto bench = std::make_shared<Bench>("create2");
+  MemoryWire wire(bench);
+  const auto protocol = make_protocol({.name = "create2"});
+  ASSERT_TRUE(protocol->greet(wire, soon()));
+  EXPECT_EQ(bench->heard, (Bytes{0, 0, 0, 0, 0, 0x80, 0x83, 0x94, 0x04, 0x07, 0x2B, 0x2C, 0x23}));
+  bench->heard.clear();
+  const double per_mm = *protocol->fixed_counts_per_turn() / (72 * 3.14159265358979);
+  ASSERT_TRUE(protocol->drive(wire, {200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(protocol->drive(wire, {-200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(protocol->drive(wire, {}));
+  EXPECT_EQ(bench->heard, (Bytes{0x91, 0x00, 0xC8, 0x00, 0xC8, 0x91, 0x00, 0xC8, 0xFF, 0x38, 0x91, 0, 0, 0, 0}));
+}
+
+TEST(Create2, ComesBackWhenItsWheelsAreOnTheFloorAgain) {
+  Talk talk("create2");
+  auto& firmware = dynamic_cast<stand_in::LiftableFirmware&>(*talk.bench->firmware);
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {100, 100}));
+  firmware.wheel_hangs = true;
+  ASSERT_TRUE(talk.protocol->read_counts(talk.wire));
+  std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  ASSERT_TRUE(talk.protocol->read_counts(talk.wire));
+  const auto refused = talk.protocol->drive(talk.wire, {100, 100});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message, HasSubstr("a wheel hangs free"));
+  EXPECT_FALSE(firmware.wheels.turn());
+  firmware.wheel_hangs = false;
+  EXPECT_TRUE(talk.protocol->drive(talk.wire, {100, 100}));
+  EXPECT_TRUE(firmware.wheels.turn());
+}
+
+class Protocols : public testing::TestWithParam<const char*> {};
+
+TEST_P(Protocols, StopBytesStopWhateverWasLeftHalfSent) {
+  const auto protocol = make_protocol({.name = GetParam()});
+  Talk reference(GetParam());
+  ASSERT_TRUE(reference.protocol->drive(reference.wire, {400, -300}));
+  const Bytes command = reference.said();
+  for (std::size_t part = 0; part <= command.size(); ++part) {
+    Talk talk(GetParam());
+    ASSERT_TRUE(talk.protocol->drive(talk.wire, {400, 300}));
+    ASSERT_TRUE(talk.bench->firmware->wheels.turn());
+    ASSERT_TRUE(talk.wire.write(std::span(command).first(part), soon()));
+    for (int i = 0; i < 2; ++i) {  // as the guard says it, with a pause
+      ASSERT_TRUE(talk.wire.write(protocol->stop_bytes(), soon()));
+      std::this_thread::sleep_for(std::chrono::milliseconds(15));
+    }
+    EXPECT_FALSE(talk.bench->firmware->wheels.turn()) << part << " bytes of a command left";
+  }
+}
+
+/// After a disturbed answer the next ones are right: nothing old is taken for them.
+TEST_P(Protocols, ADisturbedAnswerDisturbsNoOther) {
+  using stand_in::WireFaults;
+  const std::pair<const char*, int WireFaults::*> faults[]{{"lost", &WireFaults::lose_answers},
+                                                           {"late", &WireFaults::delay_answers},
+                                                           {"double", &WireFaults::double_answers},
+                                                           {"truncated", &WireFaults::truncate_answers},
+                                                           {"garbled", &WireFaults::garble_answers}};
+  for (const auto& [what, fault] : faults) {
+    for (const bool on_reading : {true, false}) {
+      Talk talk(GetParam());
+      auto& wheels = talk.bench->firmware->wheels;
+      wheels.set_counts(1000, 2000);
+      talk.bench->faults.*fault = 1;
+      if (on_reading) {
+        const auto counts = talk.protocol->read_counts(talk.wire);
+        EXPECT_TRUE(!counts || (counts->left & 0xFFFF) == 1000u) << what;
+      } else {
+        static_cast<void>(talk.protocol->drive(talk.wire, {}));
+      }
+      for (int i = 1; i <= 3; ++i) {
+        wheels.set_counts(1000 + i, 2000 - i);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));  // create2 tells of it with its next frame
+        const auto counts = talk.protocol->read_counts(talk.wire);
+        ASSERT_TRUE(counts) << what << ": " << counts.error().message;
+        EXPECT_EQ(counts->left & 0xFFFF, 1000u + unsigned(i)) << what;
+        EXPECT_EQ(counts->right & 0xFFFF, 2000u - unsigned(i)) << what;
+        EXPECT_TRUE(talk.protocol->drive(talk.wire, {})) << what;
+      }
+    }
+  }
+}
+
+/// Bytes that nobody asked for are no answer, whether they end or break off.
+TEST_P(Protocols, GarbageBetweenTheAnswersIsNoAnswer) {
+  Talk talk(GetParam());
+  for (const Bytes& garbage : {Bytes(60, 0), Bytes(60, 0xFF), Bytes(60, 19), text("\r\n\r\n"), text("12 12\r\n"),
+                               text("OK\r\n7 7"), Bytes{0x13, 0x0A, 0x07}, Bytes{0, 0, 0, 1, 0, 0, 0, 1, 0, 0}}) {
+    talk.bench->firmware->wheels.set_counts(1234, 4321);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    talk.bench->to_host.insert(talk.bench->to_host.end(), garbage.begin(), garbage.end());
+    const auto first = talk.protocol->read_counts(talk.wire);
+    const auto counts = first ? first : talk.protocol->read_counts(talk.wire);
+    ASSERT_TRUE(counts) << counts.error().message;
+    EXPECT_EQ(counts->left & 0xFFFF, 1234u);
+    EXPECT_EQ(counts->right & 0xFFFF, 4321u);
+    talk.bench->to_host.insert(talk.bench->to_host.end(), garbage.begin(), garbage.end());
+    const auto driven = talk.protocol->drive(talk.wire, {300, 300});
+    EXPECT_TRUE(driven || talk.protocol->drive(talk.wire, {300, 300}));
+    EXPECT_TRUE(talk.bench->firmware->wheels.turn());
+    EXPECT_TRUE(talk.protocol->drive(talk.wire, {}));
+  }
+}
+
+TEST_P(Protocols, SilenceAndNonsenseAreToldApart) {
+  Talk talk(GetParam());
+  talk.bench->faults.lose_answers = 1'000'000;
+  const auto silence = talk.protocol->read_counts(talk.wire);
+  ASSERT_FALSE(silence);
+  EXPECT_EQ(silence.error().code, ErrorCode::kTimeout);
+  talk.bench->faults = {};
+  talk.bench->faults.garble_answers = 1'000'000;
+  const auto nonsense = talk.protocol->read_counts(talk.wire);
+  ASSERT_FALSE(nonsense);
+  EXPECT_EQ(nonsense.error().code, ErrorCode::kBadData) << nonsense.error().message;
+  talk.bench->faults = {};
+  talk.bench->faults.unplugged = true;
+  const auto gone = talk.protocol->read_counts(talk.wire);
+  ASSERT_FALSE(gone);
+  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Protocols, testing::Values("ros_arduino_bridge", "roboclaw", "create2"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+}  // namespace
+}  // namespace twocone::serial

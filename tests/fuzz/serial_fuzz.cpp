@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever comes down a serial line, a protocol makes values or errors of it, and comes to an end. Ends with 1 if one
+// does not; a crash or a report of a sanitizer ends it sooner.
+//   serial_fuzz PROTOCOL TIMES SEED
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/protocol.h"
+#include "drivers/serial_diffdrive/roboclaw.h"
+#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
+
+using namespace twocone;
+using namespace twocone::serial;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+class Garbage {
+ public:
+  explicit Garbage(std::uint64_t seed) : random_(seed) {}
+
+  std::uint64_t below(std::uint64_t end) { return random_() % end; }
+
+  /// Something between what a controller would say and noise.
+  Bytes spoilt(Bytes bytes) {
+    switch (below(8)) {
+      case 0:
+        return {};
+      case 1:
+        return noise(96);
+      case 2:
+        bytes.resize(below(bytes.size() + 1));
+        break;
+      case 3: {
+        const Bytes once = bytes;
+        bytes.insert(bytes.end(), once.begin(), once.end());
+        break;
+      }
+      case 4: {
+        Bytes before = noise(16);
+        bytes.insert(bytes.begin(), before.begin(), before.end());
+        break;
+      }
+      case 5:
+        for (auto changes = below(4) + 1; changes > 0 && !bytes.empty(); --changes)
+          bytes[below(bytes.size())] = value();
+        break;
+      case 6:
+        if (!bytes.empty()) bytes[below(bytes.size())] ^= std::uint8_t(1U << below(8));
+        break;
+      default:
+        break;  // as it should be
+    }
+    return bytes;
+  }
+
+ private:
+  std::uint8_t value() {
+    constexpr std::uint8_t kEdges[] = {0x00, 0x0A, 0x0D, 0x13, 0x20, 0x2D, 0x30, 0x7F, 0x80, 0xFF};
+    return below(2) == 0 ? kEdges[below(std::size(kEdges))] : std::uint8_t(random_());
+  }
+  Bytes noise(std::uint64_t most) {
+    Bytes bytes(below(most) + 1);
+    for (auto& byte : bytes) byte = value();
+    return bytes;
+  }
+
+  std::mt19937_64 random_;
+};
+
+/// What a controller would answer to the last thing said; the counts are any.
+Bytes answer_to(const std::string& protocol, const Bytes& said, Garbage& garbage) {
+  const auto text = [](std::string_view words) { return Bytes(words.begin(), words.end()); };
+  if (said.empty()) return {};
+  if (protocol == "ros_arduino_bridge") {
+    switch (said.front()) {
+      case 'b':
+        return text("57600\r\n");
+      case 'm':
+        return text("OK\r\n");
+      case 'e':
+        return text(std::to_string(std::int32_t(garbage.below(1ULL << 32))) + " " +
+                    std::to_string(std::int32_t(garbage.below(1ULL << 32))) + "\r\n");
+      default:
+        return text("Invalid Command\r\n");
+    }
+  }
+  if (protocol == "create2") {
+    Bytes frame{19, 10, 7, std::uint8_t(garbage.below(16)), 43, 0, 0, 44, 0, 0, 35, std::uint8_t(garbage.below(5))};
+    for (const std::size_t at : {5, 6, 8, 9}) frame[at] = std::uint8_t(garbage.below(256));
+    std::uint8_t sum = 0;
+    for (const std::uint8_t byte : frame) sum = std::uint8_t(sum + byte);
+    frame.push_back(std::uint8_t(-sum));
+    return frame;
+  }
+  if (said.size() != 2) return {0xFF};
+  Bytes data = said[1] == 21 ? text(std::string_view("USB Roboclaw\n\0", 14)) : Bytes{5};
+  if (said[1] == 78) {
+    data.clear();
+    for (int i = 0; i < 8; ++i) data.push_back(std::uint8_t(garbage.below(256)));
+  }
+  const std::uint16_t crc = crc16(data, crc16(said));
+  data.push_back(std::uint8_t(crc >> 8));
+  data.push_back(std::uint8_t(crc));
+  return data;
+}
+
+/// A wire that is spoilt, in a time that costs none: where nothing comes, the deadline has passed already.
+class SpoiltWire final : public Wire {
+ public:
+  SpoiltWire(std::string protocol, Garbage& garbage) : protocol_(std::move(protocol)), garbage_(garbage) {}
+
+  Status write(std::span<const std::uint8_t> bytes, Deadline /*deadline*/) override {
+    if (const auto ends = end()) return *ends;
+    said_.assign(bytes.begin(), bytes.end());
+    come(garbage_.spoilt(answer_to(protocol_, said_, garbage_)));
+    return {};
+  }
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline /*deadline*/) override {
+    if (const auto ends = end()) return *ends;
+    if (come_.empty()) return Error{ErrorCode::kTimeout, "no answer"};
+    const std::size_t count = std::min({room.size(), come_.size(), std::size_t(garbage_.below(16) + 1)});
+    std::copy_n(come_.begin(), count, room.begin());
+    come_.erase(come_.begin(), come_.begin() + std::ptrdiff_t(count));
+    return count;
+  }
+  Status discard_input() override {
+    if (const auto ends = end()) return *ends;
+    come_.clear();
+    // Create 2 speaks unasked, and late answers come late.
+    if (protocol_ == "create2" || garbage_.below(4) == 0) come(garbage_.spoilt(answer_to(protocol_, said_, garbage_)));
+    return {};
+  }
+  void pause(std::chrono::milliseconds /*time*/) override {}
+  [[nodiscard]] std::uint64_t calls() const { return calls_; }
+
+ private:
+  std::optional<Error> end() {
+    ++calls_;
+    if (garbage_.below(256) != 0) return std::nullopt;
+    return Error{garbage_.below(2) == 0 ? ErrorCode::kDisconnected : ErrorCode::kTimeout, "the wire"};
+  }
+  void come(const Bytes& bytes) { come_.insert(come_.end(), bytes.begin(), bytes.end()); }
+
+  const std::string protocol_;
+  Garbage& garbage_;
+  Bytes said_;
+  Bytes come_;
+  std::uint64_t calls_ = 0;
+};
+
+struct Told {
+  std::uint64_t values = 0;
+  std::uint64_t errors = 0;
+
+  template <typename T>
+  void note(const Result<T>& result) {
+    ++(result ? values : errors);
+  }
+};
+
+/// The decoders below the protocols, and the rule that each keeps.
+bool decoders_hold(const std::string& protocol, Garbage& garbage, Create2Stream& stream) {
+  Bytes said(2);
+  said[0] = 0x80;
+  said[1] = 78;
+  if (protocol == "ros_arduino_bridge") said = {'e'};
+  const Bytes bytes = garbage.spoilt(answer_to(protocol, said, garbage));
+  if (protocol == "ros_arduino_bridge") {
+    std::string line(bytes.begin(), bytes.end());
+    if (line.size() >= 2) line.resize(line.size() - 2);
+    const auto counts = parse_counts(line);
+    return !counts ||
+           parse_counts(std::to_string(std::int32_t(counts->left)) + " " + std::to_string(std::int32_t(counts->right)));
+  }
+  if (protocol == "roboclaw") {
+    const auto data = reply_data(0x80, 78, bytes);
+    return !data || data->size() + 2 == bytes.size();
+  }
+  for (const std::uint8_t byte : bytes) {
+    const auto sensors = stream.push(byte);
+    if (sensors && (sensors->counts.left > 0xFFFF || sensors->counts.right > 0xFFFF || sensors->mode > OiMode::kFull)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+int fuzz(const std::string& name, std::uint64_t times, std::uint64_t seed) {
+  Garbage garbage(seed);
+  Create2Stream stream;
+  Told told;
+  std::uint64_t most_calls = 0;
+  auto protocol = make_protocol({.name = name});
+  SpoiltWire wire(name, garbage);
+  for (std::uint64_t i = 0; i < times; ++i) {
+    const std::uint64_t before = wire.calls();
+    const auto what = garbage.below(8);
+    if (what == 0) told.note(protocol->greet(wire, std::chrono::steady_clock::now() + std::chrono::microseconds(5)));
+    if (what == 1) told.note(protocol->drive(wire, {double(i), -double(i)}));
+    if (what > 1) told.note(protocol->read_counts(wire));
+    most_calls = std::max(most_calls, wire.calls() - before);
+    if (!decoders_hold(name, garbage, stream)) return std::fputs("a decoder made up a value\n", stderr), 1;
+  }
+  constexpr std::uint64_t kMostCalls = 2'000;
+  if (most_calls > kMostCalls) return std::fputs("an exchange does not come to an end\n", stderr), 1;
+  std::printf("%s: %llu inputs: %llu values, %llu errors; at most %llu calls of the wire in an exchange\n",
+              name.c_str(), static_cast<unsigned long long>(times), static_cast<unsigned long long>(told.values),
+              static_cast<unsigned long long>(told.errors), static_cast<unsigned long long>(most_calls));
+  return told.values == 0 || told.errors == 0 ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) return std::fputs("serial_fuzz PROTOCOL TIMES SEED\n", stderr), 2;
+  return fuzz(argv[1], std::strtoull(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10));
+}
