@@ -3,17 +3,27 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "drivers/libcamera_camera/libcamera_camera.h"
 #include "drivers/memory/memory_camera.h"
 #include "drivers/memory/memory_diffdrive.h"
+#include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/v4l2_camera/v4l2_camera.h"
 
 namespace twocone::drivers {
 namespace {
+
+constexpr std::string_view kSimPovray = "sim_povray";
+constexpr std::string_view kV4l2 = "v4l2_camera";
+constexpr std::string_view kLibcamera = "libcamera_camera";
+constexpr std::string_view kSerial = "serial_diffdrive";
+constexpr const char* kDrivePart = "drive";
 
 /// What the parts of one robot share, made once before them.
 struct Shared {
@@ -41,23 +51,47 @@ Result<std::unique_ptr<DiffDrive>> open_sim_drive(Shared& shared, const DrivePar
   return shared.simulation->open_drive();
 }
 
+v4l2::V4l2Settings to_v4l2(const CameraDevice& device) {
+  v4l2::V4l2Settings settings{device.name, device.format, {}};
+  for (const auto& [name, value] : device.controls) settings.controls.emplace_back(name, std::llround(value));
+  return settings;
+}
+
+libcamera_camera::LibcameraSettings to_libcamera(const CameraDevice& device) {
+  return {device.name, device.format, device.controls};
+}
+
+Result<std::unique_ptr<Camera>> open_v4l2_camera(Shared&, const char*, const CameraPart& part) {
+  auto camera = v4l2::V4l2Camera::open(to_v4l2(part.device));
+  if (!camera) return camera.error();
+  return std::unique_ptr<Camera>(*std::move(camera));
+}
+
+Result<std::unique_ptr<Camera>> open_libcamera_camera(Shared&, const char*, const CameraPart& part) {
+  return libcamera_camera::open_camera(to_libcamera(part.device));
+}
+
+Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& part) {
+  auto drive = serial::SerialDiffDrive::open(*part.serial, part.limits);
+  if (!drive) return drive.error();
+  return std::unique_ptr<DiffDrive>(*std::move(drive));
+}
+
 struct Row {
   Backend told;
   CameraOpener open_camera = nullptr;
   DriveOpener open_drive = nullptr;
 };
 
-constexpr std::string_view kSimPovray = "sim_povray";
-
-constexpr std::array kRows{
+const std::array kRows{
     Row{{"memory", true, true, ""}, open_memory_camera, open_memory_drive},
     Row{{kSimPovray, true, true, ""}, open_sim_camera, open_sim_drive},
-    Row{{"v4l2_camera", true, false, "twocone " TWOCONE_VERSION " has no V4L2 driver yet"}},
-    Row{{"libcamera_camera", true, false, "twocone " TWOCONE_VERSION " has no libcamera driver yet"}},
-    Row{{"serial_diffdrive", false, true, "twocone " TWOCONE_VERSION " has no driver for motor controllers yet"}},
+    Row{{kV4l2, true, false, v4l2::why_not()}, open_v4l2_camera},
+    Row{{kLibcamera, true, false, libcamera_camera::why_not()}, open_libcamera_camera},
+    Row{{kSerial, false, true, serial::why_not()}, nullptr, open_serial_drive},
 };
 
-constexpr auto kBackends = [] {
+const auto kBackends = [] {
   std::array<Backend, kRows.size()> told{};
   std::transform(kRows.begin(), kRows.end(), told.begin(), [](const Row& row) { return row.told; });
   return told;
@@ -78,16 +112,16 @@ std::string other_part(const OtherCamera& camera) { return "cameras." + camera.n
 std::vector<Wanted> parts_of(const RobotSettings& settings) {
   std::vector<Wanted> parts{{"cameras.lower", true, settings.lower.driver},
                             {"cameras.upper", true, settings.upper.driver},
-                            {"drive", false, settings.drive.driver}};
+                            {kDrivePart, false, settings.drive.driver}};
   for (const OtherCamera& camera : settings.others) parts.push_back({other_part(camera), true, camera.part.driver});
   return parts;
 }
 
-/// The drivers that could do it: "memory, sim_povray".
-std::string drivers_for(const Wanted& wanted) {
+/// The drivers that could do it, or could if they were in this build: "memory, sim_povray".
+std::string drivers_for(const Wanted& wanted, bool available = true) {
   std::vector<std::string_view> names;
   for (const Backend& backend : kBackends) {
-    if (backend.available() && wanted.suits(backend)) names.push_back(backend.name);
+    if (backend.available() == available && wanted.suits(backend)) names.push_back(backend.name);
   }
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -95,13 +129,10 @@ std::string drivers_for(const Wanted& wanted) {
 Result<const Row*> find_row(const Wanted& wanted) {
   const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.told.name == wanted.driver; });
   if (row == kRows.end()) {
-    std::vector<std::string_view> others;
-    for (const Backend& backend : kBackends) {
-      if (!backend.available() && wanted.suits(backend)) others.push_back(backend.name);
-    }
+    const std::string lacking = drivers_for(wanted, false);
     return Error{ErrorCode::kNotFound,
-                 fmt::format("{}: there is no driver '{}'; drivers for it are: {} (and, not in this build: {})",
-                             wanted.part, wanted.driver, drivers_for(wanted), fmt::join(others, ", "))};
+                 fmt::format("{}: there is no driver '{}'; drivers for it are: {}{}", wanted.part, wanted.driver,
+                             drivers_for(wanted), lacking.empty() ? "" : " (not in this build: " + lacking + ")")};
   }
   if (!wanted.suits(row->told)) {
     return Error{ErrorCode::kRefused,
@@ -130,6 +161,7 @@ Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
   const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
     std::vector<std::string> told;
+    told.reserve(parts.size());
     for (const Wanted& part : parts) told.push_back(fmt::format("{}: {}", part.part, part.driver));
     return Error{ErrorCode::kRefused, fmt::format("{}: sim_povray moves all parts of a robot or none: a simulated "
                                                   "camera cannot see a real drive move",
@@ -152,20 +184,89 @@ void collect(std::string& bad, const std::string& part, Check checked) {
   }
 }
 
+/// What a camera's driver asks of its part.
+void check_part(std::string& bad, const std::string& part, const CameraPart& camera) {
+  collect(bad, part, [&] { twocone::check(camera.settings); });
+  collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
+  if (camera.driver == kV4l2) collect(bad, part, [&] { v4l2::check(to_v4l2(camera.device)); });
+  if (camera.driver == kLibcamera) collect(bad, part, [&] { libcamera_camera::check(to_libcamera(camera.device)); });
+}
+
+void check_part(std::string& bad, const DrivePart& drive) {
+  collect(bad, kDrivePart, [&] { twocone::check(drive.limits); });
+  if (drive.driver != kSerial) return;
+  if (drive.serial) {
+    collect(bad, kDrivePart, [&] { serial::check(*drive.serial); });
+  } else {
+    bad += fmt::format("\n  {}: serial is missing, {} needs it", kDrivePart, kSerial);
+  }
+}
+
+Error not_alone(const std::string& part) {
+  return {ErrorCode::kRefused, fmt::format("{}: a part of a simulated robot is nothing by itself", part)};
+}
+
 }  // namespace
+
+Devices list_devices() {
+  Devices devices;
+  if (!v4l2::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kV4l2, v4l2::why_not()));
+  for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
+    devices.found.push_back({std::string(kV4l2), camera.stable_path.empty() ? camera.path : camera.stable_path,
+                             fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
+                             std::move(camera.modes)});
+  }
+  if (auto cameras = libcamera_camera::list_cameras()) {
+    for (libcamera_camera::CameraInfo& camera : *cameras) {
+      devices.found.push_back({std::string(kLibcamera), camera.id, camera.model, std::move(camera.formats)});
+    }
+  } else {
+    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcamera, cameras.error().message));
+  }
+  if (!serial::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kSerial, serial::why_not()));
+  for (const serial::PortInfo& port : serial::list_ports()) {
+    devices.found.push_back({std::string(kSerial),
+                             port.stable_path.empty() ? port.path : port.stable_path,
+                             port.description.empty() ? port.path : fmt::format("{} ({})", port.description, port.path),
+                             {}});
+  }
+  return devices;
+}
+
+Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera) {
+  std::string bad;
+  check_part(bad, part, camera);
+  if (!bad.empty()) throw std::invalid_argument("CameraPart:" + bad);
+  const auto row = find_row({part, true, camera.driver});
+  if (!row) return row.error();
+  if (camera.driver == kSimPovray) return not_alone(part);
+  Shared shared;
+  auto opened = (*row)->open_camera(shared, part.c_str(), camera);
+  if (!opened) return in_part(part, opened.error());
+  return opened;
+}
+
+Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
+  std::string bad;
+  check_part(bad, drive);
+  if (!bad.empty()) throw std::invalid_argument("DrivePart:" + bad);
+  const auto row = find_row({kDrivePart, false, drive.driver});
+  if (!row) return row.error();
+  if (drive.driver == kSimPovray) return not_alone(kDrivePart);
+  Shared shared;
+  auto opened = (*row)->open_drive(shared, drive);
+  if (!opened) return in_part(kDrivePart, opened.error());
+  return opened;
+}
 
 std::span<const Backend> backends() { return kBackends; }
 
 void check(const RobotSettings& settings) {
   std::string bad;
-  const auto check_camera = [&bad](const std::string& part, const CameraPart& camera) {
-    collect(bad, part, [&] { twocone::check(camera.settings); });
-    collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
-  };
-  check_camera("cameras.lower", settings.lower);
-  check_camera("cameras.upper", settings.upper);
+  check_part(bad, "cameras.lower", settings.lower);
+  check_part(bad, "cameras.upper", settings.upper);
   for (const OtherCamera& camera : settings.others) {
-    check_camera(other_part(camera), camera.part);
+    check_part(bad, other_part(camera), camera.part);
     if (camera.part.settings.rate_hz != settings.lower.settings.rate_hz) {
       bad += fmt::format("\n  {}: rate_hz is {} Hz, must be that of the pair, {} Hz", other_part(camera),
                          camera.part.settings.rate_hz, settings.lower.settings.rate_hz);
@@ -175,7 +276,7 @@ void check(const RobotSettings& settings) {
     bad += fmt::format("\n  cameras: rate_hz is {} Hz for lower and {} Hz for upper, must be one rate for the pair",
                        settings.lower.settings.rate_hz, settings.upper.settings.rate_hz);
   }
-  collect(bad, "drive", [&] { twocone::check(settings.drive.limits); });
+  check_part(bad, settings.drive);
   if (settings.max_skew.count() < 0) {
     bad += fmt::format("\n  cameras: max_skew is {} ns, must be >= 0", settings.max_skew.count());
   }
@@ -212,7 +313,7 @@ Result<Robot> open_robot(const RobotSettings& settings) {
   auto upper = (*rows)[1]->open_camera(shared, "upper", settings.upper);
   if (!upper) return in_part("cameras.upper", upper.error());
   auto drive = (*rows)[2]->open_drive(shared, settings.drive);
-  if (!drive) return in_part("drive", drive.error());
+  if (!drive) return in_part(kDrivePart, drive.error());
   std::vector<NamedCamera> others;
   for (std::size_t i = 0; i < settings.others.size(); ++i) {
     const OtherCamera& wanted = settings.others[i];

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
@@ -31,11 +34,19 @@ struct Backend {
 /// Every driver, in the order in which messages and `devices` list them.
 std::span<const Backend> backends();
 
+/// A real camera.
+struct CameraDevice {
+  std::string name;                                        ///< which one, as its driver names cameras
+  std::string format;                                      ///< as V4L2 names formats; empty: the driver chooses
+  std::vector<std::pair<std::string, double>> controls{};  ///< by the driver's names, in order
+};
+
 struct CameraPart {
   std::string driver;
   CameraSettings settings;              ///< what Robot::start is to ask for
   int antialias = 1;                    ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
   sim_povray::CameraEffects effects{};  ///< sim_povray only
+  CameraDevice device{};                ///< v4l2_camera and libcamera_camera only
 };
 
 /// A camera beyond the pair.
@@ -54,6 +65,7 @@ struct SimulatedWorld {
 struct DrivePart {
   std::string driver;
   DriveLimits limits;
+  std::optional<serial::SerialDriveSettings> serial{};  ///< needed by serial_diffdrive
 };
 
 /// What a robot is made of. The parts' names in messages are those of the robot file: cameras.lower, cameras.upper,
@@ -67,6 +79,26 @@ struct RobotSettings {
   std::vector<OtherCamera> others;      ///< at the rate of the pair
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
+
+/// A device of this machine that a robot file could name.
+struct Device {
+  std::string driver;
+  std::string name;  ///< for the robot file: a name that stays the same after the next plugging in, if it has one
+  std::string what;  ///< maker, model, where it is now
+  std::vector<std::string> details;  ///< formats and sizes of a camera
+};
+struct Devices {
+  std::vector<Device> found;
+  /// Kinds of devices that could not be looked for, each with why.
+  std::vector<std::string> not_looked_for;
+};
+/// Cameras and serial ports, in the order of backends(). Opens cameras for a moment, ports not.
+Devices list_devices();
+
+/// One part of a robot by itself, for whoever tests it; one of a simulation has no meaning without the others.
+/// Errors: as open_robot's; kRefused for sim_povray. @throws std::invalid_argument naming every bad field
+Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera);
+Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive);
 
 /// @throws std::invalid_argument naming every bad field by its part; among them a pair of cameras with two rates, and
 /// sim_povray without a world.

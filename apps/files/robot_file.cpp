@@ -6,10 +6,12 @@
 
 #include "apps/files/camera_effects.h"
 #include "apps/files/camera_info.h"
+#include "apps/files/device_keys.h"
 #include "apps/files/file_error.h"
 #include "apps/files/rig_keys.h"
 #include "apps/files/text_file.h"
 #include "apps/files/yaml_reader.h"
+#include "hal/stereo_rig.h"
 
 namespace twocone::files {
 namespace {
@@ -46,6 +48,7 @@ void read_drive(Section& root, Drive& drive) {
                   drive.max_speed_mps);
   section->number("command_timeout_s", {"time without a command after which the wheels stop", kSeconds, kTimeoutRange},
                   drive.command_timeout_s, Need::kOptional);
+  read_serial_drive(*section, drive);
 }
 
 /// A camera that is being read: its `effects` wait for those that all cameras have in common.
@@ -72,6 +75,7 @@ CameraPart read_camera(Section* section, CameraEntry& camera) {
   part.has_rate = section->number("rate_hz", {"pictures a second", kHertz, kRateRange}, camera.rate_hz);
   const Quantity antialias{"rays per pixel side", kNoUnit, {.least = 1, .greatest = 9}};
   if (section->whole("antialias", antialias, camera.antialias, Need::kOptional)) part.refuse_if_real("antialias");
+  if (part.has_driver) read_camera_device(*section, camera);
   return part;
 }
 
@@ -98,7 +102,8 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
   }
   const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
                                      robot.max_skew_s, Need::kOptional);
-  if (lower.has_rate && good_skew && !root.has("max_skew_s")) robot.max_skew_s = 0.25 / robot.lower.rate_hz;
+  if (lower.has_rate && good_skew && !root.has("max_skew_s"))
+    robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.rate_hz;
   return parts;
 }
 

@@ -6,9 +6,11 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/files/map_file.h"
+#include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::files {
@@ -19,8 +21,19 @@ struct Drive {
   double wheel_radius_m = 0;       ///< > 0
   double max_speed_mps = 0;        ///< of a wheel over the floor, > 0
   double command_timeout_s = 0.5;  ///< dead-man time, 0.001 to 60
+  /// serial_diffdrive only, and always there.
+  std::optional<serial::SerialDriveSettings> serial{};
 
   friend bool operator==(const Drive&, const Drive&) = default;
+};
+
+/// What only a real camera has.
+struct CameraDevice {
+  std::string name;                                        ///< `device:`
+  std::string format;                                      ///< empty: the driver chooses
+  std::vector<std::pair<std::string, double>> controls{};  ///< in the file's order
+
+  friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
 };
 
 struct CameraEntry {
@@ -31,6 +44,7 @@ struct CameraEntry {
   int antialias = 1;   ///< sim_povray only: rays per pixel side, 1 to 9; 1: none
   /// sim_povray only: those of `effects.camera`, where the camera's own `effects` does not say otherwise.
   sim_povray::CameraEffects effects{};
+  CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
 
   friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
 };
@@ -113,7 +127,7 @@ struct Robot {
   Rig rig;
   Effects effects;
   std::vector<Point> waypoints;  ///< for `--behaviour waypoints`, driven as a loop
-  double max_skew_s = 0;         ///< of a pair; default a quarter of a frame period, 0 to 60
+  double max_skew_s = 0;         ///< of a pair; default StereoRig::kFreeSkew periods, 0 to 60
 
   friend bool operator==(const Robot&, const Robot&) = default;
 };

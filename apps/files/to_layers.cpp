@@ -20,12 +20,6 @@ std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
-bool is_simulated(const Robot& robot) {
-  const auto is_other_simulated = [](const NamedCameraEntry& other) { return other.camera.driver == kSimulator; };
-  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator ||
-         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
-}
-
 /// Lines about a place of the robot file that lies outside the map.
 void check_within(const Robot& robot, const Map& map, std::string_view key, const Point& place, std::string& bad) {
   const auto check_side = [&](std::string_view side, double value, double least, double greatest) {
@@ -63,7 +57,8 @@ drivers::CameraPart to_part(const CameraEntry& camera) {
   return {.driver = camera.driver,
           .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
           .antialias = camera.antialias,
-          .effects = camera.effects};
+          .effects = camera.effects,
+          .device = {camera.device.name, camera.device.format, camera.device.controls}};
 }
 
 sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y_m}; }
@@ -167,6 +162,12 @@ Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
 
 }  // namespace
 
+bool is_simulated(const Robot& robot) {
+  const auto is_other_simulated = [](const NamedCameraEntry& other) { return other.camera.driver == kSimulator; };
+  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator ||
+         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
+}
+
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {
   check_together(robot, map);
   drivers::RobotSettings settings;
@@ -175,6 +176,7 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
   settings.drive.driver = robot.drive.driver;
   settings.drive.limits = {.max_speed_radps = robot.drive.max_speed_mps / robot.drive.wheel_radius_m,
                            .command_timeout = to_nanoseconds(robot.drive.command_timeout_s)};
+  settings.drive.serial = robot.drive.serial;
   settings.max_skew = to_nanoseconds(robot.max_skew_s);
   for (const NamedCameraEntry& other : robot.others) settings.others.push_back({other.name, to_part(other.camera)});
   if (is_simulated(robot)) {

@@ -24,6 +24,9 @@ namespace twocone::files {
 /// that driver; and what drivers::check refuses
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed);
 
+/// Whether a simulation moves it: one part simulated, all are (drivers::open_robot).
+bool is_simulated(const Robot& robot);
+
 /// The place alone, with the defaults of how to render it: for who serves it. Obstacles are called "obstacle 1" and so
 /// on in the map's order. @throws FileError for a map without a scene and for what sim_povray::check refuses
 sim_povray::PlaceSettings to_place(const Map& map);

@@ -109,7 +109,7 @@ TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
   EXPECT_EQ(robot.lower.antialias, 1);
   EXPECT_FALSE(robot.rig.upper.mirrored);
   EXPECT_EQ(robot.effects, Effects{});
-  EXPECT_EQ(robot.max_skew_s, 0.02) << "a quarter of 1 / 12.5 Hz";
+  EXPECT_DOUBLE_EQ(robot.max_skew_s, 0.048) << "0.6 of 1 / 12.5 Hz";
   EXPECT_TRUE(robot.waypoints.empty());
 }
 
@@ -283,7 +283,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "robot.yaml:15: cameras.upper.rate_hz is 15 Hz, must be that of cameras.lower, 12.5"},
         BadCase{"AntialiasBeyondPovRays", "antialias: 2", "antialias: 10",
                 "robot.yaml:14: cameras.lower.antialias is 10, must be 1 to 9"},
-        BadCase{"AntialiasOfARealCamera", "driver: sim_povray, width_px: 641", "driver: v4l2_camera, width_px: 641",
+        BadCase{"AntialiasOfARealCamera", "driver: sim_povray, width_px: 641",
+                "driver: v4l2_camera, device: /dev/video0, width_px: 641",
                 "robot.yaml:14: cameras.lower.antialias is 2, must be absent: driver v4l2_camera has no such setting"},
         BadCase{"TimeoutTooShort", "command_timeout_s: 0.41", "command_timeout_s: 1e-9",
                 "robot.yaml:12: drive.command_timeout_s is 1e-9 s, must be 0.001 to 60"},
@@ -379,7 +380,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "robot.yaml:16: cameras.aft_2 is 'none', must be a mapping"},
         BadCase{"FurtherCameraInPart", "width_px: 80, height_px: 60, ", "width_px: 80, ",
                 "robot.yaml:16: cameras.aft_2.height_px is missing: height of the picture, pixels"},
-        BadCase{"EffectsOfARealCamera", "aft_2: {driver: sim_povray", "aft_2: {driver: v4l2_camera",
+        BadCase{"EffectsOfARealCamera", "aft_2: {driver: sim_povray",
+                "aft_2: {driver: v4l2_camera, device: /dev/video0",
                 "robot.yaml:16: cameras.aft_2.effects is a mapping, must be absent: driver v4l2_camera has no such "
                 "setting"}),
     name_of<BadCase>);

@@ -55,6 +55,65 @@ TEST(ShippedFiles, EveryRobotCanBeReadAndFitsItsMap) {
   }
 }
 
+/// A robot to be built, by the name of its file; robots/NAME_sim.yaml is its simulated twin.
+class RobotToBuild : public testing::TestWithParam<const char*> {
+ protected:
+  [[nodiscard]] static Robot read(const std::string& ending) {
+    return read_robot(fs::path(TWOCONE_SOURCE_DIR) / "robots" / (GetParam() + ending));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Robots, RobotToBuild, testing::Values("usb_camera", "pi_csi", "create2"),
+                         [](const auto& test) { return std::string(test.param); });
+
+/// The robot without what may differ between the real and the simulated one: drivers with their settings, map, start,
+/// and the wheels' calibrated sizes. (The rig's numbers may too, once there is a calibration; none ships.)
+Robot without_differences(Robot robot) {
+  robot.file.clear();
+  robot.map.clear();
+  robot.start.reset();
+  robot.effects = {};
+  robot.drive.driver.clear();
+  robot.drive.serial.reset();
+  robot.drive.wheel_separation_m = robot.drive.wheel_radius_m = 0;
+  for (CameraEntry* camera : {&robot.lower, &robot.upper}) {
+    *camera = {.driver = {}, .width_px = camera->width_px, .height_px = camera->height_px, .rate_hz = camera->rate_hz};
+  }
+  return robot;
+}
+
+TEST_P(RobotToBuild, HasATwinThatDiffersWhereItMay) {
+  const Robot real = read(".yaml");
+  const Robot twin = read("_sim.yaml");
+  for (const CameraEntry* camera : {&twin.lower, &twin.upper}) EXPECT_EQ(camera->driver, "sim_povray");
+  EXPECT_EQ(twin.drive.driver, "sim_povray");
+  EXPECT_TRUE(without_differences(real) == without_differences(twin));
+  EXPECT_TRUE(real.rig == twin.rig);
+
+  Map room = read_map(twin.map);
+  const Map real_room = read_map(real.map);
+  EXPECT_TRUE(room.scene.has_value());
+  EXPECT_FALSE(real_room.scene.has_value());
+  room.file = real_room.file;
+  room.scene.reset();
+  EXPECT_TRUE(room == real_room) << "the simulated room is the one that was measured";
+}
+
+TEST_P(RobotToBuild, HasDevicesAndTimesThatSuitThem) {
+  const Robot real = read(".yaml");
+  for (const CameraEntry* camera : {&real.lower, &real.upper}) {
+    EXPECT_TRUE(camera->driver == "v4l2_camera" || camera->driver == "libcamera_camera") << camera->driver;
+    EXPECT_FALSE(camera->device.controls.empty()) << "an automatic exposure would be a surprise";
+  }
+  EXPECT_NE(real.lower.device.name, real.upper.device.name);
+  ASSERT_TRUE(real.drive.serial.has_value());
+  EXPECT_TRUE(real.drive.serial->port.starts_with("/dev/serial/by-id/")) << real.drive.serial->port;
+  const double period_s = 1 / real.lower.rate_hz;
+  EXPECT_GE(real.max_skew_s, period_s / 2) << "cameras that run each by its own clock would have no pair";
+  EXPECT_LT(real.max_skew_s, period_s);
+  EXPECT_GE(real.drive.command_timeout_s, 4 * period_s) << "a late frame must not stop the wheels";
+}
+
 /// The least clearance on the straight way between two points, to a centimetre's step: clearance changes by at most
 /// the way, so that half a step is the most that can be missed.
 double clearance_on_way_m(const behaviours::Arena& arena, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
@@ -68,8 +127,8 @@ double clearance_on_way_m(const behaviours::Arena& arena, const Eigen::Vector2d&
   return least_m - kStep_m / 2;
 }
 
-/// The rooms in which accuracy is measured, and how far their waypoints keep from everything. A body's radius, and half
-/// as much again at least, for corners cut by a controller that looks ahead.
+/// The rooms in which accuracy is measured and robots are tried before they are built, and how far their waypoints keep
+/// from everything. A body's radius, and half as much again at least, for corners cut by a controller that looks ahead.
 struct Room {
   const char* robot;
   double clearance_m;
@@ -80,7 +139,9 @@ struct Room {
 class ShippedRoom : public testing::TestWithParam<Room> {};
 
 INSTANTIATE_TEST_SUITE_P(Rooms, ShippedRoom,
-                         testing::Values(Room{"lab_sim", 0.35}, Room{"hall_sim", 0.45}, Room{"workshop_sim", 0.25}),
+                         testing::Values(Room{"lab_sim", 0.35}, Room{"hall_sim", 0.45}, Room{"workshop_sim", 0.25},
+                                         Room{"usb_camera_sim", 0.35}, Room{"pi_csi_sim", 0.35},
+                                         Room{"create2_sim", 0.35}),
                          [](const auto& test) { return std::string(test.param.robot); });
 
 Robot robot_of(const Room& room) {
@@ -92,7 +153,7 @@ TEST_P(ShippedRoom, WaypointsKeepTheRobotClear) {
   const behaviours::Arena arena = to_arena(read_map(robot.map));
   std::vector<Eigen::Vector2d> way = {{robot.start->x_m, robot.start->y_m}};
   for (const Point& point : robot.waypoints) way.emplace_back(point.x_m, point.y_m);
-  ASSERT_GE(way.size(), 4u);
+  ASSERT_GE(way.size(), 3u);
   way.push_back(way[1]);  // the loop is closed, after the way to its beginning
   for (std::size_t i = 0; i + 1 < way.size(); ++i) {
     EXPECT_GE(clearance_on_way_m(arena, way[i], way[i + 1]), GetParam().clearance_m)

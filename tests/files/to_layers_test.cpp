@@ -25,14 +25,29 @@ std::string all_of(const DriveLimits& limits) {
   return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
 }
 
+std::string all_of(const drivers::CameraDevice& device) {
+  const auto& [name, format, controls] = device;
+  std::string text = name + " " + format + "\n";
+  for (const auto& [control, value] : controls) text += fmt::format("{} {}\n", control, value);
+  return text;
+}
+
+std::string all_of(const serial::SerialDriveSettings& serial) {
+  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, guard] =
+      serial;
+  return fmt::format("{} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
+                     address, swap_wheels, reverse_left, reverse_right, guard);
+}
+
 std::string all_of(const drivers::CameraPart& part) {
-  const auto& [driver, asked, antialias, effects] = part;
+  const auto& [driver, asked, antialias, effects, device] = part;
   const auto& [width_px, height_px, rate_hz] = asked;
   const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion,
                focal_px, drop, late] = effects;
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
                      antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures,
-                     fmt::join(distortion, ","), focal_px, drop, late);
+                     fmt::join(distortion, ","), focal_px, drop, late) +
+         all_of(device);
 }
 
 std::string all_of(const sim_povray::SeatSettings& seat) {
@@ -74,8 +89,9 @@ std::string all_of(const sim_povray::PlaceSettings& place) {
 /// Every field as text. The bindings name each field of each struct, so that a new one does not compile unseen.
 std::string all_of(const drivers::RobotSettings& settings) {
   const auto& [lower, upper, drive, max_skew, others, world] = settings;
-  const auto& [driver, drive_limits] = drive;
+  const auto& [driver, drive_limits, serial] = drive;
   std::string text = all_of(lower) + all_of(upper) + driver + " " + all_of(drive_limits);
+  if (serial) text += all_of(*serial);
   text += fmt::format("{}\n", max_skew.count());
   for (const auto& [name, part] : others) text += name + " " + all_of(part);
   if (!world) return text + "no world";

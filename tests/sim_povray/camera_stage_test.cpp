@@ -36,7 +36,8 @@ std::shared_ptr<Image> grey(int width_px, int height_px, int code) {
   auto image = std::make_shared<Image>();
   image->width_px = width_px;
   image->height_px = height_px;
-  image->bytes.assign(static_cast<std::size_t>(width_px * height_px * 3), static_cast<std::uint8_t>(code));
+  image->bytes =
+      std::vector<std::uint8_t>(static_cast<std::size_t>(width_px * height_px * 3), static_cast<std::uint8_t>(code));
   return image;
 }
 
@@ -123,7 +124,7 @@ TEST(CameraStage, ExposuresThatDoNotFitAreRefused) {
   EXPECT_THROW((void)developed(effects, {grey(4, 4, 1)}), std::invalid_argument);
   EXPECT_THROW((void)developed(effects, {grey(4, 4, 1), grey(4, 4, 1), grey(4, 5, 1)}), std::invalid_argument);
   auto short_one = grey(4, 4, 1);
-  short_one->bytes.pop_back();
+  short_one->bytes.resize(short_one->bytes.size() - 1);
   EXPECT_THROW((void)developed(effects, {grey(4, 4, 1), grey(4, 4, 1), short_one}), std::invalid_argument);
 }
 

@@ -26,8 +26,7 @@ inline Image fake_picture(const std::string& robot, std::uint32_t view, std::uin
   image.width_px = size.width_px;
   image.height_px = size.height_px;
   image.format = view == 1 ? PixelFormat::kGrey8 : PixelFormat::kRgb8;
-  image.bytes.resize(std::size_t(size.width_px) * std::size_t(size.height_px) *
-                     std::size_t(bytes_per_pixel(image.format)));
+  image.bytes.resize(*picture_bytes(image.format, size.width_px, size.height_px));
   std::uint64_t state = tick * 977 + view * 31 + (robot.empty() ? 0 : std::uint64_t(robot.back()));
   for (auto& byte : image.bytes) {
     state = state * 6364136223846793005u + 1442695040888963407u;

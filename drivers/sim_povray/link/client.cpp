@@ -305,8 +305,8 @@ class RemoteSeat final : public Seat {
     image->width_px = order.slots->size.width_px;
     image->height_px = order.slots->size.height_px;
     image->format = format;
-    const auto pixels = std::size_t(image->width_px) * std::size_t(image->height_px);
-    const auto bytes = order.slots->frames.read(order.slot).first(pixels * std::size_t(bytes_per_pixel(format)));
+    const std::size_t size = picture_bytes(format, image->width_px, image->height_px).value_or(0);
+    const auto bytes = order.slots->frames.read(order.slot).first(size);
     image->bytes.assign(bytes.begin(), bytes.end());
     return std::shared_ptr<const Image>(std::move(image));
   }

@@ -45,10 +45,9 @@ void PictureSlots::release(std::uint32_t slot) {
 }
 
 Status PictureSlots::write(std::uint32_t slot, const Image& picture) {
-  const auto pixels = std::size_t(size_.width_px) * std::size_t(size_.height_px);
   const std::span<std::uint8_t> room = frames_.write(slot);
   if (picture.width_px != size_.width_px || picture.height_px != size_.height_px ||
-      picture.bytes.size() != pixels * std::size_t(bytes_per_pixel(picture.format)) ||
+      picture.bytes.size() != picture_bytes(picture.format, picture.width_px, picture.height_px) ||
       picture.bytes.size() > room.size()) {
     return Error{ErrorCode::kBadData,
                  fmt::format("the picture is of {} x {} pixels, {} x {} were asked for", picture.width_px,

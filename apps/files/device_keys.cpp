@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/files/device_keys.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "drivers/serial_diffdrive/protocol.h"
+
+namespace twocone::files {
+namespace {
+
+constexpr std::string_view kV4l2 = "v4l2_camera";
+constexpr std::string_view kLibcamera = "libcamera_camera";
+constexpr std::string_view kSerial = "serial_diffdrive";
+constexpr Range kBaudRange{.least = 300, .greatest = 4'000'000};
+constexpr Range kAddressRange{.least = 128, .greatest = 135};
+constexpr double kLeastOwnTimeout_s = 0.1;
+
+void refuse(Section& section, std::initializer_list<std::string_view> keys, const std::string& driver) {
+  const auto there = section.keys();  // has() would call a key known that no robot of this driver has
+  for (const std::string_view key : keys) {
+    const bool is_there = std::find(there.begin(), there.end(), key) != there.end();
+    if (is_there && section.has(key))
+      section.complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", driver));
+  }
+}
+
+void read_controls(Section& controls, bool whole, CameraDevice& device) {
+  for (const std::string& name : controls.keys()) {
+    double value = 0;
+    if (!controls.number(name, {"value of a control", kNoUnit, kAnyNumber}, value)) continue;
+    if (whole && value != std::floor(value)) {
+      controls.complain(name, kNoUnit, "a whole number: the kernel's controls have no other");
+      continue;
+    }
+    device.controls.emplace_back(name, value);
+  }
+}
+
+}  // namespace
+
+void read_camera_device(Section& section, CameraEntry& camera) {
+  const bool is_v4l2 = camera.driver == kV4l2;
+  if (!is_v4l2 && camera.driver != kLibcamera) {
+    refuse(section, {"device", "format", "controls"}, camera.driver);
+    return;
+  }
+  section.text("device", "which camera: twocone devices lists those that there are", camera.device.name);
+  section.text("format", "how its pixels are coded", camera.device.format, Need::kOptional);
+  if (Section* controls = section.section("controls", "the camera's own settings, by their names", Need::kOptional)) {
+    read_controls(*controls, is_v4l2, camera.device);
+  }
+}
+
+void read_serial_drive(Section& section, Drive& drive) {
+  if (drive.driver != kSerial) {
+    refuse(section,
+           {"protocol", "port", "baud", "counts_per_turn", "address", "swap_wheels", "reverse_left", "reverse_right",
+            "guard"},
+           drive.driver);
+    return;
+  }
+  serial::SerialDriveSettings& serial = drive.serial.emplace();
+  section.text("port", "the serial port: twocone devices lists those that there are", serial.port);
+  const auto names = serial::protocol_names();
+  const bool has_protocol = section.text("protocol", "what the controller speaks", serial.protocol);
+  const bool is_known = std::find(names.begin(), names.end(), serial.protocol) != names.end();
+  if (has_protocol && !is_known)
+    section.complain("protocol", kNoUnit, fmt::format("one of {}", fmt::join(names, ", ")));
+
+  int baud = 0;
+  if (section.has("baud") && section.whole("baud", {"bits a second on the line", kNoUnit, kBaudRange}, baud)) {
+    serial.baud = baud;
+  }
+  const bool fixed = is_known && serial::make_protocol({.name = serial.protocol})->fixed_counts_per_turn().has_value();
+  double counts = 0;
+  const Quantity per_turn{"encoder counts in one turn of a wheel", kNoUnit, kAboveZero};
+  if (section.has("counts_per_turn") || (is_known && !fixed)) {
+    if (section.number("counts_per_turn", per_turn, counts)) serial.counts_per_turn = counts;
+  }
+  const bool has_address = section.has("address");
+  section.whole("address", {"address of a RoboClaw", kNoUnit, kAddressRange}, serial.address, Need::kOptional);
+  if (has_address && is_known && serial.protocol != "roboclaw") {
+    section.complain("address", kNoUnit, fmt::format("absent: protocol {} has none", serial.protocol));
+  }
+  section.flag("swap_wheels", "whether the first motor is the right wheel's", serial.swap_wheels, Need::kOptional);
+  section.flag("reverse_left", "whether the left wheel counts backward", serial.reverse_left, Need::kOptional);
+  section.flag("reverse_right", "whether the right wheel counts backward", serial.reverse_right, Need::kOptional);
+  section.flag("guard", "whether a process of its own stops the wheels when the program cannot", serial.guard,
+               Need::kOptional);
+  if (!serial.guard && is_known && serial.protocol != "roboclaw") {
+    section.complain(
+        "guard", kNoUnit,
+        fmt::format("true: a controller of protocol {} does not stop the wheels by itself in time", serial.protocol));
+  }
+  if (!serial.guard && serial.protocol == "roboclaw" && drive.command_timeout_s < kLeastOwnTimeout_s) {
+    section.complain("guard", kNoUnit,
+                     fmt::format("true: a RoboClaw's own time-out is {} s at least, longer than command_timeout_s",
+                                 kLeastOwnTimeout_s));
+  }
+}
+
+}  // namespace twocone::files
