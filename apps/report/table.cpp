@@ -116,6 +116,12 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
   return text + wrapped("repeat: ", "          ", words, " \\");
 }
 
+std::string device_lines(const runs::CaptureSummary& capture, const runs::RunInfo& info) {
+  std::string text;
+  for (const std::string& device : info.devices) text += wrapped("", "  ", {ascii(device)});
+  return text + wrapped("", "  ", capture_words(capture));
+}
+
 std::string range_rows(const runs::Summary& summary, bool truth, const runs::Summary* baseline) {
   std::string text;
   for (const runs::LandmarkSummary& landmark : summary.landmarks) {
@@ -265,6 +271,18 @@ const runs::LandmarkSummary* find_landmark(const runs::Summary* summary, const s
   return found == summary->landmarks.end() ? nullptr : &*found;
 }
 
+std::vector<std::string> capture_words(const runs::CaptureSummary& capture) {
+  return {fmt::format("pairs: {:.4g} a second,", capture.rate_hz),
+          fmt::format("95 % within {:.1f} ms of it;", capture.jitter_p95_s * 1e3),
+          fmt::format("skew {:.1f} ms in the median,", capture.skew_median_s * 1e3),
+          fmt::format("{:.1f} ms at most;", capture.skew_max_s * 1e3),
+          fmt::format("lost: lower {}, upper {},", capture.lower_lost, capture.upper_lost),
+          fmt::format("of these passed over for newer ones: {}, {};", capture.counts.lower_skipped,
+                      capture.counts.upper_skipped),
+          fmt::format("without a partner: {};", capture.counts.unpaired),
+          fmt::format("cameras that went away and came back: {}", capture.counts.recoveries)};
+}
+
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
   const auto quoted = [](const std::string& word) {
     constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
@@ -282,6 +300,7 @@ std::string table(const runs::Summary& summary, const runs::RunInfo& info, const
                   const runs::Summary* baseline) {
   const bool truth = has_truth(summary);
   std::string text = head(summary, info, robot) + "\n";
+  if (summary.capture) text += device_lines(*summary.capture, info) + "\n";
 
   text += group_heads("Range to each pillar", truth, baseline) + column_heads("pillar", truth, baseline);
   text += range_rows(summary, truth, baseline) + why_not(summary) + "\n";

@@ -42,6 +42,9 @@ int count_of(const std::map<std::string, int>& verdicts, const std::string& verd
 /// The summary of the landmark called `name`; null if there is none.
 const runs::LandmarkSummary* find_landmark(const runs::Summary* summary, const std::string& name);
 
+/// How a real robot's pairs came, in words for a line that may be broken between them.
+std::vector<std::string> capture_words(const runs::CaptureSummary& capture);
+
 /// The command that makes this run again, its words quoted for a POSIX shell where they need it.
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method);
 

@@ -9,6 +9,8 @@
 #include <memory>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,16 +19,19 @@
 #include "apps/files/key_places.h"
 #include "apps/files/to_layers.h"
 #include "apps/runs/believed_pose.h"
+#include "apps/runs/devices.h"
+#include "apps/runs/outage.h"
+#include "apps/runs/rim_warnings.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/summary.h"
 #include "apps/runs/track.h"
 #include "apps/runs/truth_table.h"
 #include "apps/runs/version.h"
+#include "apps/runs/wheel_history.h"
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/reflected_truth.h"
-#include "vision/rim.h"
 
 namespace twocone::runs {
 namespace {
@@ -38,9 +43,12 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 // for the slowest of its robots, which may be looking at a picture.
 constexpr milliseconds kFrameTimeout{5'000};
 constexpr milliseconds kServedFrameTimeout{60'000};
+// Devices: so many periods without a pair, and so long, and the wheels are stopped.
+constexpr double kSilentPeriods = 4;
+constexpr milliseconds kLeastSilence{1'000};
+constexpr milliseconds kBetweenTries{10};
 // Longer than the renderer's own limit for one picture, so that its message is the one that is told.
 constexpr milliseconds kPictureTimeout{150'000};
-constexpr double kRimWarning_px = 1;
 
 double seconds_since(SteadyTime begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -79,10 +87,9 @@ class Notices {
     const std::lock_guard lock(mutex_);
     notices_.push_back(notice);
   }
-  void move_to(std::vector<std::string>& events) {
+  std::vector<std::string> take() {
     const std::lock_guard lock(mutex_);
-    events.insert(events.end(), notices_.begin(), notices_.end());
-    notices_.clear();
+    return std::exchange(notices_, {});
   }
 
  private:
@@ -107,7 +114,9 @@ class Loop {
         behaviour_(make_behaviour(robot, map, options)),
         estimator_(options.method, robot, map),
         track_(options.method, robot),
-        odometry_(files::to_wheels(robot), files::to_start_pose(robot)) {
+        odometry_(files::to_wheels(robot), files::to_start_pose(robot)),
+        is_simulated_(files::is_simulated(robot)),
+        outage_(is_simulated_ ? milliseconds(0) : options.patience, [this](const std::string& event) { note(event); }) {
     info_.version = version();
     info_.commit = commit();
     info_.compiler = compiler();
@@ -119,7 +128,7 @@ class Loop {
     try {
       baseline_.emplace(Baseline{Estimator(Method::kPaper, robot, map), Track(Method::kPaper, robot), {}});
     } catch (const files::FileError& error) {
-      info_.events.push_back(fmt::format("no baseline: {}", error.what()));
+      note(fmt::format("no baseline: {}", error.what()));
     }
   }
 
@@ -132,7 +141,7 @@ class Loop {
     if (options_.truth) {
       if (auto prepared = prepare_truth(settings); !prepared) return prepared.error();
     }
-    auto opened = drivers::open_robot(settings);
+    auto opened = options_.open(settings);
     if (!opened) return opened.error();
     folder_.emplace(options_.out);
     write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
@@ -142,13 +151,18 @@ class Loop {
       Robot robot = std::move(*opened);
       done = drive(robot, settings, progress, stop);
       robot.stop();
+      if (info_.capture) {
+        info_.capture->unpaired = robot.cameras().unpaired();
+        info_.capture->recoveries = robot.cameras().recoveries();
+      }
     }  // Its simulation ends with it, and so do the programs which that has started: their time is known from here on.
-    notices_.move_to(info_.events);
     if (!done) {
-      info_.events.push_back(done.error().message);
+      for (const std::string& notice : notices_.take()) info_.events.push_back(notice);  // what ended it is told alone
+      info_.events.push_back(done.error().message);                                      // the caller tells it
       write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
       return done.error();
     }
+    for (const std::string& notice : notices_.take()) note(notice);
     file_results(folder_->path(), info_.method);
     info_.finished = true;
     info_.wall_s = seconds_since(begin_);
@@ -168,13 +182,14 @@ class Loop {
   Status drive(Robot& robot, const drivers::RobotSettings& settings, const Progress& progress,
                const std::atomic<bool>& stop) {
     if (auto started = robot.start(settings.lower.settings, settings.upper.settings); !started) return started;
+    note_devices(robot);
     for (int i = 0; i < options_.frames; ++i) {
-      if (stop) return Error{ErrorCode::kRefused, fmt::format("stopped from outside after {} frames", finished_)};
-      if (auto stepped = step(robot, std::uint64_t(i)); !stepped) return stepped;
+      if (stop) return stopped_from_outside();
+      if (auto stepped = step(robot, std::uint64_t(i), stop); !stepped) return stepped;
       if (int(pending_.size()) > robot_.latency_frames) {
         if (auto looked = look(); !looked) return looked;
       }
-      if (auto steered = steer(robot); !steered) return steered;
+      if (auto steered = steer(robot, std::uint64_t(i)); !steered) return steered;
       progress(double(finished_) / options_.frames);
     }
     // The wheels rest while the last pictures come.
@@ -186,13 +201,82 @@ class Loop {
     return {};
   }
 
-  Status step(Robot& robot, std::uint64_t number) {
-    auto frame = robot.next_frame(robot_.attach.empty() ? kFrameTimeout : kServedFrameTimeout);
-    if (!frame) return Error{frame.error().code, fmt::format("frame {}: {}", number, frame.error().message)};
+  void note(const std::string& event) {
+    info_.events.push_back(event);
+    if (options_.tell) options_.tell(event);
+  }
+
+  /// What a real robot is made of, in run.yaml from the first frame on.
+  void note_devices(Robot& robot) {
+    if (is_simulated_) return;
+    info_.devices = {describe("lower", robot.cameras().lower().facts()),
+                     describe("upper", robot.cameras().upper().facts()), describe(robot.drive().facts())};
+    std::erase(info_.devices, "");
+    info_.capture.emplace();
+    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+  }
+
+  /// A pair and what the wheels had turned by then.
+  struct Taken {
+    StereoFrame frame;
+    WheelAngles angles;
+    SteadyTime at;  ///< when the frame had come
+  };
+
+  Result<Taken> try_take(Robot& robot) {
+    auto frame = robot.next_frame(frame_timeout());
+    if (!frame) return frame.error();
+    const SteadyTime at = std::chrono::steady_clock::now();
     const auto angles = robot.drive().read_angles();
-    if (!angles)
-      return Error{angles.error().code, fmt::format("drive at frame {}: {}", number, angles.error().message)};
-    const localisation::Pose& pose = odometry_.update(angles->left_rad, angles->right_rad);
+    if (!angles) return Error{angles.error().code, fmt::format("drive: {}", angles.error().message)};
+    // The pixels of devices are there. Decoding them now tells damaged ones while there still is another frame to take,
+    // and gives lent ones back.
+    if (!is_simulated_) {
+      for (Frame* view : {&frame->lower, &frame->upper}) {
+        if (auto decoded = decode(*view); !decoded) {
+          return with_name(view == &frame->lower ? "lower" : "upper", decoded.error());
+        }
+      }
+    }
+    return Taken{std::move(*frame), *angles, at};
+  }
+
+  /// The next pair. Devices that fail are asked again, the wheels at rest, until it is too long.
+  Result<Taken> take(Robot& robot, std::uint64_t number, const std::atomic<bool>& stop) {
+    while (true) {
+      auto taken = try_take(robot);
+      if (taken) return taken;
+      if (auto bearable = outage_.failed(number, taken.error()); !bearable) return bearable.error();
+      if (stop) return stopped_from_outside();
+      if (taken.error().code != ErrorCode::kBadData) rest(robot);
+      std::this_thread::sleep_for(kBetweenTries);
+    }
+  }
+
+  void rest(Robot& robot) {
+    command_ = {};
+    has_rested_ = true;
+    // If it cannot be told, the dead-man rule stops the wheels.
+    static_cast<void>(robot.drive().stop());
+  }
+
+  [[nodiscard]] milliseconds frame_timeout() const {
+    if (is_simulated_) return robot_.attach.empty() ? kFrameTimeout : kServedFrameTimeout;
+    return std::max(kLeastSilence, milliseconds(std::llround(1000 * kSilentPeriods / robot_.lower.rate_hz)));
+  }
+
+  [[nodiscard]] Error stopped_from_outside() const {
+    return {ErrorCode::kRefused, fmt::format("stopped from outside after {} frames", finished_)};
+  }
+
+  Status step(Robot& robot, std::uint64_t number, const std::atomic<bool>& stop) {
+    auto taken = take(robot, number, stop);
+    if (!taken) return taken.error();
+    StereoFrame* const frame = &taken->frame;
+    taken_at_ = taken->at;
+    wheels_.add(taken->angles);
+    const WheelAngles angles = wheels_.at(frame->lower.header().captured);
+    const localisation::Pose& pose = odometry_.update(angles.left_rad, angles.right_rad);
     belief_.add_odometry(number, pose);
 
     const Frame::Header& lower = frame->lower.header();
@@ -212,11 +296,17 @@ class Loop {
                     lower.lost_before,
                     upper.lost_before,
                     seconds_since(begin_)};
-    record.drive = {t_s, command_.left_radps, command_.right_radps, angles->left_rad, angles->right_rad};
+    record.drive = {t_s, command_.left_radps, command_.right_radps, angles.left_rad, angles.right_rad};
     note_contact(number, robot.contact());
     if (const auto truth = robot.true_pose()) record.truth = PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
     record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
-    step_s_ = number == 0 ? 1 / robot_.lower.rate_hz : t_s - last_t_s_;
+    // What the robot did not drive is no step.
+    const bool is_first = number == 0 || std::exchange(has_rested_, false);
+    step_s_ = is_first ? 1 / robot_.lower.rate_hz : t_s - last_t_s_;
+    if (info_.capture) {
+      info_.capture->lower_skipped += lower.skipped_before;
+      info_.capture->upper_skipped += upper.skipped_before;
+    }
     last_t_s_ = t_s;
     pending_.push_back({std::move(*frame), std::move(record), robot.other_frames()});
     return {};
@@ -224,7 +314,7 @@ class Loop {
 
   void note_contact(std::uint64_t number, const std::string& contact) {
     if (contact != contact_ && !contact.empty()) {
-      info_.events.push_back(fmt::format("collision: at frame {} the robot touches {}", number, contact));
+      note(fmt::format("collision: at frame {} the robot touches {}", number, contact));
     }
     contact_ = contact;
   }
@@ -298,7 +388,9 @@ class Loop {
       others.push_back({other.name, *image});
     }
     info_.render_wait_s += seconds_since(waited_from);
-    if (finished_ == 0) check_rims(**lower, **upper);
+    if (finished_ == 0) {
+      for (const std::string& warning : rim_warnings(robot_, **lower, **upper)) note(warning);
+    }
 
     const auto answer = estimator_.answer(**lower, **upper);
     if (!answer) return failed(answer.error());
@@ -325,38 +417,35 @@ class Loop {
     return rows;
   }
 
-  Status steer(Robot& robot) {
-    const behaviours::Motion motion = behaviour_->decide(belief_.pose(), step_s_);
+  /// The dead-man rule for what the robot sees: a picture older than command_timeout_s moves no wheel. So a camera that
+  /// is gone stops them in that time, too, however long its last picture was looked at.
+  bool is_late(std::uint64_t number) {
+    if (is_simulated_) return false;
+    const double age_s = seconds_since(taken_at_);
+    if (age_s <= robot_.drive.command_timeout_s) return false;
+    if (!std::exchange(was_late_, true)) {
+      note(
+          fmt::format("frame {}: it was looked at for {:.2f} s, longer than command_timeout_s of {} s: the wheels rest "
+                      "for this and any other such frame",
+                      number, age_s, robot_.drive.command_timeout_s));
+    }
+    return true;
+  }
+
+  Status steer(Robot& robot, std::uint64_t number) {
+    const behaviours::Motion motion =
+        is_late(number) ? behaviours::Motion{} : behaviour_->decide(belief_.pose(), step_s_);
     const double half_m = robot_.drive.wheel_separation_m / 2;
     const auto applied =
         robot.drive().set_speeds({(motion.speed_mps - motion.turn_rate_radps * half_m) / robot_.drive.wheel_radius_m,
                                   (motion.speed_mps + motion.turn_rate_radps * half_m) / robot_.drive.wheel_radius_m});
-    if (!applied) return Error{applied.error().code, fmt::format("drive: {}", applied.error().message)};
-    command_ = *applied;
-    return {};
-  }
-
-  /// Warns when the mirrors in the first pair are not where the robot file says.
-  void check_rims(const Image& lower, const Image& upper) {
-    for (const auto& [view, image, rig] :
-         {std::tuple{"lower", &lower, &robot_.rig.lower}, {"upper", &upper, &robot_.rig.upper}}) {
-      const auto rgb = to_rgb8(*image);
-      if (!rgb) continue;
-      const cv::Mat pixels(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data()));
-      const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
-      const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
-      if (!rim) {
-        info_.events.push_back(fmt::format(
-            "warning: no mirror rim was found in the first {} picture near the one that rig.{} tells", view, view));
-      } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
-                 (rim->centre_px - centre).norm() > kRimWarning_px) {
-        info_.events.push_back(fmt::format(
-            "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} says "
-            "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",
-            view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, centre.x(), centre.y(),
-            rig->rim_radius_px));
-      }
+    if (!applied) {
+      command_ = {};
+      return outage_.failed(number, {applied.error().code, fmt::format("drive: {}", applied.error().message)});
     }
+    command_ = *applied;
+    outage_.over(number);
+    return {};
   }
 
   const files::Robot& robot_;
@@ -388,11 +477,17 @@ class Loop {
     std::vector<sim_povray::TrueLandmark> landmarks;
   };
   std::optional<Truth> truth_;
+  WheelHistory wheels_;
   WheelSpeeds command_;
+  SteadyTime taken_at_;
   double zero_s_ = 0;
   double last_t_s_ = 0;
   double step_s_ = 0;
   int finished_ = 0;
+  bool has_rested_ = false;
+  bool was_late_ = false;
+  const bool is_simulated_;
+  Outage outage_;
 };
 
 }  // namespace
@@ -401,38 +496,6 @@ Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunO
                     const Progress& progress, const std::atomic<bool>& stop) {
   if (options.frames < 1) throw std::invalid_argument(fmt::format("frames is {}, must be >= 1", options.frames));
   return Loop(robot, map, options).go(progress, stop);
-}
-
-Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress) {
-  RunData run = read_run(folder);
-  const Estimator estimator(method, run.robot, run.map);
-  Track track(method, run.robot);
-  if (run.drive.size() < run.frames.size()) {
-    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
-                                       run.frames.size(), run.drive.size()));
-  }
-  std::vector<AnswerRows> answers;
-  for (std::size_t i = 0; i < run.frames.size(); ++i) {
-    const FrameRow& frame = run.frames[i];
-    const auto lower = read_picture(lower_picture(folder, frame.frame));
-    if (!lower) return lower.error();
-    const auto upper = read_picture(upper_picture(folder, frame.frame));
-    if (!upper) return upper.error();
-    const auto answer = estimator.answer(*lower, *upper);
-    if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
-    answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i]));
-    answers.back().estimate = track.follow(run.drive[i], run.odometry[i], answer->fix);
-    progress(double(i + 1) / double(run.frames.size()));
-  }
-  const std::string name(to_string(method));
-  write_results(folder, name, answers, OnTop::kYes);
-  RunData again = read_run(folder, name);
-  write_summary_of(again, OnTop::kYes);
-  return again;
-}
-
-void write_summary_of(const RunData& run, OnTop on_top) {
-  write_summary(run.folder, run.method, to_json(summarise(run), run.info), on_top);
 }
 
 }  // namespace twocone::runs

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -12,6 +13,7 @@
 #include "apps/runs/estimator.h"
 #include "apps/runs/run_data.h"
 #include "apps/runs/run_folder.h"
+#include "drivers/backends.h"
 
 namespace twocone::runs {
 
@@ -25,6 +27,11 @@ struct RunOptions {
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
   bool truth = false;         ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
+  /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
+  std::chrono::milliseconds patience{10'000};
+  std::function<void(const std::string&)> tell{};  ///< gets each of RunInfo::events at once; may be empty
+  /// Makes the robot of its parts.
+  std::function<Result<Robot>(const drivers::RobotSettings&)> open = drivers::open_robot;
 };
 
 /// Drives a robot and writes its run folder (DESIGN.md, "A run on disk").
@@ -36,7 +43,8 @@ struct RunOptions {
 /// Method `paper` is made of the same pictures besides, into methods/paper/, as the baseline; where it cannot be
 /// (mirrors that its formulas do not hold for), run.yaml says so.
 ///
-/// A device that fails ends the run: the wheels stop, what was written stays readable, and the message names the frame.
+/// When a device fails, the wheels stop, and it is asked again until it answers (Outage); a simulation is not asked
+/// again. A failure that lasts ends the run: what was written stays readable, and the message names the frame.
 /// @param robot,map as read from their files. @param stop set from outside (a signal) ends the run after the present
 /// frame
 /// @returns run.yaml's contents. @throws files::FileError, DiskError, std::invalid_argument (no such behaviour, no

@@ -12,6 +12,13 @@
 
 namespace twocone::runs {
 
+/// What the cameras of a real robot did beside what frames.csv tells.
+struct CaptureCounts {
+  std::uint64_t lower_skipped = 0, upper_skipped = 0;  ///< frames passed over for newer ones: the program was late
+  std::uint64_t unpaired = 0;                          ///< frames without a partner within the skew limit
+  std::uint64_t recoveries = 0;                        ///< how often a camera went away and came back
+};
+
 /// run.yaml: enough to repeat the run.
 struct RunInfo {
   std::string version;  ///< of twocone
@@ -21,13 +28,15 @@ struct RunInfo {
   std::string method;     ///< asked for when it was run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
-  std::vector<std::string> effects;  ///< of the simulation that are on, each with its reason; none on hardware
-  bool finished = false;             ///< false: the run was cut off, by a kill, a full disk or a device
-  double wall_s = 0;                 ///< of the whole run; 0 if it was cut off
-  double render_wait_s = 0;          ///< of that, waiting for pictures
-  double own_cpu_s = 0;              ///< processor time of this program
-  double render_cpu_s = 0;           ///< processor time of the programs it started: POV-Ray
-  std::vector<std::string> events;   ///< what happened on the way, a sentence each
+  std::vector<std::string> effects;        ///< of the simulation that are on, each with its reason; none on hardware
+  std::vector<std::string> devices{};      ///< of a real robot: what each is and what it made of its settings
+  std::optional<CaptureCounts> capture{};  ///< of a real robot
+  bool finished = false;                   ///< false: the run was cut off, by a kill, a full disk or a device
+  double wall_s = 0;                       ///< of the whole run; 0 if it was cut off
+  double render_wait_s = 0;                ///< of that, waiting for pictures
+  double own_cpu_s = 0;                    ///< processor time of this program
+  double render_cpu_s = 0;                 ///< processor time of the programs it started: POV-Ray
+  std::vector<std::string> events;         ///< what happened on the way, a sentence each
 };
 
 /// A row of frames.csv.
@@ -39,7 +48,7 @@ struct FrameRow {
   double host_t_s = 0;  ///< since the run began, on the machine's steady clock
 };
 
-/// A row of drive.csv: speeds as commanded, angles as read.
+/// A row of drive.csv: speeds as commanded, angles as read; on devices between the readings around the frame's time.
 struct DriveRow {
   double t_s = 0;
   double left_command_radps = 0, right_command_radps = 0;

@@ -137,13 +137,16 @@ Result<Image> read_picture(const std::filesystem::path& file) {
 }
 
 void write_picture(const std::filesystem::path& file, const Image& image) {
-  const int type = bytes_per_pixel(image.format) == 1 ? CV_8UC1 : CV_8UC3;
-  const cv::Mat pixels(image.height_px, image.width_px, type, const_cast<std::uint8_t*>(image.bytes.data()));
+  const bool is_grey = image.format == PixelFormat::kGrey8;
+  const auto rgb = is_grey ? Result<Image>(image) : to_rgb8(image);
+  if (!rgb) throw std::runtime_error(fmt::format("{}: {}", file.string(), rgb.error().message));
+  const cv::Mat pixels(rgb->height_px, rgb->width_px, is_grey ? CV_8UC1 : CV_8UC3,
+                       const_cast<std::uint8_t*>(rgb->bytes.data()));
   cv::Mat bgr;  // or grey: what imencode() takes
-  if (image.format == PixelFormat::kRgb8) {
-    cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
-  } else {
+  if (is_grey) {
     bgr = pixels;
+  } else {
+    cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
   }
   std::vector<std::uint8_t> png;
   // The fastest compression: a run writes 30 of these a second of its own time, and they shrink by half all the same.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/run_yaml.h"
 
+#include <array>
+#include <cstdint>
+#include <utility>
+
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
@@ -23,6 +27,12 @@ T field(const YAML::Node& node, const char* key, const std::filesystem::path& fi
     throw files::FileError(fmt::format("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key));
   }
 }
+
+constexpr std::array<std::pair<const char*, std::uint64_t CaptureCounts::*>, 4> kCaptureCounts{
+    {{"lower_skipped", &CaptureCounts::lower_skipped},
+     {"upper_skipped", &CaptureCounts::upper_skipped},
+     {"unpaired", &CaptureCounts::unpaired},
+     {"recoveries", &CaptureCounts::recoveries}}};
 
 constexpr const char* kComment = "A run of twocone: what it was made from. Tables and pictures lie beside this file.";
 
@@ -55,6 +65,12 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   put("seed", info.seed);
   put("frames_wanted", info.frames_wanted);
   put("effects", info.effects);
+  if (!info.devices.empty()) put("devices", info.devices);
+  if (info.capture) {
+    out << YAML::Key << "capture" << YAML::Value << YAML::BeginMap;
+    for (const auto& [key, member] : kCaptureCounts) put(key, (*info.capture).*member);
+    out << YAML::EndMap;
+  }
   put("finished", info.finished);
   put("wall_s", info.wall_s);
   put("render_wait_s", info.render_wait_s);
@@ -97,6 +113,14 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   run.info.frames_wanted = field<int>(node, "frames_wanted", file);
   // Runs of before there were effects have no such key.
   if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
+  // Runs of a simulation have neither of these.
+  if (node["devices"]) run.info.devices = field<std::vector<std::string>>(node, "devices", file);
+  if (node["capture"]) {
+    CaptureCounts& counts = run.info.capture.emplace();
+    for (const auto& [key, member] : kCaptureCounts) {
+      counts.*member = field<std::uint64_t>(node["capture"], key, file);
+    }
+  }
   run.info.finished = field<bool>(node, "finished", file);
   run.info.wall_s = field<double>(node, "wall_s", file);
   run.info.render_wait_s = field<double>(node, "render_wait_s", file);

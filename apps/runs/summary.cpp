@@ -255,6 +255,7 @@ Summary summarise(const RunData& run) {
   summarise_fixes(run, by_frame, summary);
   summarise_estimate(run, summary);
   summarise_path(run, summary);
+  summary.capture = summarise_capture(run);
   return summary;
 }
 
@@ -295,6 +296,19 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
   json["odometry_error"] = to_json(summary.odometry_error);
   json["travelled_m"] = or_null(summary.travelled_m);
   json["headings_covered_deg"] = or_null(summary.headings_covered_deg);
+  if (const auto& capture = summary.capture) {
+    json["devices"] = info.devices;
+    json["capture"] = {{"rate_hz", capture->rate_hz},
+                       {"jitter_p95_s", capture->jitter_p95_s},
+                       {"skew_median_s", capture->skew_median_s},
+                       {"skew_max_s", capture->skew_max_s},
+                       {"lower_lost", capture->lower_lost},
+                       {"upper_lost", capture->upper_lost},
+                       {"lower_skipped", capture->counts.lower_skipped},
+                       {"upper_skipped", capture->counts.upper_skipped},
+                       {"unpaired", capture->counts.unpaired},
+                       {"recoveries", capture->counts.recoveries}};
+  }
   return json.dump(2) + "\n";
 }
 

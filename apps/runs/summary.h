@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/runs/capture.h"
 #include "apps/runs/run_data.h"
 
 namespace twocone::runs {
@@ -83,6 +84,7 @@ struct Summary {
   /// Fixes whose own 95 % ellipse holds the true position; of an ambiguous frame, one of the two. Those of verdict
   /// `weak` state none. A covariance that is not positive definite holds nothing.
   std::optional<Share> in_ellipse_95;
+  std::optional<CaptureSummary> capture{};  ///< of a real robot
 };
 Summary summarise(const RunData& run);
 

@@ -21,8 +21,15 @@ constexpr std::chrono::milliseconds kInterval{200};
 
 ProgressBar::ProgressBar(std::string what) : what_(std::move(what)), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
-ProgressBar::~ProgressBar() {
-  if (shown_) fmt::print(stderr, "\r\x1b[K");
+ProgressBar::~ProgressBar() { clear(); }
+
+void ProgressBar::clear() {
+  if (std::exchange(shown_, false)) fmt::print(stderr, "\r\x1b[K");
+}
+
+void ProgressBar::say(const std::string& line) {
+  clear();
+  fmt::print(stderr, "{}\n", line);
 }
 
 void ProgressBar::show(double done) {

@@ -16,8 +16,12 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   void show(double done);
+  /// A line of its own on stderr, above the bar.
+  void say(const std::string& line);
 
  private:
+  void clear();
+
   using Clock = std::chrono::steady_clock;
   std::string what_;
   bool terminal_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -18,6 +20,7 @@ struct Options {
   std::filesystem::path robot;
   std::string method{runs::to_string(runs::kDefaultMethod)};
   runs::RunOptions run;
+  double patience_s = std::chrono::duration<double>(run.patience).count();
 };
 
 /// runs/NAME-BEHAVIOUR-seedN, or with -2, -3 ... behind it where that holds a run.
@@ -37,13 +40,13 @@ void execute(Options options) {
   // The present frame is finished and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
 
-  runs::RunInfo info;
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
-    info = value_or_fail(runs::run(
+    options.run.tell = [&bar](const std::string& event) { bar.say(event); };
+    options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
+    value_or_fail(runs::run(
         robot, map, options.run, [&bar](double done) { bar.show(done); }, stop));
   }
-  for (const std::string& event : info.events) fmt::print(stderr, "{}\n", event);
   const runs::RunData data = runs::read_run(options.run.out);
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(data, notes));
@@ -69,6 +72,11 @@ void add_run(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
+  command
+      ->add_option("--patience", options->patience_s,
+                   "Seconds for which a device that fails is put up with, the wheels at rest (real robots)")
+      ->check(CLI::Range(0.0, 86'400.0))
+      ->capture_default_str();
   command->add_flag("--truth", options->run.truth,
                     "Also write what each mirror pixel really shows (simulation; 6 renderings a frame)");
   command->callback([options] { execute(*options); });

@@ -92,6 +92,12 @@ std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
         fmt::format("{:.1f} s, of which {:.1f} s waiting for pictures; processor {:.1f} s here, {:.1f} s in POV-Ray",
                     run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
   }
+  for (const std::string& device : run.info.devices) add("device", device);
+  if (summary.capture) {
+    std::string words;
+    for (const std::string& word : capture_words(*summary.capture)) words += (words.empty() ? "" : " ") + word;
+    add("cameras", words);
+  }
   return html::element("dl", rows);
 }
 

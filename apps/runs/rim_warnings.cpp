@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/rim_warnings.h"
+
+#include <cmath>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "vision/rim.h"
+
+namespace twocone::runs {
+namespace {
+
+constexpr double kRimWarning_px = 1;
+
+}  // namespace
+
+std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lower, const Image& upper) {
+  std::vector<std::string> warnings;
+  for (const auto& [view, image, rig] :
+       {std::tuple{"lower", &lower, &robot.rig.lower}, {"upper", &upper, &robot.rig.upper}}) {
+    const auto rgb = to_rgb8(*image);
+    if (!rgb) continue;
+    const cv::Mat pixels(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data()));
+    const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
+    const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
+    if (!rim) {
+      warnings.push_back(fmt::format(
+          "warning: no mirror rim was found in the first {} picture near the one that rig.{} tells", view, view));
+    } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
+               (rim->centre_px - centre).norm() > kRimWarning_px) {
+      warnings.push_back(fmt::format(
+          "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} says "
+          "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",
+          view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, centre.x(), centre.y(),
+          rig->rim_radius_px));
+    }
+  }
+  return warnings;
+}
+
+}  // namespace twocone::runs

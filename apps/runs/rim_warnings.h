@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/files/robot_file.h"
+#include "hal/image.h"
+
+namespace twocone::runs {
+
+/// A sentence for each mirror that a pair of pictures does not show where the robot file's `rig:` says, to a pixel.
+std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lower, const Image& upper);
+
+}  // namespace twocone::runs

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs on devices that fail on the way: in memory, in real time, behind bad cables.
+#include <atomic>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/runs/capture.h"
+#include "apps/runs/run.h"
+#include "drivers/memory/faulty_camera.h"
+#include "drivers/memory/faulty_diffdrive.h"
+#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory_diffdrive.h"
+#include "tests/support/temporary_folder.h"
+
+namespace twocone::runs {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr int kFrames = 12;
+constexpr std::uint64_t kGoesAfter = 5;
+
+class DeviceRun : public testing::Test {
+ protected:
+  /// @param changes of the lab's robot, beside those that make it one of devices
+  void write_robot(const std::vector<std::pair<std::string, std::string>>& changes = {}) const {
+    std::ifstream in(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/small.yaml");
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const auto replace = [&text](const std::string& what, const std::string& with) {
+      for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at))
+        text.replace(at, what.size(), with);
+    };
+    replace("driver: sim_povray", "driver: memory");
+    replace("../../../scenes", TWOCONE_SOURCE_DIR "/scenes");
+    replace("rate_hz: 15", "rate_hz: 50");
+    replace("effects: {slip: 0.01, encoder_counts_per_turn: 1024}", "");
+    for (const auto& [what, with] : changes) replace(what, with);
+    std::ofstream(file_) << text;
+  }
+
+  void SetUp() override {
+    write_robot();
+    options_.frames = kFrames;
+    options_.method = Method::kPaper;
+    options_.out = temporary_.path() / "run";
+    options_.tell = [this](const std::string& event) { told_.push_back(event); };
+    options_.open = [this](const drivers::RobotSettings& settings) -> Result<Robot> {
+      auto lower =
+          std::make_unique<memory::FaultyCamera>(std::make_unique<memory::MemoryCamera>(clock_), lower_faults_, 1);
+      auto upper = std::make_unique<memory::MemoryCamera>(clock_);
+      auto drive = std::make_unique<memory::FaultyDiffDrive>(
+          std::make_unique<memory::MemoryDiffDrive>(clock_, settings.drive.limits), drive_faults_, 2);
+      return Robot(StereoRig(std::move(lower), std::move(upper), 10ms), std::move(drive), nullptr);
+    };
+  }
+
+  Result<RunInfo> go() {
+    const files::Robot robot = files::read_robot(file_);
+    return run(
+        robot, files::read_map(robot.map), options_, [](double) {}, stop_);
+  }
+
+  /// All but the warnings about rims, of which test patterns have none.
+  [[nodiscard]] std::vector<std::string> told() const {
+    std::vector<std::string> events;
+    for (const std::string& event : told_) {
+      if (!event.starts_with("warning: ")) events.push_back(event);
+    }
+    return events;
+  }
+
+  const testing_support::TemporaryFolder temporary_;
+  const std::filesystem::path file_ = temporary_.path() / "robot.yaml";
+  std::shared_ptr<const SteadyClock> clock_ = std::make_shared<const SteadyClock>();
+  memory::CameraFaults lower_faults_;
+  memory::DriveFaults drive_faults_;
+  RunOptions options_;
+  std::vector<std::string> told_;
+  std::atomic<bool> stop_{false};
+};
+
+TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
+  lower_faults_.disconnect_after = kGoesAfter;
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  // It goes away after as many frames again, and comes back each time.
+  const auto events = told();
+  ASSERT_GE(events.size(), 2U);
+  EXPECT_THAT(events[0], AllOf(HasSubstr("lower: "), HasSubstr("the wheels rest")));
+  EXPECT_THAT(events[1], HasSubstr("all is well again after"));
+  const RunData run = read_run(options_.out);
+  EXPECT_EQ(run.frames.size(), std::size_t(kFrames));
+  ASSERT_TRUE(run.info.capture);
+  EXPECT_GE(run.info.capture->recoveries, 1U);
+  // No command is in force in the frame after the wheels were stopped.
+  int rests = 0;
+  for (std::size_t i = 1; i < run.drive.size(); ++i) {
+    rests += run.drive[i].left_command_radps == 0 && run.drive[i].right_command_radps == 0;
+  }
+  EXPECT_GE(std::uint64_t(rests), run.info.capture->recoveries);
+  EXPECT_LT(rests, kFrames - 1) << "it never drove, so nothing was tried";
+}
+
+TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
+  drive_faults_.disconnect_after = kGoesAfter;  // for good
+  options_.patience = 300ms;
+  const auto info = go();
+  ASSERT_FALSE(info);
+  EXPECT_EQ(info.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(info.error().message, AllOf(HasSubstr("drive: "), HasSubstr("and so it stayed for 0.3 s")));
+  const RunData run = read_run(options_.out);
+  EXPECT_FALSE(run.info.finished);
+  EXPECT_THAT(run.info.events.back(), HasSubstr("and so it stayed"));
+}
+
+TEST_F(DeviceRun, WithoutPatienceTheFirstFailureEndsIt) {
+  lower_faults_.disconnect_after = kGoesAfter;
+  options_.patience = 0ms;
+  const auto info = go();
+  ASSERT_FALSE(info);
+  EXPECT_EQ(info.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(info.error().message, AllOf(StartsWith("frame "), HasSubstr(": lower: "), Not(HasSubstr("stayed"))));
+}
+
+TEST_F(DeviceRun, CanBeStoppedWhileItWaits) {
+  drive_faults_.disconnect_after = kGoesAfter;
+  options_.patience = 10min;
+  options_.tell = [this](const std::string& event) {
+    if (event.find("the wheels rest") != std::string::npos) stop_ = true;
+  };
+  const auto info = go();
+  ASSERT_FALSE(info);
+  EXPECT_THAT(info.error().message, HasSubstr("stopped from outside"));
+}
+
+// Catches a damaged picture that ends the run, or gets into its tables.
+TEST_F(DeviceRun, DamagedPicturesAreTakenAgain) {
+  lower_faults_.cut_chance = 0.3;
+  lower_faults_.bad_data_chance = 0.1;
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  EXPECT_EQ(read_run(options_.out).frames.size(), std::size_t(kFrames));
+  EXPECT_FALSE(told().empty()) << "nothing was damaged";
+  for (const std::string& event : told()) EXPECT_THAT(event, HasSubstr("lower: "));
+}
+
+// Catches a program that goes on driving by a picture from before its camera went away.
+TEST_F(DeviceRun, APictureOlderThanTheDeadManTimeMovesNoWheel) {
+  write_robot({{"command_timeout_s: 0.5", "command_timeout_s: 0.001"}});  // no picture is looked at so fast
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  ASSERT_EQ(told().size(), 1U);
+  EXPECT_THAT(told()[0], HasSubstr("longer than command_timeout_s of 0.001 s: the wheels rest"));
+  const RunData run = read_run(options_.out);
+  const auto first_looked_at = std::size_t(run.robot.latency_frames) + 1;
+  ASSERT_GT(run.drive.size(), first_looked_at);
+  for (std::size_t i = first_looked_at; i < run.drive.size(); ++i) {
+    EXPECT_EQ(run.drive[i].left_command_radps, 0) << i;
+    EXPECT_EQ(run.drive[i].right_command_radps, 0) << i;
+  }
+}
+
+TEST(Capture, IsSummarisedByHand) {
+  RunData run;
+  EXPECT_FALSE(summarise_capture(run)) << "a simulated robot has none";
+  run.info.capture = CaptureCounts{1, 2, 3, 4};
+  for (const double t_s : {0.0, 0.10, 0.20, 0.35, 0.45}) {
+    FrameRow row;
+    row.t_s = t_s;
+    row.skew_s = t_s == 0.2 ? -0.03 : 0.01;
+    row.lower_lost = 1;
+    row.upper_lost = 2;
+    run.frames.push_back(row);
+  }
+  const auto capture = summarise_capture(run);
+  ASSERT_TRUE(capture);
+  EXPECT_NEAR(capture->rate_hz, 10, 1e-9);
+  EXPECT_NEAR(capture->jitter_p95_s, 0.05, 1e-12);
+  EXPECT_NEAR(capture->skew_median_s, 0.01, 1e-15);
+  EXPECT_NEAR(capture->skew_max_s, 0.03, 1e-15);
+  EXPECT_EQ(capture->lower_lost, 5U);
+  EXPECT_EQ(capture->upper_lost, 10U);
+  EXPECT_EQ(capture->counts.unpaired, 3U);
+}
+
+}  // namespace
+}  // namespace twocone::runs
