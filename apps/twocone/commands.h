@@ -35,5 +35,7 @@ void add_report(CLI::App& program);
 void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
 void add_calibrate(CLI::App& program);
+void add_devices(CLI::App& program);
+void add_doctor(CLI::App& program);
 
 }  // namespace twocone::cli

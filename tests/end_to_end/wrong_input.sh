@@ -63,8 +63,10 @@ with_map '0,/radius_m: 0.15/s||radius_m: -0.15|' negative
 expect 'map with a negative radius' 1 'negative.map.yaml:[0-9]+: .*radius_m is -0.15 m' bash -c 'run --robot robots/negative.yaml'
 variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: teleport|' robots/unknown.yaml
 expect 'robot with an unknown driver' 1 'teleport' bash -c 'run --robot robots/unknown.yaml'
-variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_camera|' robots/absent.yaml
-expect 'robot with a driver not built' 1 'v4l2_camera.*not in this build' bash -c 'run --robot robots/absent.yaml'
+variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_camera|' robots/nameless.yaml
+expect 'real camera without a name' 1 'nameless.yaml:[0-9]+: cameras.lower.device is missing: .*twocone devices' bash -c 'run --robot robots/nameless.yaml'
+variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_camera, device: /dev/video0|' robots/mixed.yaml
+expect 'real camera on a simulated robot' 1 'sim_povray moves all parts of a robot or none' bash -c 'run --robot robots/mixed.yaml'
 variant robots/small.yaml 's|^latency_frames|latency_frame|' robots/typo.yaml
 expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c 'run --robot robots/typo.yaml'
 
@@ -78,6 +80,13 @@ expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "
 expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
 expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
 expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
+expect 'doctor of no robot file' 1 'nowhere.yaml' "$twocone" doctor --robot robots/nowhere.yaml
+expect 'doctor of a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' "$twocone" doctor --robot robots/typo.yaml
+expect 'doctor without robot' 2 'robot' "$twocone" doctor
+expect 'doctor with unknown option' 2 'bogus' "$twocone" doctor --robot robots/small.yaml --bogus
+expect 'doctor for no time' 2 'seconds' "$twocone" doctor --robot robots/small.yaml --seconds 0
+expect 'devices with unknown option' 2 'bogus' "$twocone" devices --bogus
+expect 'devices with a name' 2 'camera' "$twocone" devices camera
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'no robot' 2 'robot' "$twocone" run

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/camera_checks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/doctor/advice.h"
+#include "apps/doctor/picture_checks.h"
+#include "apps/doctor/statistics.h"
+
+namespace twocone::doctor {
+namespace {
+
+constexpr double kRateShare = 0.05;
+// Controls are read back from the device as they were set, but for rounding.
+constexpr double kControlShare = 1e-3;
+// A pair's default skew limit is a quarter of a period: capture times that scatter by more break pairs up.
+constexpr double kJitterShare = 0.25;
+constexpr double kJitterQuantile = 0.95;
+// A frame takes a period to be read out and one to be handed on.
+constexpr double kAgePeriods = 2;
+constexpr double kFewLost = 0.01, kManyLost = 0.2;
+constexpr double kFewSkipped = 0.05;
+
+/// Ends the stream whatever happens.
+class Streaming {
+ public:
+  explicit Streaming(Camera& camera) : camera_(camera) {}
+  ~Streaming() { camera_.stop(); }
+  Streaming(const Streaming&) = delete;
+  Streaming& operator=(const Streaming&) = delete;
+
+ private:
+  Camera& camera_;
+};
+
+bool is_near(double value, double wanted, double share) { return std::abs(value - wanted) <= share * std::abs(wanted); }
+
+Row judge_rate(double period_s, double asked_hz) {
+  if (!(period_s > 0)) {
+    return {"", "rate", "the capture times stand still", Verdict::kFailed, "its driver gives no times: another camera"};
+  }
+  Row row{"", "rate", fmt::format("{:.2f} Hz of {:g}", 1 / period_s, asked_hz)};
+  if (is_near(1 / period_s, asked_hz, kRateShare)) return row;
+  row.verdict = Verdict::kFailed;
+  row.advice = 1 / period_s < asked_hz
+                   ? fmt::format("more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
+                   : fmt::format("rate_hz: {:.3g}", 1 / period_s);
+  return row;
+}
+
+Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
+  if (neighbours_s.empty()) return {"", "jitter", "no two frames in a row", Verdict::kNotRun, "see lost frames"};
+  const double middle_s = median(neighbours_s);
+  std::vector<double> off_s;
+  off_s.reserve(neighbours_s.size());
+  for (const double time_s : neighbours_s) off_s.push_back(std::abs(time_s - middle_s));
+  const double jitter_s = quantile(off_s, kJitterQuantile);
+  Row row{"", "jitter", fmt::format("95 % within {:.1f} ms of {:.1f} ms", 1e3 * jitter_s, 1e3 * middle_s)};
+  if (jitter_s > kJitterShare / asked_hz) {
+    row.verdict = Verdict::kWarning;
+    row.advice = "a USB port of its own for each camera; less load; a fixed exposure";
+  }
+  return row;
+}
+
+Row judge_losses(const Footage& s) {
+  const double all = double(s.frames + s.lost + s.skipped + s.damaged);
+  Row row{"", "lost frames",
+          fmt::format("{} of {:.0f} lost, {} damaged, {} skipped", s.lost, all, s.damaged, s.skipped)};
+  const double lost = double(s.lost + s.damaged) / all;
+  if (lost > kFewLost) {
+    row.verdict = lost > kManyLost ? Verdict::kFailed : Verdict::kWarning;
+    row.advice = "cable, hub; a USB port of its own for each camera; a lower rate or size";
+  } else if (double(s.skipped) / all > kFewSkipped) {
+    row.verdict = Verdict::kWarning;
+    row.advice = "this machine is too busy: less load, a lower rate";
+  }
+  return row;
+}
+
+Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
+  if (ages_s.empty()) {
+    return {"", "age", "its times are of another clock", Verdict::kNotRun,
+            "nothing: a real camera tells the steady clock"};
+  }
+  Row row{"", "age", fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median(ages_s), 1e3 * greatest(ages_s))};
+  if (median(ages_s) > kAgePeriods / asked_hz) {
+    row.verdict = Verdict::kWarning;
+    row.advice = fmt::format("more than {:g} frame periods: a lower rate, another format, less load", kAgePeriods);
+  } else if (median(ages_s) < 0) {
+    row.verdict = Verdict::kWarning;
+    row.advice = "frames from the future: its capture times are wrong";
+  }
+  return row;
+}
+
+}  // namespace
+
+Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
+  const CameraSettings& want = asked.settings;
+  const CameraSettings& got = applied.settings;
+  Row row{"", "format",
+          fmt::format("{}: {} {} x {}, {:g} Hz{}", applied.device, applied.format, got.width_px, got.height_px,
+                      got.rate_hz, applied.rate_told ? "" : " as asked (it does not tell)")};
+  if (got.width_px != want.width_px || got.height_px != want.height_px) {
+    row.verdict = Verdict::kFailed;
+    row.advice = fmt::format("width_px: {}, height_px: {}, then calibrate; or a size that it has (twocone devices)",
+                             got.width_px, got.height_px);
+  } else if (!asked.device.format.empty() && !applied.format.empty() && asked.device.format != applied.format) {
+    row.verdict = Verdict::kWarning;
+    row.advice = fmt::format("format: {}, or one that it has (twocone devices)", applied.format);
+  } else if (!is_near(got.rate_hz, want.rate_hz, kRateShare)) {
+    row.verdict = Verdict::kWarning;
+    row.advice = fmt::format("{:g} Hz were asked for: rate_hz: {:.4g}, another format, or a smaller size", want.rate_hz,
+                             got.rate_hz);
+  }
+  return row;
+}
+
+std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>>& asked,
+                                const std::vector<std::pair<std::string, double>>& applied) {
+  std::vector<Row> rows;
+  for (const auto& [name, want] : asked) {
+    const auto got = std::find_if(applied.begin(), applied.end(), [&n = name](const auto& c) { return c.first == n; });
+    Row row{"", "control", ""};
+    if (got == applied.end()) {
+      row.measured = fmt::format("{}: asked {:g}, not told back", name, want);
+      row.verdict = Verdict::kWarning;
+      row.advice = "look whether the picture follows it";
+    } else {
+      row.measured = fmt::format("{}: asked {:g}, is {:g}", name, want, got->second);
+      if (!is_near(got->second, want, kControlShare)) {
+        row.verdict = Verdict::kWarning;
+        row.advice = fmt::format("{}: {:g}; v4l2-ctl --list-ctrls tells what it can be", name, got->second);
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked) {
+  return {judge_rate(median(stream.periods_s), asked.rate_hz), judge_jitter(stream.neighbours_s, asked.rate_hz),
+          judge_losses(stream), judge_age(stream.ages_s, asked.rate_hz)};
+}
+
+void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
+                  Report& report) {
+  const auto add = [&](Row row) {
+    row.part = test.name;
+    report.add(std::move(row));
+  };
+  const auto failed = [&](const char* check, const Error& error) {
+    add(failed_row(test.name, check, error, camera_advice(error.code)));
+  };
+  const Streaming ends(camera);
+  if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
+  const CameraFacts facts = camera.facts();
+  add(judge_format(test.asked, facts));
+  for (Row& row : judge_controls(test.asked.device.controls, facts.controls)) add(std::move(row));
+  if (const auto started = camera.start(); !started) return failed("stream", started.error());
+
+  const Footage stream = take_stream(camera, seconds, fmt::format("camera {}", test.name), surroundings);
+  if (stream.ended_by) failed("stream", *stream.ended_by);
+  if (!stream.periods_s.empty()) {
+    for (Row& row : judge_stream(stream, test.asked.settings)) add(std::move(row));
+  } else if (!stream.ended_by) {
+    add({"", "stream", "too few frames came", Verdict::kFailed, camera_advice(ErrorCode::kTimeout)});
+  }
+  if (!stream.picture) return;
+  if (*stream.picture) {
+    check_picture(test.name, **stream.picture, test.rim, report);
+  } else {
+    failed("picture", stream.picture->error());
+  }
+}
+
+}  // namespace twocone::doctor

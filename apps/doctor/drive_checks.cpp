@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/drive_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/doctor/advice.h"
+#include "apps/doctor/statistics.h"
+#include "apps/doctor/stop_tests.h"
+#include "apps/doctor/turn_tests.h"
+#include "apps/doctor/wheel_bench.h"
+
+namespace twocone::doctor {
+namespace {
+
+constexpr const char* kPart = "drive";
+constexpr int kReadings = 50;
+constexpr double kBetweenReadings_s = 0.02;
+// More than half a frame period leaves too little time to look and to steer.
+constexpr double kSlowShare = 0.5;
+constexpr double kManyFailed = 0.2;
+
+double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+
+/// What was heard of a drive that was asked again and again.
+struct Readings {
+  std::vector<double> times_s;  ///< of those that were answered
+  std::optional<WheelAngles> first, last;
+  int failed = 0;
+  std::optional<Error> error;  ///< the last one
+};
+
+Readings read_often(DiffDrive& drive, const Surroundings& surroundings) {
+  Readings readings;
+  for (int i = 0; i < kReadings; ++i) {
+    end_if_asked(surroundings);
+    const double begin_s = surroundings.now_s();
+    if (const auto angles = drive.read_angles()) {
+      readings.times_s.push_back(surroundings.now_s() - begin_s);
+      if (!readings.first) readings.first = *angles;
+      readings.last = *angles;
+    } else {
+      ++readings.failed;
+      readings.error = angles.error();
+      if (readings.failed > kReadings / 2) break;  // each may take its time-out
+    }
+    surroundings.progress("drive", double(i) / kReadings);
+    surroundings.sleep(std::chrono::nanoseconds(std::int64_t(1e9 * kBetweenReadings_s)));
+  }
+  return readings;
+}
+
+Row judge_readings(const Readings& readings, double period_s) {
+  if (readings.times_s.empty()) return failed_row(kPart, "angles", *readings.error, drive_advice(readings.error->code));
+  const int all = readings.failed + int(readings.times_s.size());
+  Row row{kPart, "angles",
+          fmt::format("{:.1f} ms, at most {:.1f} ms; {} of {} failed", 1e3 * median(readings.times_s),
+                      1e3 * greatest(readings.times_s), readings.failed, all)};
+  if (readings.failed > 0) {
+    row.verdict = readings.failed > kManyFailed * all ? Verdict::kFailed : Verdict::kWarning;
+    row.advice = fmt::format("{}: {}", readings.error->message, drive_advice(readings.error->code));
+  } else if (median(readings.times_s) > kSlowShare * period_s) {
+    row.verdict = Verdict::kWarning;
+    row.advice = "slow for this frame rate: a higher baud; for FTDI adapters latency_timer 1";
+  }
+  return row;
+}
+
+Row judge_rest(const Readings& readings, double still_rad) {
+  const double moved_rad = std::max(std::abs(readings.last->left_rad - readings.first->left_rad),
+                                    std::abs(readings.last->right_rad - readings.first->right_rad));
+  Row row{kPart, "at rest", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
+  if (moved_rad > still_rad) {
+    row.verdict = Verdict::kFailed;
+    row.advice = "nobody told the wheels to turn: hold them still; encoder wires; the controller's own program";
+  }
+  return row;
+}
+
+}  // namespace
+
+Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
+  const std::string own =
+      facts.own_timeout ? fmt::format("own {:.1f} s", seconds_of(*facts.own_timeout)) : std::string("none of its own");
+  Row row{kPart, "time-out",
+          fmt::format("{}, guard {}; command_timeout_s {:g}", own, facts.is_guarded ? "on" : "off",
+                      seconds_of(limits.command_timeout))};
+  const bool stops_itself = facts.own_timeout && *facts.own_timeout <= limits.command_timeout;
+  if (!stops_itself && !facts.is_guarded) {
+    row.verdict = Verdict::kFailed;
+    row.advice = "nothing stops the wheels in time when the program dies: guard: true";
+  }
+  return row;
+}
+
+bool check_drive_at_rest(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings,
+                         Report& report) {
+  const DriveFacts facts = drive.facts();
+  report.add(
+      {kPart, "controller",
+       fmt::format("{}, {}{}", facts.controller, facts.device,
+                   facts.counts_per_turn > 0 ? fmt::format(", {:g} counts a turn", facts.counts_per_turn) : "")});
+  report.add(judge_timeout(facts, test.asked.limits));
+  const Readings readings = read_often(drive, surroundings);
+  const Row heard = judge_readings(readings, test.period_s);
+  report.add(heard);
+  if (!readings.last) return false;
+  const Row rest = judge_rest(readings, still_rad(facts.counts_per_turn));
+  report.add(rest);
+  return rest.verdict == Verdict::kOk && heard.verdict != Verdict::kFailed;
+}
+
+Permission ask_off_the_ground(bool was_said, const Surroundings& surroundings, Report& report) {
+  if (was_said) return Permission::kGiven;
+  const auto refused = [&](std::string measured, std::string advice) {
+    report.add({kPart, "moving tests", std::move(measured), Verdict::kNotRun, std::move(advice)});
+    return Permission::kRefused;
+  };
+  if (!surroundings.ask) {
+    return refused("there is nobody to ask whether the wheels are free",
+                   "lift both wheels; run it in a terminal, or with --wheels-off-the-ground");
+  }
+  const auto answer = surroundings.ask("Are both wheels off the ground and free? [yes/no] ");
+  end_if_asked(surroundings);
+  if (answer == "yes") return Permission::kGiven;
+  return refused("the wheels are not off the ground", "lift both wheels, run it again and answer yes");
+}
+
+void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report) {
+  WheelBench bench(drive, drive.facts().counts_per_turn, surroundings);
+  if (!test_turning(test, bench, surroundings, report)) {
+    report.add({kPart, "stop time", "the wheels do not obey yet", Verdict::kNotRun, "see the wheels' rows"});
+    return;
+  }
+  test_counts_per_turn(test, bench, drive.facts().counts_per_turn, surroundings, report);
+  test_stopping(test, drive, bench, surroundings, report);
+}
+
+}  // namespace twocone::doctor

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/pair_checks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/doctor/advice.h"
+#include "apps/doctor/statistics.h"
+
+namespace twocone::doctor {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr const char* kPart = "pair";
+constexpr milliseconds kPairTime{2'000};
+constexpr double kPatientPeriods = 10;
+constexpr int kTroublesInARow = 3;
+constexpr double kMostTime = 4;
+constexpr double kSpare_s = 10;
+constexpr double kSettling_s = 0.5;
+constexpr double kRateShare = 0.05, kPoorShare = 0.5;
+constexpr double kFewUnpaired = 0.05;
+// Cameras that run free meet at any skew; as near as this again and again are those that something synchronises.
+constexpr double kTogether = 0.05;
+// The nearest partner of a frame is at most half a period away, and capture times scatter.
+constexpr double kAnyPartner = 0.55;
+constexpr double kMargin = 1.5;
+
+double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+double period_s(const PairUnderTest& test) { return 1 / test.lower.rate_hz; }
+
+Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, const Surroundings& surroundings) {
+  const milliseconds patience = std::max(
+      kPairTime, milliseconds(std::min<std::int64_t>(std::int64_t(1e3 * kPatientPeriods * period_s(test)), 60'000)));
+  const double give_up_s = surroundings.now_s() + kMostTime * seconds + kSpare_s;
+  const double most = kMostTime * (seconds + kSettling_s) * test.lower.rate_hz + 100;
+  Pairs pairs;
+  std::optional<double> first_s, begin_s, last_s;
+  std::uint64_t unpaired_before = 0;
+  int troubles = 0;
+  for (double i = 0; i < most && surroundings.now_s() < give_up_s; ++i) {
+    end_if_asked(surroundings);
+    const auto pair = rig.grab(patience);
+    if (!pair) {
+      const bool may_pass = pair.error().code == ErrorCode::kTimeout || pair.error().code == ErrorCode::kBadData;
+      if (may_pass && ++troubles < kTroublesInARow) continue;
+      pairs.ended_by = pair.error();
+      break;
+    }
+    troubles = 0;
+    const double now_s = pair->lower.header().captured.seconds();
+    if (!first_s) first_s = now_s;
+    if (begin_s) {
+      pairs.skews_s.push_back(seconds_of(pair->skew()));
+      pairs.intervals_s.push_back(now_s - *last_s);
+    } else if (now_s - *first_s >= kSettling_s) {
+      begin_s = now_s;
+      unpaired_before = rig.unpaired();
+    }
+    last_s = now_s;
+    surroundings.progress("pair", begin_s ? (now_s - *begin_s) / seconds : 0);
+    if (begin_s && now_s - *begin_s >= seconds) break;
+  }
+  pairs.unpaired = rig.unpaired() - unpaired_before;
+  return pairs;
+}
+
+/// Opens, starts, takes, stops.
+Result<Pairs> try_pair(const PairUnderTest& test, nanoseconds max_skew, const OpenPair& open, double seconds,
+                       const Surroundings& surroundings) {
+  auto rig = open(max_skew);
+  if (!rig) return rig.error();
+  if (const auto started = rig->start(test.lower, test.upper); !started) return started.error();
+  try {
+    Pairs pairs = take_pairs(*rig, test, seconds, surroundings);
+    rig->stop();
+    return pairs;
+  } catch (...) {
+    rig->stop();
+    throw;
+  }
+}
+
+double unpaired_share(const Pairs& pairs) {
+  const double frames = 2 * double(pairs.skews_s.size()) + double(pairs.unpaired);
+  return frames > 0 ? double(pairs.unpaired) / frames : 1;
+}
+
+/// In whole tenths of a millisecond, as a robot file would say it.
+std::string as_key(double seconds) { return fmt::format("max_skew_s: {:g}", std::ceil(1e4 * seconds - 1e-6) / 1e4); }
+
+}  // namespace
+
+std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
+  std::vector<Row> rows;
+  const double limit_ms = 1e3 * seconds_of(test.max_skew);
+  if (pairs.intervals_s.empty()) {
+    rows.push_back(
+        {kPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"});
+    return rows;
+  }
+  double time_s = 0;
+  for (const double interval_s : pairs.intervals_s) time_s += interval_s;
+  const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
+  Row rate{kPart, "pairs", fmt::format("{:.2f} a second of {:g}", rate_hz, test.lower.rate_hz)};
+  if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
+    rate.verdict = rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning;
+    rate.advice = "see skew; two cameras on one bus: format: MJPG, or another port for one";
+  }
+  rows.push_back(std::move(rate));
+
+  const double share = unpaired_share(pairs);
+  Row unpaired{kPart, "unpaired", fmt::format("{} frames without partner, {:.1f} %", pairs.unpaired, 100 * share)};
+  if (share > kFewUnpaired) {
+    unpaired.verdict = share > kPoorShare ? Verdict::kFailed : Verdict::kWarning;
+    unpaired.advice = "see skew";
+  }
+  rows.push_back(std::move(unpaired));
+
+  const double longest_s = greatest(pairs.intervals_s);
+  const double timeout_s = seconds_of(test.command_timeout);
+  Row wait{kPart, "longest wait",
+           fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
+  if (std::max(longest_s, period_s(test)) >= timeout_s) {
+    wait.verdict = Verdict::kWarning;
+    wait.advice = "the wheels stop between frames: a higher rate_hz, or a longer command_timeout_s";
+  }
+  rows.push_back(std::move(wait));
+  return rows;
+}
+
+Row judge_skew(const Pairs& any, const PairUnderTest& test) {
+  const double limit_s = seconds_of(test.max_skew);
+  if (any.skews_s.empty()) {
+    return {kPart, "skew", "no pairs at all", Verdict::kFailed, "are both rates the same? see the cameras' rows"};
+  }
+  std::vector<double> sizes_s;
+  sizes_s.reserve(any.skews_s.size());
+  for (const double skew_s : any.skews_s) sizes_s.push_back(std::abs(skew_s));
+  const double most_s = greatest(sizes_s);
+  Row row{kPart, "skew",
+          fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * median(any.skews_s), 1e3 * most_s,
+                      1e3 * limit_s)};
+  const double free_s = StereoRig::kFreeSkew * period_s(test);
+  if (most_s <= kTogether * period_s(test)) {
+    if (most_s > limit_s) {
+      row.verdict = Verdict::kFailed;
+      row.advice = as_key(kMargin * most_s);
+    }
+  } else if (limit_s < free_s) {
+    row.verdict = most_s > limit_s ? Verdict::kFailed : Verdict::kWarning;
+    row.advice =
+        fmt::format("{} (0.6 of a period): each start of free cameras may bring up to half of one", as_key(free_s));
+  }
+  return row;
+}
+
+void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
+                Report& report) {
+  const auto failed = [&](const Error& error) {
+    report.add(failed_row(kPart, "stream", error, camera_advice(error.code) + "; both on one bus?"));
+  };
+  auto pairs = try_pair(test, test.max_skew, open, seconds, surroundings);
+  if (!pairs) return failed(pairs.error());
+  const bool went_away = pairs->ended_by && pairs->ended_by->code != ErrorCode::kTimeout;
+  if (went_away) failed(*pairs->ended_by);
+  for (Row& row : judge_pairs(*pairs, test)) report.add(std::move(row));
+  if (went_away) return;
+  if (unpaired_share(*pairs) <= kFewUnpaired) {
+    report.add(judge_skew(*pairs, test));
+    return;
+  }
+  const nanoseconds any(std::int64_t(1e9 * kAnyPartner * period_s(test)));
+  auto wide = try_pair(test, std::max(any, test.max_skew), open, seconds, surroundings);
+  if (!wide) return failed(wide.error());
+  report.add(judge_skew(*wide, test));
+}
+
+}  // namespace twocone::doctor

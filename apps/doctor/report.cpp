@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/report.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+namespace twocone::doctor {
+namespace {
+
+constexpr std::size_t kColumns = 5;
+constexpr std::size_t kMeasured = 2;
+constexpr std::size_t kGap = 2;
+// Between measured and advice the line is shared so; narrower texts leave their room to the other.
+constexpr std::size_t kWidestMeasured = 44;
+constexpr std::size_t kLeastAdvice = 24;
+
+using Cells = std::array<std::string, kColumns>;
+
+/// Words in lines of at most `width`; a longer word has a line of its own, or is cut where it must fit.
+std::vector<std::string> wrap(std::string_view text, std::size_t width, bool must_fit) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    std::size_t end = text.find_first_of(" \n");
+    std::string word(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (word.empty()) continue;
+    if (!lines.empty() && lines.back().size() + 1 + word.size() <= width) {
+      lines.back() += " " + word;
+      continue;
+    }
+    while (must_fit && word.size() > width) {
+      lines.push_back(word.substr(0, width));
+      word.erase(0, width);
+    }
+    lines.push_back(std::move(word));
+  }
+  return lines;
+}
+
+void print_row(const Cells& cells, const std::array<std::size_t, kColumns>& widths, std::string& text) {
+  std::array<std::vector<std::string>, kColumns> lines;
+  std::size_t height = 1;
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    lines[i] = wrap(cells[i], widths[i], i == kMeasured);
+    height = std::max(height, lines[i].size());
+  }
+  for (std::size_t line = 0; line < height; ++line) {
+    std::string out;
+    for (std::size_t i = 0; i < kColumns; ++i) {
+      out += fmt::format("{:<{}}", line < lines[i].size() ? lines[i][line] : "", widths[i] + kGap);
+    }
+    out.erase(out.find_last_not_of(' ') + 1);
+    text += out + "\n";
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kOk:
+      return "ok";
+    case Verdict::kWarning:
+      return "warning";
+    case Verdict::kFailed:
+      return "failed";
+    case Verdict::kNotRun:
+      return "not run";
+  }
+  return "";
+}
+
+std::size_t Report::count(Verdict verdict) const {
+  return std::size_t(
+      std::count_if(rows_.begin(), rows_.end(), [verdict](const Row& row) { return row.verdict == verdict; }));
+}
+
+std::string table(const Report& report, std::size_t width) {
+  std::vector<Cells> all{{"part", "check", "measured", "verdict", "what to do"}};
+  for (const Row& row : report.rows()) {
+    all.push_back({row.part, row.check, row.measured, std::string(to_string(row.verdict)), row.advice});
+  }
+  std::array<std::size_t, kColumns> widths{};
+  for (const Cells& cells : all) {
+    for (std::size_t i = 0; i < kColumns; ++i) widths[i] = std::max(widths[i], cells[i].size());
+  }
+  widths[kMeasured] = std::min(widths[kMeasured], kWidestMeasured);
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i + 1 < kColumns; ++i) taken += widths[i] + kGap;
+  widths.back() = std::max(kLeastAdvice, width > taken ? width - taken : 0);
+  std::string text;
+  for (const Cells& cells : all) print_row(cells, widths, text);
+  return text;
+}
+
+std::string summary(const Report& report) {
+  const std::size_t ok = report.count(Verdict::kOk);
+  if (ok == report.rows().size()) return fmt::format("all {} checks ok", ok);
+  const std::size_t warnings = report.count(Verdict::kWarning);
+  return fmt::format("{} ok, {} warning{}, {} failed, {} not run", ok, warnings, warnings == 1 ? "" : "s",
+                     report.count(Verdict::kFailed), report.count(Verdict::kNotRun));
+}
+
+}  // namespace twocone::doctor

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/stream.h"
+
+#include <algorithm>
+
+namespace twocone::doctor {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kSettling_s = 0.5;
+// Some cameras take seconds until the first frame.
+constexpr milliseconds kFirstFrame{5'000};
+constexpr milliseconds kNextFrame{1'000};
+constexpr double kPatientPeriods = 10;
+constexpr int kTroublesInARow = 3;
+constexpr double kMostTime = 4;
+constexpr double kSpare_s = 10;
+constexpr double kSpareGrabs = 100;
+// A simulated picture may be rendered yet.
+constexpr milliseconds kPictureTime{150'000};
+
+/// Which frames follow which.
+class Take {
+ public:
+  Take(double seconds, const Surroundings& surroundings) : seconds_(seconds), surroundings_(surroundings) {}
+
+  void add(const Frame& frame) {
+    const Frame::Header& header = frame.header();
+    if (!first_) first_ = header.captured;
+    if (is_settled()) {
+      count(header);
+    } else if (header.captured.seconds() - first_->seconds() >= kSettling_s) {
+      begin_ = header.captured;
+    }
+    last_ = header;
+  }
+
+  [[nodiscard]] double done_s() const { return is_settled() ? last_->captured.seconds() - begin_->seconds() : 0; }
+  [[nodiscard]] bool is_done() const { return done_s() >= seconds_; }
+  Footage stream;
+
+ private:
+  [[nodiscard]] bool is_settled() const { return begin_.has_value(); }
+
+  void count(const Frame::Header& header) {
+    ++stream.frames;
+    stream.skipped += std::min(header.skipped_before, header.lost_before);
+    stream.lost += header.lost_before - std::min(header.skipped_before, header.lost_before);
+    const double time_s = header.captured.seconds() - last_->captured.seconds();
+    const auto steps = header.sequence > last_->sequence ? header.sequence - last_->sequence : 1;
+    stream.periods_s.push_back(time_s / double(steps));
+    if (steps == 1) stream.neighbours_s.push_back(time_s);
+    const Timestamp now = surroundings_.clock.now();
+    if (now.clock == header.captured.clock) stream.ages_s.push_back(now.seconds() - header.captured.seconds());
+  }
+
+  const double seconds_;
+  const Surroundings& surroundings_;
+  std::optional<Timestamp> first_, begin_;
+  std::optional<Frame::Header> last_;
+};
+
+}  // namespace
+
+Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
+  const double rate_hz = camera.facts().settings.rate_hz;
+  const milliseconds patience = std::max(
+      kNextFrame, milliseconds(std::min<std::int64_t>(std::int64_t(1000 * kPatientPeriods / rate_hz), 60'000)));
+  const double give_up_s = surroundings.now_s() + kMostTime * seconds + kSpare_s;
+  const double most_grabs = kMostTime * (seconds + kSettling_s) * rate_hz + kSpareGrabs;
+
+  Take take(seconds, surroundings);
+  std::optional<Frame> last;
+  int troubles = 0;
+  for (double grabs = 0; !take.is_done() && grabs < most_grabs && surroundings.now_s() < give_up_s; ++grabs) {
+    end_if_asked(surroundings);
+    auto frame = camera.grab(last ? patience : std::max(patience, kFirstFrame));
+    if (frame) {
+      troubles = 0;
+      take.add(*frame);
+      last = *std::move(frame);
+      surroundings.progress(what, take.done_s() / seconds);
+      continue;
+    }
+    if (frame.error().code == ErrorCode::kBadData) ++take.stream.damaged;
+    const bool may_pass = frame.error().code == ErrorCode::kTimeout || frame.error().code == ErrorCode::kBadData;
+    if (!may_pass || ++troubles >= kTroublesInARow) {
+      take.stream.ended_by = frame.error();
+      break;
+    }
+  }
+  if (last) {
+    const auto pixels = last->image(kPictureTime);
+    take.stream.picture = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
+  }
+  return take.stream;
+}
+
+}  // namespace twocone::doctor

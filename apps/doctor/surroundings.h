@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "hal/clock.h"
+
+namespace twocone::doctor {
+
+/// What the doctor needs beside the devices. Whoever calls brings it, so that a test owns time and person.
+struct Surroundings {
+  const Clock& clock;
+  std::function<void(std::chrono::nanoseconds)> sleep;
+  /// Puts a question to the person, who may take minutes; no answer: nothing. Empty: there is nobody to ask.
+  std::function<std::optional<std::string>(const std::string& question)> ask{};
+  /// What is being done, and the share of it that is done, 0 to 1.
+  std::function<void(const std::string& what, double share)> progress = [](const std::string&, double) {};
+  /// Set from outside: wheels and cameras are stopped, and the report ends.
+  const std::atomic<bool>& stop;
+
+  [[nodiscard]] double now_s() const { return clock.now().seconds(); }
+};
+
+/// Thrown by a check that was stopped from outside.
+class Interrupted : public std::exception {
+ public:
+  [[nodiscard]] const char* what() const noexcept override { return "stopped from outside"; }
+};
+
+inline void end_if_asked(const Surroundings& surroundings) {
+  if (surroundings.stop) throw Interrupted();
+}
+
+}  // namespace twocone::doctor

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/turn_tests.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/doctor/advice.h"
+
+namespace twocone::doctor {
+namespace {
+
+using std::numbers::pi;
+
+constexpr const char* kPart = "drive";
+constexpr double kTurnTime_s = 2;
+constexpr double kSpinUp_s = 0.7;
+// Of what was commanded: a wheel that turned by less rested, but for what shakes it.
+constexpr double kMoved = 0.1;
+constexpr double kSpeedShare = 0.10, kPoorSpeedShare = 0.25;
+constexpr double kTurns = 5;
+// A person reads a mark on a wheel to an eighth of a turn.
+constexpr double kReading_turns = 0.15;
+constexpr double kPatience = 3;
+// The wheel turns on for about this long when it is stopped.
+constexpr double kLead_s = 0.03;
+
+std::string name_of(Side side, const char* ending) { return fmt::format("{} {}", to_string(side), ending); }
+
+std::string describe(const Turning& turning) {
+  return fmt::format("{} {}", to_string(turning.side), turning.is_forward ? "forward" : "backward");
+}
+
+/// What to do about the wheel; empty if it is the right one.
+std::string which_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_swapped) {
+  const bool counted_other = counted.side != commanded;
+  if (!seen) {
+    return counted_other ? "the plugs of the motors or of the encoders are crossed: see which wheel turns" : "";
+  }
+  const bool seen_other = seen->side != commanded;
+  if (counted_other && seen_other) return "the motors' plugs are crossed: exchange the two";
+  if (counted_other) return "the encoders' plugs are crossed: exchange the two";
+  if (seen_other) return is_swapped ? "swap_wheels: false" : "swap_wheels: true";
+  return "";
+}
+
+/// What to do about the way; empty if it is forward.
+std::string way_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_reversed) {
+  const char* const side = to_string(commanded).data();
+  if (!seen) {
+    return counted.is_forward
+               ? ""
+               : fmt::format("exchange the {0} motor's two leads, or the {0} encoder's A and B: see which way it turns",
+                             side);
+  }
+  if (!counted.is_forward && !seen->is_forward) return fmt::format("exchange the {} motor's two leads", side);
+  if (!counted.is_forward) return fmt::format("exchange the {} encoder's A and B", side);
+  if (!seen->is_forward) return fmt::format("reverse_{}: {}", side, !is_reversed);
+  return "";
+}
+
+std::optional<Turning> ask_what_was_seen(const Surroundings& surroundings) {
+  if (!surroundings.ask) return std::nullopt;
+  const auto answer = surroundings.ask(
+      "Which wheel turned, and would it drive the robot forward or backward? [lf, lb, rf, rb; Enter: not seen] ");
+  end_if_asked(surroundings);
+  return answer ? parse_turning(*answer) : std::nullopt;
+}
+
+/// Radians a second once it had spun up; nothing where there are too few samples.
+std::optional<double> speed_of(const Course& course, double WheelSample::*angle) {
+  const double from_s = course.samples.front().t_s + kSpinUp_s;
+  const auto first = std::find_if(course.samples.begin(), course.samples.end(),
+                                  [from_s](const WheelSample& s) { return s.t_s >= from_s; });
+  if (first == course.samples.end() || course.samples.back().t_s <= first->t_s) return std::nullopt;
+  const WheelSample& last = course.samples.back();
+  return (last.*angle - (*first).*angle) / (last.t_s - first->t_s);
+}
+
+/// One wheel. @return whether its encoder tells that it obeyed
+bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings,
+                bool& was_seen, Report& report) {
+  const double speed = bench.speed_radps();
+  const WheelSpeeds speeds = side == Side::kLeft ? WheelSpeeds{speed, 0} : WheelSpeeds{0, speed};
+  const Course course = bench.drive(speeds, kTurnTime_s, name_of(side, "wheel"));
+  bench.rest();
+  if (course.error) {
+    report.add(failed_row(kPart, name_of(side, "wheel"), *course.error, drive_advice(course.error->code)));
+    return false;
+  }
+  if (course.samples.size() < 2) {
+    report.add({kPart, name_of(side, "wheel"), "too few readings of the angles", Verdict::kFailed, "see angles"});
+    return false;
+  }
+  const WheelSample& first = course.samples.front();
+  const WheelSample& last = course.samples.back();
+  const Counted counted{last.left_rad - first.left_rad, last.right_rad - first.right_rad,
+                        speed * (last.t_s - first.t_s)};
+  const auto seen = ask_what_was_seen(surroundings);
+  was_seen = was_seen && seen;
+  Row row = judge_turning(side, counted, seen, test.asked.serial);
+  if (course.ran_away) {
+    row.verdict = Verdict::kFailed;
+    row.measured += "; it ran away and was stopped";
+    if (row.advice.empty()) row.advice = "the controller's PID; counts_per_turn";
+  }
+  report.add(row);
+  if (course.ran_away || counted.turning() != Turning{side, true}) return false;
+  const auto measured = speed_of(course, side == Side::kLeft ? &WheelSample::left_rad : &WheelSample::right_rad);
+  if (measured) report.add(judge_speed(side, *measured, speed));
+  return true;
+}
+
+std::optional<double> parse_turns(const std::string& text) {
+  double turns = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), turns);
+  if (error != std::errc() || end != text.data() + text.size() || !(turns > 0) || !std::isfinite(turns)) {
+    return std::nullopt;
+  }
+  return turns;
+}
+
+}  // namespace
+
+std::string_view to_string(Side side) { return side == Side::kLeft ? "left" : "right"; }
+
+std::optional<Turning> parse_turning(std::string_view text) {
+  std::string letters;
+  for (const char c : text) {
+    if (c != ' ' && c != ',') letters += c;
+  }
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const std::string_view name = to_string(side);
+    for (const std::string_view begin : {name, name.substr(0, 1)}) {
+      if (!letters.starts_with(begin)) continue;
+      const std::string way = letters.substr(begin.size());
+      if (way.empty()) continue;
+      if (std::string_view("forward").starts_with(way) || way == "forwards") return Turning{side, true};
+      if (std::string_view("backward").starts_with(way) || way == "backwards") return Turning{side, false};
+    }
+  }
+  return std::nullopt;
+}
+
+bool Counted::has_nothing() const { return std::max(std::abs(left_rad), std::abs(right_rad)) < kMoved * commanded_rad; }
+
+std::optional<Turning> Counted::turning() const {
+  const bool left = std::abs(left_rad) >= kMoved * commanded_rad;
+  const bool right = std::abs(right_rad) >= kMoved * commanded_rad;
+  if (left == right) return std::nullopt;
+  return left ? Turning{Side::kLeft, left_rad > 0} : Turning{Side::kRight, right_rad > 0};
+}
+
+Row judge_turning(Side commanded, const Counted& counted, const std::optional<Turning>& seen,
+                  const std::optional<serial::SerialDriveSettings>& settings) {
+  Row row{kPart, name_of(commanded, "wheel"),
+          fmt::format("{:.1f} rad commanded: left {:+.1f}, right {:+.1f}{}", counted.commanded_rad, counted.left_rad,
+                      counted.right_rad, seen ? "; seen: " + describe(*seen) : "")};
+  const auto turning = counted.turning();
+  if (!turning) {
+    row.verdict = Verdict::kFailed;
+    if (!counted.has_nothing()) {
+      row.advice = "both turn though one was commanded: the encoders' wires; the controller's program";
+    } else {
+      row.advice = seen ? "it turns but is not counted: the encoder's plug and power"
+                        : "the motors' power, emergency stop, plugs of motor and encoder";
+    }
+    return row;
+  }
+  const auto as_is = settings.value_or(serial::SerialDriveSettings{});
+  row.advice = which_advice(commanded, *turning, seen, as_is.swap_wheels);
+  if (row.advice.empty()) {
+    row.advice =
+        way_advice(commanded, *turning, seen, commanded == Side::kLeft ? as_is.reverse_left : as_is.reverse_right);
+  }
+  if (!row.advice.empty()) row.verdict = Verdict::kFailed;
+  return row;
+}
+
+Row judge_speed(Side side, double measured_radps, double commanded_radps) {
+  Row row{kPart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
+  const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
+  if (off > kSpeedShare) {
+    row.verdict = off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning;
+    row.advice = "the controller does not hold it: its PID, the battery, max_speed_mps";
+  }
+  return row;
+}
+
+Row judge_counts(double counted, double seen, double counts_per_turn) {
+  Row row{kPart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
+  if (std::abs(seen - counted) > kReading_turns) {
+    row.verdict = Verdict::kFailed;
+    row.advice =
+        fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen, counts_per_turn);
+  }
+  return row;
+}
+
+bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report) {
+  bool was_seen = true;
+  bool obey = test_wheel(Side::kLeft, test, bench, surroundings, was_seen, report);
+  obey = test_wheel(Side::kRight, test, bench, surroundings, was_seen, report) && obey;
+  if (!was_seen) {
+    report.add({kPart, "wheels seen", "the encoders cannot tell which wheel turned which way", Verdict::kNotRun,
+                "run it in a terminal and watch the wheels"});
+  }
+  return obey;
+}
+
+void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,
+                          const Surroundings& surroundings, Report& report) {
+  const auto not_run = [&](std::string measured, std::string advice) {
+    report.add({kPart, "counts per turn", std::move(measured), Verdict::kNotRun, std::move(advice)});
+  };
+  if (!(counts_per_turn > 0)) return not_run("its angles are not counted", "");
+  if (!surroundings.ask) return not_run("nobody counts the turns", "run it in a terminal");
+  const auto ready = surroundings.ask(
+      fmt::format("Put a mark on the left wheel: it will turn {:g} times, as counted. [Enter: go, no: skip] ", kTurns));
+  end_if_asked(surroundings);
+  if (!ready || !ready->empty()) return not_run("skipped", "run it again, Enter");
+
+  const auto begin = bench.read();
+  if (!begin) return report.add(failed_row(kPart, "counts per turn", begin.error(), drive_advice(begin.error().code)));
+  const double speed = bench.speed_radps();
+  const double goal_rad = begin->left_rad + 2 * pi * kTurns - speed * kLead_s;
+  const Course course = bench.drive({speed, 0}, kPatience * 2 * pi * kTurns / speed, "counting turns",
+                                    [&](const WheelSample& sample) { return sample.left_rad >= goal_rad; });
+  bench.rest();
+  const auto end = bench.read();
+  if (course.error || !end) {
+    const Error& error = course.error ? *course.error : end.error();
+    return report.add(failed_row(kPart, "counts per turn", error, drive_advice(error.code)));
+  }
+  const double counted = (end->left_rad - begin->left_rad) / (2 * pi);
+  const auto answer = surroundings.ask("How many turns did it make, as 4.75? [Enter: not seen] ");
+  end_if_asked(surroundings);
+  const auto seen = answer ? parse_turns(*answer) : std::nullopt;
+  if (!seen) return not_run(fmt::format("{:.2f} turns counted, nobody saw how many", counted), "run it again");
+  report.add(
+      judge_counts(counted, *seen,
+                   test.asked.serial ? test.asked.serial->counts_per_turn.value_or(counts_per_turn) : counts_per_turn));
+}
+
+}  // namespace twocone::doctor

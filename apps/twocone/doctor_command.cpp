@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "apps/doctor/doctor.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/stop_signals.h"
+
+namespace twocone::cli {
+namespace {
+
+struct Options {
+  std::filesystem::path robot;
+  doctor::Options doctor;
+};
+
+// Whoever does not answer for so long has gone away.
+constexpr std::chrono::minutes kAnswerTime{10};
+constexpr int kLook_ms = 100;
+
+/// A line of the terminal without its spaces at either end; nothing at its end, after a signal, or where none comes.
+std::optional<std::string> read_answer(const std::atomic<bool>& stop) {
+  const auto until = std::chrono::steady_clock::now() + kAnswerTime;
+  std::string line;
+  while (!stop && std::chrono::steady_clock::now() < until) {
+    pollfd entry{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&entry, 1, kLook_ms) <= 0) continue;
+    char letter = 0;
+    if (::read(STDIN_FILENO, &letter, 1) <= 0) return std::nullopt;
+    if (letter == '\n') {
+      const std::size_t first = line.find_first_not_of(" \t\r");
+      return first == std::string::npos ? "" : line.substr(first, line.find_last_not_of(" \t\r") + 1 - first);
+    }
+    line += letter;
+  }
+  return std::nullopt;
+}
+
+/// Talks on stderr, where the table is not.
+class Terminal {
+ public:
+  std::optional<std::string> ask(const std::string& question, const std::atomic<bool>& stop) {
+    bar_.reset();
+    // What was typed before the question is no answer to it.
+    ::tcflush(STDIN_FILENO, TCIFLUSH);
+    fmt::print(stderr, "{}", question);
+    std::fflush(stderr);
+    return read_answer(stop);
+  }
+  void show(const std::string& what, double share) {
+    if (!bar_ || what != what_) {
+      bar_.reset();
+      bar_ = std::make_unique<ProgressBar>(what);
+      what_ = what;
+    }
+    bar_->show(share);
+  }
+
+ private:
+  std::unique_ptr<ProgressBar> bar_;
+  std::string what_;
+};
+
+void execute(const Options& options) {
+  const files::Robot robot = files::read_robot(options.robot);
+  const std::atomic<bool>& stop = stop_on_signals();
+  const SteadyClock clock;
+  doctor::Report report;
+  {
+    Terminal terminal;
+    doctor::Surroundings surroundings{
+        .clock = clock,
+        .sleep = [](std::chrono::nanoseconds time) { std::this_thread::sleep_for(time); },
+        .progress = [&terminal](const std::string& what, double share) { terminal.show(what, share); },
+        .stop = stop};
+    if (::isatty(STDIN_FILENO) == 1) {
+      surroundings.ask = [&](const std::string& question) { return terminal.ask(question, stop); };
+    }
+    report = doctor::examine(robot, options.doctor, {}, surroundings);
+  }
+  const std::string verdict = doctor::summary(report);
+  fmt::print("{}\n{}\n", doctor::table(report), verdict);
+  std::fflush(stdout);
+  if (report.has_failed()) {
+    throw CommandFailed(fmt::format("{}: not all is in order: what to do is in the table", options.robot.string()));
+  }
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "doctor", "Check a robot part by part: cameras, pair, drive, stop time; what is wrong, and what to do");
+  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  command->add_option("--seconds", options->doctor.seconds, "How long each camera, and the pair, is measured")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,
+                    "Both wheels hang free: turn them without asking. Else it is asked for on the terminal, and\n"
+                    "without a terminal the wheels are never turned");
+  command->footer("Exit status: 0 nothing failed, 1 something did, 2 bad usage.");
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

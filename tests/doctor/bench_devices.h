@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/doctor/report.h"
+#include "apps/doctor/surroundings.h"
+#include "hal/camera.h"
+#include "hal/clock.h"
+#include "hal/diff_drive.h"
+
+/// Devices with one fault each, in a time that only they and the doctor's waiting move.
+namespace twocone::doctor {
+
+inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
+  return std::chrono::nanoseconds(std::int64_t(std::llround(1e9 * seconds)));
+}
+
+/// The doctor's surroundings, and a person who answers what the test wrote down.
+struct Ward {
+  std::shared_ptr<ManualClock> clock = std::make_shared<ManualClock>(ClockKind::kSteady);
+  std::atomic<bool> stop{false};
+  std::vector<std::string> asked;
+  std::function<std::optional<std::string>(const std::string&)> person;  ///< empty: there is none
+  std::function<void()> at_each_sleep = [] {};
+
+  [[nodiscard]] Surroundings surroundings() {
+    Surroundings s{.clock = *clock,
+                   .sleep =
+                       [this](std::chrono::nanoseconds time) {
+                         clock->advance(time);
+                         at_each_sleep();
+                       },
+                   .stop = stop};
+    if (person) {
+      s.ask = [this](const std::string& question) {
+        asked.push_back(question);
+        return person(question);
+      };
+    }
+    return s;
+  }
+};
+
+/// A bright disc before a darker wall: what a camera sees of a mirror. The edge is a Gaussian's integral.
+struct Disc {
+  double column = 79.5, row = 59.5, radius = 50;
+  double sigma_px = 0.4;
+  double inside = 150, outside = 60;
+};
+inline Image picture_of(const Disc& disc, int width = 160, int height = 120) {
+  Image image{width, height, PixelFormat::kRgb8, {}};
+  std::vector<std::uint8_t> bytes;
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const double out = std::hypot(column - disc.column, row - disc.row) - disc.radius;
+      const double share = 0.5 * std::erfc(out / (disc.sigma_px * std::numbers::sqrt2));
+      const auto grey = std::uint8_t(std::lround(disc.outside + (disc.inside - disc.outside) * share));
+      bytes.insert(bytes.end(), 3, grey);
+    }
+  }
+  image.bytes = std::move(bytes);
+  return image;
+}
+
+/// What one camera is really like.
+struct CameraTruth {
+  double rate_hz = 25;
+  double told_rate_hz = 0;                                         ///< 0: what is asked for
+  int narrower_px = 0;                                             ///< than asked for
+  double phase_s = 0;                                              ///< of its exposures
+  double age_s = 0.01;                                             ///< of a frame when it is there
+  double jitter_s = 0;                                             ///< every fourth exposure is late by so much
+  std::uint64_t lose_every = 0, skip_every = 0, damage_every = 0;  ///< 0: never
+  std::uint64_t dies_after = std::numeric_limits<std::uint64_t>::max();
+  Error death{ErrorCode::kDisconnected, "the cable is out"};
+  bool stands_still = false;  ///< its capture times do, after a second
+  std::vector<std::pair<std::string, double>> controls{};
+  Image picture = picture_of({});
+  Status started{};
+};
+
+class BenchCamera final : public Camera {
+ public:
+  BenchCamera(std::shared_ptr<ManualClock> clock, CameraTruth truth, std::shared_ptr<int> streams = nullptr)
+      : clock_(std::move(clock)), truth_(std::move(truth)), streams_(std::move(streams)) {}
+  ~BenchCamera() override { stop(); }
+
+ private:
+  Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
+    CameraSettings got = wanted;
+    got.width_px -= truth_.narrower_px;
+    if (truth_.told_rate_hz > 0) got.rate_hz = truth_.told_rate_hz;
+    return got;
+  }
+  Status do_start() override {
+    if (!truth_.started) return truth_.started;
+    if (streams_) ++*streams_;
+    next_ = std::uint64_t(clock_->now().seconds() * truth_.rate_hz) + 1;
+    return {};
+  }
+  Result<Frame> do_grab(std::chrono::milliseconds timeout) override {
+    if (grabs_++ >= truth_.dies_after) {
+      if (truth_.death.code == ErrorCode::kTimeout) clock_->advance(timeout);
+      return truth_.death;
+    }
+    const auto due = [this](std::uint64_t every) { return every > 0 && next_ % every == 0; };
+    if (due(truth_.damage_every)) {
+      ++next_;
+      return Error{ErrorCode::kBadData, "half a frame"};
+    }
+    Frame::Header header;
+    if (due(truth_.lose_every)) {
+      ++next_;
+      header.lost_before = 1;
+    } else if (due(truth_.skip_every)) {
+      ++next_;
+      header.lost_before = header.skipped_before = 1;
+    }
+    header.sequence = next_;
+    double at_s = double(next_) / truth_.rate_hz + truth_.phase_s + (next_ % 4 == 0 ? truth_.jitter_s : 0);
+    ++next_;
+    const double now_s = clock_->now().seconds();
+    if (at_s + truth_.age_s > now_s) clock_->advance(nanoseconds_of(at_s + truth_.age_s - now_s));
+    if (truth_.stands_still) at_s = std::min(at_s, 1.0);
+    header.captured = {ClockKind::kSteady, nanoseconds_of(at_s)};
+    return Frame(header, truth_.picture);
+  }
+  void do_stop() noexcept override {
+    if (streams_) --*streams_;
+  }
+  void do_tell(CameraFacts& facts) const override {
+    facts.device = "bench (/dev/video9)";
+    facts.format = "YUYV";
+    facts.controls = truth_.controls;
+  }
+
+  std::shared_ptr<ManualClock> clock_;
+  CameraTruth truth_;
+  std::shared_ptr<int> streams_;
+  std::uint64_t next_ = 0;
+  std::uint64_t grabs_ = 0;
+};
+
+/// What a drive is really like.
+struct DriveTruth {
+  DriveLimits limits{10, std::chrono::milliseconds(500)};
+  double counts_per_turn = 1000;
+  bool motors_crossed = false, encoders_crossed = false;
+  bool left_motor_backward = false, left_encoder_backward = false;
+  bool left_encoder_dead = false, right_encoder_dead = false, both_turn = false;
+  double speed_factor = 1;
+  double creep_radps = 0;        ///< without any command
+  double stop_takes_s = 0.02;    ///< after stop()
+  double silence_takes_s = 0.5;  ///< after the last command
+  double read_takes_s = 0.004;
+  std::uint64_t silent_after = std::numeric_limits<std::uint64_t>::max();  ///< so many calls
+  std::uint64_t lose_every = 0;                                            ///< of readings; 0: never
+  std::optional<std::chrono::milliseconds> own_timeout{400};
+  bool is_guarded = true;
+};
+
+/// What became of the wheels; outlives the drive.
+struct WheelLog {
+  int moves = 0;  ///< commands that were no stop
+  int stops = 0;
+  bool turn = false;  ///< as commanded last
+};
+
+class BenchDrive final : public DiffDrive {
+ public:
+  BenchDrive(std::shared_ptr<ManualClock> clock, const DriveTruth& truth, std::shared_ptr<WheelLog> log)
+      : DiffDrive(truth.limits), clock_(std::move(clock)), truth_(truth), log_(std::move(log)) {}
+
+ private:
+  [[nodiscard]] double now_s() const { return clock_->now().seconds(); }
+
+  void turn_on() {
+    const double now = now_s();
+    const double turned_s = std::max(0.0, std::min(now, stops_at_s_) - at_s_);
+    for (int i = 0; i < 2; ++i) angle_[i] += speed_[i] * turned_s + truth_.creep_radps * (now - at_s_);
+    at_s_ = now;
+  }
+  bool is_silent() { return calls_++ >= truth_.silent_after; }
+  static Error silence() { return {ErrorCode::kTimeout, "no answer"}; }
+
+  Status do_set_speeds(const WheelSpeeds& speeds) override {
+    if (is_silent()) return silence();
+    turn_on();
+    ++log_->moves;
+    log_->turn = speeds.left_radps != 0 || speeds.right_radps != 0;
+    double left = speeds.left_radps * truth_.speed_factor;
+    double right = speeds.right_radps * truth_.speed_factor;
+    if (truth_.both_turn) left = right = std::max(left, right);
+    if (truth_.motors_crossed) std::swap(left, right);
+    if (truth_.left_motor_backward) left = -left;
+    speed_[0] = left;
+    speed_[1] = right;
+    stops_at_s_ = now_s() + truth_.silence_takes_s;
+    return {};
+  }
+  Result<WheelAngles> do_read_angles() override {
+    clock_->advance(nanoseconds_of(truth_.read_takes_s));
+    if (is_silent()) return silence();
+    if (truth_.lose_every > 0 && calls_ % truth_.lose_every == 0) return silence();
+    turn_on();
+    double left = truth_.left_encoder_dead ? 0 : angle_[0];
+    double right = truth_.right_encoder_dead ? 0 : angle_[1];
+    if (truth_.left_encoder_backward) left = -left;
+    if (truth_.encoders_crossed) std::swap(left, right);
+    const double count_rad = 2 * std::numbers::pi / truth_.counts_per_turn;
+    const auto counted = [count_rad](double angle) { return std::floor(angle / count_rad) * count_rad; };
+    return WheelAngles{clock_->now(), counted(left), counted(right)};
+  }
+  Status do_stop() noexcept override {
+    ++log_->stops;
+    if (is_silent()) return Error{ErrorCode::kTimeout, {}};
+    turn_on();
+    log_->turn = false;
+    stops_at_s_ = std::min(stops_at_s_, now_s() + truth_.stop_takes_s);
+    return {};
+  }
+  [[nodiscard]] DriveFacts do_tell() const override {
+    return {"/dev/ttyBENCH at 57600 baud", "bench 1.2", truth_.counts_per_turn, truth_.own_timeout, truth_.is_guarded};
+  }
+
+  std::shared_ptr<ManualClock> clock_;
+  DriveTruth truth_;
+  std::shared_ptr<WheelLog> log_;
+  double at_s_ = 0, stops_at_s_ = 0;
+  double speed_[2]{}, angle_[2]{};
+  std::uint64_t calls_ = 0;
+};
+
+/// The one row of that check; a test failure elsewhere if there is none: an empty row.
+inline Row row_of(const Report& report, const std::string& part, const std::string& check) {
+  for (const Row& row : report.rows()) {
+    if (row.part == part && row.check == check) return row;
+  }
+  return {"", "no such row", table(report), Verdict::kNotRun};
+}
+
+inline void PrintTo(const Verdict& verdict, std::ostream* out) { *out << to_string(verdict); }
+
+}  // namespace twocone::doctor

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/drive_checks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/doctor/turn_tests.h"
+#include "drivers/memory/faulty_diffdrive.h"
+#include "drivers/memory/memory_diffdrive.h"
+#include "tests/doctor/bench_devices.h"
+
+namespace twocone::doctor {
+namespace {
+
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+constexpr double kPeriod_s = 0.04;
+
+/// What the person saw, left and right in turn, and how many turns.
+struct Eyes {
+  std::string left = "lf", right = "rf", turns = "5";
+};
+
+std::function<std::optional<std::string>(const std::string&)> person_with(const Eyes& eyes) {
+  return [eyes, wheel = 0](const std::string& question) mutable -> std::optional<std::string> {
+    if (question.find("Which wheel") != std::string::npos) return wheel++ == 0 ? eyes.left : eyes.right;
+    if (question.find("How many") != std::string::npos) return eyes.turns;
+    if (question.find("off the ground") != std::string::npos) return "yes";
+    return "";
+  };
+}
+
+drivers::DrivePart part_of(const DriveTruth& truth) {
+  serial::SerialDriveSettings serial;
+  serial.counts_per_turn = truth.counts_per_turn;
+  return {"serial_diffdrive", truth.limits, serial};
+}
+
+/// At rest, and if that is well the wheels.
+Report checked(const DriveTruth& truth, const std::optional<Eyes>& eyes) {
+  Ward ward;
+  if (eyes) ward.person = person_with(*eyes);
+  const auto log = std::make_shared<WheelLog>();
+  BenchDrive drive(ward.clock, truth, log);
+  const DriveUnderTest test{part_of(truth), kPeriod_s};
+  Report report;
+  const Surroundings surroundings = ward.surroundings();
+  if (check_drive_at_rest(test, drive, surroundings, report)) {
+    EXPECT_EQ(log->moves, 0) << "commands of a check at rest";
+    check_wheels(test, drive, surroundings, report);
+    EXPECT_GT(log->stops, 0);
+  }
+  return report;
+}
+
+struct Case {
+  const char* name;
+  DriveTruth truth;
+  std::optional<Eyes> eyes;
+  const char* check;
+  Verdict verdict;
+  const char* advice;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class Drives : public testing::TestWithParam<Case> {};
+
+TEST_P(Drives, AreJudged) {
+  const Case& c = GetParam();
+  const Report report = checked(c.truth, c.eyes);
+  const Row row = row_of(report, "drive", c.check);
+  EXPECT_EQ(row.verdict, c.verdict) << row.check << ": " << row.measured;
+  EXPECT_THAT(row.advice, HasSubstr(c.advice)) << row.measured;
+}
+
+const DriveTruth kBothCrossed{.motors_crossed = true, .encoders_crossed = true};
+const DriveTruth kBothBackward{.left_motor_backward = true, .left_encoder_backward = true};
+
+INSTANTIATE_TEST_SUITE_P(
+    AtRest, Drives,
+    testing::Values(
+        Case{"nothing_stops_it", {.own_timeout = {}, .is_guarded = false}, {}, "time-out", Verdict::kFailed, "guard"},
+        Case{"its_own_is_longer",
+             {.own_timeout = 2000ms, .is_guarded = false},
+             {},
+             "time-out",
+             Verdict::kFailed,
+             "guard"},
+        Case{"the_guard_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
+        Case{"its_own_is_enough", {.is_guarded = false}, {}, "time-out", Verdict::kOk, ""},
+        Case{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
+        Case{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
+        Case{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
+        Case{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
+        Case{"creeps", {.creep_radps = 0.3}, {}, "at rest", Verdict::kFailed, "nobody told"}),
+    [](const auto& each) { return each.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(
+    Moving, Drives,
+    testing::Values(
+        // Motors and encoders are exchanged together: the person alone can see it, and the file's keys set it right.
+        Case{"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", Verdict::kFailed, "swap_wheels: true"},
+        Case{"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", Verdict::kFailed, "swap_wheels: true"},
+        Case{"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", Verdict::kFailed,
+             "reverse_left: true"},
+        Case{"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", Verdict::kOk, ""},
+        Case{"swapped_unseen", kBothCrossed, {}, "wheels seen", Verdict::kNotRun, "terminal"},
+        // No key helps where an encoder does not tell of its own motor.
+        Case{"encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoders' plugs"},
+        Case{"motors_crossed",
+             {.motors_crossed = true},
+             Eyes{"rf", "lf"},
+             "left wheel",
+             Verdict::kFailed,
+             "motors' plugs"},
+        Case{"crossed_unseen", {.motors_crossed = true}, {}, "left wheel", Verdict::kFailed, "crossed"},
+        Case{"encoder_backward", {.left_encoder_backward = true}, Eyes{}, "left wheel", Verdict::kFailed, "A and B"},
+        Case{"motor_backward",
+             {.left_motor_backward = true},
+             Eyes{"lb", "rf"},
+             "left wheel",
+             Verdict::kFailed,
+             "two leads"},
+        Case{"backward_unseen", {.left_motor_backward = true}, {}, "left wheel", Verdict::kFailed, "two leads"},
+        Case{"not_counted", {.left_encoder_dead = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoder's plug"},
+        Case{"no_motion", {.speed_factor = 0}, {}, "left wheel", Verdict::kFailed, "power"},
+        Case{"no_motion_no_stop", {.speed_factor = 0}, {}, "stop time", Verdict::kNotRun, "rows"},
+        Case{"both_turn", {.both_turn = true}, {}, "left wheel", Verdict::kFailed, "both turn"},
+        Case{"runs_away", {.speed_factor = 5}, {}, "left wheel", Verdict::kFailed, "PID"},
+        Case{"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", Verdict::kWarning, "PID"},
+        Case{"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", Verdict::kFailed, "battery"},
+        Case{"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", Verdict::kOk, ""},
+        Case{"turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", Verdict::kFailed, "counts_per_turn: 1249"},
+        Case{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
+        Case{"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", Verdict::kNotRun, "again"},
+        Case{"turns_nobody", {}, {}, "counts per turn", Verdict::kNotRun, "terminal"},
+        Case{"stops_late", {.stop_takes_s = 0.71, .silence_takes_s = 5}, {}, "stop, told", Verdict::kFailed, "brake"},
+        Case{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, told", Verdict::kOk, ""},
+        Case{"stops_never", {.stop_takes_s = 1e6, .silence_takes_s = 1e6}, {}, "stop, told", Verdict::kFailed, "brake"},
+        Case{"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", Verdict::kOk, ""},
+        Case{"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
+        Case{"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
+        Case{"falls_silent", {.silent_after = 120}, {}, "left wheel", Verdict::kFailed, "power"}),
+    [](const auto& each) { return each.param.name; });
+
+TEST(DoctorDrive, ThatIsInOrderIsOk) {
+  const Report report = checked({}, Eyes{});
+  EXPECT_EQ(report.count(Verdict::kOk), report.rows().size()) << table(report);
+  EXPECT_THAT(row_of(report, "drive", "stop, silence").measured, HasSubstr("0.5"));
+}
+
+TEST(DoctorDrive, MeasuredStopTimesAreTheRealOnes) {
+  const Report report = checked({.stop_takes_s = 0.23, .silence_takes_s = 0.41}, {});
+  // Told: to a reading (5 + 4 ms). Silence: to the speed's own precision.
+  constexpr double kTolerance_s = 0.025;
+  EXPECT_NEAR(std::stod(row_of(report, "drive", "stop, told").measured), 0.23, kTolerance_s);
+  EXPECT_NEAR(std::stod(row_of(report, "drive", "stop, silence").measured), 0.41, kTolerance_s);
+}
+
+TEST(DoctorDrive, WheelsRestAfterEveryTrouble) {
+  for (const DriveTruth& truth : {DriveTruth{}, DriveTruth{.speed_factor = 5}, DriveTruth{.left_motor_backward = true},
+                                  DriveTruth{.silence_takes_s = 1e6}}) {
+    Ward ward;
+    const auto log = std::make_shared<WheelLog>();
+    BenchDrive drive(ward.clock, truth, log);
+    Report report;
+    check_wheels({part_of(truth), kPeriod_s}, drive, ward.surroundings(), report);
+    EXPECT_FALSE(log->turn);
+  }
+}
+
+TEST(DoctorDrive, WheelsRestAfterAnInterruption) {
+  // At all moments of the whole course.
+  bool was_done = false;
+  for (int sleeps = 3; !was_done; sleeps += 37) {
+    Ward ward;
+    int left = sleeps;
+    ward.at_each_sleep = [&] { ward.stop = ward.stop || --left == 0; };
+    const auto log = std::make_shared<WheelLog>();
+    BenchDrive drive(ward.clock, {}, log);
+    Report report;
+    try {
+      check_wheels({part_of({}), kPeriod_s}, drive, ward.surroundings(), report);
+      was_done = true;
+    } catch (const Interrupted&) {
+      EXPECT_LE(left, 0);
+    }
+    EXPECT_FALSE(log->turn) << "after " << sleeps << " sleeps";
+    EXPECT_GT(log->stops, 0);
+  }
+}
+
+TEST(DoctorDrive, BehindABadCableIsTold) {
+  Ward ward;
+  memory::DriveFaults faults;
+  faults.read_timeout_chance = 0.1;
+  memory::FaultyDiffDrive drive(std::make_unique<memory::MemoryDiffDrive>(ward.clock, DriveLimits{}), faults, 7);
+  Report report;
+  check_drive_at_rest({part_of({}), kPeriod_s}, drive, ward.surroundings(), report);
+  EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kWarning);
+}
+
+TEST(DoctorDrive, NothingButYesPermits) {
+  for (const char* answer : {"", "y", "no", "Yes", "yes please", "off"}) {
+    Ward ward;
+    ward.person = [answer](const std::string&) { return answer; };
+    Report report;
+    EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kRefused) << answer;
+    EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
+  }
+  Ward ward;
+  Report report;
+  ward.person = [](const std::string&) { return std::nullopt; };
+  EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kRefused) << "no answer";
+  ward.person = [](const std::string&) { return "yes"; };
+  EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kGiven);
+  ward.asked.clear();
+  EXPECT_EQ(ask_off_the_ground(true, ward.surroundings(), report), Permission::kGiven);
+  EXPECT_TRUE(ward.asked.empty()) << "it was said";
+}
+
+TEST(DoctorTurning, AnswersAreUnderstood) {
+  using enum Side;
+  EXPECT_EQ(parse_turning("lf"), (Turning{kLeft, true}));
+  EXPECT_EQ(parse_turning("right, backward"), (Turning{kRight, false}));
+  EXPECT_EQ(parse_turning("right back"), (Turning{kRight, false}));
+  EXPECT_EQ(parse_turning("left forwards"), (Turning{kLeft, true}));
+  for (const char* text : {"", "l", "left", "f", "xf", "lx", "forward", "no"}) {
+    EXPECT_EQ(parse_turning(text), std::nullopt) << text;
+  }
+}
+
+TEST(DoctorTurning, KeysThatAreSetAreTakenBack) {
+  serial::SerialDriveSettings settings;
+  settings.swap_wheels = settings.reverse_right = true;
+  const Counted right{.left_rad = 0, .right_rad = 6, .commanded_rad = 6};
+  EXPECT_EQ(judge_turning(Side::kRight, right, Turning{Side::kLeft, true}, settings).advice, "swap_wheels: false");
+  EXPECT_EQ(judge_turning(Side::kRight, right, Turning{Side::kRight, false}, settings).advice, "reverse_right: false");
+  EXPECT_EQ(judge_turning(Side::kRight, right, Turning{Side::kRight, true}, settings).advice, "");
+}
+
+}  // namespace
+}  // namespace twocone::doctor

@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# `twocone doctor` and `twocone devices` as a person calls them, without devices: table, last line, exit status.
+#   doctor.sh TWOCONE SOURCE_DIR
+. "$(dirname "$0")/common.sh"
+
+# call NAME STATUS COMMAND...: its standard output is in $work/out.
+call() {
+  local name=$1 status=$2
+  shift 2
+  timeout 100 "$@" >"$work/out" 2>"$work/err" </dev/null
+  local got=$?
+  echo "$name: exit $got; $(tail -n 1 "$work/out")"
+  [ "$got" -eq "$status" ] || fail "$name: exit $got, wanted $status: $(cat "$work/out" "$work/err")"
+}
+row() { grep -qE "$1" "$work/out" || fail "no row matches '$1': $(cat "$work/out")"; }
+last() { tail -n 1 "$work/out" | grep -qE "$1" || fail "the last line does not match '$1': $(tail -n 1 "$work/out")"; }
+
+call 'devices' 0 "$twocone" devices
+[ -s "$work/out" ] || fail "devices says nothing"
+
+call 'simulated' 0 "$twocone" doctor --robot "$source_dir/tests/end_to_end/data/small.yaml"
+row '^drive +driver +sim_povray: simulated, no bench test +ok$'
+row '^lower +mirror .* ok$'
+row '^upper +focus .* ok$'
+last '^all [0-9]+ checks ok$'
+
+# A rig that the pictures contradict.
+sed "s|rim_radius_px: 59.0|rim_radius_px: 53.0|; s|\.\./\.\./\.\./scenes|$source_dir/scenes|" \
+  "$source_dir/tests/end_to_end/data/small.yaml" >"$work/off.yaml"
+call 'rig off' 1 "$twocone" doctor --robot "$work/off.yaml"
+row '^lower +mirror .* failed +rig: lower:'
+last '^[0-9]+ ok, 0 warnings, 2 failed, 0 not run$'
+
+# Nothing is plugged in: one row for each part, and no wheel is asked about.
+sed "s|\.\./\.\./\.\./scenes|$source_dir/scenes|; /^start:/d; /^effects:/d
+     s|{driver: sim_povray, wheel|{driver: serial_diffdrive, port: /dev/no_port, protocol: roboclaw, counts_per_turn: 1000, wheel|
+     s|{driver: sim_povray|{driver: v4l2_camera, device: /dev/no_camera|" \
+  "$source_dir/tests/end_to_end/data/small.yaml" >"$work/unplugged.yaml"
+call 'unplugged' 1 "$twocone" doctor --robot "$work/unplugged.yaml" --wheels-off-the-ground
+row '^lower +opens +.* failed '
+row '^upper +opens +.* failed '
+row '^pair +stream .* not run '
+row '^drive +opens +.* failed '
+last '^1 ok, 0 warnings, 3 failed, 1 not run$'
+[ "$(wc -l <"$work/err")" -eq 1 ] || fail "not one line on stderr: $(cat "$work/err")"
+finish
