@@ -26,6 +26,25 @@ if(failed OR NOT version MATCHES "^twocone [0-9.]+ ")
   message(FATAL_ERROR "the installed twocone says: ${version}")
 endif()
 
+# What is installed, and so packed, is the very file that was built and tested.
+file(SHA256 ${BUILD}/twocone built)
+file(SHA256 ${WORK}/installed/bin/twocone installed)
+if(NOT built STREQUAL installed)
+  message(FATAL_ERROR "the installed twocone has other bytes than the built one")
+endif()
+# The Debian package holds the component `program`: all that a robot needs, and no library to build with.
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/program --component program)
+foreach(file bin/twocone share/twocone/robots/lab_sim.yaml share/twocone/scenes/lab.map.yaml share/man/man1/twocone.1.gz
+             lib/udev/rules.d/70-twocone.rules)
+  if(NOT EXISTS ${WORK}/program/${file})
+    message(FATAL_ERROR "component program lacks ${file}")
+  endif()
+endforeach()
+file(GLOB_RECURSE for_developers ${WORK}/program/*.a ${WORK}/program/*.h ${WORK}/program/*.cmake)
+if(for_developers)
+  message(FATAL_ERROR "component program holds ${for_developers}")
+endif()
+
 file(GLOB_RECURSE cmake_files ${WORK}/installed/*.cmake)
 foreach(file ${cmake_files})
   file(READ ${file} text)
