@@ -26,7 +26,7 @@ namespace {
 constexpr double kStarts_s = 120;  // the emulated machine is slow
 constexpr double kGrace_s = 0.1;
 // Beyond what is allowed, to see that the wheels do not turn again.
-constexpr double kWatched_s = 2.5;
+constexpr double kWatched_s = 1.5;
 constexpr double kMostWait_s = 3;
 constexpr const char* kVivid = "/sys/bus/platform/drivers/vivid/";
 
