@@ -232,7 +232,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
   for (const Format& candidate : kFormats) {
     if (!format.empty() && candidate.name != format) continue;
     if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
-    const auto got = set_up(candidate, wanted);
+    auto got = set_up(candidate, wanted);
     if (!got) {
       last = got.error();
       continue;
@@ -250,6 +250,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
   if (best) return set_up(*best, wanted);  // again: another one was tried since
   if (last) return *last;
   std::vector<std::string> names;
+  names.reserve(offered.size());
   for (const std::uint32_t code : offered) names.push_back(code_name(code));
   return Error{ErrorCode::kRefused,
                fmt::format("{} ({}) has no format {}; it has: {}", path_, card(),

@@ -68,7 +68,7 @@ class Device {
   [[nodiscard]] std::vector<std::string> modes() const;
   /// Sets format, size and rate, or the nearest that there is. @param format empty: the first that has the size
   /// Errors: kRefused, kDisconnected.
-  Result<Negotiated> negotiate(const CameraSettings& wanted, const std::string& format) const;
+  [[nodiscard]] Result<Negotiated> negotiate(const CameraSettings& wanted, const std::string& format) const;
   /// Sets a control by its name and returns what the device made of it.
   /// Errors: kRefused (naming those that there are, or what it may be), kDisconnected.
   [[nodiscard]] Result<Control> set(const Control& control) const;

@@ -3,8 +3,7 @@
 # Drivers of real devices against the kernel's virtual ones, in a virtual machine (tests/guest), fuzzers, deployment. About
 # two hours. Each script prints its rows as `row | WHAT | FIGURE | TARGET | yes|no`.
 . "$(dirname "$0")/common.sh"
-export SCRATCH=$work/scratch TWOCONE_WHOLE_RUN_OUT=$work/whole_run
-mkdir -p "$SCRATCH"
+export TWOCONE_WHOLE_RUN_OUT=$work/whole_run
 
 trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
 # rows NAME: those of a step's log; a step without any is not met.
@@ -18,6 +17,8 @@ rows() {
 }
 # try NAME COMMAND...: a step and its rows
 try() {
+  export SCRATCH=$work/scratch/$1
+  mkdir -p "$SCRATCH"
   step "$@"
   rows "$1"
 }
