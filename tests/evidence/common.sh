@@ -44,11 +44,11 @@ step() {
   fi
   if [ -n "${TWOCONE_EVIDENCE_SECONDS:-}" ] && [ "$SECONDS" -ge "$TWOCONE_EVIDENCE_SECONDS" ]; then
     say "$name: not run, the time is up"
-    echo "not run yet: this measurement's time was up" >"$work/$name.log"
+    [ -e "$work/$name.log" ] || echo "not run yet: this measurement's time was up" >"$work/$name.log"
     return
   fi
   if [ -n "${TWOCONE_EVIDENCE_ONLY:-}" ] && [[ ! $name =~ $TWOCONE_EVIDENCE_ONLY ]]; then
-    echo "not run yet" >"$work/$name.log"
+    [ -e "$work/$name.log" ] || echo "not run yet" >"$work/$name.log" # it may be running elsewhere
     return
   fi
   say "$name ..."

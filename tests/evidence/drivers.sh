@@ -6,14 +6,16 @@
 export TWOCONE_WHOLE_RUN_OUT=$work/whole_run
 
 trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
+# log NAME: a step's, without what a kernel's console may put between.
+log() { tr -cd '\11\12\40-\176\200-\377' <"$work/$1.log"; }
 # rows NAME: those of a step's log; a step without any is not met.
 rows() {
   local what figure target met found=no
   while IFS='|' read -r _ what figure target met; do
     found=yes
     row "$(trim "$what")" "$(trim "$figure")" "$(trim "$target")" "$(trim "$met")"
-  done < <(grep '^row |' "$work/$1.log")
-  [ $found = yes ] || row "$1" "$(tail -n 1 "$work/$1.log")" "figures" no
+  done < <(log "$1" | grep '^row |')
+  [ $found = yes ] || row "$1" "$(log "$1" | tail -n 1)" "figures" no
 }
 # try NAME COMMAND...: a step and its rows
 try() {
@@ -27,7 +29,11 @@ try vivid tests/guest/vivid.sh
 try vimc tests/guest/vimc.sh
 try capture_cost tests/guest/capture_cost.sh
 try serial tests/guest/serial.sh
-try stop tests/guest/stop.sh build/release 20
+for protocol in ros_arduino_bridge roboclaw create2; do
+  for deed in kill halt unplug guard; do
+    try "stop_${protocol}_$deed" env PROTOCOLS=$protocol DEEDS=$deed tests/guest/stop.sh build/release 20
+  done
+done
 try whole_run tests/guest/whole_run.sh
 
 step asan_build bash -c 'cmake --preset asan && cmake --build --preset asan --target serial_fuzz frame_fuzz'
@@ -42,10 +48,10 @@ step image_bench build/release/bench/image_bench --benchmark_repetitions=5 --ben
 try deb tests/evidence/deb.sh
 try without tests/evidence/without.sh
 
-block "Two V4L2 cameras and their faults" "$(cat "$work/vivid.log")"
-block "A camera through libcamera" "$(cat "$work/vimc.log")"
-block "Motor controllers on emulated ports" "$(cat "$work/serial.log")"
-block "Stops" "$(cat "$work/stop.log")"
-block "A whole run" "$(cat "$work/whole_run.log")"
+block "Two V4L2 cameras and their faults" "$(log vivid | grep -v '^row |')"
+block "A camera through libcamera" "$(log vimc | grep -v '^row |')"
+block "Motor controllers on emulated ports" "$(log serial | grep -v '^row |')"
+block "Stops" "$(for part in "$work"/stop_*.log; do log "$(basename "$part" .log)" | grep -aE '^[a-z0-9_]+, [a-z]+, [0-9]+:|tried again'; done)"
+block "A whole run" "$(log whole_run | grep -v '^row |')"
 block "Conversion beside OpenCV" "$(grep -E 'median|^Benchmark|^---' "$work/image_bench.log" || cat "$work/image_bench.log")"
 page "drivers of real devices"
