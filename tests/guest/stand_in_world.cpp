@@ -9,6 +9,7 @@
 //   world.csv   of each instant: when it was exposed and sent (seconds of the steady clock), where the robot was, and
 //               the pictures' fingerprints
 // It ends when the other end of the socket is closed, or at SIGTERM.
+#include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
 #include <sys/socket.h>
@@ -93,6 +94,7 @@ class Controller {
     ::cfmakeraw(&raw);
     char name[256];
     if (::openpty(&board_, &line_, name, &raw, nullptr) != 0) throw_errno("openpty");
+    if (::fcntl(board_, F_SETFL, O_NONBLOCK) != 0) throw_errno("fcntl");
     fs::remove(link);
     fs::create_symlink(name, link);
     server_.emplace(settings.protocol, board_);

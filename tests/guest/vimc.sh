@@ -56,7 +56,7 @@ line() { grep -m1 "^$2" "$out/$1.log" || echo "no '$2' in $1.log"; }
 after() { sed -n "s/.*\\b$2 \\([0-9.]*\\).*/\\1/p" <<< "$1"; }
 ended() { grep -q '^closed' "$out/$1.log" && grep -qx 'exit 0' "$out/$1.log"; }
 
-ls "$out"/spoilt-*.log 2>/dev/null | sed 's/.*/the machine spoilt a stretch: &/'
+for log in "$out"/spoilt-*.log; do [ ! -e "$log" ] || echo "the machine spoilt a stretch: $(basename "$log")"; done
 for log in list steady controls wrong stall error nodev valgrind unplug; do
     echo "-- $log"; cat "$out/$log.log" 2>/dev/null || echo "no $log.log"
 done

@@ -18,7 +18,7 @@
 
 namespace twocone::stand_in {
 
-/// Lets a firmware answer at a socket, in real time, from a thread of its own.
+/// Lets a firmware answer at a socket, or at a terminal that does not block, in real time, from a thread of its own.
 class Server {
  public:
   Server(std::string_view protocol, int descriptor)
@@ -64,12 +64,15 @@ class Server {
   void answer(const std::vector<std::uint8_t>& out) {
     if (dead_ || out.empty()) return;
     // What does not fit is lost, as on a line.
-    static_cast<void>(::send(descriptor_, out.data(), out.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+    if (::send(descriptor_, out.data(), out.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0 && errno == ENOTSOCK) {
+      static_cast<void>(!::write(descriptor_, out.data(), out.size()));
+    }
   }
   void listen() {
     std::vector<std::uint8_t> room(4096);
     std::vector<std::uint8_t> out;
-    const ssize_t got = ::recv(descriptor_, room.data(), room.size(), MSG_DONTWAIT);
+    ssize_t got = ::recv(descriptor_, room.data(), room.size(), MSG_DONTWAIT);
+    if (got < 0 && errno == ENOTSOCK) got = ::read(descriptor_, room.data(), room.size());
     if (got > 0 && !dead_) firmware_->receive({room.data(), std::size_t(got)}, now_s(), out);
     note();
     answer(out);
