@@ -19,10 +19,6 @@
 namespace twocone::drivers {
 namespace {
 
-constexpr std::string_view kSimPovray = "sim_povray";
-constexpr std::string_view kV4l2 = "v4l2_camera";
-constexpr std::string_view kLibcamera = "libcamera_camera";
-constexpr std::string_view kSerial = "serial_diffdrive";
 constexpr const char* kDrivePart = "drive";
 
 /// What the parts of one robot share, made once before them.
@@ -84,11 +80,11 @@ struct Row {
 };
 
 const std::array kRows{
-    Row{{"memory", true, true, ""}, open_memory_camera, open_memory_drive},
+    Row{{kMemory, true, true, ""}, open_memory_camera, open_memory_drive},
     Row{{kSimPovray, true, true, ""}, open_sim_camera, open_sim_drive},
-    Row{{kV4l2, true, false, v4l2::why_not()}, open_v4l2_camera},
-    Row{{kLibcamera, true, false, libcamera_camera::why_not()}, open_libcamera_camera},
-    Row{{kSerial, false, true, serial::why_not()}, nullptr, open_serial_drive},
+    Row{{kV4l2Camera, true, false, v4l2::why_not()}, open_v4l2_camera},
+    Row{{kLibcameraCamera, true, false, libcamera_camera::why_not()}, open_libcamera_camera},
+    Row{{kSerialDiffDrive, false, true, serial::why_not()}, nullptr, open_serial_drive},
 };
 
 const auto kBackends = [] {
@@ -188,17 +184,18 @@ void collect(std::string& bad, const std::string& part, Check checked) {
 void check_part(std::string& bad, const std::string& part, const CameraPart& camera) {
   collect(bad, part, [&] { twocone::check(camera.settings); });
   collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
-  if (camera.driver == kV4l2) collect(bad, part, [&] { v4l2::check(to_v4l2(camera.device)); });
-  if (camera.driver == kLibcamera) collect(bad, part, [&] { libcamera_camera::check(to_libcamera(camera.device)); });
+  if (camera.driver == kV4l2Camera) collect(bad, part, [&] { v4l2::check(to_v4l2(camera.device)); });
+  if (camera.driver == kLibcameraCamera)
+    collect(bad, part, [&] { libcamera_camera::check(to_libcamera(camera.device)); });
 }
 
 void check_part(std::string& bad, const DrivePart& drive) {
   collect(bad, kDrivePart, [&] { twocone::check(drive.limits); });
-  if (drive.driver != kSerial) return;
+  if (drive.driver != kSerialDiffDrive) return;
   if (drive.serial) {
     collect(bad, kDrivePart, [&] { serial::check(*drive.serial); });
   } else {
-    bad += fmt::format("\n  {}: serial is missing, {} needs it", kDrivePart, kSerial);
+    bad += fmt::format("\n  {}: serial is missing, {} needs it", kDrivePart, kSerialDiffDrive);
   }
 }
 
@@ -210,22 +207,23 @@ Error not_alone(const std::string& part) {
 
 Devices list_devices() {
   Devices devices;
-  if (!v4l2::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kV4l2, v4l2::why_not()));
+  if (!v4l2::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kV4l2Camera, v4l2::why_not()));
   for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.found.push_back({std::string(kV4l2), camera.stable_path.empty() ? camera.path : camera.stable_path,
+    devices.found.push_back({std::string(kV4l2Camera), camera.stable_path.empty() ? camera.path : camera.stable_path,
                              fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
                              std::move(camera.modes)});
   }
   if (auto cameras = libcamera_camera::list_cameras()) {
     for (libcamera_camera::CameraInfo& camera : *cameras) {
-      devices.found.push_back({std::string(kLibcamera), camera.id, camera.model, std::move(camera.formats)});
+      devices.found.push_back({std::string(kLibcameraCamera), camera.id, camera.model, std::move(camera.formats)});
     }
   } else {
-    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcamera, cameras.error().message));
+    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcameraCamera, cameras.error().message));
   }
-  if (!serial::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kSerial, serial::why_not()));
+  if (!serial::why_not().empty())
+    devices.not_looked_for.push_back(fmt::format("{}: {}", kSerialDiffDrive, serial::why_not()));
   for (const serial::PortInfo& port : serial::list_ports()) {
-    devices.found.push_back({std::string(kSerial),
+    devices.found.push_back({std::string(kSerialDiffDrive),
                              port.stable_path.empty() ? port.path : port.stable_path,
                              port.description.empty() ? port.path : fmt::format("{} ({})", port.description, port.path),
                              {}});

@@ -20,6 +20,13 @@
 /// The one place that names every driver, and opens a robot from its parsed settings.
 namespace twocone::drivers {
 
+/// The drivers' names, as after `driver:` in a robot file.
+inline constexpr std::string_view kMemory = "memory";
+inline constexpr std::string_view kSimPovray = "sim_povray";
+inline constexpr std::string_view kV4l2Camera = "v4l2_camera";
+inline constexpr std::string_view kLibcameraCamera = "libcamera_camera";
+inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
+
 /// One row of the table of drivers: also those that are known but not in this build, so that a robot file which asks
 /// for one is told what is missing.
 struct Backend {
@@ -39,6 +46,8 @@ struct CameraDevice {
   std::string name;                                        ///< which one, as its driver names cameras
   std::string format;                                      ///< as V4L2 names formats; empty: the driver chooses
   std::vector<std::pair<std::string, double>> controls{};  ///< by the driver's names, in order
+
+  friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
 };
 
 struct CameraPart {

@@ -16,7 +16,7 @@ namespace {
 constexpr double kRateShare = 0.05;
 // Controls are read back from the device as they were set, but for rounding.
 constexpr double kControlShare = 1e-3;
-// A pair's default skew limit is a quarter of a period: capture times that scatter by more break pairs up.
+// Capture times that scatter by more of a period make a frame's nearest partner a matter of chance.
 constexpr double kJitterShare = 0.25;
 constexpr double kJitterQuantile = 0.95;
 // A frame takes a period to be read out and one to be handed on.

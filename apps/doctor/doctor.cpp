@@ -18,7 +18,7 @@
 namespace twocone::doctor {
 namespace {
 
-bool has_device(std::string_view driver) { return driver != "sim_povray" && driver != "memory"; }
+bool has_device(std::string_view driver) { return driver != drivers::kSimPovray && driver != drivers::kMemory; }
 
 /// For a robot whose map cannot be read: its parts need none.
 files::Map any_map(const std::filesystem::path& file) {

@@ -19,9 +19,9 @@ constexpr milliseconds kPictureTime{150'000};
 
 void tell_drivers(const drivers::RobotSettings& settings, Report& report) {
   const auto tell = [&report](const std::string& part, const std::string& driver) {
-    report.add(
-        {part, "driver",
-         driver == "memory" ? "memory: made up, no bench test" : fmt::format("{}: simulated, no bench test", driver)});
+    report.add({part, "driver",
+                driver == drivers::kMemory ? "memory: made up, no bench test"
+                                           : fmt::format("{}: simulated, no bench test", driver)});
   };
   tell("lower", settings.lower.driver);
   tell("upper", settings.upper.driver);
@@ -37,7 +37,7 @@ void check_view(const std::string& view, const Frame& frame, const std::string& 
   const auto rgb = to_rgb8(**image);
   if (!rgb) return failed(rgb.error());
   // The pattern of driver memory shows no mirror.
-  if (driver == "memory") {
+  if (driver == drivers::kMemory) {
     report.add({view, "picture", fmt::format("{} x {}", rgb->width_px, rgb->height_px)});
     return;
   }

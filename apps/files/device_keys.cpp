@@ -13,9 +13,6 @@
 namespace twocone::files {
 namespace {
 
-constexpr std::string_view kV4l2 = "v4l2_camera";
-constexpr std::string_view kLibcamera = "libcamera_camera";
-constexpr std::string_view kSerial = "serial_diffdrive";
 constexpr Range kBaudRange{.least = 300, .greatest = 4'000'000};
 constexpr Range kAddressRange{.least = 128, .greatest = 135};
 constexpr double kLeastOwnTimeout_s = 0.1;
@@ -29,7 +26,7 @@ void refuse(Section& section, std::initializer_list<std::string_view> keys, cons
   }
 }
 
-void read_controls(Section& controls, bool whole, CameraDevice& device) {
+void read_controls(Section& controls, bool whole, drivers::CameraDevice& device) {
   for (const std::string& name : controls.keys()) {
     double value = 0;
     if (!controls.number(name, {"value of a control", kNoUnit, kAnyNumber}, value)) continue;
@@ -44,8 +41,8 @@ void read_controls(Section& controls, bool whole, CameraDevice& device) {
 }  // namespace
 
 void read_camera_device(Section& section, CameraEntry& camera) {
-  const bool is_v4l2 = camera.driver == kV4l2;
-  if (!is_v4l2 && camera.driver != kLibcamera) {
+  const bool is_v4l2 = camera.driver == drivers::kV4l2Camera;
+  if (!is_v4l2 && camera.driver != drivers::kLibcameraCamera) {
     refuse(section, {"device", "format", "controls"}, camera.driver);
     return;
   }
@@ -57,7 +54,7 @@ void read_camera_device(Section& section, CameraEntry& camera) {
 }
 
 void read_serial_drive(Section& section, Drive& drive) {
-  if (drive.driver != kSerial) {
+  if (drive.driver != drivers::kSerialDiffDrive) {
     refuse(section,
            {"protocol", "port", "baud", "counts_per_turn", "address", "swap_wheels", "reverse_left", "reverse_right",
             "guard"},

@@ -25,7 +25,6 @@ constexpr Range kLagRange{.least = 0, .greatest = 60};
 constexpr Range kSkewRange{.least = 0, .greatest = 60};
 constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
 constexpr Range kPictureSide{.least = 1, .greatest = 16384};
-constexpr std::string_view kSimulator = "sim_povray";
 
 void read_start(Section& root, std::optional<Start>& start) {
   Section* section = root.section("start", "pose at t = 0", Need::kOptional);
@@ -60,7 +59,7 @@ struct CameraPart {
 
   /// Complains about a key that only the simulator knows.
   void refuse_if_real(std::string_view key) const {
-    if (section->has(key) && has_driver && camera->driver != kSimulator) {
+    if (section->has(key) && has_driver && camera->driver != drivers::kSimPovray) {
       section->complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", camera->driver));
     }
   }
@@ -137,7 +136,7 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
                           bool good_common) {
   Section* own = part.section->section("effects", "what this camera does beyond the ideal", Need::kOptional);
   part.refuse_if_real("effects");
-  if (part.camera->driver != kSimulator) {
+  if (part.camera->driver != drivers::kSimPovray) {
     sim_povray::CameraEffects ignored;
     if (own != nullptr) read_camera_effects(*own, ignored);
     return own;

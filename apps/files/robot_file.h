@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/files/map_file.h"
+#include "drivers/backends.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/sim_povray/sim_povray.h"
 
@@ -27,15 +28,6 @@ struct Drive {
   friend bool operator==(const Drive&, const Drive&) = default;
 };
 
-/// What only a real camera has.
-struct CameraDevice {
-  std::string name;                                        ///< `device:`
-  std::string format;                                      ///< empty: the driver chooses
-  std::vector<std::pair<std::string, double>> controls{};  ///< in the file's order
-
-  friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
-};
-
 struct CameraEntry {
   std::string driver;
   int width_px = 0;    ///< 1 to 16384
@@ -44,7 +36,7 @@ struct CameraEntry {
   int antialias = 1;   ///< sim_povray only: rays per pixel side, 1 to 9; 1: none
   /// sim_povray only: those of `effects.camera`, where the camera's own `effects` does not say otherwise.
   sim_povray::CameraEffects effects{};
-  CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
+  drivers::CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
 
   friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
 };

@@ -14,8 +14,6 @@
 namespace twocone::files {
 namespace {
 
-constexpr std::string_view kSimulator = "sim_povray";
-
 std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
@@ -40,15 +38,15 @@ void check_together(const Robot& robot, const Map& map) {
   if (is_simulated(robot)) {
     if (!robot.start) {
       bad += fmt::format("\n{}: start is missing: where the scene shows the robot standing; driver {} needs it",
-                         robot.file.string(), kSimulator);
+                         robot.file.string(), drivers::kSimPovray);
     }
     if (!map.scene && robot.attach.empty()) {
       bad += fmt::format("\n{}: scene is missing: the POV-Ray file; driver {} of {} needs it", map.file.string(),
-                         kSimulator, robot.file.string());
+                         drivers::kSimPovray, robot.file.string());
     }
   } else if (!robot.attach.empty()) {
     bad += fmt::format("\n{}: attach is '{}', must be absent: no part has driver {}", robot.file.string(), robot.attach,
-                       kSimulator);
+                       drivers::kSimPovray);
   }
   if (!bad.empty()) throw FileError(bad.substr(1));
 }
@@ -58,7 +56,7 @@ drivers::CameraPart to_part(const CameraEntry& camera) {
           .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
           .antialias = camera.antialias,
           .effects = camera.effects,
-          .device = {camera.device.name, camera.device.format, camera.device.controls}};
+          .device = camera.device};
 }
 
 sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y_m}; }
@@ -163,8 +161,11 @@ Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
 }  // namespace
 
 bool is_simulated(const Robot& robot) {
-  const auto is_other_simulated = [](const NamedCameraEntry& other) { return other.camera.driver == kSimulator; };
-  return robot.drive.driver == kSimulator || robot.lower.driver == kSimulator || robot.upper.driver == kSimulator ||
+  const auto is_other_simulated = [](const NamedCameraEntry& other) {
+    return other.camera.driver == drivers::kSimPovray;
+  };
+  return robot.drive.driver == drivers::kSimPovray || robot.lower.driver == drivers::kSimPovray ||
+         robot.upper.driver == drivers::kSimPovray ||
          std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -20,6 +19,7 @@
 #include "apps/files/to_layers.h"
 #include "apps/runs/believed_pose.h"
 #include "apps/runs/devices.h"
+#include "apps/runs/notices.h"
 #include "apps/runs/outage.h"
 #include "apps/runs/rim_warnings.h"
 #include "apps/runs/run_folder.h"
@@ -79,23 +79,6 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const files::Robot& robot,
   }
   throw std::invalid_argument(fmt::format("no behaviour '{}'; there are: wander, waypoints, still", options.behaviour));
 }
-
-/// What the simulation tells from threads of its own.
-class Notices {
- public:
-  void add(const std::string& notice) {
-    const std::lock_guard lock(mutex_);
-    notices_.push_back(notice);
-  }
-  std::vector<std::string> take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(notices_, {});
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::string> notices_;
-};
 
 /// A frame that has been stepped, but whose pictures have not been looked at.
 struct Pending {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kLine = 118;
 
-bool is_serial(const drivers::Device& device) { return device.driver == "serial_diffdrive"; }
+bool is_serial(const drivers::Device& device) { return device.driver == drivers::kSerialDiffDrive; }
 
 bool is_forbidden(const std::string& path) {
   return path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES;

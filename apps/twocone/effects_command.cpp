@@ -35,7 +35,7 @@ struct View {
 std::vector<View> views_of(const drivers::RobotSettings& robot) {
   std::vector<View> views;
   const auto add = [&views](const std::string& name, const drivers::CameraPart& part) {
-    if (part.driver == "sim_povray") views.push_back({{name, part.antialias, part.effects}, part.settings});
+    if (part.driver == drivers::kSimPovray) views.push_back({{name, part.antialias, part.effects}, part.settings});
   };
   add("lower", robot.lower);
   add("upper", robot.upper);

@@ -41,8 +41,6 @@ constexpr milliseconds kSendTime{50};
 // Of 4096 bytes, which ports keep at least, the stream fills a quarter in this time.
 constexpr milliseconds kOld{1'000};
 
-Deadline in(milliseconds time) { return std::chrono::steady_clock::now() + time; }
-
 std::uint32_t word(std::span<const std::uint8_t> bytes) { return std::uint32_t(bytes[0]) << 8 | bytes[1]; }
 
 /// The four packets in any order, and nothing else.

@@ -30,8 +30,6 @@ constexpr milliseconds kForgets{12};
 constexpr int kTries = 3;
 constexpr unsigned kReadingsPerCheck = 16;
 
-Deadline in(milliseconds time) { return std::chrono::steady_clock::now() + time; }
-
 std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
   std::uint32_t value = 0;
   for (const std::uint8_t byte : bytes) value = value << 8 | byte;

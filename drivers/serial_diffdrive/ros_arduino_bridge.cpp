@@ -30,8 +30,6 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-Deadline in(milliseconds time) { return std::chrono::steady_clock::now() + time; }
-
 class RosArduinoBridge final : public Protocol {
  public:
   [[nodiscard]] int usual_baud() const override { return 57600; }

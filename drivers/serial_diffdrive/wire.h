@@ -12,6 +12,7 @@
 namespace twocone::serial {
 
 using Deadline = std::chrono::steady_clock::time_point;
+inline Deadline in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
 
 /// The bytes to and from a motor controller. One thread at a time.
 class Wire {
