@@ -34,6 +34,8 @@ class Development {
     promise_.set_value(finished());
   }
 
+  void tell(const ProcessUse& use) const { order_.rendered({order_.camera, order_.tick, use.cpu, use.peak_bytes}); }
+
   void fail(const Error& error) { promise_.set_value(error); }
 
  private:
@@ -89,7 +91,9 @@ std::shared_future<ImageResult> take_picture(Renderer& renderer, ComingMould& mo
     if (!ready) return development->fail(ready.error());
     const PictureOrder& wanted = development->order();
     for (std::size_t i = 0; i < wanted.poses.size(); ++i) {
-      renderer.submit({wanted.label, *ready, wanted.poses[i]},
+      RenderJob job{wanted.label, *ready, wanted.poses[i]};
+      if (wanted.rendered) job.used = [development](const ProcessUse& use) { development->tell(use); };
+      renderer.submit(std::move(job),
                       [development, i](ImageResult exposure) { development->take(i, std::move(exposure)); });
     }
   });

@@ -48,6 +48,7 @@ struct PictureOrder {
   std::uint64_t seed = 0;  ///< of the camera's noise
   std::string camera;
   std::uint64_t tick = 0;
+  std::function<void(const RenderedPicture&)> rendered{};  ///< SeatSettings::rendered
 };
 
 /// Has the exposures rendered and the picture made of them. Does not wait; `renderer` must outlive the rendering, and

@@ -52,7 +52,7 @@ struct Stage {
 /// A robot that is, or was, in the world.
 struct Resident {
   std::optional<World::RobotId> id;
-  Pose2 start;
+  Pose2 start;  // where the scene shows it
   bool seated = false;
   bool asked = false;  ///< for the next instant
 };
@@ -189,7 +189,8 @@ class LocalSeat final : public Seat {
                        view.settings.effects,
                        settings_.body.seed,
                        view.settings.camera_name,
-                       state_.tick};
+                       state_.tick,
+                       settings_.rendered};
     {
       const std::lock_guard lock(hall_->mutex_);
       for (const auto before : exposures_before(view.settings.effects)) {
@@ -256,7 +257,7 @@ Result<std::unique_ptr<Seat>> OpenHall::take_seat(const SeatSettings& settings) 
     if (resident.seated) {
       return Error{ErrorCode::kRefused, fmt::format("{} is taken by another program", robot->name)};
     }
-    // Who comes anew begins at its start, whatever became of its forerunner.
+    // Who comes anew begins where it is to begin, whatever became of its forerunner.
     if (resident.id) world_.remove(*resident.id);
     resident = {};
     RobotBody body = settings.body;
@@ -268,7 +269,7 @@ Result<std::unique_ptr<Seat>> OpenHall::take_seat(const SeatSettings& settings) 
       return id.error();
     }
     resident.id = *id;
-    resident.start = world_.pose(*id);
+    resident.start = wrapped(body.start);
     resident.seated = true;
     seat = std::make_unique<LocalSeat>(shared_from_this(), *std::move(robot), *id, settings);
   }

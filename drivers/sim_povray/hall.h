@@ -27,7 +27,7 @@ class Hall {
   Hall(const Hall&) = delete;
   Hall& operator=(const Hall&) = delete;
 
-  /// A seat keeps its hall alive. Errors: kRefused: the scene has no such robot; it is taken; its start touches
+  /// A seat keeps its hall alive. Errors: kRefused: the scene has no such robot; it is taken; where it begins touches
   /// something. @throws std::invalid_argument naming every bad field
   virtual Result<std::unique_ptr<Seat>> take_seat(const SeatSettings& settings) = 0;
 

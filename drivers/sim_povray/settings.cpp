@@ -52,6 +52,12 @@ void take(Complaints& complaints, const std::string& name, const FloorPoint& poi
   complaints.finite(name + ".y_m", point.y_m, "m");
 }
 
+void take(Complaints& complaints, const std::string& name, const Pose2& pose) {
+  complaints.finite(name + ".x_m", pose.x_m, "m");
+  complaints.finite(name + ".y_m", pose.y_m, "m");
+  complaints.finite(name + ".heading_rad", pose.heading_rad, "rad");
+}
+
 void take(Complaints& complaints, const MovingThing& thing) {
   const std::string name = fmt::format("moving '{}'", thing.name);
   if (thing.name.empty()) complaints.add("a moving thing has no name");
@@ -143,9 +149,8 @@ void check(const PlaceSettings& settings) {
 void check(const SeatSettings& settings) {
   const RobotBody& body = settings.body;
   Complaints complaints;
-  complaints.finite("start.x_m", body.start.x_m, "m");
-  complaints.finite("start.y_m", body.start.y_m, "m");
-  complaints.finite("start.heading_rad", body.start.heading_rad, "rad");
+  take(complaints, "start", body.start);
+  if (body.begin) take(complaints, "begin", *body.begin);
   complaints.not_negative("radius_m", body.radius_m, "m");
   take(complaints, body.wheels);
   if (body.command_timeout.count() <= 0) {

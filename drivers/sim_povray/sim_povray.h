@@ -124,6 +124,16 @@ struct RobotBody {
   std::chrono::nanoseconds command_timeout{500'000'000};  ///< dead-man time, > 0
   std::optional<Physics> physics{};
   std::uint64_t seed = 1;  ///< of every random process of this robot
+  /// Where it stands at time 0, if that is not `start`.
+  std::optional<Pose2> begin{};
+};
+
+/// What one rendered picture took of POV-Ray.
+struct RenderedPicture {
+  std::string camera;               ///< its ViewSettings::camera_name
+  std::uint64_t tick = 0;           ///< number of its instant
+  std::chrono::nanoseconds cpu{0};  ///< processor time of all threads; a process's first picture includes its start
+  std::uint64_t peak_bytes = 0;     ///< most memory that its process has held until then; 0: not known
 };
 
 /// One robot that wants a place in a world.
@@ -134,6 +144,10 @@ struct SeatSettings {
   RobotBody body;  ///< its name is replaced by the claimed object's
   DriveLimits drive;
   int run_ahead_frames = 6;  ///< instants whose pictures may be unfinished before a grab waits, >= 1
+  /// Told, from any thread, of each rendered picture (several for one that takes time to expose), before the frame is
+  /// ready. Must neither block nor throw, and may be called after the robot has left. Not told: pictures by which a
+  /// mirror is found; those of a world that another program serves; any where the system does not tell.
+  std::function<void(const RenderedPicture&)> rendered{};
 };
 
 /// What a simulated camera does beyond the ideal. Zero or empty: not there, and not paid for.
@@ -182,7 +196,7 @@ class Simulation {
   /// `FILE:LINE: POV-Ray: ...`
   ///
   /// Errors: kNotFound (no such scene), kUnavailable (no POV-Ray), kRefused (the scene: file, line, column, what was
-  /// looked for; or the start touches something).
+  /// looked for; or the robot touches something where it begins).
   ///
   /// @throws std::invalid_argument naming every bad field
   static Result<std::unique_ptr<Simulation>> open(const PlaceSettings& place, const SeatSettings& seat);
@@ -204,6 +218,28 @@ class Simulation {
   virtual Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view) = 0;
   virtual std::unique_ptr<DiffDrive> open_drive() = 0;
   virtual std::unique_ptr<GroundTruth> open_truth() = 0;
+};
+
+/// A world that is entered again and again, by one robot after the other; one thread at a time. What is known of its
+/// mirrors, and the POV-Ray processes, stay from one robot to the next; each finds it anew, at time 0, with the very
+/// pictures of Simulation::open. Pictures ordered by a robot that has left still come.
+class Venue {
+ public:
+  /// Errors and exceptions: as Simulation::open.
+  static Result<Venue> open(const PlaceSettings& place);
+  ~Venue();
+  Venue(Venue&&) noexcept;
+  Venue& operator=(Venue&&) noexcept;
+
+  /// Errors: kRefused: the scene has no such robot; the begin touches something; or the last robot's simulation,
+  /// cameras, drive or truth are still there.
+  /// @throws std::invalid_argument naming every bad field
+  [[nodiscard]] Result<std::unique_ptr<Simulation>> enter(const SeatSettings& seat) const;
+
+ private:
+  class Impl;
+  explicit Venue(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 /// @throws std::invalid_argument naming every bad field

@@ -164,19 +164,57 @@ class SeatSimulation final : public Simulation {
   std::shared_ptr<Shared> shared_;
 };
 
+std::shared_ptr<Shared> shared_of(std::unique_ptr<Seat> seat, const SeatSettings& settings) {
+  return std::make_shared<Shared>(Shared{std::move(seat), settings});
+}
+
 }  // namespace
 
 std::unique_ptr<Simulation> make_simulation(std::unique_ptr<Seat> seat, const SeatSettings& settings) {
-  return std::make_unique<SeatSimulation>(std::make_shared<Shared>(Shared{std::move(seat), settings}));
+  return std::make_unique<SeatSimulation>(shared_of(std::move(seat), settings));
 }
+
+class Venue::Impl {
+ public:
+  explicit Impl(std::shared_ptr<Hall> hall) : hall_(std::move(hall)) {}
+
+  Result<std::unique_ptr<Simulation>> enter(const SeatSettings& settings) {
+    check(settings);
+    // The hall would let another robot of the scene in, and the two would wait for each other.
+    if (!last_.expired()) {
+      return Error{ErrorCode::kRefused,
+                   "the venue is not empty: the last robot's simulation, cameras, drive or truth are still there"};
+    }
+    auto seat = hall_->take_seat(settings);
+    if (!seat) return seat.error();
+    auto shared = shared_of(*std::move(seat), settings);
+    last_ = shared;
+    return std::unique_ptr<Simulation>(std::make_unique<SeatSimulation>(std::move(shared)));
+  }
+
+ private:
+  const std::shared_ptr<Hall> hall_;
+  std::weak_ptr<Shared> last_;
+};
+
+Venue::Venue(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Venue::~Venue() = default;
+Venue::Venue(Venue&&) noexcept = default;
+Venue& Venue::operator=(Venue&&) noexcept = default;
+
+Result<Venue> Venue::open(const PlaceSettings& place) {
+  auto hall = Hall::open(place);
+  if (!hall) return hall.error();
+  return Venue(std::make_unique<Impl>(*std::move(hall)));
+}
+
+Result<std::unique_ptr<Simulation>> Venue::enter(const SeatSettings& seat) const { return impl_->enter(seat); }
 
 Result<std::unique_ptr<Simulation>> Simulation::open(const PlaceSettings& place, const SeatSettings& seat) {
   check(seat);
-  auto hall = Hall::open(place);
-  if (!hall) return hall.error();
-  auto taken = (*hall)->take_seat(seat);
-  if (!taken) return taken.error();
-  return make_simulation(*std::move(taken), seat);
+  const auto venue = Venue::open(place);
+  if (!venue) return venue.error();
+  return venue->enter(seat);
 }
 
 Result<std::unique_ptr<Simulation>> Simulation::attach(const std::string& name, const SeatSettings& seat) {

@@ -17,7 +17,8 @@ inline std::vector<Message> sample_messages() {
                {0.31, 0.052, 0.013, 2.2, 1024, 0.11},
                std::chrono::nanoseconds(412),
                Physics{4.9, 0.77, 0.29},
-               0xfedcba9876543210};
+               0xfedcba9876543210,
+               Pose2{-0.4, 1.25, 2.6}};
   seat.drive = {9.5, std::chrono::nanoseconds(399)};
   seat.run_ahead_frames = 7;
   SeatSettings without_physics = seat;

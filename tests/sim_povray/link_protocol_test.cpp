@@ -60,6 +60,7 @@ TEST(LinkProtocol, SettingsComeBackFieldByField) {
   const auto seat = as<Take>(decode(encode(samples.at(2)))).settings;
   EXPECT_EQ(seat.name, "2");
   EXPECT_EQ(seat.body.start, (Pose2{1.5, -2.25, 0.7}));
+  EXPECT_EQ(seat.body.begin, (Pose2{-0.4, 1.25, 2.6}));
   EXPECT_EQ(seat.body.wheels.slip, 0.013);
   EXPECT_EQ(seat.body.wheels.slip_correlation_s, 2.2);
   EXPECT_EQ(seat.body.wheels.encoder_counts_per_turn, 1024);

@@ -333,6 +333,7 @@ TEST(SettingsCheck, NamesEveryBadField) {
   place.render.timeout = 0ms;
   SeatSettings s;
   s.body.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
+  s.body.begin = Pose2{std::numeric_limits<double>::infinity(), 0, 0};
   s.body.radius_m = -0.2;
   s.body.wheels.separation_m = -0.3;
   s.body.wheels.radius_m = std::numeric_limits<double>::infinity();
@@ -364,9 +365,9 @@ TEST(SettingsCheck, NamesEveryBadField) {
         "reflection_depth is 0, must be 1 to 256", "render.povray", "processes is 0", "timeout is 0 ms"}) {
     EXPECT_THAT(complaint(place), HasSubstr(field));
   }
-  for (const char* field : {"start.heading_rad is nan rad", "radius_m is -0.2 m", "separation_m is -0.3 m",
-                            "radius_m is inf m", "slip is -0.1", "slip_correlation_s is 0 s", "lag_s is -1 s",
-                            "encoder_counts_per_turn is -1", "mass_kg is 0 kg", "wheel_friction is 0",
+  for (const char* field : {"start.heading_rad is nan rad", "begin.x_m is inf m", "radius_m is -0.2 m",
+                            "separation_m is -0.3 m", "radius_m is inf m", "slip is -0.1", "slip_correlation_s is 0 s",
+                            "lag_s is -1 s", "encoder_counts_per_turn is -1", "mass_kg is 0 kg", "wheel_friction is 0",
                             "body_friction is -1", "max_speed_radps is 0", "run_ahead_frames is 0"}) {
     EXPECT_THAT(complaint(s), HasSubstr(field));
   }

@@ -27,6 +27,11 @@ SteadyTime deadline_after(std::chrono::nanoseconds timeout) {
   return timeout > SteadyTime::max() - now ? SteadyTime::max() : now + timeout;
 }
 
+void measure(const StartedChild& child, ChildResult& result) {
+  const std::uint64_t before = result.use ? result.use->peak_bytes : 0;
+  if (const auto cpu = child.cpu()) result.use = {*cpu, std::max(before, child.peak_bytes())};
+}
+
 /// Reads until the child has ended or must be killed; kEnded if the former.
 ChildResult::End watch(const StartedChild& child, const ChildRequest& request, SteadyTime deadline,
                        ChildResult& result) {
@@ -43,6 +48,7 @@ ChildResult::End watch(const StartedChild& child, const ChildRequest& request, S
     // Something that the child left behind may hold the pipes open, or fill them: their end is not waited for.
     const bool gone = ended.revents != 0;
     if (gone) child.kill_group();
+    if (request.measured && (gone || output.revents != 0)) measure(child, result);
     // A closed pipe is always ready: a negative number takes it out of the set.
     if (output.revents != 0 && !drain(child.output_fd(), result.output)) output.fd = -1;
     if (errors.revents != 0 && !drain(child.errors_fd(), result.errors)) errors.fd = -1;
@@ -88,7 +94,7 @@ ChildResult run_child(const ChildRequest& request) {
   try {
     return run(request);
   } catch (const std::system_error& e) {
-    return {ChildResult::End::kNotStarted, 0, {}, e.what()};
+    return {ChildResult::End::kNotStarted, 0, {}, e.what(), {}};
   }
 }
 

@@ -3,8 +3,10 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 
+#include "drivers/sim_povray/render/picture.h"
 #include "drivers/sim_povray/render/started_child.h"
 
 namespace twocone::sim_povray {
@@ -27,6 +29,7 @@ struct ChildRequest {
   std::size_t max_output = 0;           ///< bytes of standard output after which the child is killed
   std::chrono::nanoseconds timeout{0};  ///< after which it is killed
   int stop_fd = -1;                     ///< it is killed when this gets readable; -1: none
+  bool measured = false;                ///< ChildResult::use is wanted
 };
 
 struct ChildResult {
@@ -41,6 +44,8 @@ struct ChildResult {
   int wait_status = 0;  ///< as waitpid() tells it
   std::string output;
   std::string errors;
+  /// Of one that has ended. Its memory: when it wrote last. None: not asked for, or the system does not tell.
+  std::optional<ProcessUse> use{};
 };
 
 /// Runs a program to its end. When this returns, the child and all that stayed in its process group are gone and

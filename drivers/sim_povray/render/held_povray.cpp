@@ -89,6 +89,10 @@ std::filesystem::path HeldPovray::picture() const {
 Order HeldPovray::finish() {
   assert(state_ == State::kDrawing);
   ++frame_;
+  if (const auto cpu = child_.cpu()) {
+    order_->use = {*cpu - cpu_until_last_, order_->job.used ? child_.peak_bytes() : 0};
+    cpu_until_last_ = *cpu;
+  }
   errors_.clear();  // warnings about the finished frame
   enter(State::kComing);
   look();

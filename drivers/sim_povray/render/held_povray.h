@@ -23,6 +23,8 @@ struct Order {
   Renderer::Done done;
   std::uint64_t number = 0;  ///< counts submissions
   int failures = 0;          ///< processes that it has been lost with
+  /// By its process, once it is drawn. None: the system does not tell. Memory is looked up only if the job asks.
+  std::optional<ProcessUse> use{};
 };
 
 /// A mould as held processes read it: at the place of the pose it includes the file behind the lease, and refuses a
@@ -88,6 +90,7 @@ class HeldPovray {
   State state_ = State::kComing;
   SteadyTime since_ = std::chrono::steady_clock::now();
   int frame_ = 1;
+  std::chrono::nanoseconds cpu_until_last_{0};
   std::optional<Order> order_;
   std::string errors_;
 };

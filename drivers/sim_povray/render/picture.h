@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,6 +34,12 @@ struct Mould {
   std::string one_shot;
 };
 
+/// What a picture took of its process.
+struct ProcessUse {
+  std::chrono::nanoseconds cpu{0};  ///< processor time of all threads since the process's last picture, or its start
+  std::uint64_t peak_bytes = 0;     ///< most memory that the process has held until then; 0: not known
+};
+
 /// One picture to make.
 struct RenderJob {
   std::string label;  ///< for messages: "frame 12, view lower"
@@ -38,6 +47,9 @@ struct RenderJob {
   /// One line of POV-Ray's language that declares where things are. No line break, so that POV-Ray's line numbers are
   /// those of the scene file.
   std::string pose;
+  /// Told once of a picture that comes out, before it is handed over, by the same thread; not where the system does not
+  /// tell. Must neither block nor throw. Empty: nobody asks.
+  std::function<void(const ProcessUse&)> used{};
 };
 
 }  // namespace twocone::sim_povray

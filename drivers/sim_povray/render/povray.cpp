@@ -134,7 +134,7 @@ Program Povray::program(const Mould& mould) const {
   return {program_, povray_arguments(mould), environment_, folder_, {}, true};
 }
 
-Result<std::string> Povray::run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
+Result<ChildResult> Povray::run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
                                 int stop_fd) const {
   UniqueFd scene;
   try {
@@ -150,6 +150,7 @@ Result<std::string> Povray::run(const RenderJob& job, std::vector<std::string> a
   request.max_output = most;
   request.timeout = timeout_;
   request.stop_fd = stop_fd;
+  request.measured = bool(job.used);
   ChildResult run = run_child(request);
 
   switch (run.end) {
@@ -167,13 +168,15 @@ Result<std::string> Povray::run(const RenderJob& job, std::vector<std::string> a
       break;
   }
   if (run.wait_status != 0) return exit_error(job.label, run.wait_status, run.errors, scene_path_);
-  return std::move(run.output);
+  return run;
 }
 
 ImageResult Povray::render(const RenderJob& job, int stop_fd) const {
-  const auto ppm = run(job, povray_arguments(*job.mould), most_ppm_bytes(*job.mould), stop_fd);
-  if (!ppm) return ppm.error();
-  return picture_from(*ppm, job);
+  const auto done = run(job, povray_arguments(*job.mould), most_ppm_bytes(*job.mould), stop_fd);
+  if (!done) return done.error();
+  ImageResult picture = picture_from(done->output, job);
+  if (picture && done->use) job.used(*done->use);
+  return picture;
 }
 
 Result<DeepImage> Povray::render_deep(const std::string& label, const std::string& scene, int width_px,
@@ -182,9 +185,9 @@ Result<DeepImage> Povray::render_deep(const std::string& label, const std::strin
   std::vector<std::string> arguments = povray_arguments(*job.mould);
   std::replace(arguments.begin(), arguments.end(), std::string("+FP"), std::string("+FP16"));
   std::replace(arguments.begin(), arguments.end(), std::string("File_Gamma=sRGB"), std::string("File_Gamma=1.0"));
-  const auto ppm = run(job, std::move(arguments), 2 * most_ppm_bytes(*job.mould), -1);
-  if (!ppm) return ppm.error();
-  return deep_picture_from(*ppm, job);
+  const auto done = run(job, std::move(arguments), 2 * most_ppm_bytes(*job.mould), -1);
+  if (!done) return done.error();
+  return deep_picture_from(done->output, job);
 }
 
 }  // namespace twocone::sim_povray

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim_povray/render/child_process.h"
 #include "drivers/sim_povray/render/picture.h"
 #include "drivers/sim_povray/render/povray_answer.h"
 #include "drivers/sim_povray/render/started_child.h"
@@ -43,8 +44,8 @@ class Povray {
   [[nodiscard]] Program program(const Mould& mould) const;
 
  private:
-  /// Runs the program with `arguments` and hands back what it writes, `most` bytes of it. Errors: as render().
-  [[nodiscard]] Result<std::string> run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
+  /// Runs the program with `arguments` to a good end, in which it writes at most `most` bytes. Errors: as render().
+  [[nodiscard]] Result<ChildResult> run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
                                         int stop_fd) const;
 
   std::string program_;

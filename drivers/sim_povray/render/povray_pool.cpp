@@ -287,7 +287,10 @@ void PovrayPool::picture_closed(Group& group, std::size_t index) {
   std::filesystem::remove(povray.picture(), ignored);
   Order order = povray.finish();
   ImageResult picture = picture_from(bytes, order.job);
-  if (picture) return order.done(std::move(picture));
+  if (picture) {
+    if (order.use && order.job.used) order.job.used(*order.use);
+    return order.done(std::move(picture));
+  }
   if (bytes.size() < most && has_no_room(scratch_.path(), most)) {
     obstacle_ = fmt::format("{} is full", scratch_.path().parent_path().string());
     group.queue.push_front(std::move(order));

@@ -10,8 +10,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <time.h>
+
 #include <array>
 #include <cerrno>
+#include <fstream>
 #include <system_error>
 
 namespace twocone::sim_povray {
@@ -205,6 +208,22 @@ StartedChild::StartedChild(const Program& program) {
 
 StartedChild::~StartedChild() {
   if (pid_ > 0) end();
+}
+
+std::optional<std::chrono::nanoseconds> StartedChild::cpu() const {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return std::nullopt;
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+std::uint64_t StartedChild::peak_bytes() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  }
+  return 0;
 }
 
 void StartedChild::kill_group() const {

@@ -3,6 +3,9 @@
 
 #include <sys/types.h>
 
+#include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +62,12 @@ class StartedChild {
   /// Its standard output and error; they do not block. -1 where it is not wanted.
   [[nodiscard]] int output_fd() const { return output_.get(); }
   [[nodiscard]] int errors_fd() const { return errors_.get(); }
+
+  /// Processor time that all its threads have taken so far, also once it has ended. None: the system does not tell.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> cpu() const;
+  /// Most memory that it has held so far as the program that it is now (wait4() would count this program's, from
+  /// between fork and exec); 0: not known, as once it has ended.
+  [[nodiscard]] std::uint64_t peak_bytes() const;
 
   /// The whole group. To be done before the child is reaped: until then its number, which is the group's, cannot belong
   /// to anybody else.

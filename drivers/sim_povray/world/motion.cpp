@@ -31,6 +31,8 @@ double wrap_angle(double angle_rad) {
   return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
 }
 
+Pose2 wrapped(const Pose2& pose) { return {pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)}; }
+
 BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m) {
   std::string bad;
   require_finite(bad, "left_mps", wheels.left_mps, "m/s");

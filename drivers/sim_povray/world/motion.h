@@ -11,6 +11,8 @@ namespace twocone::sim_povray {
 /// to it.
 /// @throws std::invalid_argument for an angle that is not finite
 double wrap_angle(double angle_rad);
+/// The same pose, its heading wrapped.
+Pose2 wrapped(const Pose2& pose);
 
 /// Speeds of the two wheels' contact points over the floor.
 struct GroundSpeeds {

@@ -17,7 +17,7 @@ MovingRobot::MovingRobot(const RobotBody& body)
     : body_(body),
       left_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kLeftSlip)),
       right_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kRightSlip)),
-      pose_{body.start.x_m, body.start.y_m, wrap_angle(body.start.heading_rad)},
+      pose_(wrapped(body.begin.value_or(body.start))),
       begin_pose_(pose_) {}
 
 void MovingRobot::command(const WheelSpeeds& speeds, std::chrono::nanoseconds now) {

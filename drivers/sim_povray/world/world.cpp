@@ -262,7 +262,8 @@ void World::begin_anew() {
 }
 
 Result<World::RobotId> World::add_robot(const RobotBody& robot) {
-  const FloorPoint at{robot.start.x_m, robot.start.y_m};
+  const Pose2& begin = robot.begin ? *robot.begin : robot.start;
+  const FloorPoint at{begin.x_m, begin.y_m};
   const std::string* touched = nullptr;
   if (robot.radius_m > 0) {
     touched = impl_->surroundings.outline_around(at);
@@ -274,7 +275,7 @@ Result<World::RobotId> World::add_robot(const RobotBody& robot) {
     });
   }
   if (touched != nullptr) {
-    return Error{ErrorCode::kRefused, "start of " + robot.name + " touches " + *touched};
+    return Error{ErrorCode::kRefused, (robot.begin ? "begin of " : "start of ") + robot.name + " touches " + *touched};
   }
   MovingRobot added(robot);
   if (robot.physics) {

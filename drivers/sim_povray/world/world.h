@@ -48,8 +48,8 @@ class World {
   void begin_anew();
 
   using RobotId = std::uint32_t;
-  /// Puts a robot at its start. An id is not used again until begin_anew().
-  /// Errors: kRefused: the start touches something, and what; kUnavailable: physics in a build without it.
+  /// Puts a robot at its begin, or at its start if it has none. An id is not used again until begin_anew().
+  /// Errors: kRefused: that place touches something, and what; kUnavailable: physics in a build without it.
   Result<RobotId> add_robot(const RobotBody& robot);
   /// The robot stays where it is, standing, as an obstacle.
   void abandon(RobotId robot);
