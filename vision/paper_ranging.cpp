@@ -89,14 +89,17 @@ Eigen::Vector2d to_vector(const cv::Point& p) { return {p.x, p.y}; }
 
 }  // namespace
 
-PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size)
+PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
+                           const std::vector<std::size_t>& wanted)
     : rig_(rig),
       targets_(targets),
+      wanted_(targets.size(), wanted.empty()),
       hues_(colours_of(targets)),
       lower_rings_(rig.lower.settings().centre_px, rig.lower.settings().rim_radius_px, lower_size),
       lower_size_(lower_size),
       upper_size_(upper_size) {
   check(rig, targets);
+  for (const std::size_t i : wanted) wanted_.at(i) = true;
 }
 
 std::optional<PaperRanging::Match> PaperRanging::find_outermost(const cv::Mat& labels, int label) const {
@@ -125,7 +128,9 @@ std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const 
   const cv::Mat lower_labels = hues_.label(lower);
   const cv::Mat upper_labels = hues_.label(upper);
   std::vector<RangeMeasurement> measurements;
-  for (std::size_t i = 0; i < targets_.size(); ++i) measurements.push_back(measure_one(i, lower_labels, upper_labels));
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    measurements.push_back(wanted_[i] ? measure_one(i, lower_labels, upper_labels) : RangeMeasurement{});
+  }
   return measurements;
 }
 

@@ -44,8 +44,10 @@ namespace twocone::vision {
 /// growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
 class PaperRanging {
  public:
-  /// @throws std::invalid_argument for a rig outside the domain
-  PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size);
+  /// @param wanted those of the targets that are looked for; empty: all. The others' verdict is kNotSeen.
+  /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted one that is no target
+  PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
+               const std::vector<std::size_t>& wanted = {});
 
   /// One measurement for each target, in their order.
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
@@ -64,6 +66,7 @@ class PaperRanging {
 
   Rig rig_;
   std::vector<Target> targets_;
+  std::vector<bool> wanted_;
   HueLabels hues_;
   Rings lower_rings_;
   cv::Size lower_size_;

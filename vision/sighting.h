@@ -15,8 +15,9 @@ namespace twocone::vision {
 struct Sighting {
   Eigen::Vector2d pixel_px = Eigen::Vector2d::Zero();  ///< column, row; pixel (0, 0) is the first one's centre
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();  ///< of column and row
-  /// Standard deviation of the outline's place across itself, for each pixel of its length: noise over contrast.
-  double edge_noise_px = 0;
+  /// Standard deviation of the outline's place across itself, for each pixel of its length: noise over contrast. None
+  /// where no outline was fitted (Stage::kFound).
+  std::optional<double> edge_noise_px{};
 };
 
 /// The near point in the body frame: p_BL - radius_m * outwards, where `outwards` is the horizontal unit vector from

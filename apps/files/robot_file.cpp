@@ -7,6 +7,7 @@
 #include "apps/files/camera_effects.h"
 #include "apps/files/camera_info.h"
 #include "apps/files/device_keys.h"
+#include "apps/files/estimator_keys.h"
 #include "apps/files/file_error.h"
 #include "apps/files/rig_keys.h"
 #include "apps/files/text_file.h"
@@ -194,6 +195,7 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   read_drive(root, robot.drive);
   const std::vector<CameraPart> cameras = read_cameras(root, robot);
   read_rig(root, file, robot.rig);
+  read_estimator(root, robot.estimator);
   Section* common_effects = read_effects(root, robot.effects);
   sim_povray::CameraEffects common;
   bool good_common = true;
@@ -220,6 +222,12 @@ YAML::Node load_robot_node(const std::filesystem::path& file) {
   const Robot robot = parse_robot(node, file);
   node["map"] = std::filesystem::absolute(robot.map).string();
   set_camera_info_paths(node, file, [](const std::filesystem::path& path) { return std::filesystem::absolute(path); });
+  return node;
+}
+
+YAML::Node load_robot_node(const Robot& robot) {
+  YAML::Node node = load_robot_node(robot.file);
+  set_estimator(node, robot.estimator);
   return node;
 }
 

@@ -104,6 +104,19 @@ struct Effects {
   friend bool operator==(const Effects&, const Effects&) = default;
 };
 
+/// How much work goes into a frame's answer (`estimator:`); what is not said is the most accurate. Method `paper` knows
+/// neither stages nor bearings.
+struct EstimatorKeys {
+  std::string method{};                  ///< `paper` or `full`; empty: the program's default
+  std::string stage = "fine";            ///< of method full: found, coarse, fine or adaptive
+  std::vector<std::string> landmarks{};  ///< names of those that are looked for, at least 3; empty: all of the map
+  bool bearings = true;                  ///< false: fixes from ranges alone, without heading
+  double enough_m = 0.001;               ///< adaptive: position sigma from which on a frame is refined no further, > 0
+  std::optional<double> budget_s{};      ///< adaptive: time for vision and localisation of a frame, > 0; none: no limit
+
+  friend bool operator==(const EstimatorKeys&, const EstimatorKeys&) = default;
+};
+
 /// What a robot is made of and which driver moves each part (robots/lab_sim.yaml).
 struct Robot {
   std::filesystem::path file;  ///< as it was asked for
@@ -118,6 +131,7 @@ struct Robot {
   std::vector<NamedCameraEntry> others;  ///< further cameras in the file's order, of the pair's rate
   Rig rig;
   Effects effects;
+  EstimatorKeys estimator;
   std::vector<Point> waypoints;  ///< for `--behaviour waypoints`, driven as a loop
   double max_skew_s = 0;         ///< of a pair; default StereoRig::kFreeSkew periods, 0 to 60
 
@@ -133,5 +147,7 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
 /// The file's YAML with its paths made absolute, to be put into another file (run.yaml) from which parse_robot then
 /// reads the same robot. @throws FileError as read_robot
 YAML::Node load_robot_node(const std::filesystem::path& file);
+/// The same of `robot.file`, but with the `estimator:` of `robot`, which a run may have been told otherwise.
+YAML::Node load_robot_node(const Robot& robot);
 
 }  // namespace twocone::files

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/files/estimator_keys.h"
 #include "apps/files/rig_keys.h"
 #include "apps/files/text_file.h"
 #include "apps/files/yaml_reader.h"
@@ -40,9 +41,8 @@ YAML::Node mirror_of(const RigView& view) {
   return mirror;
 }
 
-/// What belongs to one mirror. @param read what `original` says of it @param info_path its `camera_info`, as to be
-/// written
-YAML::Node view_of(const RigView& view, const RigView& read, const std::string& info_path) {
+/// What belongs to one mirror. @param info_path its `camera_info` as to be written; empty: that does not hold any more
+YAML::Node view_of(const RigView& view, const std::string& info_path) {
   YAML::Node node;
   node["centre_px"] = list_of(view.centre_px);
   node["rim_radius_px"] = text_of(view.rim_radius_px);
@@ -50,8 +50,7 @@ YAML::Node view_of(const RigView& view, const RigView& read, const std::string& 
   if (view.mirrored) node["mirrored"] = true;
   if (!is_zero(view.tilt_rad)) node["tilt_rad"] = list_of(view.tilt_rad);
   if (!is_zero(view.axis_offset_m)) node["axis_offset_m"] = list_of(view.axis_offset_m);
-  const bool is_of_the_file = !view.camera_info.empty() && view.camera_info == read.camera_info;
-  if (is_of_the_file && has_same_lens(view, read)) {
+  if (!info_path.empty()) {
     node["camera_info"] = info_path;
   } else if (!view.distortion.empty()) {
     node["distortion"] = list_of(view.distortion);
@@ -79,10 +78,10 @@ std::string info_path_of(const YAML::Node& rig, const char* mirror) {
   return rig[kKey] ? rig[kKey].as<std::string>() : std::string();
 }
 
-YAML::Node rig_of(const Rig& rig, const Rig& read, const std::string& lower_info, const std::string& upper_info) {
+YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::string& upper_info) {
   YAML::Node node;
-  YAML::Node lower = view_of(rig.lower, read.lower, lower_info);
-  YAML::Node upper = view_of(rig.upper, read.upper, upper_info);
+  YAML::Node lower = view_of(rig.lower, lower_info);
+  YAML::Node upper = view_of(rig.upper, upper_info);
   const auto put = [&](const char* key, bool is_common, const auto& value_of) {
     if (is_common) {
       node[key] = value_of(rig.lower);
@@ -103,6 +102,29 @@ YAML::Node rig_of(const Rig& rig, const Rig& read, const std::string& lower_info
   return node;
 }
 
+/// Changes nothing of a camera's text that says so already.
+void set_camera(YAML::Node camera, const CameraEntry& changed, const CameraEntry& read) {
+  if (changed.width_px != read.width_px) camera["width_px"] = changed.width_px;
+  if (changed.height_px != read.height_px) camera["height_px"] = changed.height_px;
+  if (changed.rate_hz != read.rate_hz) camera["rate_hz"] = text_of(changed.rate_hz);
+  if (changed.antialias == read.antialias) return;
+  camera.remove("antialias");
+  if (changed.antialias != CameraEntry{}.antialias) camera["antialias"] = changed.antialias;
+}
+
+/// What `original` holds, as a text and as read from it.
+struct Original {
+  std::filesystem::path file;
+  YAML::Node node;
+  Robot robot;
+};
+
+Original read_original(const std::filesystem::path& file) {
+  YAML::Node node = load_yaml(file);
+  Robot robot = parse_robot(node, file);
+  return {file, std::move(node), std::move(robot)};
+}
+
 /// `line` as comments: a line break in it must not end the comment.
 std::string commented(std::string_view line) {
   std::string text = "#";
@@ -117,30 +139,64 @@ std::string commented(std::string_view line) {
   return text + '\n';
 }
 
-}  // namespace
-
-std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                                  const Rig& rig, const WheelSizes& wheels,
-                                  const std::vector<std::string>& header_lines) {
-  YAML::Node node = load_yaml(original);
-  const Robot robot = parse_robot(node, original);
-  node["map"] = moved(node["map"].as<std::string>(), original, new_file);
-  const auto info = [&](const char* mirror) {
-    const std::string written = info_path_of(node["rig"], mirror);
-    return written.empty() ? written : moved(written, original, new_file);
+std::string text_with(Original original, const std::filesystem::path& new_file, const Robot& changed,
+                      const std::vector<std::string>& header_lines) {
+  auto& [file, node, robot] = original;
+  node["map"] = moved(node["map"].as<std::string>(), file, new_file);
+  const auto info = [&](const char* mirror, RigView Rig::*view, CameraEntry Robot::*camera) {
+    const RigView& now = changed.rig.*view;
+    const RigView& then = robot.rig.*view;
+    const bool is_that_camera = (changed.*camera).width_px == (robot.*camera).width_px &&
+                                (changed.*camera).height_px == (robot.*camera).height_px;
+    const bool is_of_the_file = !now.camera_info.empty() && now.camera_info == then.camera_info;
+    if (!is_of_the_file || !has_same_lens(now, then) || !is_that_camera) return std::string();
+    return moved(info_path_of(node["rig"], mirror), file, new_file);
   };
-  node["rig"] = rig_of(rig, robot.rig, info("lower"), info("upper"));
-  node["drive"]["wheel_separation_m"] = text_of(wheels.separation_m);
-  node["drive"]["wheel_radius_m"] = text_of(wheels.radius_m);
+  node["rig"] =
+      rig_of(changed.rig, info("lower", &Rig::lower, &Robot::lower), info("upper", &Rig::upper, &Robot::upper));
+  node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
+  node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
+  YAML::Node cameras = node["cameras"];
+  if (cameras["upper"].is(cameras["lower"])) {  // an alias of it, which would change with it
+    const YAML::Node upper = YAML::Clone(cameras["upper"]);
+    cameras.remove("upper");
+    cameras["upper"] = upper;
+  }
+  set_camera(cameras["lower"], changed.lower, robot.lower);
+  set_camera(cameras["upper"], changed.upper, robot.upper);
+  for (const NamedCameraEntry& other : robot.others) {
+    CameraEntry with_rate = other.camera;
+    with_rate.rate_hz = changed.lower.rate_hz;
+    set_camera(cameras[other.name], with_rate, other.camera);
+  }
+  if (changed.estimator != robot.estimator) set_estimator(node, changed.estimator);
 
   std::string text = "# SPDX-License-Identifier: Apache-2.0\n";
   for (const std::string& line : header_lines) text += commented(line);
-  text += commented(fmt::format("From {}, whose comments are not kept.", original.filename().string()));
+  text += commented(fmt::format("From {}, whose comments are not kept.", file.filename().string()));
   YAML::Emitter emitter;
   emitter << node;
   text += fmt::format("{}\n", emitter.c_str());
   (void)parse_robot(parse_yaml(text, new_file), new_file);  // never hand out what will be refused
   return text;
+}
+
+}  // namespace
+
+std::string robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
+                       const Robot& changed, const std::vector<std::string>& header_lines) {
+  return text_with(read_original(original), new_file, changed, header_lines);
+}
+
+std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
+                                  const Rig& rig, const WheelSizes& wheels,
+                                  const std::vector<std::string>& header_lines) {
+  Original read = read_original(original);
+  Robot changed = read.robot;
+  changed.rig = rig;
+  changed.drive.wheel_separation_m = wheels.separation_m;
+  changed.drive.wheel_radius_m = wheels.radius_m;
+  return text_with(std::move(read), new_file, changed, header_lines);
 }
 
 }  // namespace twocone::files

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -29,8 +30,20 @@ void check_within(const Robot& robot, const Map& map, std::string_view key, cons
   check_side("y", place.y_m, map.bounds.min_y_m, map.bounds.max_y_m);
 }
 
+/// Lines about landmarks of `estimator:` that the map does not have.
+void check_landmarks(const Robot& robot, const Map& map, std::string& bad) {
+  std::vector<std::string> known;
+  for (const Landmark& landmark : map.landmarks) known.push_back(landmark.name);
+  for (const std::string& name : robot.estimator.landmarks) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    bad += fmt::format("\n{}: estimator.landmarks names '{}', must be a landmark of {}: {}", robot.file.string(), name,
+                       map.file.string(), fmt::join(known, ", "));
+  }
+}
+
 void check_together(const Robot& robot, const Map& map) {
   std::string bad;
+  check_landmarks(robot, map, bad);
   if (robot.start) check_within(robot, map, "start", {robot.start->x_m, robot.start->y_m}, bad);
   for (std::size_t i = 0; i < robot.waypoints.size(); ++i) {
     check_within(robot, map, fmt::format("waypoints_m[{}]", i), robot.waypoints[i], bad);
@@ -159,6 +172,12 @@ vision::MirrorView to_view(const RigView& view, double lens_height_m) {
 Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
 
 }  // namespace
+
+void check_landmarks(const Robot& robot, const Map& map) {
+  std::string bad;
+  check_landmarks(robot, map, bad);
+  if (!bad.empty()) throw FileError(bad.substr(1));
+}
 
 bool is_simulated(const Robot& robot) {
   const auto is_other_simulated = [](const NamedCameraEntry& other) {

@@ -19,10 +19,13 @@
 /// what moves and what is rendered; nothing of `rig:`, and of a landmark neither colour nor height.
 namespace twocone::files {
 
-/// @throws FileError naming what does not go together: start or waypoints outside the map's bounds; for driver
-/// sim_povray a robot without a start or, unless it attaches to a served world, a map without a scene; attach without
-/// that driver; and what drivers::check refuses
+/// @throws FileError naming what does not go together: start or waypoints outside the map's bounds; landmarks of
+/// `estimator:` that the map does not have; for driver sim_povray a robot without a start or, unless it attaches to a
+/// served world, a map without a scene; attach without that driver; and what drivers::check refuses
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed);
+
+/// The landmarks alone, for who opens no robot. @throws FileError for those of `estimator:` that the map does not have
+void check_landmarks(const Robot& robot, const Map& map);
 
 /// Whether a simulation moves it: one part simulated, all are (drivers::open_robot).
 bool is_simulated(const Robot& robot);

@@ -315,6 +315,25 @@ bool Section::number_list(std::string_view key, const Quantity& quantity, std::s
   return true;
 }
 
+bool Section::texts(std::string_view key, std::string_view what, std::vector<std::string>& values, Need need) {
+  const Entry* entry = find(key, what, kNoUnit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  if (!entry->value.IsSequence()) return complain(key, kNoUnit, "a list of texts"), false;
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < entry->value.size(); ++i) {
+    const YAML::Node item = entry->value[i];
+    if (item.IsScalar() && !item.Scalar().empty()) {
+      texts.push_back(item.Scalar());
+      continue;
+    }
+    reading_->complain(line_of(item, entry->line), fmt::format("{}[{}] is {}, must be text that is not empty",
+                                                               path_of(key), i, show(item, kNoUnit)));
+  }
+  if (texts.size() != entry->value.size()) return false;
+  values = std::move(texts);
+  return true;
+}
+
 bool Section::points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need) {
   const Entry* entry = find(key, what, kMetres, need);
   if (entry == nullptr) return need == Need::kOptional;

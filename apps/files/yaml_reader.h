@@ -72,6 +72,9 @@ class Section {
   /// A list of one of `counts` numbers.
   bool number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
                    std::vector<double>& values, Need need = Need::kRequired);
+  /// A list of texts, none of them empty.
+  bool texts(std::string_view key, std::string_view what, std::vector<std::string>& values,
+             Need need = Need::kRequired);
   /// A list of [x, y].
   bool points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need = Need::kRequired);
   /// A mapping; null where there is none.

@@ -54,7 +54,8 @@ RunBudget budget_of(const runs::RunData& run, int draws, int pose_step) {
   set_motion(path, settings);
   std::vector<double> noise_px;
   for (const runs::SightingRow& row : run.sightings) {
-    if (row.edge_noise_px > 0 && std::isfinite(row.edge_noise_px)) noise_px.push_back(row.edge_noise_px);
+    if (row.edge_noise_px && *row.edge_noise_px > 0 && std::isfinite(*row.edge_noise_px))
+      noise_px.push_back(*row.edge_noise_px);
   }
   if (!noise_px.empty()) {
     const auto middle = noise_px.begin() + std::ptrdiff_t(noise_px.size() / 2);

@@ -11,6 +11,7 @@
 
 #include "apps/files/file_error.h"
 #include "apps/report/paper_figures.h"
+#include "apps/report/plain_text.h"
 
 namespace twocone::report {
 namespace {
@@ -19,43 +20,6 @@ constexpr std::size_t kWidth = 100;
 constexpr std::size_t kNameWidth = 12;
 constexpr double kMmPerM = 1000;
 constexpr double kDegreesPerRad = 180 / std::numbers::pi;
-
-/// `text` in plain ASCII: one '?' for each other character of its UTF-8.
-std::string ascii(std::string_view text) {
-  std::string plain;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x80 && byte < 0xC0) continue;  // the rest of a character already replaced
-    plain += byte >= 0x20 && byte < 0x7F ? c : '?';
-  }
-  return plain;
-}
-
-std::string cut(std::string_view text, std::size_t width) {
-  std::string plain = ascii(text);
-  if (plain.size() > width) plain = plain.substr(0, width - 2) + "..";
-  return plain;
-}
-
-/// Puts `words` into lines of at most kWidth columns; `first` begins the first line, `next` the others, `end` closes
-/// all but the last.
-std::string wrapped(std::string_view first, std::string_view next, const std::vector<std::string>& words,
-                    std::string_view end = "") {
-  std::string text;
-  std::string line{first};
-  bool begun = false;
-  for (const std::string& word : words) {
-    if (begun && line.size() + 1 + word.size() + end.size() > kWidth) {
-      text += line + std::string(end) + "\n";
-      line = next;
-      begun = false;
-    }
-    if (begun) line += ' ';
-    line += word;
-    begun = true;
-  }
-  return text + line + "\n";
-}
 
 std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
 
@@ -90,10 +54,10 @@ std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool
 }
 
 std::string head(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot) {
-  std::string text = wrapped("", "  ",
+  std::string text = wrapped(kWidth, "", "  ",
                              {fmt::format("twocone {},", ascii(info.version)),
                               fmt::format("commit {},", ascii(info.commit)), ascii(info.compiler)});
-  text += wrapped("", "  ",
+  text += wrapped(kWidth, "", "  ",
                   {fmt::format("robot {},", ascii(robot.name)), fmt::format("behaviour {},", ascii(info.behaviour)),
                    fmt::format("method {},", ascii(summary.method)), fmt::format("seed {}", info.seed)});
   std::vector<std::string> facts{fmt::format("{} of {} frames,", summary.frames, info.frames_wanted),
@@ -103,7 +67,7 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
     facts.push_back(fmt::format("headings covered: {:.0f} of 360 degrees,", *summary.headings_covered_deg));
   }
   facts.back().pop_back();
-  text += wrapped("", "  ", facts);
+  text += wrapped(kWidth, "", "  ", facts);
   if (!info.finished) text += "This run was cut off: what follows is of the frames that it finished.\n";
 
   std::vector<std::string> words;
@@ -113,13 +77,13 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
     command = command.substr(at + 1);
   }
   words.push_back(command);
-  return text + wrapped("repeat: ", "          ", words, " \\");
+  return text + wrapped(kWidth, "repeat: ", "          ", words, " \\");
 }
 
 std::string device_lines(const runs::CaptureSummary& capture, const runs::RunInfo& info) {
   std::string text;
-  for (const std::string& device : info.devices) text += wrapped("", "  ", {ascii(device)});
-  return text + wrapped("", "  ", capture_words(capture));
+  for (const std::string& device : info.devices) text += wrapped(kWidth, "", "  ", {ascii(device)});
+  return text + wrapped(kWidth, "", "  ", capture_words(capture));
 }
 
 std::string range_rows(const runs::Summary& summary, bool truth, const runs::Summary* baseline) {
@@ -163,12 +127,21 @@ std::string why_not(const runs::Summary& summary) {
   for (const runs::LandmarkSummary& landmark : summary.landmarks) {
     const std::vector<std::string> words = counts(landmark.verdicts, false);
     if (!words.empty()) {
-      text +=
-          wrapped(fmt::format("  {:<{}}", cut(landmark.name, kNameWidth - 1), kNameWidth), std::string(16, ' '), words);
+      text += wrapped(kWidth, fmt::format("  {:<{}}", cut(landmark.name, kNameWidth - 1), kNameWidth),
+                      std::string(16, ' '), words);
     }
   }
   return text.empty() ? "Every frame has a range to every pillar.\n"
                       : "Frames by verdict, where it is not ok:\n" + text;
+}
+
+/// Where the robot file restricts the method: of the other landmarks `not_seen` means that nobody looked.
+std::string looked_for(const files::Robot& robot) {
+  std::vector<std::string> words;
+  for (const std::string& name : robot.estimator.landmarks) words.push_back(cut(name, kNameWidth) + ",");
+  if (words.empty()) return "";
+  words.back().pop_back();
+  return wrapped(kWidth, "Looked for were only: ", "  ", words);
 }
 
 std::string heading_row(std::string_view name, const std::optional<runs::AngleStatistics>& error, int frames) {
@@ -222,7 +195,7 @@ std::string outliers(const runs::Summary& summary) {
   }
   if (!words.empty()) {
     words.back().pop_back();
-    return wrapped("Left out of fixes as outliers, in frames: ", "  ", words);
+    return wrapped(kWidth, "Left out of fixes as outliers, in frames: ", "  ", words);
   }
   return has_bounds(summary) ? "No measurement was left out of a fix as an outlier.\n" : "";
 }
@@ -250,7 +223,8 @@ std::optional<runs::Summary> baseline_of(const runs::RunData& run, std::vector<s
 
 std::string table_of(const runs::RunData& run, std::vector<std::string>& notes) {
   const std::optional<runs::Summary> baseline = baseline_of(run, notes);
-  return table(runs::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr);
+  const std::optional<runs::EffortSummary> effort = runs::summarise_effort(run);
+  return table(runs::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr, effort ? &*effort : nullptr);
 }
 
 bool has_truth(const runs::Summary& summary) {
@@ -283,27 +257,48 @@ std::vector<std::string> capture_words(const runs::CaptureSummary& capture) {
           fmt::format("cameras that went away and came back: {}", capture.counts.recoveries)};
 }
 
+std::vector<std::string> effort_words(const runs::EffortSummary& effort) {
+  const auto ms = [](double seconds) { return fmt::format("{:.2f} ms", seconds * 1e3); };
+  std::vector<std::string> words{fmt::format("vision median {},", ms(effort.vision_median_s)),
+                                 fmt::format("localisation median {},", ms(effort.localisation_median_s)),
+                                 fmt::format("95 % of both together within {};", ms(effort.both_p95_s))};
+  if (effort.refined_mean) {
+    words.push_back(fmt::format("refined {:.2f} landmarks of {} on average;", *effort.refined_mean, effort.landmarks));
+  }
+  if (effort.budget_s) {
+    words.push_back(
+        fmt::format("budget {:.4g} ms kept in {} of {} frames;", *effort.budget_s * 1e3, effort.kept, effort.frames));
+  }
+  words.back().pop_back();
+  return words;
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
+  if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
+  std::string safe = "'";
+  for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return safe + "'";
+}
+
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
-  const auto quoted = [](const std::string& word) {
-    constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
-    if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
-    std::string safe = "'";
-    for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return safe + "'";
-  };
-  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {} --seed {}",
-                     quoted(robot.file.string()), quoted(info.behaviour), info.frames_wanted, quoted(method),
+  // Whether the file said so or the command line: said twice it is the same. Twelve digits undo the division by 1000.
+  const bool has_budget = method != "paper" && robot.estimator.stage == "adaptive" && robot.estimator.budget_s;
+  const std::string budget =
+      has_budget ? fmt::format(" --budget-ms {:.12g}", *robot.estimator.budget_s * 1e3) : std::string();
+  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{} --seed {}",
+                     shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted, shell_word(method), budget,
                      info.seed);
 }
 
 std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,
-                  const runs::Summary* baseline) {
+                  const runs::Summary* baseline, const runs::EffortSummary* effort) {
   const bool truth = has_truth(summary);
   std::string text = head(summary, info, robot) + "\n";
   if (summary.capture) text += device_lines(*summary.capture, info) + "\n";
 
   text += group_heads("Range to each pillar", truth, baseline) + column_heads("pillar", truth, baseline);
-  text += range_rows(summary, truth, baseline) + why_not(summary) + "\n";
+  text += range_rows(summary, truth, baseline) + why_not(summary) + looked_for(robot) + "\n";
 
   text += group_heads("Position", truth, baseline) + column_heads("", truth, baseline);
   text += fmt::format("{:<{}}{:>8}{:>9}", "fix", kNameWidth, summary.frames_with_fix,
@@ -324,8 +319,9 @@ std::string table(const runs::Summary& summary, const runs::RunInfo& info, const
     text += error_columns(summary.odometry_error);
   }
   text += "\n";
-  text += wrapped("Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary) + "\n";
-  text += headings(summary) + bounds(summary);
+  text += wrapped(kWidth, "Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary);
+  if (effort != nullptr) text += wrapped(kWidth, "Looking and locating, per frame: ", "  ", effort_words(*effort));
+  text += "\n" + headings(summary) + bounds(summary);
   text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's: its figures\n"
                   "are a yardstick. Its maximum of the position is its \"to within 130 mm\".\n"
                 : "There is no ground truth (a real room): no errors can be given, and none are.\n";

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/files/robot_file.h"
+#include "apps/runs/effort.h"
 #include "apps/runs/run_data.h"
 #include "apps/runs/summary.h"
 
@@ -20,8 +21,9 @@ namespace twocone::report {
 ///
 /// Without ground truth there are no errors, and a line says so.
 /// @param baseline of method `paper` on the same frames, put beside a method of ours; null: not there
+/// @param effort what looking and locating took; null: not known, or not to be said
 std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,
-                  const runs::Summary* baseline = nullptr);
+                  const runs::Summary* baseline = nullptr, const runs::EffortSummary* effort = nullptr);
 
 /// The summary of method `paper` on the same frames, if they were measured by it too and `run` is of another method.
 /// What is there and cannot be read becomes a note.
@@ -44,6 +46,12 @@ const runs::LandmarkSummary* find_landmark(const runs::Summary* summary, const s
 
 /// How a real robot's pairs came, in words for a line that may be broken between them.
 std::vector<std::string> capture_words(const runs::CaptureSummary& capture);
+
+/// What looking and locating took, likewise. The times are of one machine and one run of it.
+std::vector<std::string> effort_words(const runs::EffortSummary& effort);
+
+/// A word as a POSIX shell wants it: as it is, or in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 /// The command that makes this run again, its words quoted for a POSIX shell where they need it.
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method);

@@ -23,9 +23,9 @@ class EdgeNoise {
   explicit EdgeNoise(const std::vector<SightingRow>& sightings) {
     std::map<std::pair<std::string, std::string>, std::vector<double>> all;
     for (const SightingRow& row : sightings) {
-      if (!(row.edge_noise_px > 0) || !std::isfinite(row.edge_noise_px)) continue;
-      own_px_[{row.frame, row.landmark, row.view}] = row.edge_noise_px;
-      all[{row.landmark, row.view}].push_back(row.edge_noise_px);
+      if (!row.edge_noise_px || !(*row.edge_noise_px > 0) || !std::isfinite(*row.edge_noise_px)) continue;
+      own_px_[{row.frame, row.landmark, row.view}] = *row.edge_noise_px;
+      all[{row.landmark, row.view}].push_back(*row.edge_noise_px);
     }
     for (auto& [place, values] : all) {
       const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);

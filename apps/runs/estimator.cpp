@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/estimator.h"
 
+#include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
@@ -11,7 +14,7 @@
 
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
-#include "localisation/least_squares_fix.h"
+#include "apps/runs/adaptive.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::runs {
@@ -19,12 +22,13 @@ namespace {
 
 using Ranging = std::variant<vision::PaperRanging, vision::FullRanging>;
 
-Ranging make_ranging(Method method, const files::Robot& robot, const files::Map& map, cv::Size lower, cv::Size upper) {
+Ranging make_ranging(Method method, const files::Robot& robot, const files::Map& map, cv::Size lower, cv::Size upper,
+                     const std::vector<std::size_t>& wanted) {
   try {
     const vision::Rig rig = files::to_rig(robot);
     const std::vector<vision::Target> targets = files::to_targets(map);
-    if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper);
-    return vision::FullRanging(rig, targets, lower, upper);
+    if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
+    return vision::FullRanging(rig, targets, lower, upper, wanted);
   } catch (const std::invalid_argument& error) {
     throw files::FileError(fmt::format("{} with {}: {}", robot.file.string(), map.file.string(), error.what()));
   }
@@ -39,19 +43,39 @@ localisation::Fix fix_of_paper(const std::vector<vision::RangeMeasurement>& meas
   return localisation::fix_by_triangle(ranges);
 }
 
-localisation::Fix fix_of_full(const std::vector<vision::RangeMeasurement>& measured,
-                              const std::vector<Eigen::Vector2d>& landmarks_m) {
-  std::vector<localisation::LandmarkMeasurement> measurements;
-  std::vector<int> landmarks;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    const vision::RangeMeasurement& m = measured[i];
-    if (!m.covariance || (!m.range_m && !m.bearing_rad)) continue;
-    measurements.push_back({landmarks_m[i], m.range_m, m.bearing_rad, *m.covariance});
-    landmarks.push_back(int(i));
+constexpr std::string_view kAdaptive = "adaptive";
+
+/// None: adaptive.
+std::optional<vision::Stage> stage_of(const files::Robot& robot) {
+  const std::string& name = robot.estimator.stage;
+  if (name == kAdaptive) return std::nullopt;
+  for (const vision::Stage stage : {vision::Stage::kFound, vision::Stage::kCoarse, vision::Stage::kFine}) {
+    if (name == to_string(stage)) return stage;
   }
-  localisation::Fix fix = localisation::fix_by_least_squares(measurements);
-  for (int& outlier : fix.outliers) outlier = landmarks.at(std::size_t(outlier));
-  return fix;
+  throw files::FileError(fmt::format("{}: estimator.stage is '{}', must be found, coarse, fine or {}",
+                                     robot.file.string(), name, kAdaptive));
+}
+
+/// Indices of the landmarks that are looked for; none: all.
+std::vector<std::size_t> wanted_of(const files::Robot& robot, const files::Map& map) {
+  std::vector<std::size_t> wanted;
+  std::string bad;
+  for (const std::string& name : robot.estimator.landmarks) {
+    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
+                                 [&](const files::Landmark& landmark) { return landmark.name == name; });
+    if (at == map.landmarks.end()) {
+      bad += fmt::format("{}'{}'", bad.empty() ? "" : ", ", name);
+    } else {
+      wanted.push_back(std::size_t(at - map.landmarks.begin()));
+    }
+  }
+  if (!bad.empty()) {
+    std::vector<std::string> names;
+    for (const files::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
+    throw files::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
+                                       robot.file.string(), bad, map.file.string(), fmt::join(names, ", ")));
+  }
+  return wanted;
 }
 
 /// Pixels of `image` as vision sees them, without a copy where they are rgb already. `converted` owns what had to be.
@@ -59,6 +83,10 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
   if (image.width_px != wanted.width || image.height_px != wanted.height) {
     return Error{ErrorCode::kBadData, fmt::format("the {} picture has {} x {} pixels, the robot file says {} x {}",
                                                   view, image.width_px, image.height_px, wanted.width, wanted.height)};
+  }
+  if (image.format == PixelFormat::kRgb8 && image.bytes.size() == 3 * std::size_t(wanted.area())) {
+    // cv::Mat has no read-only form; vision takes it as const.
+    return cv::Mat(wanted, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
   }
   auto rgb = to_rgb8(image);
   if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
@@ -90,11 +118,57 @@ Method method_named(std::string_view name) {
   throw std::invalid_argument(fmt::format("no method '{}'; there are: {}", name, fmt::join(method_names(), ", ")));
 }
 
-Estimator::Estimator(Method method, const files::Robot& robot, const files::Map& map)
+double steady_time_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Estimator::Estimator(Method method, const files::Robot& robot, const files::Map& map, std::function<double()> clock_s)
     : landmarks_m_(files::to_landmark_positions(map)),
       lower_size_(robot.lower.width_px, robot.lower.height_px),
       upper_size_(robot.upper.width_px, robot.upper.height_px),
-      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_)) {}
+      centres_px_{Eigen::Vector2d(robot.rig.lower.centre_px[0], robot.rig.lower.centre_px[1]),
+                  Eigen::Vector2d(robot.rig.upper.centre_px[0], robot.rig.upper.centre_px[1])},
+      keys_(robot.estimator),
+      stage_(stage_of(robot)),
+      clock_s_(std::move(clock_s)),
+      wanted_(wanted_of(robot, map)),
+      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_, wanted_)) {
+  if (!wanted_.empty()) return;
+  wanted_.resize(map.landmarks.size());
+  std::iota(wanted_.begin(), wanted_.end(), std::size_t(0));
+}
+
+void Estimator::answer_by_paper(const vision::PaperRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                                FrameAnswer& answer) const {
+  const double begin_s = thread_time_s();
+  answer.ranges = ranging.measure(lower, upper);
+  const double ranged_s = thread_time_s();
+  answer.fix = fix_of_paper(answer.ranges, landmarks_m_);
+  answer.effort.vision_s = ranged_s - begin_s;
+  answer.effort.localisation_s = thread_time_s() - ranged_s;
+}
+
+void Estimator::answer_by_full(const vision::FullRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                               double begin_s, FrameAnswer& answer) const {
+  const double begin_cpu_s = thread_time_s();
+  vision::Looking looking = ranging.look(lower, upper);
+  if (stage_) {
+    looking.take(wanted_, *stage_);
+    answer.ranges = looking.measurements();
+    const double ranged_s = thread_time_s();
+    answer.fix = fix_of_full(answer.ranges, landmarks_m_, keys_.bearings);
+    answer.effort.localisation_s = thread_time_s() - ranged_s;
+  } else {
+    const Adaptive adaptive(landmarks_m_, centres_px_, {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_,
+                            begin_s);
+    Adaptive::Answer refined = adaptive.run(looking);
+    answer.ranges = std::move(refined.ranges);
+    answer.fix = std::move(refined.fix);
+    answer.effort.localisation_s = refined.localisation_s;
+  }
+  answer.effort.vision_s = thread_time_s() - begin_cpu_s - answer.effort.localisation_s;
+  answer.effort.refined = looking.refined();
+}
 
 Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) const {
   Image lower_rgb;
@@ -105,9 +179,15 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) co
   if (!above) return above.error();
 
   FrameAnswer answer;
-  answer.ranges = std::visit([&](const auto& ranging) { return ranging.measure(*below, *above); }, ranging_);
-  answer.fix = std::holds_alternative<vision::PaperRanging>(ranging_) ? fix_of_paper(answer.ranges, landmarks_m_)
-                                                                      : fix_of_full(answer.ranges, landmarks_m_);
+  const double begin_s = clock_s_();
+  if (const auto* paper = std::get_if<vision::PaperRanging>(&ranging_)) {
+    answer_by_paper(*paper, *below, *above, answer);
+  } else {
+    answer_by_full(std::get<vision::FullRanging>(ranging_), *below, *above, begin_s, answer);
+  }
+  answer.effort.wall_s = clock_s_() - begin_s;
+  const bool is_bound = std::holds_alternative<vision::FullRanging>(ranging_) && !stage_ && keys_.budget_s;
+  answer.effort.is_over_budget = is_bound && answer.effort.wall_s > *keys_.budget_s;
   return answer;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/files/file_error.h"
+#include "apps/runs/effort.h"
 #include "apps/runs/run.h"
 #include "apps/runs/summary.h"
 #include "apps/runs/track.h"
@@ -29,6 +30,7 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
     answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i]));
+    answers.back().effort = to_row(frame.frame, frame.t_s, answer->effort, budget_of(method, run.robot).has_value());
     answers.back().estimate = track.follow(run.drive[i], run.odometry[i], answer->fix);
     progress(double(i + 1) / double(run.frames.size()));
   }

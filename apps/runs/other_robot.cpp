@@ -63,6 +63,7 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   const RunData run = read_run(from);
   const files::Robot robot = files::read_robot(robot_file);
   refuse_other_robots(run, robot);
+  files::check_landmarks(robot, run.map);
   if (run.drive.size() < run.frames.size()) {
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
                                        run.frames.size(), run.drive.size()));

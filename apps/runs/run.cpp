@@ -19,6 +19,7 @@
 #include "apps/files/to_layers.h"
 #include "apps/runs/believed_pose.h"
 #include "apps/runs/devices.h"
+#include "apps/runs/effort.h"
 #include "apps/runs/notices.h"
 #include "apps/runs/outage.h"
 #include "apps/runs/rim_warnings.h"
@@ -127,7 +128,7 @@ class Loop {
     auto opened = options_.open(settings);
     if (!opened) return opened.error();
     folder_.emplace(options_.out);
-    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+    write_run_yaml(folder_->path(), info_, robot_, map_.file);
 
     Status done;
     {
@@ -141,17 +142,19 @@ class Loop {
     }  // Its simulation ends with it, and so do the programs which that has started: their time is known from here on.
     if (!done) {
       for (const std::string& notice : notices_.take()) info_.events.push_back(notice);  // what ended it is told alone
-      info_.events.push_back(done.error().message);                                      // the caller tells it
-      write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+      if (auto event = over_budget()) info_.events.push_back(*event);
+      info_.events.push_back(done.error().message);  // the caller tells it
+      write_run_yaml(folder_->path(), info_, robot_, map_.file);
       return done.error();
     }
     for (const std::string& notice : notices_.take()) note(notice);
+    if (auto event = over_budget()) note(*event);
     file_results(folder_->path(), info_.method);
     info_.finished = true;
     info_.wall_s = seconds_since(begin_);
     info_.own_cpu_s = cpu_seconds(RUSAGE_SELF);
     info_.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);
-    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+    write_run_yaml(folder_->path(), info_, robot_, map_.file);
     if (baseline_) {
       const std::string paper(to_string(Method::kPaper));
       write_results(folder_->path(), paper, baseline_->answers, OnTop::kNo);
@@ -196,7 +199,7 @@ class Loop {
                      describe("upper", robot.cameras().upper().facts()), describe(robot.drive().facts())};
     std::erase(info_.devices, "");
     info_.capture.emplace();
-    write_run_yaml(folder_->path(), info_, robot_.file, map_.file);
+    write_run_yaml(folder_->path(), info_, robot_, map_.file);
   }
 
   /// A pair and what the wheels had turned by then.
@@ -378,10 +381,13 @@ class Loop {
     const auto answer = estimator_.answer(**lower, **upper);
     if (!answer) return failed(answer.error());
     record.answer = rows_of(record, *answer, track_);
+    record.answer.effort = effort_of(record, *answer, options_.method);
+    effort_.push_back(*record.answer.effort);
     if (baseline_) {
       const auto baseline = baseline_->estimator.answer(**lower, **upper);
       if (!baseline) return failed(baseline.error());
       baseline_->answers.push_back(rows_of(record, *baseline, baseline_->track));
+      baseline_->answers.back().effort = effort_of(record, *baseline, Method::kPaper);
     }
     if (truth_) {
       if (auto told = write_truths(record, pending.frame); !told) return failed(told.error());
@@ -398,6 +404,15 @@ class Loop {
         to_rows(record.frame.frame, record.frame.t_s, answer, map_, record.truth ? &*record.truth : nullptr);
     rows.estimate = track.follow(record.drive, record.odometry, answer.fix);
     return rows;
+  }
+
+  [[nodiscard]] EffortRow effort_of(const FrameRecord& record, const FrameAnswer& answer, Method method) const {
+    return to_row(record.frame.frame, record.frame.t_s, answer.effort, budget_of(method, robot_).has_value());
+  }
+
+  [[nodiscard]] std::optional<std::string> over_budget() const {
+    const auto budget_s = budget_of(options_.method, robot_);
+    return budget_s ? budget_event(effort_, *budget_s) : std::nullopt;
   }
 
   /// The dead-man rule for what the robot sees: a picture older than command_timeout_s moves no wheel. So a camera that
@@ -445,6 +460,7 @@ class Loop {
     std::vector<AnswerRows> answers;
   };
   std::optional<Baseline> baseline_;
+  std::vector<EffortRow> effort_;
   localisation::Odometry odometry_;
   BelievedPose belief_;
   std::optional<RunFolder> folder_;

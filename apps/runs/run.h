@@ -40,6 +40,8 @@ struct RunOptions {
 /// whose pixels are there by then; steer by odometry corrected by that frame's fix. So what is decided does not depend
 /// on how fast pictures come. The true pose goes into the tables and nowhere else.
 ///
+/// Ranges and fixes are made as `robot.estimator` says, but by `options.method`; run.yaml keeps both.
+///
 /// Method `paper` is made of the same pictures besides, into methods/paper/, as the baseline; where it cannot be
 /// (mirrors that its formulas do not hold for), run.yaml says so.
 ///
@@ -53,7 +55,8 @@ struct RunOptions {
 Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunOptions& options,
                     const Progress& progress, const std::atomic<bool>& stop);
 
-/// Ranges and fixes again from the stored frames, into methods/NAME/ and the top of the run folder.
+/// Ranges and fixes again from the stored frames, with the `estimator:` that run.yaml keeps, into methods/NAME/ and the
+/// top of the run folder.
 /// @returns the run with the new results. @throws files::FileError, DiskError. Errors: kNotFound, kBadData (pictures)
 Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress);
 

@@ -84,6 +84,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   run.ranges = read_ranges(results / "ranges.csv");
   run.fixes = read_fixes(results / "fixes.csv");
   run.sightings = read_sightings(results / "sightings.csv");
+  run.effort = read_effort(results / "effort.csv");
   run.estimate = read_poses(results / "estimate.tum");
 
   const std::size_t count = run.frames.size();
@@ -98,6 +99,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   std::erase_if(run.ranges, beyond);
   std::erase_if(run.fixes, beyond);
   std::erase_if(run.sightings, beyond);
+  std::erase_if(run.effort, beyond);
   std::erase_if(run.estimate,
                 [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
   return run;

@@ -73,7 +73,7 @@ struct SightingRow {
   std::string view;                  ///< lower or upper
   double column_px = 0, row_px = 0;  ///< of the near point of its top
   double var_column_px2 = 0, cov_px2 = 0, var_row_px2 = 0;
-  double edge_noise_px = 0;  ///< of the outline's place, for each pixel of its length
+  std::optional<double> edge_noise_px;  ///< of the outline's place, for each pixel of its length; none: not measured
 };
 
 /// A row of fixes.csv.
@@ -85,6 +85,16 @@ struct FixRow {
   std::optional<double> var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2;
   std::optional<double> true_x_m, true_y_m, error_m;
   std::vector<std::string> outliers;  ///< landmarks whose measurement was found wrong and left out
+};
+
+/// A row of effort.csv: what a frame's answer took (Effort). This table alone is of the machine and the moment: the
+/// same run again has other times, and with a budget other verdicts.
+struct EffortRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  double vision_s = 0, localisation_s = 0, wall_s = 0;
+  int refined = 0;
+  std::string verdict{};  ///< with a budget, kept or over; else empty
 };
 
 /// A row of a .tum file, planar.
@@ -104,6 +114,7 @@ struct RunData {
   std::vector<RangeRow> ranges;
   std::vector<FixRow> fixes;
   std::vector<SightingRow> sightings;  ///< none of a method that makes none
+  std::vector<EffortRow> effort;       ///< none of a run of an older version
   std::vector<PoseRow> truth;          ///< one a frame; empty on hardware
   std::vector<PoseRow> odometry;       ///< one a frame
   std::vector<PoseRow> estimate;

@@ -54,6 +54,7 @@ RunFolder::RunFolder(const std::filesystem::path& folder)
       drive_(table(folder / "drive.csv", drive_header())),
       ranges_(table(folder / "ranges.csv", ranges_header())),
       fixes_(table(folder / "fixes.csv", fixes_header())),
+      effort_(table(folder / "effort.csv", effort_header())),
       truth_(folder / "truth.tum"),
       odometry_(folder / "odometry.tum"),
       estimate_(folder / "estimate.tum") {}
@@ -74,6 +75,7 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
     sightings_.emplace(table(folder_ / "sightings.csv", sightings_header()));
   }
   for (const SightingRow& row : record.answer.sightings) sightings_->add(to_line(row));
+  if (record.answer.effort) effort_.add(to_line(*record.answer.effort));
   if (record.truth) truth_.add(to_line(*record.truth));
   odometry_.add(to_line(record.odometry));
   if (record.answer.estimate) estimate_.add(to_line(*record.answer.estimate));
@@ -85,11 +87,13 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
   std::vector<std::string> ranges;
   std::vector<std::string> fixes;
   std::vector<std::string> sightings;
+  std::vector<std::string> effort;
   std::vector<std::string> estimate;
   for (const AnswerRows& answer : answers) {
     for (const RangeRow& row : answer.ranges) ranges.push_back(to_line(row));
     for (const FixRow& row : answer.fixes) fixes.push_back(to_line(row));
     for (const SightingRow& row : answer.sightings) sightings.push_back(to_line(row));
+    if (answer.effort) effort.push_back(to_line(*answer.effort));
     if (answer.estimate) estimate.push_back(to_line(*answer.estimate));
   }
   make_folder(folder / "methods" / method);
@@ -98,6 +102,7 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
   for (const auto& place : places) {
     write_whole(place / "ranges.csv", text_of(ranges_header(), ranges));
     write_whole(place / "fixes.csv", text_of(fixes_header(), fixes));
+    write_whole(place / "effort.csv", text_of(effort_header(), effort));
     write_whole(place / "estimate.tum", text_of("", estimate));
     if (sightings.empty()) {
       remove_file(place / "sightings.csv");  // another method's, which this one's ranges do not rest on
@@ -109,7 +114,7 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
 
 void file_results(const std::filesystem::path& folder, const std::string& method) {
   make_folder(folder / "methods" / method);
-  for (const char* name : {"ranges.csv", "fixes.csv", "estimate.tum"}) {
+  for (const char* name : {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum"}) {
     write_whole(folder / "methods" / method / name, files::read_text(folder / name));
   }
   if (std::filesystem::exists(folder / "sightings.csv")) {

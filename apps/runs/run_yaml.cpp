@@ -50,7 +50,7 @@ YAML::Node load(const std::filesystem::path& file) {
 
 }  // namespace
 
-void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const files::Robot& robot,
                     const std::filesystem::path& map_file) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
@@ -77,8 +77,8 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   put("own_cpu_s", info.own_cpu_s);
   put("render_cpu_s", info.render_cpu_s);
   put("events", info.events);
-  put("robot_file", absolute_text(robot_file));
-  put("robot", files::load_robot_node(robot_file));
+  put("robot_file", absolute_text(robot.file));
+  put("robot", files::load_robot_node(robot));
   put("map_file", absolute_text(map_file));
   put("map", files::load_map_node(map_file));
   out << YAML::EndMap;

@@ -7,9 +7,10 @@
 
 namespace twocone::runs {
 
-/// Writes run.yaml of `folder` anew, with the robot file and the map as they are now on disk, paths made absolute.
+/// Writes run.yaml of `folder` anew, with the robot file and the map as they are now on disk, paths made absolute; but
+/// `estimator:` is that of `robot`, which was perhaps asked for on the command line.
 /// @throws DiskError, files::FileError
-void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const std::filesystem::path& robot_file,
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const files::Robot& robot,
                     const std::filesystem::path& map_file);
 
 /// run.yaml of `to`: that of `from`, but for the robot, which is now that of `robot_file`, and an event that says so.

@@ -65,6 +65,13 @@ struct Columns<SightingRow> {
                     r.var_row_px2, r.edge_noise_px);
   }
 };
+template <>
+struct Columns<EffortRow> {
+  static constexpr const char* header = "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.vision_s, r.localisation_s, r.wall_s, r.refined, r.verdict);
+  }
+};
 
 template <typename Row>
 concept Grown = requires {
@@ -81,6 +88,7 @@ std::string to_field(const std::string& text) {
   return quoted + '"';
 }
 std::string to_field(double value) { return fmt::format("{}", value); }
+std::string to_field(int value) { return fmt::format("{}", value); }
 std::string to_field(std::uint64_t value) { return fmt::format("{}", value); }
 std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
 std::string to_field(const std::vector<std::string>& names) {
@@ -227,12 +235,14 @@ std::string drive_header() { return Columns<DriveRow>::header; }
 std::string ranges_header() { return Columns<RangeRow>::header; }
 std::string fixes_header() { return Columns<FixRow>::header; }
 std::string sightings_header() { return Columns<SightingRow>::header; }
+std::string effort_header() { return Columns<EffortRow>::header; }
 
 std::string to_line(const FrameRow& row) { return line_of(row); }
 std::string to_line(const DriveRow& row) { return line_of(row); }
 std::string to_line(const RangeRow& row) { return line_of(row); }
 std::string to_line(const FixRow& row) { return line_of(row); }
 std::string to_line(const SightingRow& row) { return line_of(row); }
+std::string to_line(const EffortRow& row) { return line_of(row); }
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
@@ -244,6 +254,7 @@ std::vector<DriveRow> read_drive(const std::filesystem::path& file) { return rea
 std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return read_table<RangeRow>(file); }
 std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
 std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { return read_table<SightingRow>(file); }
+std::vector<EffortRow> read_effort(const std::filesystem::path& file) { return read_table<EffortRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   const auto lines = whole_lines(file);

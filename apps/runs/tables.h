@@ -16,6 +16,7 @@ std::string drive_header();
 std::string ranges_header();
 std::string fixes_header();
 std::string sightings_header();
+std::string effort_header();
 
 /// `text` as a field: in double quotes where it holds a comma, a quote or a line break (RFC 4180).
 std::string text_field(const std::string& text);
@@ -25,6 +26,7 @@ std::string to_line(const DriveRow& row);
 std::string to_line(const RangeRow& row);
 std::string to_line(const FixRow& row);
 std::string to_line(const SightingRow& row);
+std::string to_line(const EffortRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
@@ -36,6 +38,7 @@ std::vector<RangeRow> read_ranges(const std::filesystem::path& file);
 /// Also of a run of before fixes named outliers: its table lacks that last column.
 std::vector<FixRow> read_fixes(const std::filesystem::path& file);
 std::vector<SightingRow> read_sightings(const std::filesystem::path& file);
+std::vector<EffortRow> read_effort(const std::filesystem::path& file);
 std::vector<PoseRow> read_poses(const std::filesystem::path& file);
 
 }  // namespace twocone::runs

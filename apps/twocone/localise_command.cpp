@@ -8,6 +8,7 @@
 #include "apps/report/table.h"
 #include "apps/runs/other_robot.h"
 #include "apps/runs/run.h"
+#include "apps/runs/run_yaml.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 
@@ -18,18 +19,28 @@ struct Options {
   std::filesystem::path folder;
   std::filesystem::path robot;
   std::filesystem::path out;
-  std::string method{runs::to_string(runs::kDefaultMethod)};
+  std::string method;  ///< empty: the run's
 };
 
+/// As the run was made, unless another robot's file says otherwise.
+runs::Method method_of(const Options& options) {
+  if (!options.method.empty()) return runs::method_named(options.method);
+  if (!options.robot.empty()) {
+    const files::Robot robot = files::read_robot(options.robot);
+    if (!robot.estimator.method.empty()) return runs::method_named(robot.estimator.method);
+  }
+  return runs::method_named(runs::read_run_yaml(options.folder).info.method);
+}
+
 void execute(const Options& options) {
+  const runs::Method method = method_of(options);
   const bool is_other = !options.robot.empty();
   if (is_other) runs::copy_run_for_robot(options.folder, options.robot, options.out);
   const std::filesystem::path& folder = is_other ? options.out : options.folder;
   std::optional<runs::RunData> data;
   {
     ProgressBar bar("localise");
-    data = value_or_fail(
-        runs::localise(folder, runs::method_named(options.method), [&bar](double done) { bar.show(done); }));
+    data = value_or_fail(runs::localise(folder, method, [&bar](double done) { bar.show(done); }));
   }
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(*data, notes));
@@ -42,11 +53,12 @@ void add_localise(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand("localise", "Ranges and fixes again, offline, from a run's stored frames");
   command->add_option("DIR", options->folder, "Run folder")->required();
-  command->add_option("--method", options->method, "How to range and localise")
-      ->check(CLI::IsMember(runs::method_names()))
-      ->capture_default_str();
-  auto* robot = command->add_option("--robot", options->robot,
-                                    "Robot file whose rig and wheels to take, as calibrate writes one; needs --out");
+  command
+      ->add_option("--method", options->method, "How to range and localise (default: as the run, or as --robot says)")
+      ->check(CLI::IsMember(runs::method_names()));
+  auto* robot =
+      command->add_option("--robot", options->robot,
+                          "Robot file whose rig, wheels and estimator to take, as calibrate writes one; needs --out");
   auto* out = command->add_option("--out", options->out, "Run folder to make for them, of the same pictures");
   robot->needs(out);
   out->needs(robot);

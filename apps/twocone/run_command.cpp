@@ -4,10 +4,14 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
+#include "apps/runs/effort.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
@@ -18,7 +22,8 @@ namespace {
 
 struct Options {
   std::filesystem::path robot;
-  std::string method{runs::to_string(runs::kDefaultMethod)};
+  std::string method;  ///< empty: the robot file's
+  std::optional<double> budget_ms;
   runs::RunOptions run;
   double patience_s = std::chrono::duration<double>(run.patience).count();
 };
@@ -31,9 +36,18 @@ std::filesystem::path free_folder(const std::string& robot, const runs::RunOptio
   return folder;
 }
 
+files::Robot with_budget(files::Robot robot, const Options& options) {
+  try {
+    return runs::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
+  } catch (const std::invalid_argument& error) {
+    throw BadUsage(fmt::format("--budget-ms: {}", error.what()));
+  }
+}
+
 void execute(Options options) {
-  options.run.method = runs::method_named(options.method);
-  const files::Robot robot = files::read_robot(options.robot);
+  files::Robot robot = files::read_robot(options.robot);
+  options.run.method = options.method.empty() ? runs::method_of(robot) : runs::method_named(options.method);
+  if (options.budget_ms) robot = with_budget(std::move(robot), options);
   const files::Map map = files::read_map(robot.map);
   if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
 
@@ -67,9 +81,13 @@ void add_run(CLI::App& program) {
   command->add_option("--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still")
       ->check(CLI::IsMember({"wander", "waypoints", "still"}))
       ->capture_default_str();
-  command->add_option("--method", options->method, "How to range and localise")
-      ->check(CLI::IsMember(runs::method_names()))
-      ->capture_default_str();
+  command
+      ->add_option("--method", options->method,
+                   fmt::format("How to range and localise (default: as the robot file says, else {})",
+                               runs::to_string(runs::kDefaultMethod)))
+      ->check(CLI::IsMember(runs::method_names()));
+  command->add_option("--budget-ms", options->budget_ms,
+                      "Milliseconds for looking and locating, of each frame: method full refines no longer than that");
   command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
   command

@@ -182,6 +182,51 @@ TEST(Table, StaysPlainAndNarrowWhateverTheNames) {
   EXPECT_THAT(text, HasSubstr("\nLitfa?s?u..  "));
 }
 
+TEST(Table, TellsWhatLookingAndLocatingTook) {
+  runs::RunData run = synthetic_run("unused", 40);
+  run.method = "full";
+  for (const runs::FrameRow& frame : run.frames) {
+    run.effort.push_back({frame.frame, frame.t_s, 0.01234, 0.000567, 0.0131, 3, frame.frame < 38 ? "kept" : "over"});
+  }
+  run.robot.estimator.stage = "adaptive";
+  run.robot.estimator.budget_s = 0.02;
+  std::vector<std::string> notes;
+  const std::string text = table_of(run, notes);
+  EXPECT_EQ(text.find("Looked for"), std::string::npos) << "all were";
+  EXPECT_THAT(text,
+              HasSubstr("\nLooking and locating, per frame: vision median 12.34 ms, localisation median 0.57 ms,\n"
+                        "  95 % of both together within 12.91 ms; refined 3.00 landmarks of 6 on average;\n"
+                        "  budget 20 ms kept in 38 of 40 frames\n"));
+  expect_plain_and_narrow(text);
+
+  run.robot.estimator.landmarks = {"red", "green", "blue"};
+  const std::string fewer = table_of(run, notes);
+  EXPECT_THAT(fewer, HasSubstr("\nLooked for were only: red, green, blue\n"));
+  EXPECT_THAT(fewer, HasSubstr("refined 3.00 landmarks of 3 on average"));
+
+  run.method = "paper";
+  EXPECT_EQ(line_of(table_of(run, notes), "  95 %"), "  95 % of both together within 12.91 ms")
+      << "no stages, no budget";
+  run.effort.clear();
+  EXPECT_EQ(table_of(run, notes).find("Looking"), std::string::npos) << "a run of an older version";
+}
+
+TEST(RepeatCommand, NamesTheBudget) {
+  files::Robot robot = synthetic_robot();
+  robot.estimator.stage = "adaptive";
+  // Not every number of milliseconds survives the division by 1000 and the way back.
+  for (const char* const ms : {"20", "0.3", "20.3", "33.3333333333", "1e-05"}) {
+    robot.estimator.budget_s = std::stod(ms) / 1000;
+    EXPECT_EQ(repeat_command(known_info(), robot, "full"),
+              fmt::format("twocone run --robot robots/lab_sim.yaml --behaviour wander --frames 450 --method full "
+                          "--budget-ms {} --seed 7",
+                          ms));
+  }
+  EXPECT_EQ(repeat_command(known_info(), robot, "paper").find("budget"), std::string::npos) << "it would be refused";
+  robot.estimator.budget_s.reset();
+  EXPECT_EQ(repeat_command(known_info(), robot, "full").find("budget"), std::string::npos);
+}
+
 TEST(RepeatCommand, IsQuotedForTheShell) {
   files::Robot robot = synthetic_robot();
   robot.file = "my robot's/lab.yaml";

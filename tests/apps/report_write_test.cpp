@@ -283,6 +283,22 @@ TEST(Page, PutsTheBaselineBesideAMethodOfOurs) {
   expect_well_formed(html, "page");
 }
 
+TEST(Page, TellsWhatLookingAndLocatingTook) {
+  runs::RunData run = synthetic_run("unused", 3);
+  const auto text = [&run] { return page({run, runs::summarise(run), nullptr, {}, {}, {}}); };
+  EXPECT_THAT(text(), Not(HasSubstr("looking and locating")));
+  EXPECT_THAT(text(), HasSubstr("byte for byte from these words:"));
+  run.method = "full";
+  run.robot.estimator.stage = "adaptive";
+  run.robot.estimator.budget_s = 0.02;
+  for (const runs::FrameRow& frame : run.frames) {
+    run.effort.push_back({frame.frame, frame.t_s, 0.01234, 0.000567, 0.0131, 3, "kept"});
+  }
+  EXPECT_THAT(text(), HasSubstr("vision median 12.34 ms, localisation median 0.57 ms"));
+  EXPECT_THAT(text(), HasSubstr("budget 20 ms kept in 3 of 3 frames</dd>"));
+  EXPECT_THAT(text(), HasSubstr("from these words, unless the time limit cuts an answer short:"));
+}
+
 // Names are a user's: none may reach a script, a page or a path as anything but a name.
 TEST(WriteReport, TakesAnyNameAsAName) {
   const ScratchFolder scratch;

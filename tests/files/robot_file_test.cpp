@@ -183,7 +183,7 @@ TEST(RobotFile, TellsEverythingWrongAtOnceByLine) {
       message_of([&] { parse(text); }),
       "robot.yaml:2: name is missing: the robot's name\n"
       "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, attach, start, latency_frames, body, "
-      "drive, cameras, max_skew_s, rig, effects, waypoints_m)\n"
+      "drive, cameras, max_skew_s, rig, estimator, effects, waypoints_m)\n"
       "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
       "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0\n"
       "robot.yaml:13: cameras.lower.height_px is 479.5 px, must be a whole number\n"
@@ -352,7 +352,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
                 "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, attach, start, latency_frames, "
                 "body, drive, "
-                "cameras, max_skew_s, rig, effects, waypoints_m)"}),
+                "cameras, max_skew_s, rig, estimator, effects, waypoints_m)"}),
     name_of<BadCase>);
 
 INSTANTIATE_TEST_SUITE_P(

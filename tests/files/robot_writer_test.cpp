@@ -128,6 +128,118 @@ TEST_F(RobotWriterTest, ACameraInfoStaysWhileItsLensDoes) {
   EXPECT_EQ(changed.rig, other);
 }
 
+/// A robot in all that robot_text() takes from it, `robot` else.
+Robot changed_all_over(const Robot& robot) {
+  Robot changed = robot;
+  changed.rig.lens_height_m = 1.0 / 3;
+  changed.rig.upper.centre_px = {80.1 / 7, 60.3};
+  changed.drive.wheel_separation_m = 0.29 / 1.7;
+  changed.drive.wheel_radius_m = 0.043 / 1.3;
+  changed.lower.width_px = 333;
+  changed.lower.height_px = 222;
+  changed.lower.antialias = 1;
+  changed.upper.width_px = 111;
+  changed.upper.height_px = 99;
+  changed.upper.antialias = 3;
+  for (CameraEntry* camera : {&changed.lower, &changed.upper, &changed.others.at(0).camera}) camera->rate_hz = 31.0 / 3;
+  changed.estimator = {.method = "full",
+                       .stage = "adaptive",
+                       .landmarks = {"red", "a, b", "3"},
+                       .bearings = false,
+                       .enough_m = 0.01 / 7,
+                       .budget_s = 0.1 / 3};
+  return changed;
+}
+
+TEST_F(RobotWriterTest, ARobotThatWasChangedReadsBackEqual) {
+  const fs::path original = data("good_robot.yaml");
+  const fs::path file = folder_ / "out" / "changed.yaml";
+  const Robot changed = changed_all_over(read_robot(original));
+  const std::string text = robot_text(original, file, changed, {"Changed."});
+  std::ofstream(file) << text;
+  EXPECT_EQ(as_of(read_robot(file), changed), changed) << text;
+
+  // And from there back to what it was, where most of it is the default.
+  const Robot robot = read_robot(original);
+  const std::string back = robot_text(file, file, robot, {});
+  EXPECT_EQ(back.find("estimator"), std::string::npos) << back;
+  EXPECT_EQ(back.find("antialias: 1"), std::string::npos) << back;
+  EXPECT_EQ(as_of(parse_robot(parse_yaml(back, file), file), robot), robot) << back;
+}
+
+TEST_F(RobotWriterTest, EachEstimatorReadsBackEqual) {
+  const fs::path original = data("good_robot.yaml");
+  for (const EstimatorKeys& keys :
+       {EstimatorKeys{}, EstimatorKeys{.method = "paper", .landmarks = {"x", "y", "z"}},
+        EstimatorKeys{.stage = "found"}, EstimatorKeys{.stage = "coarse", .bearings = false},
+        EstimatorKeys{.stage = "adaptive", .enough_m = 0.005}}) {
+    Robot changed = read_robot(original);
+    changed.estimator = keys;
+    const std::string text = robot_text(original, original, changed, {});
+    EXPECT_EQ(parse_robot(parse_yaml(text, original), original).estimator, keys) << text;
+    EXPECT_EQ(text.find("estimator:") != std::string::npos, keys != EstimatorKeys{}) << text;
+  }
+}
+
+TEST_F(RobotWriterTest, ASkewThatTheFileLeavesOpenFollowsTheRate) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::ofstream(file) << with(read_text(data("good_robot.yaml")), "max_skew_s: 0.011\n", "");
+  Robot changed = read_robot(file);
+  const double skew_s = changed.max_skew_s;
+  for (CameraEntry* camera : {&changed.lower, &changed.upper, &changed.others.at(0).camera}) camera->rate_hz /= 2;
+  const std::string text = robot_text(file, file, changed, {});
+  EXPECT_EQ(text.find("max_skew_s"), std::string::npos);
+  EXPECT_EQ(parse_robot(parse_yaml(text, file), file).max_skew_s, 2 * skew_s);
+}
+
+// Catches a change of one camera that is the other's, too: the file says both in one place.
+TEST_F(RobotWriterTest, CamerasThatTheFileNamesOnceChangeOneByOne) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::string text = with(read_text(data("good_robot.yaml")), "lower: {driver", "lower: &one {driver");
+  text = with(
+      text,
+      "upper: {driver: sim_povray, width_px: 322, height_px: 243, rate_hz: 12.5, effects: {gain: 1.3, defocus_px: 0}}",
+      "upper: *one");
+  std::ofstream(file) << text;
+  Robot changed = read_robot(file);
+  changed.lower.width_px = 99;
+  changed.upper.antialias = 5;
+  const std::string now = robot_text(file, file, changed, {});
+  EXPECT_EQ(parse_robot(parse_yaml(now, file), file), changed) << now;
+}
+
+// A camera_info is of one size of picture: with another its lens is written out.
+TEST_F(RobotWriterTest, ALensOfPicturesOfAnotherSizeIsWrittenOut) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::ofstream(file) << with(read_text(data("good_robot.yaml")), "azimuth_rad: 0.021",
+                              "azimuth_rad: 0.021\n    camera_info: lens.yaml");
+  std::ofstream(folder_ / "lens.yaml") << read_text(data("good_camera_info.yaml"));
+  Robot changed = read_robot(file);
+  ASSERT_FALSE(changed.rig.lower.distortion.empty());
+  changed.lower.width_px /= 2;
+  changed.lower.height_px /= 2;
+  changed.rig.lower.distortion_focal_px = {{354.5, 355.5}};
+  const std::string text = robot_text(file, file, changed, {});
+  changed.rig.lower.camera_info.clear();
+  EXPECT_EQ(parse_robot(parse_yaml(text, file), file).rig, changed.rig) << text;
+}
+
+TEST_F(RobotWriterTest, ARobotThatWouldBeRefusedIsNotHandedOut) {
+  const fs::path original = data("good_robot.yaml");
+  const Robot robot = read_robot(original);
+  const auto text_of = [&](const auto& change) {
+    Robot changed = robot;
+    change(changed);
+    return message_of([&] { (void)robot_text(original, "new.yaml", changed, {}); });
+  };
+  EXPECT_NE(text_of([](Robot& r) { r.lower.width_px = 0; }).find("cameras.lower.width_px is 0 px"), std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.upper.rate_hz = 7; }).find("cameras.upper.rate_hz is 7 Hz"), std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.estimator.budget_s = 0.02; }).find("estimator.budget_s is 0.02 s"),
+            std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.estimator.landmarks = {"red"}; }).find("estimator.landmarks is"),
+            std::string::npos);
+}
+
 TEST_F(RobotWriterTest, NumbersThatWouldBeRefusedAreNotHandedOut) {
   const Robot robot = read_robot(data("good_robot.yaml"));
   Rig rig = robot.rig;

@@ -51,13 +51,13 @@ std::string all_of(const drivers::CameraPart& part) {
 }
 
 std::string all_of(const sim_povray::SeatSettings& seat) {
-  const auto& [name, body, drive, run_ahead] = seat;
-  const auto& [body_name, start, body_radius_m, wheels, timeout, physics, seed] = body;
+  const auto& [name, body, drive, run_ahead, rendered] = seat;
+  const auto& [body_name, start, body_radius_m, wheels, timeout, physics, seed, begin] = body;
   const auto& [separation_m, radius_m, slip, slip_correlation_s, counts, lag_s] = wheels;
   std::string text = fmt::format("{} {} {} {} {} {} {}\n", name, body_name, start.x_m, start.y_m, start.heading_rad,
                                  body_radius_m, run_ahead);
   text += fmt::format("{} {} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts, lag_s);
-  text += fmt::format("{} {} {}", timeout.count(), seed, all_of(drive));
+  text += fmt::format("{} {} {} {} {}", timeout.count(), seed, begin.has_value(), bool(rendered), all_of(drive));
   if (!physics) return text + "no physics\n";
   const auto& [mass_kg, wheel_friction, body_friction] = *physics;
   return text + fmt::format("{} {} {}\n", mass_kg, wheel_friction, body_friction);
@@ -300,6 +300,11 @@ TEST_P(MismatchTest, IsRefusedInTheseWords) {
 INSTANTIATE_TEST_SUITE_P(
     All, MismatchTest,
     testing::Values(
+        Mismatch{"LandmarkThatTheMapHasNot",
+                 [](Robot& robot, Map&) {
+                   robot.estimator.landmarks = {"red", "blue", "green"};
+                 },
+                 "r.yaml: estimator.landmarks names 'blue', must be a landmark of m.yaml: red, green"},
         Mismatch{"StartBeyondAWall", [](Robot& robot, Map&) { robot.start->x_m = 3.4; },
                  "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
         Mismatch{"StartInAnotherCountry",
@@ -430,6 +435,20 @@ TEST(ToStartPose, IsTheFilesOrTheOrigin) {
   EXPECT_EQ(to_start_pose(robot), (localisation::Pose{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
   robot.start.reset();
   EXPECT_EQ(to_start_pose(robot), localisation::Pose{});
+}
+
+TEST(CheckLandmarks, TellsOfAllThatTheMapHasNot) {
+  Robot robot = good_robot();
+  const Map map = good_map();
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }), "accepted") << "all of the map";
+  robot.estimator.landmarks = {"green", "red"};
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }), "accepted");
+  robot.file = "r.yaml";
+  robot.estimator.landmarks = {"grue", "red", "bleen"};
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }),
+            fmt::format("r.yaml: estimator.landmarks names 'grue', must be a landmark of {0}: red, green\n"
+                        "r.yaml: estimator.landmarks names 'bleen', must be a landmark of {0}: red, green",
+                        map.file.string()));
 }
 
 TEST(ToStartPose, BringsTheHeadingIntoItsRange) {

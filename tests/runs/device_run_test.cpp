@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/runs/capture.h"
+#include "apps/runs/effort.h"
 #include "apps/runs/run.h"
 #include "drivers/memory/faulty_camera.h"
 #include "drivers/memory/faulty_diffdrive.h"
@@ -107,6 +108,30 @@ TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
   }
   EXPECT_GE(std::uint64_t(rests), run.info.capture->recoveries);
   EXPECT_LT(rests, kFrames - 1) << "it never drove, so nothing was tried";
+}
+
+// On the pictures of one run both methods; who has the budget has verdicts, and an event if one of them is `over`.
+TEST_F(DeviceRun, TellsWhatEachFramesAnswerTook) {
+  options_.method = Method::kFull;
+  files::Robot robot = with_budget(files::read_robot(file_), Method::kFull, 0.02);
+  const auto info = run(
+      robot, files::read_map(robot.map), options_, [](double) {}, stop_);
+  ASSERT_TRUE(info) << info.error().message;
+  const RunData full = read_run(options_.out);
+  ASSERT_EQ(full.effort.size(), std::size_t(kFrames));
+  EXPECT_EQ(full.robot.estimator, robot.estimator);
+  int over = 0;
+  for (const EffortRow& row : full.effort) {
+    EXPECT_TRUE(row.verdict == "kept" || row.verdict == "over") << row.verdict;
+    over += row.verdict == "over";
+  }
+  int told_of = 0;
+  for (const std::string& event : full.info.events) told_of += event.starts_with("over budget: ");
+  EXPECT_EQ(told_of, over > 0 ? 1 : 0);
+  const RunData paper = read_run(options_.out, "paper");
+  ASSERT_EQ(paper.effort.size(), std::size_t(kFrames));
+  EXPECT_EQ(paper.effort[0].verdict, "");
+  EXPECT_EQ(paper.effort.back().frame, std::uint64_t(kFrames - 1));
 }
 
 TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {

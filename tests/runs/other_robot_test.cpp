@@ -38,7 +38,7 @@ class OtherRobot : public testing::Test {
     RunInfo info;
     info.method = "full";
     info.events = {"it began"};
-    write_run_yaml(from_, info, kLab, kMap);
+    write_run_yaml(from_, info, files::read_robot(kLab), kMap);
   }
 
   /// The lab's robot file with `old` as `now`.

@@ -56,6 +56,21 @@ TEST(Tables, HeadersAreThoseOfTheDesign) {
       "outliers");
   EXPECT_EQ(sightings_header(),
             "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px");
+  EXPECT_EQ(effort_header(), "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict");
+}
+
+TEST(Tables, EffortIsReadAgain) {
+  const TemporaryFolder folder;
+  const EffortRow row{7, 0.7, 0.1 / 3, 1e-5 / 7, 0.1, 4, "over"};
+  const auto rows = read_effort(folder.write("effort.csv", effort_header() + '\n' + to_line(row) + '\n'));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(to_line(rows[0]), to_line(row));
+  EXPECT_EQ(rows[0].vision_s, 0.1 / 3);
+  EXPECT_EQ(rows[0].refined, 4);
+  EXPECT_EQ(rows[0].verdict, "over");
+  EXPECT_TRUE(read_effort(folder.path() / "not_there.csv").empty()) << "an older run";
+  const auto half = folder.write("half.csv", effort_header() + "\n7,0.7,0.01,0.001,0.011,4.5,\n");
+  EXPECT_EQ(error_of([&] { (void)read_effort(half); }), half.string() + ":2: field 6 is '4.5', must be a number");
 }
 
 TEST(Tables, SightingsAndOutliersAreReadAgain) {

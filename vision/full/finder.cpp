@@ -170,7 +170,8 @@ std::vector<Candidate> Finder::candidates_of(const cv::Mat& rgb, const ColourTab
 }
 
 std::vector<std::vector<Candidate>> Finder::find(const cv::Mat& rgb, const ColourTable& table,
-                                                 std::size_t colours) const {
+                                                 const std::vector<bool>& wanted) const {
+  const std::size_t colours = wanted.size();
   std::vector<std::vector<Candidate>> found(colours);
   // Every other pixel of every other row first; all of them for what is not found so.
   for (const int stride : {2, 1}) {
@@ -178,7 +179,7 @@ std::vector<std::vector<Candidate>> Finder::find(const cv::Mat& rgb, const Colou
     gather(rgb, table, stride, by_colour);
     bool is_complete = true;
     for (std::size_t k = 0; k < colours; ++k) {
-      if (!found[k].empty()) continue;
+      if (!wanted[k] || !found[k].empty()) continue;
       if (!by_colour[k].empty()) {
         found[k] = candidates_of(rgb, table, static_cast<std::uint8_t>(k + 1), by_colour[k], stride);
       }

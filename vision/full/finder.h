@@ -26,9 +26,9 @@ class Finder {
  public:
   Finder(const MirrorView& view, cv::Size size);
 
-  /// Candidates of each of `colours` colours, largest first. @param rgb CV_8UC3 of the size given
+  /// Candidates of each colour that is wanted, largest first. @param rgb CV_8UC3 of the size given
   [[nodiscard]] std::vector<std::vector<Candidate>> find(const cv::Mat& rgb, const ColourTable& table,
-                                                         std::size_t colours) const;
+                                                         const std::vector<bool>& wanted) const;
 
  private:
   struct Span {

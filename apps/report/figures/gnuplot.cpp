@@ -58,7 +58,7 @@ Status Gnuplot::check() const {
   const std::string why =
       version ? fmt::format("'{} --version' ended with {}", program_, version->exit_code) : version.error().message;
   return Error{ErrorCode::kUnavailable,
-               fmt::format("gnuplot is not installed or does not run ({}); the report's figures need it: "
+               fmt::format("gnuplot is not installed or does not run ({}); the figures need it: "
                            "apt install gnuplot-nox",
                            why)};
 }

@@ -63,10 +63,14 @@ std::string browser_html(const std::vector<FrameView>& frames) {
 }
 
 std::string repeat_html(const runs::RunData& run) {
-  return html::section("repeat", "How to repeat this",
-                       html::text("p", "The same version makes the same run byte for byte from these words:") +
-                           html::text("pre", repeat_command(run.info, run.robot, run.method)) +
-                           html::text("p", "The scripts that drew the figures are beside them, in figures/*.gp."));
+  const auto effort = runs::summarise_effort(run);
+  const bool has_budget = effort && effort->budget_s;
+  return html::section(
+      "repeat", "How to repeat this",
+      html::text("p", fmt::format("The same version makes the same run byte for byte from these words{}:",
+                                  has_budget ? ", unless the time limit cuts an answer short" : "")) +
+          html::text("pre", repeat_command(run.info, run.robot, run.method)) +
+          html::text("p", "The scripts that drew the figures are beside them, in figures/*.gp."));
 }
 
 std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
@@ -92,12 +96,14 @@ std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
         fmt::format("{:.1f} s, of which {:.1f} s waiting for pictures; processor {:.1f} s here, {:.1f} s in POV-Ray",
                     run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
   }
-  for (const std::string& device : run.info.devices) add("device", device);
-  if (summary.capture) {
-    std::string words;
-    for (const std::string& word : capture_words(*summary.capture)) words += (words.empty() ? "" : " ") + word;
-    add("cameras", words);
+  if (const auto& names = run.robot.estimator.landmarks; !names.empty()) {
+    add("looked for were only", fmt::format("{}", fmt::join(names, ", ")));
   }
+  const auto joined = [](const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); };
+  if (const auto effort = runs::summarise_effort(run))
+    add("looking and locating, per frame", joined(effort_words(*effort)));
+  for (const std::string& device : run.info.devices) add("device", device);
+  if (summary.capture) add("cameras", joined(capture_words(*summary.capture)));
   return html::element("dl", rows);
 }
 
