@@ -5,8 +5,8 @@
 #   ./evidence.sh [TOPIC]     without TOPIC: all there are
 set -euo pipefail
 cd "$(dirname "$0")"
-topics=(main-job simulator accuracy drivers)
-planned=(tradeoff compare)
+topics=(main-job simulator accuracy drivers tradeoff)
+planned=(compare)
 
 wanted=("${topics[@]}")
 if (($#)); then

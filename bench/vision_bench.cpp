@@ -4,10 +4,14 @@
 // the same two pictures from a run folder. And medians: --benchmark_repetitions=9
 // --benchmark_report_aggregates_only=true
 
+#include <array>
+#include <functional>
+
 #include <benchmark/benchmark.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "apps/runs/adaptive.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/support/synthetic_lab.h"
@@ -97,24 +101,69 @@ const LabPair& lab_pair() {
   return pair;
 }
 
+/// The fix from measurements of the lab's pillars.
+localisation::Fix fix_of(const std::vector<vision::RangeMeasurement>& measured, const LabPair& lab) {
+  std::vector<localisation::LandmarkMeasurement> measurements;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    if (!measured[k].covariance) continue;
+    measurements.push_back(
+        {lab.pillars[k].centre_m, measured[k].range_m, measured[k].bearing_rad, *measured[k].covariance});
+  }
+  return localisation::fix_by_least_squares(measurements);
+}
+
 /// Vision and localisation of one stereo frame.
 void FullOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
   const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
   for (auto _ : state) {
-    std::vector<localisation::LandmarkMeasurement> measurements;
-    const auto measured = ranging.measure(lab.pictures.lower, lab.pictures.upper);
-    for (std::size_t k = 0; k < measured.size(); ++k) {
-      if (!measured[k].covariance) continue;
-      measurements.push_back(
-          {lab.pillars[k].centre_m, measured[k].range_m, measured[k].bearing_rad, *measured[k].covariance});
-    }
-    const auto fix = localisation::fix_by_least_squares(measurements);
+    const auto fix = fix_of(ranging.measure(lab.pictures.lower, lab.pictures.upper), lab);
     if (fix.used < 6) state.SkipWithError("not all six pillars were used");
     benchmark::DoNotOptimize(fix);
   }
 }
 BENCHMARK(FullOfAPair)->Unit(benchmark::kMillisecond);
+
+/// The same, all landmarks taken to a stage.
+void StageOfAPair(benchmark::State& state, vision::Stage stage) {
+  const LabPair& lab = lab_pair();
+  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  constexpr std::array<std::size_t, 6> kAll{0, 1, 2, 3, 4, 5};
+  for (auto _ : state) {
+    vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
+    looking.take(kAll, stage);
+    const auto fix = fix_of(looking.measurements(), lab);
+    if (fix.used < 6) state.SkipWithError("not all six pillars were used");
+    benchmark::DoNotOptimize(fix);
+  }
+}
+void FoundOfAPair(benchmark::State& state) { StageOfAPair(state, vision::Stage::kFound); }
+BENCHMARK(FoundOfAPair)->Unit(benchmark::kMillisecond);
+void CoarseOfAPair(benchmark::State& state) { StageOfAPair(state, vision::Stage::kCoarse); }
+BENCHMARK(CoarseOfAPair)->Unit(benchmark::kMillisecond);
+
+/// The same, refined until the position's sigma is so many tenths of a millimetre; 0: all landmarks.
+void AdaptiveOfAPair(benchmark::State& state) {
+  const LabPair& lab = lab_pair();
+  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  std::vector<Eigen::Vector2d> landmarks_m;
+  for (const auto& pillar : lab.pillars) landmarks_m.push_back(pillar.centre_m);
+  const std::array<Eigen::Vector2d, 2> centres_px{lab.rig.rig.lower.settings().centre_px,
+                                                  lab.rig.rig.upper.settings().centre_px};
+  const std::function<double()> no_clock;
+  const double enough_m = 1e-4 * double(state.range(0)) + 1e-9;
+  const runs::Adaptive adaptive(landmarks_m, centres_px, {true, enough_m, std::nullopt}, no_clock, 0);
+  int refined = 0;
+  for (auto _ : state) {
+    vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
+    const auto answer = adaptive.run(looking);
+    refined = looking.refined();
+    if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
+    benchmark::DoNotOptimize(answer.fix);
+  }
+  state.counters["refined"] = refined;
+}
+BENCHMARK(AdaptiveOfAPair)->Arg(0)->Arg(2)->Arg(5)->Arg(10)->Arg(20)->Unit(benchmark::kMillisecond);
 
 void PairToHsv(benchmark::State& state) {
   const LabPair& lab = lab_pair();

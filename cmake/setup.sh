@@ -17,6 +17,7 @@ case "${1:-}" in
     packages+=(jq debootstrap povray-examples lintian)
     # The virtual machine of tests/guest, what is tried in it, and what its modules are built with.
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
+    packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
     ;;
 esac
 

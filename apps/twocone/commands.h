@@ -37,5 +37,6 @@ void add_effects(CLI::App& program);
 void add_calibrate(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_doctor(CLI::App& program);
+void add_tradeoff(CLI::App& program);
 
 }  // namespace twocone::cli

@@ -45,6 +45,7 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_calibrate(program);
   twocone::cli::add_devices(program);
   twocone::cli::add_doctor(program);
+  twocone::cli::add_tradeoff(program);
   try {
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);

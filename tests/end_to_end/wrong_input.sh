@@ -69,6 +69,10 @@ variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_cam
 expect 'real camera on a simulated robot' 1 'sim_povray moves all parts of a robot or none' bash -c 'run --robot robots/mixed.yaml'
 variant robots/small.yaml 's|^latency_frames|latency_frame|' robots/typo.yaml
 expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c 'run --robot robots/typo.yaml'
+sed '$s|$|\nestimator: {stage: fast}|' robots/small.yaml >robots/fast.yaml
+expect 'robot with an unknown stage' 1 "fast.yaml:[0-9]+: estimator.stage is 'fast', must be found" bash -c 'run --robot robots/fast.yaml'
+sed '$s|$|\nestimator: {landmarks: [red, green, grue]}|' robots/small.yaml >robots/grue.yaml
+expect 'robot with an unknown landmark' 1 "grue.yaml: estimator.landmarks .*'grue'.*lab.map.yaml" bash -c 'run --robot robots/grue.yaml'
 
 touch "$work/file"
 expect 'output folder not to be made' 1 "$work/file" "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/file/run"
@@ -87,12 +91,25 @@ expect 'doctor with unknown option' 2 'bogus' "$twocone" doctor --robot robots/s
 expect 'doctor for no time' 2 'seconds' "$twocone" doctor --robot robots/small.yaml --seconds 0
 expect 'devices with unknown option' 2 'bogus' "$twocone" devices --bogus
 expect 'devices with a name' 2 'camera' "$twocone" devices camera
+expect 'tradeoff of no robot file' 1 'nowhere.yaml' "$twocone" tradeoff --robot robots/nowhere.yaml
+expect 'tradeoff of a real robot' 1 'usb_camera.yaml' "$twocone" tradeoff --robot "$source_dir/robots/usb_camera.yaml"
+expect 'tradeoff with two wishes' 2 'target-mm excludes --budget-ms' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --budget-ms 20
+expect 'tradeoff for a target of 0 mm' 2 'target-mm is 0, must be a number > 0' "$twocone" tradeoff --robot robots/small.yaml --target-mm 0
+expect 'tradeoff for a target nan' 2 'target-mm is nan' "$twocone" tradeoff --robot robots/small.yaml --target-mm nan
+expect 'tradeoff, robot for no wish' 2 'write-robot needs' "$twocone" tradeoff --robot robots/small.yaml --write-robot "$work/chosen.yaml"
+expect 'tradeoff onto its own robot' 1 'is the robot that is swept' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --write-robot robots/small.yaml
+expect 'tradeoff without jobs' 2 'jobs: Value 0 not in range' "$twocone" tradeoff --robot robots/small.yaml --jobs 0
+expect 'tradeoff with too few legs' 2 'legs: Value 2 not in range' "$twocone" tradeoff --robot robots/small.yaml --legs 2
+expect 'tradeoff, a shard that is none' 2 "shard is 100000, this sweep's are 0 to [0-9]+" "$twocone" tradeoff --robot robots/small.yaml --shard 100000
+expect 'tradeoff, merge of no folder' 1 'nothing to merge' "$twocone" tradeoff --robot robots/small.yaml --out "$work/nowhere" --merge
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'no robot' 2 'robot' "$twocone" run
 expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many
 expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 0
 expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --method magic
+expect 'budget of no time' 2 '--budget-ms: the budget is 0 ms, must be > 0 ms' "$twocone" run --robot robots/small.yaml --budget-ms 0
+expect 'budget of method paper' 2 '--budget-ms: method paper has no stages' "$twocone" run --robot robots/small.yaml --method paper --budget-ms 20
 expect 'unknown behaviour' 2 'behaviour' "$twocone" run --robot robots/small.yaml --behaviour dance
 
 # A full disk: a file system of 1 MiB in a mount namespace of our own.

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/setting.h"
+
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace twocone::tradeoff {
+namespace {
+
+constexpr std::array kAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, Axis::kLevel,
+                           Axis::kLandmarks, Axis::kBearings,  Axis::kRate,    Axis::kFrames};
+
+/// Method paper has none of its own.
+std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Level::kFine : level); }
+
+/// Where a pixel's coordinate lies in a picture scaled by `k`.
+double scaled_px(double place_px, double k) { return (place_px + 0.5) * k - 0.5; }
+
+void scale(files::CameraEntry& camera, files::RigView& view, double k) {
+  camera.width_px = static_cast<int>(std::lround(camera.width_px * k));
+  camera.height_px = static_cast<int>(std::lround(camera.height_px * k));
+  for (double& place_px : view.centre_px) place_px = scaled_px(place_px, k);
+  view.rim_radius_px *= k;
+  if (view.distortion_focal_px) {
+    for (double& focal_px : *view.distortion_focal_px) focal_px *= k;
+  }
+  if (view.distortion_principal_px) {
+    for (double& place_px : *view.distortion_principal_px) place_px = scaled_px(place_px, k);
+  }
+  // These are pixels of the simulated camera's picture.
+  camera.effects.distortion_focal_px *= k;
+  camera.effects.defocus_px *= k;
+}
+
+}  // namespace
+
+std::span<const Axis> all_axes() { return kAxes; }
+
+std::string_view name(Axis axis) {
+  switch (axis) {
+    case Axis::kSize:
+      return "size";
+    case Axis::kAntialias:
+      return "antialias";
+    case Axis::kEffects:
+      return "effects";
+    case Axis::kLevel:
+      return "estimator";
+    case Axis::kLandmarks:
+      return "landmarks";
+    case Axis::kBearings:
+      return "bearings";
+    case Axis::kRate:
+      return "rate";
+    case Axis::kFrames:
+      return "frames";
+  }
+  assert(false);
+  return "";
+}
+
+std::string_view name(Level level) {
+  switch (level) {
+    case Level::kPaper:
+      return "paper";
+    case Level::kFound:
+      return "found";
+    case Level::kCoarse:
+      return "coarse";
+    case Level::kFine:
+      return "fine";
+    case Level::kAdaptive:
+      return "adaptive";
+  }
+  assert(false);
+  return "";
+}
+
+std::string_view name(Effects effects) {
+  switch (effects) {
+    case Effects::kScene:
+      return "scene";
+    case Effects::kFlat:
+      return "flat";
+    case Effects::kNoise:
+      return "noise";
+  }
+  assert(false);
+  return "";
+}
+
+std::string value(const Setting& setting, Axis axis) {
+  switch (axis) {
+    case Axis::kSize:
+      return fmt::format("{}x{}", setting.pictures.width_px, setting.pictures.height_px);
+    case Axis::kAntialias:
+      return setting.pictures.antialias > 1 ? fmt::format("+R{}", setting.pictures.antialias) : "none";
+    case Axis::kEffects:
+      return std::string(name(setting.pictures.effects));
+    case Axis::kLevel:
+      if (setting.level == Level::kPaper) return "paper";
+      if (setting.level == Level::kAdaptive) return fmt::format("adaptive to {:g} mm", 1000 * setting.enough_m);
+      return fmt::format("full, {}", stage_of(setting.level));
+    case Axis::kLandmarks:
+      return fmt::format("{}", setting.landmarks);
+    case Axis::kBearings:
+      return setting.bearings && setting.level != Level::kPaper ? "ranges and bearings" : "ranges";
+    case Axis::kRate:
+      return fmt::format("{:g} Hz", setting.rate_hz);
+    case Axis::kFrames:
+      return fmt::format("{}", setting.frames);
+  }
+  assert(false);
+  return "";
+}
+
+std::string describe(const Setting& setting) {
+  return fmt::format("{}, anti-aliasing {}, {}, {}, {} landmarks, {}, {}, {}", value(setting, Axis::kSize),
+                     value(setting, Axis::kAntialias), value(setting, Axis::kEffects), value(setting, Axis::kLevel),
+                     setting.landmarks, value(setting, Axis::kBearings), value(setting, Axis::kRate),
+                     setting.frames == 1 ? "single frames" : fmt::format("{} frames", setting.frames));
+}
+
+files::Robot robot_of(const Setting& setting, const files::Robot& robot, std::span<const std::string> landmarks) {
+  files::Robot changed = robot;
+  const double k = double(setting.pictures.width_px) / robot.lower.width_px;
+  scale(changed.lower, changed.rig.lower, k);
+  scale(changed.upper, changed.rig.upper, k);
+  for (files::CameraEntry* camera : {&changed.lower, &changed.upper}) {
+    camera->rate_hz = setting.rate_hz;
+    camera->antialias = setting.pictures.antialias;
+    if (setting.pictures.effects == Effects::kNoise && camera->effects.full_well_electrons == 0) {
+      camera->effects.full_well_electrons = kNoiseElectrons;
+    }
+  }
+  for (files::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
+  files::EstimatorKeys keys;
+  keys.method = runs::to_string(method_of(setting.level));
+  keys.stage = stage_of(setting.level);
+  if (std::size_t(setting.landmarks) < landmarks.size()) {
+    keys.landmarks.assign(landmarks.begin(), landmarks.begin() + setting.landmarks);
+  }
+  keys.bearings = setting.bearings;
+  if (setting.level == Level::kAdaptive) keys.enough_m = setting.enough_m;
+  changed.estimator = std::move(keys);
+  return changed;
+}
+
+files::Map map_of(const Setting& setting, const files::Map& map) {
+  files::Map changed = map;
+  if (setting.pictures.effects == Effects::kFlat) {
+    files::SceneEffects& effects = changed.effects;
+    effects.shadows = effects.area_lights = effects.photons = effects.radiosity = effects.media = false;
+  }
+  return changed;
+}
+
+runs::Method method_of(Level level) { return level == Level::kPaper ? runs::Method::kPaper : runs::Method::kFull; }
+
+}  // namespace twocone::tradeoff

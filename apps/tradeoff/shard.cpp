@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/shard.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+
+#include "apps/files/to_layers.h"
+#include "apps/runs/adaptive.h"
+#include "apps/runs/bounds.h"
+#include "apps/runs/estimator.h"
+#include "apps/runs/summary.h"
+#include "apps/tradeoff/peak_memory.h"
+#include "localisation/pose_filter.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// What a picture may take on a machine that is busy with others.
+constexpr milliseconds kPictureTimeout{600'000};
+constexpr milliseconds kStepTimeout{600'000};
+/// Of the shard's progress, what rendering takes.
+constexpr double kRenderingShare = 0.9;
+
+/// One frame of a leg, as the robot and the truth have it.
+struct Shot {
+  int leg = 0, instant = 0;
+  Pose2 truth;
+  WheelAngles angles;
+  double t_s = 0;
+  Frame lower, upper;
+  std::shared_ptr<const Image> lower_image{}, upper_image{};
+};
+
+/// What rendering took, told from other threads; lives until the last picture has come.
+class RenderCosts {
+ public:
+  void add(int leg, const sim_povray::RenderedPicture& picture) {
+    const std::lock_guard lock(mutex_);
+    cpu_s_[{leg, int(picture.tick)}] += std::chrono::duration<double>(picture.cpu).count();
+    peak_bytes_ = std::max(peak_bytes_, double(picture.peak_bytes));
+  }
+  [[nodiscard]] std::map<std::pair<int, int>, double> cpu_s() const {
+    const std::lock_guard lock(mutex_);
+    return cpu_s_;
+  }
+  [[nodiscard]] double peak_bytes() const {
+    const std::lock_guard lock(mutex_);
+    return peak_bytes_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::pair<int, int>, double> cpu_s_;
+  double peak_bytes_ = 0;
+};
+
+/// Settings with the same recipe make the same answers of a frame.
+struct Recipe {
+  Level level;
+  double enough_m;
+  int landmarks;
+  bool bearings;
+  friend auto operator<=>(const Recipe&, const Recipe&) = default;
+};
+Recipe recipe_of(const Setting& s) { return {s.level, s.enough_m, s.landmarks, s.bearings}; }
+
+/// What a recipe made of every shot.
+struct Answers {
+  std::vector<runs::FrameAnswer> frames;
+  double peak_bytes = 0;
+};
+
+double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<double> heading_rad,
+           const std::optional<Eigen::Matrix3d>& covariance, const Pose2& truth, FrameRow& row) {
+  if (!position_m) return;
+  const Eigen::Vector2d error = *position_m - Eigen::Vector2d(truth.x_m, truth.y_m);
+  row.error_m = error.norm();
+  if (heading_rad) row.heading_error_rad = std::abs(wrapped(*heading_rad - truth.heading_rad));
+  if (!covariance) return;
+  const Eigen::LLT<Eigen::Matrix2d> factor(covariance->topLeftCorner<2, 2>());
+  if (factor.info() != Eigen::Success) {
+    row.in_ellipse = false;
+    return;
+  }
+  row.in_ellipse = factor.matrixL().solve(error).squaredNorm() <= runs::k95Ellipse;
+}
+
+/// Covariance of a pose known at `from`, when the robot has gone to `to` along a way that is known.
+Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, const Pose2& to) {
+  Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity();
+  by_pose(0, 2) = -(to.y_m - from.y_m);
+  by_pose(1, 2) = to.x_m - from.x_m;
+  return by_pose * covariance * by_pose.transpose();
+}
+
+}  // namespace
+
+class ShardRunner::Impl {
+ public:
+  Impl(files::Robot robot, files::Map map, const Plan& plan, sim_povray::RenderSettings render)
+      : robot_(std::move(robot)), map_(std::move(map)), plan_(plan), render_(std::move(render)) {}
+
+  Result<ShardRecord> run(std::size_t number, const std::function<void(double)>& progress,
+                          const std::atomic<bool>& stop) {
+    const Plan::Shard& shard = plan_.shards.at(number);
+    auto shots = take(shard, progress, stop);
+    if (!shots) return shots.error();
+    ShardRecord record;
+    const int first = first_setting_of(shard.pictures);
+    for (const auto& [place, cpu_s] : costs_->cpu_s()) {
+      record.renders.push_back({first, place.first, place.second, cpu_s});
+    }
+    record.render_memory.push_back({first, costs_->peak_bytes()});
+
+    std::map<Recipe, Answers> answers;
+    for (const Setting& setting : plan_.settings) {
+      if (setting.pictures != shard.pictures || answers.contains(recipe_of(setting))) continue;
+      if (stop) return stopped();
+      auto made = answer_all(setting, *shots);
+      if (!made) return made.error();
+      answers.emplace(recipe_of(setting), *std::move(made));
+    }
+    const auto bounds = bounds_of(shard.pictures, *shots, answers);
+    for (std::size_t i = 0; i < plan_.settings.size(); ++i) {
+      const Setting& setting = plan_.settings[i];
+      if (setting.pictures != shard.pictures) continue;
+      const Answers& made = answers.at(recipe_of(setting));
+      if (setting.frames == 1) {
+        judge_frames(int(i), *shots, made, bounds, record);
+      } else {
+        judge_estimates(int(i), setting, *shots, made, bounds, record);
+      }
+      if (made.peak_bytes > 0) record.memory.push_back({int(i), made.peak_bytes});
+    }
+    progress(1);
+    return record;
+  }
+
+ private:
+  static Error stopped() { return {ErrorCode::kRefused, "stopped from outside"}; }
+
+  [[nodiscard]] int first_setting_of(const Pictures& pictures) const {
+    const auto at = std::find_if(plan_.settings.begin(), plan_.settings.end(),
+                                 [&](const Setting& s) { return s.pictures == pictures; });
+    return int(at - plan_.settings.begin());
+  }
+  /// The setting that looks closest: by whose outlines the bound knows the noise.
+  [[nodiscard]] Setting finest_of(const Pictures& pictures) const {
+    Setting setting = plan_.settings[std::size_t(first_setting_of(pictures))];
+    setting.level = Level::kFine;
+    setting.enough_m = 0;
+    setting.landmarks = int(plan_.landmarks.size());
+    setting.bearings = true;
+    setting.rate_hz = plan_.robot_rate_hz;
+    setting.frames = 1;
+    return setting;
+  }
+
+  /// The world for such pictures: opened once for all shards in a row that want it.
+  Status open(const Pictures& pictures) {
+    if (venue_ && pictures_ == pictures) return {};
+    venue_.reset();
+    const Setting setting = finest_of(pictures);
+    settings_ = files::to_robot_settings(robot_of(setting, robot_, plan_.landmarks), map_of(setting, map_), 1);
+    settings_->world->place.render = render_;
+    auto venue = sim_povray::Venue::open(settings_->world->place);
+    if (!venue) return venue.error();
+    venue_ = *std::move(venue);
+    pictures_ = pictures;
+    return {};
+  }
+
+  /// Drives the shard's legs; pictures are still on their way.
+  Status drive(int number, std::vector<Shot>& shots) {
+    const Leg& leg = plan_.legs[std::size_t(number)];
+    sim_povray::SeatSettings seat = settings_->world->seat;
+    seat.drive = settings_->drive.limits;
+    seat.body.begin = leg.from;
+    seat.body.seed = leg.seed;
+    seat.run_ahead_frames = kInstants + 1;
+    seat.rendered = [costs = costs_, number](const sim_povray::RenderedPicture& p) { costs->add(number, p); };
+    auto simulation = venue_->enter(seat);
+    if (!simulation) return with_leg(number, simulation.error());
+    const auto views = files::to_views(*settings_);
+    std::vector<std::unique_ptr<Camera>> cameras;
+    for (const auto& [view, part] : {std::pair{&views[0], &settings_->lower}, {&views[1], &settings_->upper}}) {
+      auto camera = (*simulation)->open_camera(*view);
+      if (!camera) return with_leg(number, camera.error());
+      if (auto applied = (*camera)->configure(part->settings); !applied) return with_leg(number, applied.error());
+      if (auto started = (*camera)->start(); !started) return with_leg(number, started.error());
+      cameras.push_back(*std::move(camera));
+    }
+    const auto wheels = (*simulation)->open_drive();
+    const auto truth = (*simulation)->open_truth();
+    for (int i = 0; i < kInstants; ++i) {
+      auto lower = cameras[0]->grab(kStepTimeout);
+      if (!lower) return with_leg(number, lower.error());
+      auto upper = cameras[1]->grab(kStepTimeout);
+      if (!upper) return with_leg(number, upper.error());
+      const auto angles = wheels->read_angles();
+      if (!angles) return with_leg(number, angles.error());
+      const double t_s = lower->header().captured.seconds();
+      shots.push_back({number, i, truth->true_pose(), *angles, t_s, *std::move(lower), *std::move(upper)});
+      if (auto driving = wheels->set_speeds(leg.speeds); !driving) return with_leg(number, driving.error());
+    }
+    return {};
+  }
+
+  static Error with_leg(int leg, const Error& error) {
+    return {error.code, fmt::format("leg {}: {}", leg, error.message)};
+  }
+
+  Result<std::vector<Shot>> take(const Plan::Shard& shard, const std::function<void(double)>& progress,
+                                 const std::atomic<bool>& stop) {
+    costs_ = std::make_shared<RenderCosts>();
+    if (auto opened = open(shard.pictures); !opened) return opened.error();
+    std::vector<Shot> shots;
+    for (int leg = shard.first_leg; leg < shard.first_leg + shard.legs; ++leg) {
+      if (auto driven = drive(leg, shots); !driven) return driven.error();
+    }
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      if (stop) return stopped();
+      Shot& shot = shots[i];
+      for (const auto& [frame, image] : {std::pair{&shot.lower, &shot.lower_image}, {&shot.upper, &shot.upper_image}}) {
+        auto picture = frame->image(kPictureTimeout);
+        if (!picture) return with_leg(shot.leg, picture.error());
+        *image = *std::move(picture);
+      }
+      progress(kRenderingShare * double(i + 1) / double(shots.size()));
+    }
+    return shots;
+  }
+
+  [[nodiscard]] Result<Answers> answer_all(const Setting& setting, const std::vector<Shot>& shots) const {
+    const runs::Estimator estimator(method_of(setting.level), robot_of(setting, robot_, plan_.landmarks),
+                                    map_of(setting, map_));
+    Answers answers;
+    // Once before it is timed, so that what is made at the first use is made.
+    if (auto warmed = estimator.answer(*shots[0].lower_image, *shots[0].upper_image); !warmed) return warmed.error();
+    const PeakMemory memory;
+    for (const Shot& shot : shots) {
+      auto answer = estimator.answer(*shot.lower_image, *shot.upper_image);
+      if (!answer) return with_leg(shot.leg, answer.error());
+      answers.frames.push_back(*std::move(answer));
+    }
+    // A robot holds one pair of pictures.
+    const double pair_bytes = double(shots[0].lower_image->bytes.size() + shots[0].upper_image->bytes.size());
+    if (const auto bytes = memory.bytes()) answers.peak_bytes = *bytes - double(shots.size() - 1) * pair_bytes;
+    return answers;
+  }
+
+  /// Bound of the pose for each shot; nothing where no outline was measured.
+  [[nodiscard]] std::vector<std::optional<Eigen::Matrix3d>> bounds_of(const Pictures& pictures,
+                                                                      const std::vector<Shot>& shots,
+                                                                      const std::map<Recipe, Answers>& answers) const {
+    const Setting finest = finest_of(pictures);
+    runs::RunData run;
+    run.robot = robot_of(finest, robot_, plan_.landmarks);
+    run.map = map_of(finest, map_);
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      const Pose2& truth = shots[i].truth;
+      const double t_s = double(i);  // legs begin at the same time each
+      run.frames.push_back({.frame = i, .t_s = t_s});
+      run.truth.push_back({t_s, truth.x_m, truth.y_m, truth.heading_rad});
+    }
+    const auto made = answers.find(recipe_of(finest));
+    if (made != answers.end()) {
+      for (std::size_t i = 0; i < shots.size(); ++i) {
+        const auto rows = runs::to_rows(i, double(i), made->second.frames[i], run.map, nullptr);
+        run.sightings.insert(run.sightings.end(), rows.sightings.begin(), rows.sightings.end());
+      }
+    }
+    std::vector<std::optional<Eigen::Matrix3d>> result(shots.size());
+    const auto bounds = runs::bounds(run);
+    for (std::size_t i = 0; i < bounds.size(); ++i) result[i] = bounds[i].covariance;
+    return result;
+  }
+
+  void judge_frames(int setting, const std::vector<Shot>& shots, const Answers& made,
+                    const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      const Shot& shot = shots[i];
+      const runs::FrameAnswer& answer = made.frames[i];
+      FrameRow row = row_of(setting, shot, answer);
+      row.verdict = localisation::to_string(answer.fix.verdict);
+      if (!answer.fix.other_position_m) {
+        judge(answer.fix.position_m, answer.fix.heading_rad, answer.fix.covariance, shot.truth, row);
+      }
+      if (bounds[i]) row.bound_m = std::sqrt((*bounds[i])(0, 0) + (*bounds[i])(1, 1));
+      record.frames.push_back(std::move(row));
+      for (std::size_t k = 0; k < answer.ranges.size(); ++k) {
+        if (!answer.ranges[k].range_m) continue;
+        const files::Landmark& landmark = map_.landmarks[k];
+        const double true_m = std::hypot(landmark.x_m - shot.truth.x_m, landmark.y_m - shot.truth.y_m);
+        record.ranges.push_back({setting, shot.leg, shot.instant, std::abs(*answer.ranges[k].range_m - true_m)});
+      }
+    }
+  }
+
+  /// One answer a leg: the filter's, begun with the first of the frames.
+  void judge_estimates(int number, const Setting& setting, const std::vector<Shot>& shots, const Answers& made,
+                       const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
+    auto instants = instants_of(setting, plan_.robot_rate_hz);
+    std::reverse(instants.begin(), instants.end());
+    for (std::size_t leg = 0; leg < shots.size(); leg += kInstants) {
+      localisation::PoseFilter filter(files::to_wheels(robot_), localisation::OdometryNoise{});
+      const Shot& last = shots[leg + std::size_t(instants.back())];
+      Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+      for (const int instant : instants) {
+        const std::size_t i = leg + std::size_t(instant);
+        const Shot& shot = shots[i];
+        FrameRow row = row_of(number, shot, made.frames[i]);
+        const double begin_s = runs::thread_time_s();
+        filter.predict(shot.t_s, shot.angles.left_rad, shot.angles.right_rad);
+        filter.correct(made.frames[i].fix);
+        row.localisation_s += runs::thread_time_s() - begin_s;
+        if (bounds[i]) information += moved(*bounds[i], shot.truth, last.truth).inverse();
+        if (instant == instants.back()) {
+          const auto estimate = filter.estimate();
+          row.verdict = estimate ? "ok" : "no_estimate";
+          if (estimate) {
+            judge(Eigen::Vector2d(estimate->pose.x_m, estimate->pose.y_m), estimate->pose.heading_rad,
+                  estimate->covariance, shot.truth, row);
+          }
+          const Eigen::LDLT<Eigen::Matrix3d> factor(information);
+          if (factor.info() == Eigen::Success && factor.isPositive() && factor.rcond() > 0) {
+            const Eigen::Matrix3d bound = factor.solve(Eigen::Matrix3d::Identity());
+            row.bound_m = std::sqrt(bound(0, 0) + bound(1, 1));
+          }
+        }
+        record.frames.push_back(std::move(row));
+      }
+    }
+  }
+
+  static FrameRow row_of(int setting, const Shot& shot, const runs::FrameAnswer& answer) {
+    FrameRow row;
+    row.setting = setting;
+    row.leg = shot.leg;
+    row.instant = shot.instant;
+    row.vision_s = answer.effort.vision_s;
+    row.localisation_s = answer.effort.localisation_s;
+    return row;
+  }
+
+  const files::Robot robot_;
+  const files::Map map_;
+  const Plan& plan_;
+  const sim_povray::RenderSettings render_;
+  std::optional<sim_povray::Venue> venue_;
+  Pictures pictures_;
+  std::optional<drivers::RobotSettings> settings_;
+  std::shared_ptr<RenderCosts> costs_;
+};
+
+ShardRunner::ShardRunner(files::Robot robot, files::Map map, const Plan& plan, sim_povray::RenderSettings render)
+    : impl_(std::make_unique<Impl>(std::move(robot), std::move(map), plan, std::move(render))) {}
+ShardRunner::~ShardRunner() = default;
+
+Result<ShardRecord> ShardRunner::run(std::size_t shard, const std::function<void(double)>& progress,
+                                     const std::atomic<bool>& stop) {
+  return impl_->run(shard, progress, stop);
+}
+
+}  // namespace twocone::tradeoff

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "apps/report/figures/gnuplot.h"
+#include "apps/tradeoff/choice.h"
+#include "apps/tradeoff/show/plane.h"
+
+namespace twocone::tradeoff {
+
+/// The picture as gnuplot draws it. @param choice marked; may be null
+report::Plot drawing_of(const Sweep& sweep, const Plane& plane, const Choice* choice);
+
+}  // namespace twocone::tradeoff

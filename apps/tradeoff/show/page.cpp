@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/show/page.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/report/markup.h"
+#include "apps/report/page/html.h"
+#include "apps/report/page/style.h"
+#include "apps/tradeoff/conclusions.h"
+#include "apps/tradeoff/show/page_style.h"
+#include "apps/tradeoff/show/wording.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+namespace html = report::html;
+using report::escape;
+
+constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
+constexpr std::string_view kNone = "\u2013";
+
+std::string headline(const Sweep& sweep) {
+  const auto span = span_of(sweep);
+  if (!span) return "No setting answers often enough to be on a frontier.";
+  return fmt::format(
+      "{} mm take {} s of processor time a frame in simulation, {} mm take {} s: {} settings, {} of them on "
+      "the frontier.",
+      significant(span->most_error_m / kMm, 2), significant(span->least_time_s, 2),
+      significant(span->least_error_m / kMm, 2), significant(span->most_time_s, 2), sweep.settings.size(),
+      span->settings);
+}
+
+std::string picture_html(const PagePicture& picture) {
+  const std::size_t root = picture.svg.find("<svg");
+  std::string_view svg = picture.svg;
+  if (root != std::string_view::npos) svg.remove_prefix(root);
+  return html::element("figure", report::inline_svg(svg, picture.id) + html::text("figcaption", picture.caption),
+                       fmt::format("id=\"{}\" class=\"wide\"", escape(picture.id)));
+}
+
+/// A cell that is sorted by a number.
+std::string number(std::optional<double> value, double unit) {
+  if (!value || !std::isfinite(*value)) return std::string(kNone);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", *value, significant(*value / unit));
+}
+
+std::string number(const std::optional<Interval>& interval, double unit) {
+  if (!interval || !std::isfinite(interval->value)) return std::string(kNone);
+  std::string text = significant(interval->value / unit);
+  if (std::isfinite(interval->low) && std::isfinite(interval->high)) {
+    text += fmt::format(" <small>{}\u2013{}</small>", significant(interval->low / unit),
+                        significant(interval->high / unit));
+  }
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value, text);
+}
+
+std::string words(double order, std::string_view text) {
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", order, escape(text));
+}
+
+std::string frontier_cell(const SettingResult& result) {
+  std::string text;
+  if (result.on_robot_frontier) text += "<b class=\"on\" title=\"on the frontier of robot time\">R</b>";
+  if (result.on_simulation_frontier) text += "<b class=\"on\" title=\"on the frontier of simulation time\">S</b>";
+  return fmt::format("<data value=\"{}\">{}</data>",
+                     -(2 * int(result.on_simulation_frontier) + int(result.on_robot_frontier)), text);
+}
+
+std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
+  const SettingResult& result = sweep.settings[index];
+  const Setting& setting = result.setting;
+  const Pictures& pictures = setting.pictures;
+  const auto of = [](const std::optional<ErrorFigures>& figures, Interval ErrorFigures::*member) {
+    return figures ? std::optional((*figures).*member) : std::nullopt;
+  };
+  const auto alone = [](const std::optional<Interval>& interval) {
+    return interval ? std::optional(interval->value) : std::nullopt;
+  };
+  std::string looks(name(setting.level));
+  if (setting.level == Level::kAdaptive) looks += fmt::format(" to {:g} mm", setting.enough_m / kMm);
+  std::string size = fmt::format("{} \u00d7 {}", pictures.width_px, pictures.height_px);
+  if (sweep.as_is == index) size += " (as it is)";
+  return {words(double(pictures.width_px) * pictures.height_px, size),
+          frontier_cell(result),
+          words(pictures.antialias, antialias_name(pictures.antialias)),
+          words(double(pictures.effects), name(pictures.effects)),
+          words(double(setting.level) + setting.enough_m, looks),
+          words(setting.landmarks, fmt::to_string(setting.landmarks)),
+          words(setting.bearings, setting.bearings ? "yes" : "no"),
+          words(setting.rate_hz, fmt::format("{:g}", setting.rate_hz)),
+          words(setting.frames, fmt::to_string(setting.frames)),
+          number(of(result.position_m, &ErrorFigures::mean), kMm),
+          number(alone(of(result.position_m, &ErrorFigures::rmse)), kMm),
+          number(alone(of(result.position_m, &ErrorFigures::p95)), kMm),
+          number(result.position_m ? std::optional(result.position_m->max) : std::nullopt, kMm),
+          number(alone(of(result.heading_rad, &ErrorFigures::mean)), kDegree),
+          number(alone(of(result.range_m, &ErrorFigures::mean)), kMm),
+          number(std::optional(result.answered_share()), 0.01),
+          number(alone(result.coverage), 0.01),
+          number(result.bound_m, kMm),
+          number(std::optional(result.vision.median_s.value), kMs),
+          number(std::optional(result.localisation.median_s.value), kMs),
+          number(std::optional(result.robot_time_s()), kMs),
+          number(std::optional(result.render_cpu.median_s.value), 1),
+          number(std::optional(result.simulation_time_s().value), 1),
+          number(std::optional(result.peak_bytes), kMiB)};
+}
+
+std::string table_html(const Sweep& sweep) {
+  std::vector<std::string> heads;
+  for (const std::string_view head :
+       {"size/px",         "frontier",    "rays",         "world",          "estimator",
+        "land\u00admarks", "bearings",    "rate/Hz",      "frames",         "mean/mm",
+        "RMSE/mm",         "95 %/mm",     "max/mm",       "heading/\u00b0", "range/mm",
+        "answered/%",      "coverage/%",  "bound/mm",     "vision/ms",      "local\u00adisation/ms",
+        "robot 95 %/ms",   "rendering/s", "simulation/s", "memory/MiB"}) {
+    heads.push_back(html::text("button", head, "type=\"button\""));
+  }
+  html::Table table("Errors are of the position unless said otherwise; small: 95 % interval", html::head_row(heads),
+                    "id=\"all\"");
+  for (std::size_t i = 0; i < sweep.settings.size(); ++i) {
+    const SettingResult& result = sweep.settings[i];
+    table.add(row(sweep, i),
+              fmt::format("data-setting=\"{}\"{}", i,
+                          result.on_robot_frontier || result.on_simulation_frontier ? " class=\"frontier\"" : ""));
+  }
+  return table.str();
+}
+
+std::string facts_html(const Sweep& sweep) {
+  std::string rows;
+  const auto add = [&](std::string_view name, const std::string& value) {
+    if (!value.empty()) rows += html::text("dt", name) + html::text("dd", value);
+  };
+  add("twocone", fmt::format("{}, commit {}", sweep.version, sweep.commit));
+  add("compiler", sweep.compiler);
+  add("machine", sweep.machine);
+  add("robot", sweep.robot);
+  add("map", sweep.map);
+  add("seed", fmt::to_string(sweep.seed));
+  add("legs", fmt::to_string(sweep.legs));
+  std::string landmarks;
+  for (const std::string& name : sweep.landmarks) landmarks += (landmarks.empty() ? "" : ", ") + name;
+  add("landmarks, given up last first", landmarks);
+  return html::element("dl", rows);
+}
+
+std::string files_html() {
+  const auto link = [](std::string_view file) { return fmt::format("<a href=\"{0}\">{0}</a>", file); };
+  return html::element("p", fmt::format("The same as files: {} (with times and frontiers), {} (what does not depend on "
+                                        "the machine's speed).",
+                                        link("tradeoff.csv"), link("errors.csv")));
+}
+
+}  // namespace
+
+std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, const Choice* choice) {
+  const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
+  std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");
+  std::string rules;
+  for (const std::string& sentence : rule_sentences()) rules += html::text("p", sentence);
+  main += html::element("div", rules, "class=\"rules\"");
+  std::string links;
+  for (const auto& [id, name] : {std::pair{"pictures", "Pictures"},
+                                 {"conclusions", "Conclusions"},
+                                 {"growth", "Growth"},
+                                 {"settings", "All settings"},
+                                 {"repeat", "Repeat"}}) {
+    links += html::text("a", name, fmt::format("href=\"#{}\"", id));
+  }
+  main += html::element("nav", links);
+  if (choice != nullptr && !choice->why.empty()) main += html::text("p", choice->why, "class=\"choice\"");
+
+  std::string figures;
+  for (const PagePicture& picture : pictures) figures += picture_html(picture);
+  main += html::section("pictures", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
+
+  std::vector<std::string> sentences;
+  for (const Conclusion& conclusion : conclusions(sweep)) sentences.push_back(conclusion.sentence);
+  main += html::section("conclusions", "What each axis buys", html::list(sentences));
+  main += html::section(
+      "growth", "How it grows",
+      html::text("p", "Exponents of power laws, with 95 % intervals:") + html::list(growth_sentences(sweep)));
+  main += html::section("settings", "All settings", files_html() + table_html(sweep));
+  main += html::section("repeat", "How to repeat this",
+                        html::text("p", "The same version makes the same errors byte for byte, and its own times:") +
+                            html::text("pre", sweep.repeat) + facts_html(sweep));
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
+         html::text("title", title) + html::element("style", std::string(report::style()) + std::string(page_style())) +
+         "</head>\n<body>\n" + html::element("main", main) +
+         "<div id=\"tip\" role=\"status\" hidden=\"hidden\"></div>\n" + html::element("script", page_script()) +
+         "</body>\n</html>\n";
+}
+
+}  // namespace twocone::tradeoff

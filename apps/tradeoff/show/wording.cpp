@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/show/wording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "apps/tradeoff/conclusions.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+/// The value that occurs most often; of several the least.
+template <typename Of>
+auto most_common(const std::vector<SettingResult>& settings, Of of) {
+  std::map<decltype(of(settings.front().setting)), int> counts;
+  for (const SettingResult& result : settings) ++counts[of(result.setting)];
+  return std::max_element(counts.begin(), counts.end(), [](auto& a, auto& b) { return a.second < b.second; })->first;
+}
+
+}  // namespace
+
+std::string antialias_name(int antialias) { return antialias > 1 ? fmt::format("+R{}", antialias) : "-"; }
+
+std::string significant(double value, int digits) {
+  if (!std::isfinite(value)) return "-";
+  if (value == 0) return "0";
+  constexpr int kMostDecimals = 6;
+  const int magnitude = int(std::floor(std::log10(std::abs(value))));
+  return fmt::format("{:.{}f}", value, std::clamp(digits - 1 - magnitude, 0, kMostDecimals));
+}
+
+std::string fitting(double value, std::size_t width) {
+  std::string text;
+  for (int digits = 3; digits > 0; --digits) {
+    text = significant(value, digits);
+    if (text.size() <= width) return text;
+  }
+  constexpr std::size_t kPoint = 2;  // columns of "0."
+  text = std::abs(value) < 1 && width > kPoint ? fmt::format("{:.{}f}", value, width - kPoint)
+                                               : fmt::format("{:.0e}", value);
+  return text.size() <= width ? text : std::string(width, '*');
+}
+
+std::string with_interval(const Interval& interval, double unit) {
+  std::string text = significant(interval.value / unit);
+  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
+    text += fmt::format(" ({} to {})", significant(interval.low / unit), significant(interval.high / unit));
+  }
+  return text;
+}
+
+Usual usual_of(const Sweep& sweep) {
+  if (sweep.settings.empty()) return {};
+  return {most_common(sweep.settings, [](const Setting& s) { return s.landmarks; }),
+          most_common(sweep.settings, [](const Setting& s) { return s.rate_hz; })};
+}
+
+std::string short_name(const Setting& setting, const Usual& usual) {
+  const Pictures& pictures = setting.pictures;
+  std::string text = fmt::format("{}x{}", pictures.width_px, pictures.height_px);
+  if (pictures.antialias > 1) text += " " + antialias_name(pictures.antialias);
+  if (pictures.effects != Effects::kScene) text += fmt::format(" {}", name(pictures.effects));
+  text += fmt::format(" {}", name(setting.level));
+  if (setting.level == Level::kAdaptive) text += fmt::format(" {:g}mm", setting.enough_m * 1e3);
+  if (setting.landmarks != usual.landmarks) text += fmt::format(" {}lm", setting.landmarks);
+  if (!setting.bearings) text += " ranges";
+  if (setting.frames > 1) text += fmt::format(" x{}", setting.frames);
+  if (setting.rate_hz != usual.rate_hz) text += fmt::format(" {:g}Hz", setting.rate_hz);
+  return text;
+}
+
+std::optional<std::size_t> baseline_of(const Sweep& sweep) {
+  const Pictures own = sweep.as_is ? sweep.settings.at(*sweep.as_is).setting.pictures : Pictures{};
+  // The robot's own pictures, else its own size, else whatever is most accurate.
+  const auto rank = [&](const SettingResult& result) {
+    const Pictures& pictures = result.setting.pictures;
+    const bool same_size = pictures.width_px == own.width_px && pictures.height_px == own.height_px;
+    return std::tuple(pictures != own, !same_size, result.setting.frames, result.position_m->mean.value);
+  };
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < sweep.settings.size(); ++i) {
+    const SettingResult& result = sweep.settings[i];
+    if (result.setting.level != Level::kPaper || !result.position_m) continue;
+    if (!best || rank(result) < rank(sweep.settings[*best])) best = i;
+  }
+  return best;
+}
+
+std::optional<Span> span_of(const Sweep& sweep) {
+  std::optional<Span> span;
+  for (const SettingResult& result : sweep.settings) {
+    if (!result.on_simulation_frontier || !result.position_m) continue;
+    const double error_m = result.position_m->mean.value;
+    const double time_s = result.simulation_time_s().value;
+    if (!span) span = Span{0, error_m, error_m, time_s, time_s};
+    ++span->settings;
+    span->least_error_m = std::min(span->least_error_m, error_m);
+    span->most_error_m = std::max(span->most_error_m, error_m);
+    span->least_time_s = std::min(span->least_time_s, time_s);
+    span->most_time_s = std::max(span->most_time_s, time_s);
+  }
+  return span;
+}
+
+std::vector<Axis> swept_axes(const Sweep& sweep) {
+  std::vector<Axis> axes;
+  for (const Axis axis : all_axes()) {
+    std::set<std::string> values;
+    for (const SettingResult& result : sweep.settings) values.insert(value(result.setting, axis));
+    if (values.size() > 1) axes.push_back(axis);
+  }
+  return axes;
+}
+
+std::vector<std::string> rule_sentences() {
+  return {
+      fmt::format("Rule: a setting is on a frontier if it answers at least {:.0f} % of its frames and no other such "
+                  "setting is as accurate and as cheap and better in one of the two.",
+                  kLeastAnswered * 100),
+      "Truth: the simulator's own pose, exact to 1e-9 m. Every frame with an answer counts.",
+      "Intervals: 95 %, over legs (drives from places of their own); frames of one leg are not independent, legs "
+      "are."};
+}
+
+std::vector<std::string> growth_sentences(const Sweep& sweep) {
+  std::vector<std::string> sentences;
+  for (const Growth& g : growth(sweep)) {
+    sentences.push_back(fmt::format("{} by {}: exponent {:.2f} ({:.2f} to {:.2f}, {} points)", g.of,
+                                    g.axis == Axis::kSize ? "pixels of a picture" : name(g.axis), g.exponent, g.low,
+                                    g.high, g.points));
+  }
+  return sentences;
+}
+
+}  // namespace twocone::tradeoff

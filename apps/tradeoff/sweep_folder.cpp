@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/sweep_folder.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
+#include "apps/runs/disk.h"
+#include "apps/runs/version.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- rows
+
+template <typename Row>
+struct Columns;
+template <>
+struct Columns<FrameRow> {
+  static constexpr const char* file = "frames.csv";
+  static constexpr const char* header =
+      "setting,leg,instant,verdict,error_m,heading_error_rad,in_ellipse,bound_m,vision_s,localisation_s";
+  static auto of(auto& r) {
+    return std::tie(r.setting, r.leg, r.instant, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m,
+                    r.vision_s, r.localisation_s);
+  }
+};
+template <>
+struct Columns<RangeRow> {
+  static constexpr const char* file = "ranges.csv";
+  static constexpr const char* header = "setting,leg,instant,error_m";
+  static auto of(auto& r) { return std::tie(r.setting, r.leg, r.instant, r.error_m); }
+};
+template <>
+struct Columns<RenderRow> {
+  static constexpr const char* file = "renders.csv";
+  static constexpr const char* header = "setting,leg,instant,cpu_s";
+  static auto of(auto& r) { return std::tie(r.setting, r.leg, r.instant, r.cpu_s); }
+};
+template <>
+struct Columns<MemoryRow> {
+  static constexpr const char* file = "memory.csv";
+  static constexpr const char* header = "setting,peak_bytes";
+  static auto of(auto& r) { return std::tie(r.setting, r.peak_bytes); }
+};
+template <>
+struct Columns<RenderMemoryRow> {
+  static constexpr const char* file = "render_memory.csv";
+  static constexpr const char* header = "setting,peak_bytes";
+  static auto of(auto& r) { return std::tie(r.setting, r.peak_bytes); }
+};
+
+std::string to_field(const std::string& text) { return text; }  // verdicts: letters and underscores
+template <typename Number>
+std::string to_field(Number value) {
+  return fmt::format("{}", value);
+}
+std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
+std::string to_field(const std::optional<bool>& value) { return value ? (*value ? "1" : "0") : ""; }
+
+bool parse(std::string_view text, std::string& value) {
+  value = text;
+  return true;
+}
+template <typename Number>
+bool parse(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+bool parse(std::string_view text, std::optional<double>& value) {
+  if (text.empty()) return true;
+  return parse(text, value.emplace());
+}
+bool parse(std::string_view text, std::optional<bool>& value) {
+  if (text.empty()) return true;
+  value = text == "1";
+  return text == "0" || text == "1";
+}
+
+template <typename Row>
+void write(const fs::path& folder, const std::vector<Row>& rows) {
+  std::string text = std::string(Columns<Row>::header) + '\n';
+  for (const Row& row : rows) {
+    const char* comma = "";
+    std::apply([&](const auto&... value) { ((text += comma, text += to_field(value), comma = ","), ...); },
+               Columns<Row>::of(row));
+    text += '\n';
+  }
+  runs::write_whole(folder / Columns<Row>::file, text);
+}
+
+template <typename Row>
+void read(const fs::path& folder, std::vector<Row>& rows) {
+  const fs::path file = folder / Columns<Row>::file;
+  std::istringstream lines(files::read_text(file));
+  std::string line;
+  const auto refuse = [&](int number, const std::string& why) {
+    throw files::FileError(
+        fmt::format("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why, folder.string()));
+  };
+  if (!std::getline(lines, line) || line != Columns<Row>::header) {
+    refuse(1, fmt::format("the first line must be {}", Columns<Row>::header));
+  }
+  for (int number = 2; std::getline(lines, line); ++number) {
+    Row& row = rows.emplace_back();
+    std::string_view rest = line;
+    bool good = true;
+    bool has_more = true;
+    const auto take = [&](auto& value) {
+      const std::size_t comma = rest.find(',');
+      good = good && has_more && parse(rest.substr(0, comma), value);
+      has_more = comma != std::string_view::npos;
+      rest.remove_prefix(has_more ? comma + 1 : rest.size());
+    };
+    std::apply([&](auto&... value) { (take(value), ...); }, Columns<Row>::of(row));
+    if (!good || has_more) refuse(number, fmt::format("'{}' is no row of {}", line, Columns<Row>::header));
+  }
+}
+
+// ---- the plan's file
+
+/// All that a shard's figures depend on. The map's scene and what that includes are named, not held.
+std::string plan_text(const files::Robot& robot, const files::Map& map, const Plan& plan) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment("A sweep of twocone tradeoff: shards made from anything else are not of it.");
+  out << YAML::BeginMap;
+  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+  put("twocone", runs::version());
+  put("commit", runs::commit());
+  put("seed", plan.options.seed);
+  put("legs", plan.options.legs);
+  put("fine", plan.options.fine);
+  put("shards", plan.shards.size());
+  put("settings", plan.settings.size());
+  std::vector<std::string> settings;
+  for (const Setting& setting : plan.settings) settings.push_back(describe(setting));
+  put("list", settings);
+  put("landmarks", plan.landmarks);
+  put("robot", files::load_robot_node(robot.file));
+  put("map", files::load_map_node(map.file));
+  if (map.scene) put("scene", files::read_text(*map.scene));
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + '\n';
+}
+
+/// The first line in which two texts differ.
+std::string first_difference(const std::string& there, const std::string& wanted) {
+  std::istringstream a(there);
+  std::istringstream b(wanted);
+  for (std::string was, is;;) {
+    const bool more_there = bool(std::getline(a, was));
+    const bool more_wanted = bool(std::getline(b, is));
+    if (!more_there || !more_wanted || was != is) {
+      return fmt::format("it has '{}' where this one has '{}'", more_there ? was : "nothing",
+                         more_wanted ? is : "nothing");
+    }
+  }
+}
+
+fs::path shard_folder(const fs::path& sweep, std::size_t shard) {
+  return sweep / "shards" / fmt::format("{:04}", shard);
+}
+
+}  // namespace
+
+SweepFolder::SweepFolder(fs::path folder, const files::Robot& robot, const files::Map& map, const Plan& plan)
+    : folder_(std::move(folder)), shards_(plan.shards.size()) {
+  const fs::path file = folder_ / "plan.yaml";
+  std::error_code error;
+  fs::create_directories(folder_ / "shards", error);
+  if (error) throw files::FileError(fmt::format("cannot make {}: {}", (folder_ / "shards").string(), error.message()));
+  const std::string wanted = plan_text(robot, map, plan);
+  if (fs::exists(file, error)) {
+    const std::string there = files::read_text(file);
+    if (there == wanted) return;
+    throw files::FileError(fmt::format("{} is of another sweep: {}. Give another --out, or remove that folder",
+                                       file.string(), first_difference(there, wanted)));
+  }
+  // Array tasks begin at once: each puts the same text there, from a file of its own.
+  const fs::path coming = folder_ / fmt::format("plan-{}.yaml", ::getpid());
+  runs::write_whole(coming, wanted);
+  fs::rename(coming, file, error);
+  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", file.string(), error.message()));
+}
+
+bool SweepFolder::has(std::size_t shard) const {
+  std::error_code error;
+  return fs::is_directory(shard_folder(folder_, shard), error);
+}
+
+std::vector<std::size_t> SweepFolder::missing() const {
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < shards_; ++i) {
+    if (!has(i)) missing.push_back(i);
+  }
+  return missing;
+}
+
+void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
+  const fs::path folder = shard_folder(folder_, shard);
+  // Of this process alone: another may be making the same shard.
+  const fs::path coming = folder_ / "shards" / fmt::format("coming-{:04}-{}", shard, ::getpid());
+  std::error_code error;
+  fs::remove_all(coming, error);
+  fs::create_directories(coming, error);
+  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", coming.string(), error.message()));
+  write(coming, record.frames);
+  write(coming, record.ranges);
+  write(coming, record.renders);
+  write(coming, record.memory);
+  write(coming, record.render_memory);
+  fs::rename(coming, folder, error);
+  if (!error) return;
+  const std::string why = error.message();
+  fs::remove_all(coming, error);
+  if (!has(shard)) throw runs::DiskError(fmt::format("cannot make {}: {}", folder.string(), why));
+}
+
+ShardRecord SweepFolder::read_all() const {
+  if (const auto gaps = missing(); !gaps.empty()) {
+    throw files::FileError(fmt::format("{}: {} of {} shards are missing: {}", folder_.string(), gaps.size(), shards_,
+                                       fmt::join(gaps, ", ")));
+  }
+  ShardRecord all;
+  for (std::size_t i = 0; i < shards_; ++i) {
+    const fs::path folder = shard_folder(folder_, i);
+    read(folder, all.frames);
+    read(folder, all.ranges);
+    read(folder, all.renders);
+    read(folder, all.memory);
+    read(folder, all.render_memory);
+  }
+  return all;
+}
+
+}  // namespace twocone::tradeoff

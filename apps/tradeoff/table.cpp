@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/report/plain_text.h"
+#include "apps/tradeoff/conclusions.h"
+#include "apps/tradeoff/output.h"
+#include "apps/tradeoff/show/wording.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+using report::ascii;
+
+constexpr std::size_t kWidth = 120;
+constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20;
+
+/// `text` broken between words.
+std::string paragraph(std::string_view text, std::string_view first = "", std::string_view next = "  ") {
+  std::vector<std::string> words;
+  const std::string plain = ascii(text);
+  for (std::size_t at = 0; at < plain.size();) {
+    const std::size_t end = std::min(plain.find(' ', at), plain.size());
+    if (end > at) words.push_back(plain.substr(at, end - at));
+    at = end + 1;
+  }
+  return report::wrapped(kWidth, first, next, words);
+}
+
+std::string head(const Sweep& sweep) {
+  std::string text = paragraph(fmt::format("twocone {}, commit {}, {}", sweep.version, sweep.commit, sweep.compiler)) +
+                     paragraph(fmt::format("robot {}, map {}, seed {}, {} legs, {} settings", sweep.robot, sweep.map,
+                                           sweep.seed, sweep.legs, sweep.settings.size()));
+  if (!sweep.machine.empty()) text += paragraph("machine: " + sweep.machine);
+  std::vector<std::string> words;
+  std::string command = ascii(sweep.repeat);
+  for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
+    words.push_back(command.substr(0, at));
+    command = command.substr(at + 1);
+  }
+  words.push_back(command);
+  text += report::wrapped(kWidth, "repeat: ", "          ", words, " \\") + "\n";
+  for (const std::string& sentence : rule_sentences()) text += paragraph(sentence);
+  return text;
+}
+
+struct Column {
+  std::array<std::string_view, 2> heads;
+  std::size_t width;
+};
+// Widths and the blanks between them fill kWidth.
+constexpr std::array<Column, 20> kColumns{
+    {{{"", ""}, 2},      {{"", "size"}, 9},  {{"", "AA"}, 3},     {{"", "world"}, 5}, {{"", "looks"}, 8},
+     {{"", "lm"}, 2},    {{"be-", "ar"}, 3}, {{"Hz x", "n"}, 5},  {{"", "mean"}, 6},  {{"", "its interval"}, 13},
+     {{"", "95 %"}, 6},  {{"", "max"}, 6},   {{"ans", "%"}, 4},   {{"cov", "%"}, 4},  {{"bound", "mm"}, 6},
+     {{"vis", "ms"}, 4}, {{"loc", "ms"}, 4}, {{"95 %", "ms"}, 4}, {{"rend", "s"}, 4}, {{"", "MiB"}, 3}}};
+
+std::string line(const std::vector<std::string>& cells) {
+  std::string text;
+  for (std::size_t i = 0; i < kColumns.size(); ++i) {
+    constexpr std::size_t kFirstNumber = 5;
+    text += fmt::format(fmt::runtime(i < kFirstNumber ? "{:<{}} " : "{:>{}} "), cells[i], kColumns[i].width);
+  }
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text + "\n";
+}
+
+std::string percent(double share) { return fitting(share * 100, 4); }
+
+std::string row(const SettingResult& result) {
+  const Setting& setting = result.setting;
+  std::vector<std::string> cells;
+  const auto add = [&](std::string text) { cells.push_back(std::move(text)); };
+  const auto number = [&](std::optional<double> value, double unit) {
+    add(value ? fitting(*value / unit, kColumns[cells.size()].width) : "-");
+  };
+  add(fmt::format("{}{}", result.on_robot_frontier ? 'R' : ' ', result.on_simulation_frontier ? 'S' : ' '));
+  add(fmt::format("{}x{}", setting.pictures.width_px, setting.pictures.height_px));
+  add(antialias_name(setting.pictures.antialias));
+  add(std::string(name(setting.pictures.effects)));
+  add(setting.level == Level::kAdaptive ? fmt::format("ad {}mm", fitting(setting.enough_m / kMm, 3))
+                                        : std::string(name(setting.level)));
+  add(fmt::to_string(setting.landmarks));
+  add(setting.bearings ? "yes" : "no");
+  add(fmt::format("{:g}x{}", setting.rate_hz, setting.frames));
+  if (const auto& error = result.position_m) {
+    number(error->mean.value, kMm);
+    constexpr std::size_t kLimit = 6;
+    add(std::isfinite(error->mean.high)
+            ? fmt::format("{}-{}", fitting(error->mean.low / kMm, kLimit), fitting(error->mean.high / kMm, kLimit))
+            : "-");
+    number(error->p95.value, kMm);
+    number(error->max, kMm);
+  } else {
+    cells.insert(cells.end(), 4, "-");
+  }
+  add(percent(result.answered_share()));
+  add(result.coverage ? percent(result.coverage->value) : "-");
+  number(result.bound_m, kMm);
+  number(result.vision.median_s.value, kMs);
+  number(result.localisation.median_s.value, kMs);
+  number(result.robot_time_s().value, kMs);
+  number(result.render_cpu.median_s.value, 1);
+  number(result.peak_bytes, kMiB);
+  return line(cells);
+}
+
+std::string heads() {
+  std::string text;
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::vector<std::string> cells;
+    for (const Column& column : kColumns) cells.emplace_back(column.heads[i]);
+    text += line(cells);
+  }
+  return text;
+}
+
+std::string frontier_rows(const Sweep& sweep) {
+  std::vector<const SettingResult*> chosen;
+  for (const SettingResult& result : sweep.settings) {
+    if (result.on_robot_frontier || result.on_simulation_frontier) chosen.push_back(&result);
+  }
+  std::stable_sort(chosen.begin(), chosen.end(), [](const auto* a, const auto* b) {
+    return a->simulation_time_s().value < b->simulation_time_s().value;
+  });
+  std::string text;
+  for (const SettingResult* result : chosen) text += row(*result);
+  return text.empty() ? "no setting answers often enough\n" : text;
+}
+
+std::string counts(const Sweep& sweep) {
+  std::string axes;
+  for (const Axis axis : swept_axes(sweep)) axes += fmt::format("{}{}", axes.empty() ? "" : ", ", name(axis));
+  const auto on_robot = std::count_if(sweep.settings.begin(), sweep.settings.end(),
+                                      [](const SettingResult& r) { return r.on_robot_frontier; });
+  std::string text =
+      paragraph(fmt::format("{} settings over {} axes ({})", sweep.settings.size(), swept_axes(sweep).size(), axes));
+  if (const auto span = span_of(sweep)) {
+    text += paragraph(fmt::format(
+        "On the frontier: {} of robot time, {} of simulation time; the latter spans a factor of {:.0f} in error "
+        "({} to {} mm) and of {:.0f} in time ({} to {} s).",
+        on_robot, span->settings, span->most_error_m / span->least_error_m, significant(span->most_error_m / kMm),
+        significant(span->least_error_m / kMm), span->most_time_s / span->least_time_s, significant(span->least_time_s),
+        significant(span->most_time_s)));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string table(const Sweep& sweep) {
+  std::string text = head(sweep) + "\n";
+  text += paragraph(
+      "Errors in mm: mean, its interval, 95 % quantile, maximum. R, S: on the frontier of robot time (vision and "
+      "localisation of a frame, 95 % quantile, ms), of simulation time (with rendering, s). Other times are medians of "
+      "processor time; lm: landmarks looked for; bear: bearings are used.",
+      "", "");
+  text += "\n" + heads() + frontier_rows(sweep);
+  if (const auto baseline = baseline_of(sweep)) {
+    text += "method paper, as measured here:\n" + row(sweep.settings[*baseline]);
+  }
+  if (sweep.as_is) text += "the robot file as it is:\n" + row(sweep.settings[*sweep.as_is]);
+  text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n",
+                      PaperPoint{}.mean_error_m / kMm, PaperPoint{}.time_s);
+  text += counts(sweep) + "\n";
+  for (const Conclusion& conclusion : conclusions(sweep)) text += paragraph(conclusion.sentence);
+  const std::vector<std::string> grown = growth_sentences(sweep);
+  if (!grown.empty()) text += "\nGrowth (exponents of power laws, 95 %):\n";
+  for (const std::string& sentence : grown) text += paragraph(sentence, "  ", "    ");
+  return text;
+}
+
+}  // namespace twocone::tradeoff

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/files/robot_writer.h"
+#include "apps/runs/disk.h"
+#include "apps/tradeoff/choice.h"
+#include "apps/tradeoff/choice_text.h"
+#include "apps/tradeoff/output.h"
+#include "apps/tradeoff/plan.h"
+#include "apps/tradeoff/run_shards.h"
+#include "apps/tradeoff/sweep_folder.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/stop_signals.h"
+
+namespace twocone::cli {
+namespace {
+
+struct Options {
+  std::filesystem::path robot;
+  std::filesystem::path out;
+  tradeoff::PlanOptions plan;
+  int jobs = 1;
+  std::optional<int> shard;
+  bool shards = false, merge = false;
+  std::optional<double> target_mm, budget_ms;
+  std::filesystem::path write_robot;
+  int check_legs = 40;
+
+  [[nodiscard]] bool has_wish() const { return target_mm || budget_ms; }
+  [[nodiscard]] tradeoff::Wish wish() const {
+    tradeoff::Wish wish;
+    if (target_mm) wish.target_m = *target_mm / 1e3;
+    if (budget_ms) wish.budget_s = *budget_ms / 1e3;
+    return wish;
+  }
+};
+
+/// What CLI11 lets through.
+void check(const Options& options) {
+  const auto positive = [](const char* name, const std::optional<double>& value) {
+    if (value && !(std::isfinite(*value) && *value > 0)) {
+      throw BadUsage(fmt::format("{} is {}, must be a number > 0", name, *value));
+    }
+  };
+  positive("--target-mm", options.target_mm);
+  positive("--budget-ms", options.budget_ms);
+  if (!options.write_robot.empty() && !options.has_wish()) {
+    throw BadUsage("--write-robot needs --target-mm or --budget-ms: what the robot is chosen for");
+  }
+  // Better said now than after a sweep.
+  const auto folder = options.write_robot.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder)) {
+    throw CommandFailed(fmt::format("--write-robot: {} is no folder", folder.string()));
+  }
+  std::error_code none_such;
+  if (std::filesystem::equivalent(options.write_robot, options.robot, none_such)) {
+    throw CommandFailed(
+        fmt::format("--write-robot: {} is the robot that is swept, choose another name", options.write_robot.string()));
+  }
+}
+
+/// "3, 5 to 9, 12"
+std::string ranges_of(const std::vector<std::size_t>& rising) {
+  std::string text;
+  for (std::size_t i = 0; i < rising.size();) {
+    std::size_t last = i;
+    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", rising[i]);
+    if (last > i) text += fmt::format("{}{}", last == i + 1 ? ", " : " to ", rising[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
+/// The work's options with a bar that shows them.
+tradeoff::WorkOptions shown_by(ProgressBar& bar, int jobs) {
+  tradeoff::WorkOptions work;
+  work.jobs = jobs;
+  work.progress = [&bar](double done) { bar.show(done); };
+  work.tell = [&bar](const std::string& line) { bar.say(line); };
+  return work;
+}
+
+void run_missing(const Options& options, const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
+                 const std::vector<std::size_t>& missing, const std::atomic<bool>& stop) {
+  if (missing.empty()) return;
+  std::size_t done = 0;
+  {
+    ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
+    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar, options.jobs), stop));
+  }
+  if (done < missing.size()) {
+    const std::size_t all = subject.plan.shards.size();
+    throw CommandFailed(fmt::format("stopped: {} of {} shards are in {}, the same command goes on there",
+                                    all - missing.size() + done, all, folder.path().string()));
+  }
+}
+
+/// The choice, with its robot file and choice.json.
+tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
+                        const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
+  const tradeoff::Wish wish = options.wish();
+  fmt::print("\nwish    {}; settings that may do: {} of {}; each is tried on {} fresh places\n",
+             tradeoff::describe(wish), tradeoff::candidates(sweep, wish).size(), sweep.settings.size(),
+             options.check_legs);
+  std::fflush(stdout);
+  int tried = 0;
+  const tradeoff::Choice choice =
+      value_or_fail(tradeoff::choose(sweep, wish, [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
+        ProgressBar bar(fmt::format("trial {}", ++tried));
+        return tradeoff::run_check(subject, folder, setting, options.check_legs, shown_by(bar, options.jobs), stop);
+      }));
+  for (const tradeoff::Trial& trial : choice.trials) fmt::print("trial   {}\n", tradeoff::describe(sweep, trial));
+  fmt::print("choice  {}\n", choice.why);
+  runs::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, wish, choice));
+  const std::filesystem::path file = options.write_robot.empty() ? folder.path() / "chosen.yaml" : options.write_robot;
+  if (!choice.setting && options.write_robot.empty()) {
+    // One that an earlier wish left there is not this one's.
+    std::error_code none_there;
+    std::filesystem::remove(file, none_there);
+  }
+  if (choice.setting) {
+    const files::Robot changed =
+        tradeoff::robot_of(subject.plan.settings.at(*choice.setting), subject.robot, subject.plan.landmarks);
+    runs::write_whole(
+        file, files::robot_text(subject.robot.file, file, changed, tradeoff::choice_header(sweep, wish, choice)));
+    fmt::print("robot   {}\n", file.string());
+  }
+  return choice;
+}
+
+void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
+                      const std::atomic<bool>& stop) {
+  const tradeoff::Sweep sweep = tradeoff::finish_sweep(subject, folder);
+  fmt::print("{}", tradeoff::table(sweep));
+  std::fflush(stdout);
+  std::optional<tradeoff::Choice> choice;
+  if (options.has_wish()) choice = choose(options, subject, sweep, folder, stop);
+  const Status drawn = tradeoff::write_pictures(sweep, choice ? &*choice : nullptr, folder.path());
+  if (drawn) {
+    fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
+  } else if (drawn.error().code == ErrorCode::kUnavailable) {
+    fmt::print(stderr, "note: no pictures: {}\n", drawn.error().message);
+    fmt::print("\ntable   {}\n", (folder.path() / "tradeoff.csv").string());
+  } else {
+    throw CommandFailed(drawn.error().message);
+  }
+  std::fflush(stdout);
+  if (choice && !choice->setting) throw CommandFailed(choice->why);
+}
+
+void execute(Options options) {
+  check(options);
+  const files::Robot robot = files::read_robot(options.robot);
+  const files::Map map = files::read_map(robot.map);
+  const tradeoff::Plan plan = tradeoff::make_plan(robot, map, options.plan);
+  const std::size_t all = plan.shards.size();
+  if (options.shards) {
+    fmt::print("{}\n", all);
+    return;
+  }
+  if (options.shard && std::size_t(*options.shard) >= all) {
+    throw BadUsage(fmt::format("--shard is {}, this sweep's are 0 to {}", *options.shard, all - 1));
+  }
+  if (options.out.empty()) options.out = fmt::format("runs/{}-tradeoff-seed{}", robot.name, options.plan.seed);
+  if (options.merge && !std::filesystem::exists(options.out)) {
+    throw CommandFailed(fmt::format("{}: no such folder, so there is nothing to merge", options.out.string()));
+  }
+  const tradeoff::Subject subject{robot, map, plan};
+  const tradeoff::SweepFolder folder(options.out, robot, map, plan);
+
+  // Present shards are given up, finished ones are kept.
+  const std::atomic<bool>& stop = stop_on_signals();
+  if (options.shard) {
+    const auto shard = std::size_t(*options.shard);
+    if (!folder.has(shard)) run_missing(options, subject, folder, {shard}, stop);
+    return;
+  }
+  const std::vector<std::size_t> missing = folder.missing();
+  if (options.merge && !missing.empty()) {
+    throw CommandFailed(fmt::format("{} of {} shards are missing in {}: {}", missing.size(), all, options.out.string(),
+                                    ranges_of(missing)));
+  }
+  if (!missing.empty() && missing.size() < all) {
+    fmt::print(stderr, "{} of {} shards are there already\n", all - missing.size(), all);
+  }
+  run_missing(options, subject, folder, missing, stop);
+  sweep_and_choose(options, subject, folder, stop);
+}
+
+}  // namespace
+
+void add_tradeoff(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "tradeoff", "What accuracy costs in time: sweep image size, smoothing, estimator, landmarks, rate; choose");
+  command->add_option("--robot", options->robot, "Robot file of a simulated robot (robots/lab_sim.yaml)")->required();
+  command->add_option("--out", options->out,
+                      "Folder of the sweep; one that holds a part of it is gone on with\n"
+                      "(default: runs/ROBOT-tradeoff-seedN)");
+  command->add_option("--seed", options->plan.seed, "Of everything random in the sweep")->capture_default_str();
+  command->add_option("--legs", options->plan.legs, "Places at which the cheapest pictures are taken")
+      ->check(CLI::Range(3, 100'000))
+      ->capture_default_str();
+  command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the places");
+  command->add_option("--jobs", options->jobs, "Shards at one time, each in a process of its own")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  auto* shard = command->add_option("--shard", options->shard, "Do this shard (from 0) and nothing else: for clusters")
+                    ->check(CLI::Range(0, 1'000'000'000));
+  auto* shards = command->add_flag("--shards", options->shards, "Print how many shards there are, and do nothing");
+  auto* merge = command->add_flag("--merge", options->merge, "Do no shard; fail if one is missing");
+  auto* target = command->add_option("--target-mm", options->target_mm,
+                                     "Choose the cheapest setting whose mean position error is below this");
+  auto* budget =
+      command->add_option("--budget-ms", options->budget_ms,
+                          "Choose the most accurate setting whose vision and localisation take less than this a frame");
+  auto* write = command->add_option("--write-robot", options->write_robot,
+                                    "Robot file to write with what was chosen (default: DIR/chosen.yaml)");
+  auto* legs = command->add_option("--check-legs", options->check_legs, "Fresh places on which a choice is tried")
+                   ->check(CLI::Range(3, 100'000))
+                   ->capture_default_str();
+  shard->excludes(shards, merge, target, budget, write, legs);
+  shards->excludes(merge, target, budget, write, legs);
+  target->excludes(budget);
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

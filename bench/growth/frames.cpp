@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+#include "apps/runs/run.h"
+#include "bench/growth/growth.h"
+#include "drivers/sim_povray/render/child_process.h"
+
+namespace twocone::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kFrames{25, 50, 100, 200};
+
+/// robots/lab_sim.yaml, with pictures of 160 x 120 pixels.
+std::string small_robot() {
+  return fmt::format(R"(name: small
+map: {}/scenes/lab.map.yaml
+start: {{x_m: 0.0, y_m: 0.0, heading_rad: 0.0}}
+latency_frames: 4
+body: {{radius_m: 0.2}}
+drive: {{driver: sim_povray, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, command_timeout_s: 0.5}}
+cameras:
+  lower: {{driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 15}}
+  upper: {{driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 15}}
+rig:
+  mirror: {{type: cone, apex_rad: 1.5707963267948966}}
+  mirror_radius_m: 0.06
+  lens_to_tip_m: 0.12
+  mirror_separation_m: 0.30
+  lens_height_m: 0.25
+  lower: {{centre_px: [79.5, 59.5], rim_radius_px: 59.0, azimuth_rad: 0.0}}
+  upper: {{centre_px: [79.5, 59.5], rim_radius_px: 59.0, azimuth_rad: 0.0}}
+effects: {{slip: 0.01, encoder_counts_per_turn: 1024}}
+)",
+                     TWOCONE_SOURCE_DIR);
+}
+
+double cpu_s(int who) {
+  rusage usage{};
+  ::getrusage(who, &usage);
+  double sum = 0;
+  for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+  return sum;
+}
+
+/// Of this process, since it became this program.
+double peak_mib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kib = 0;
+    if (word == "VmHWM:" && status >> kib) return kib / 1024;
+  }
+  throw std::runtime_error("/proc/self/status tells no VmHWM");
+}
+
+struct RunFigures {
+  double wall_s = 0, own_cpu_s = 0, povray_cpu_s = 0, peak_mib = 0;
+};
+
+/// In a process of its own: the most memory that a process has had never falls.
+RunFigures figures_of(int frames, const Options& options) {
+  sim_povray::ChildRequest request;
+  request.program.path = fs::read_symlink("/proc/self/exe").string();
+  request.program.arguments = {"--run-alone", std::to_string(frames), "--scratch", options.scratch.string()};
+  for (char** entry = environ; *entry != nullptr; ++entry) request.program.environment.emplace_back(*entry);
+  request.program.folder = options.scratch.string();
+  request.max_output = 4096;
+  request.timeout = std::chrono::minutes(30);
+  const sim_povray::ChildResult result = sim_povray::run_child(request);
+  if (result.end != sim_povray::ChildResult::End::kEnded || result.wait_status != 0) {
+    throw std::runtime_error(fmt::format("a run of {} frames: {}", frames, result.errors));
+  }
+  RunFigures figures;
+  std::istringstream line(result.output);
+  if (!(line >> figures.wall_s >> figures.own_cpu_s >> figures.povray_cpu_s >> figures.peak_mib)) {
+    throw std::runtime_error("a run's figures are not to be read: " + result.output);
+  }
+  return figures;
+}
+
+}  // namespace
+
+void run_alone(int frames, const fs::path& scratch) {
+  const fs::path file = scratch / "small.yaml";
+  std::ofstream(file) << small_robot();
+  const files::Robot robot = files::read_robot(file);
+  const files::Map map = files::read_map(robot.map);
+  runs::RunOptions options;
+  options.frames = frames;
+  options.method = runs::Method::kFull;
+  options.out = scratch / "run";
+  fs::remove_all(options.out);
+  const std::atomic<bool> stop{false};
+  const double begin_s = wall_s();
+  (void)value(runs::run(
+      robot, map, options, [](double) {}, stop));
+  fmt::print("{} {} {} {}\n", wall_s() - begin_s, cpu_s(RUSAGE_SELF), cpu_s(RUSAGE_CHILDREN), peak_mib());
+}
+
+Growth grow_frames(const Options& options) {
+  Growth growth;
+  growth.title = "Frames of a run";
+  growth.what =
+      "`twocone run` in the lab with pictures of 160 x 120 pixels, method `full` (and `paper` beside it, as always), "
+      "each in a process of its own. Memory is that of the program, without POV-Ray's.";
+  growth.size_name = "frames";
+  Column wall{"wall time, s", 2, {}};
+  Column own{"own processor time, s", 2, {}};
+  Column povray{"POV-Ray's processor time, s", 2, {}};
+  Column memory{"peak memory, MiB", 1, {}};
+  for (const int frames : kFrames) {
+    growth.sizes.push_back(frames);
+    growth.labels.push_back(std::to_string(frames));
+    for (Column* column : {&wall, &own, &povray, &memory}) column->repeats.emplace_back();
+    for (int repeat = 0; repeat < options.repeats; ++repeat) {
+      const RunFigures figures = figures_of(frames, options);
+      wall.repeats.back().push_back(figures.wall_s);
+      own.repeats.back().push_back(figures.own_cpu_s);
+      povray.repeats.back().push_back(figures.povray_cpu_s);
+      memory.repeats.back().push_back(figures.peak_mib);
+    }
+  }
+  growth.columns = {wall, own, povray, memory};
+  return growth;
+}
+
+}  // namespace twocone::bench

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+#include "apps/files/to_layers.h"
+#include "bench/growth/growth.h"
+#include "drivers/sim_povray/sim_povray.h"
+#include "vision/full_ranging.h"
+
+namespace twocone::bench {
+namespace {
+
+using namespace sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
+
+constexpr std::array kHeights_px{120, 180, 240, 360, 480, 720, 960};
+constexpr auto kLong = std::chrono::minutes(5);
+/// Clear of all that stands in the lab, from its middle to the arena's edge: each is one repeat.
+constexpr std::array kPoses{Pose2{0, 0, 0},       Pose2{1.7, 0.3, 2.1},   Pose2{-1.7, 0.4, -0.7},
+                            Pose2{0.2, 1.5, 1.3}, Pose2{0.3, -1.5, -2.6}, Pose2{-1.7, -1.2, 0.4},
+                            Pose2{1.4, 1.3, -1.9}};
+
+files::Robot scaled(files::Robot robot, int height_px) {
+  const double k = double(height_px) / robot.lower.height_px;
+  for (files::CameraEntry* camera : {&robot.lower, &robot.upper}) {
+    camera->width_px = int(std::lround(k * camera->width_px));
+    camera->height_px = height_px;
+  }
+  for (files::RigView* view : {&robot.rig.lower, &robot.rig.upper}) {
+    for (double& c : view->centre_px) c = (c + 0.5) * k - 0.5;
+    view->rim_radius_px *= k;
+  }
+  return robot;
+}
+
+struct Seen {
+  std::vector<cv::Mat> pictures;  ///< lower, upper
+  double render_ms = 0;
+};
+
+/// The stereo frame of time 0 at a pose.
+Seen seen_at(const Venue& venue, SeatSettings seat, const files::Robot& robot, const Pose2& pose) {
+  std::mutex mutex;
+  double ms = 0;
+  seat.body.begin = pose;
+  seat.rendered = [&](const RenderedPicture& picture) {
+    const std::lock_guard lock(mutex);
+    ms += 1e-6 * double(picture.cpu.count());
+  };
+  const auto simulation = value(venue.enter(seat));
+  std::vector<std::unique_ptr<Camera>> cameras;
+  std::vector<Frame> frames;
+  for (const char* name : {"lower", "upper"}) {
+    cameras.push_back(value(simulation->open_camera({name, robot.lower.antialias, {}})));
+    (void)value(cameras.back()->configure({robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz}));
+    if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+  }
+  frames.reserve(cameras.size());
+  for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
+  Seen seen;
+  seen.pictures.reserve(frames.size());
+  for (const Frame& frame : frames) {
+    const auto image = value(frame.image(kLong));
+    assert(image->format == PixelFormat::kRgb8);
+    seen.pictures.push_back(
+        cv::Mat(image->height_px, image->width_px, CV_8UC3, const_cast<std::uint8_t*>(image->bytes.data())).clone());
+  }
+  const std::lock_guard lock(mutex);
+  seen.render_ms = ms;
+  return seen;
+}
+
+}  // namespace
+
+Growth grow_pixels(const Options& options) {
+  const files::Robot lab = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  const files::Map map = files::read_map(lab.map);
+  PlaceSettings place = files::to_place(map);
+  place.render.processes = 2;  // one for each view, so that a picture's figures are not another process's start
+  const Venue venue = value(Venue::open(place));
+
+  Growth growth;
+  growth.title = "Pixels";
+  growth.what = fmt::format(
+      "One stereo frame of the lab at each of {} poses, without anti-aliasing: processor time of POV-Ray for both "
+      "pictures, and of method `full` from the two pictures to ranges and bearings (median of {}, one thread). The "
+      "exponents are over the pixels of a picture.",
+      kPoses.size(), options.repeats);
+  growth.size_name = "picture";
+  Column rendering{"rendering, ms", 0, {}};
+  Column vision{"vision, ms", 2, {}};
+  Column measured{"landmarks measured", 0, {}, false};
+  for (const int height_px : kHeights_px) {
+    const files::Robot robot = scaled(lab, height_px);
+    const SeatSettings seat = files::to_robot_settings(robot, map, 1).world->seat;
+    const cv::Size size(robot.lower.width_px, robot.lower.height_px);
+    const vision::FullRanging ranging(files::to_rig(robot), files::to_targets(map), size, size);
+    growth.sizes.push_back(double(size.area()));
+    growth.labels.push_back(fmt::format("{} x {}", size.width, size.height));
+    for (Column* column : {&rendering, &vision, &measured}) column->repeats.emplace_back();
+    (void)seen_at(venue, seat, robot, kPoses.front());  // the mirrors are found and the processes started
+    for (const Pose2& pose : kPoses) {
+      const Seen seen = seen_at(venue, seat, robot, pose);
+      rendering.repeats.back().push_back(seen.render_ms);
+      std::vector<double> times_ms;
+      int count = 0;
+      for (int repeat = 0; repeat < options.repeats; ++repeat) {
+        const double begin_s = thread_cpu_s();
+        const auto answers = ranging.measure(seen.pictures.at(0), seen.pictures.at(1));
+        times_ms.push_back(1e3 * (thread_cpu_s() - begin_s));
+        count = int(std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.range_m.has_value(); }));
+      }
+      vision.repeats.back().push_back(median(times_ms));
+      measured.repeats.back().push_back(count);
+    }
+  }
+  growth.columns = {rendering, vision, measured};
+  return growth;
+}
+
+}  // namespace twocone::bench

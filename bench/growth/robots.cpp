@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <fstream>
+#include <future>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "apps/files/map_file.h"
+#include "apps/files/to_layers.h"
+#include "bench/growth/growth.h"
+#include "drivers/sim_povray/hall.h"
+#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/world/world.h"
+
+namespace twocone::bench {
+namespace {
+
+using namespace sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
+
+constexpr std::array kRobots{1, 2, 3, 4, 6, 8};
+constexpr int kSteps = 20;
+constexpr int kWorldSteps = 50'000;
+constexpr CameraSettings kSize{160, 120, 15};
+constexpr auto kLong = std::chrono::minutes(5);
+// Each goes round a circle of 0.15 m diameter about its place: with a body of 0.2 m it keeps clear of its neighbours.
+constexpr WheelSpeeds kSpeeds{-1.5, 4.5};
+
+/// Places 0.9 m apart and more, in two rows.
+Pose2 place_of(int robot) { return {-1.4 + 0.95 * (robot % 4), robot < 4 ? -0.5 : 0.5, 0.3 + 0.7 * robot}; }
+
+/// The room of scenes/pair with so many of its robots.
+PlaceSettings room(int robots, const Options& options) {
+  const std::string parts = TWOCONE_SOURCE_DIR "/scenes/parts";
+  std::string scene = fmt::format("#version 3.7;\n#include \"{0}/room.inc\"\n#include \"{0}/robot.inc\"\n", parts);
+  for (int i = 0; i < robots; ++i) {
+    const Pose2 at = place_of(i);
+    const std::string there =
+        fmt::format("rotate {}*y translate W({}, {}, 0)\n", -at.heading_rad * 180 / M_PI, at.x_m, at.y_m);
+    scene += fmt::format(
+        "union {{\n  //*PMName robot.{0}\n  object {{ Robot_Body }}\n  object {{ Robot_Cone(0.06, 90) translate "
+        "Robot_Up(0.37) }}\n  object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.67) }}\n  object {{ Robot_Mast(0.78) "
+        "}}\n  {1}}}\n",
+        i + 1, there);
+    for (const auto& [name, height] : {std::pair{"lower", 5}, std::pair{"upper", 11}}) {
+      scene += fmt::format(
+          "camera {{\n  //*PMName {}.{}\n  perspective location <0, {}, 0> direction <0, 1.475, 0> up <0, 0, -1> right "
+          "<4/3, 0, 0>\n  {}}}\n",
+          name, i + 1, height, there);
+    }
+  }
+  PlaceSettings place = files::to_place(files::read_map(TWOCONE_SOURCE_DIR "/scenes/pair/pair.map.yaml"));
+  place.moving.clear();
+  place.scene = options.scratch / fmt::format("robots_{}.pov", robots);
+  std::ofstream(place.scene) << scene;
+  place.render.processes = options.processes;
+  return place;
+}
+
+SeatSettings seat_of(int robot) {
+  SeatSettings seat;
+  seat.name = std::to_string(robot + 1);
+  seat.body.start = place_of(robot);
+  seat.body.radius_m = 0.2;
+  seat.body.seed = std::uint64_t(robot) + 1;
+  return seat;
+}
+
+/// One robot with all its devices, for a thread of its own.
+struct Rider {
+  std::unique_ptr<Simulation> simulation;
+  std::unique_ptr<DiffDrive> drive;
+  std::vector<std::unique_ptr<Camera>> cameras;
+
+  Rider(Hall& hall, const SeatSettings& seat)
+      : simulation(make_simulation(value(hall.take_seat(seat)), seat)), drive(simulation->open_drive()) {
+    for (const char* name : {"lower", "upper"}) {
+      cameras.push_back(value(simulation->open_camera({name, 1, {}})));
+      (void)value(cameras.back()->configure(kSize));
+      if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+    }
+  }
+  void ride(int steps) {
+    std::vector<Frame> frames;
+    for (int i = 0; i < steps; ++i) {
+      if (auto set = drive->set_speeds(kSpeeds); !set) throw std::runtime_error(set.error().message);
+      for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
+    }
+    for (const Frame& frame : frames) (void)value(frame.image(kLong));
+  }
+};
+
+void all_ride(std::vector<Rider>& riders, int steps) {
+  std::vector<std::future<void>> rides;
+  rides.reserve(riders.size());
+  for (Rider& rider : riders) rides.push_back(std::async(std::launch::async, [&rider, steps] { rider.ride(steps); }));
+  for (auto& ride : rides) ride.get();
+}
+
+/// Processor time of a step of the world alone: no pictures, no threads.
+double world_step_us(int robots, const PlaceSettings& place) {
+  World world(place);
+  world.set_rate(kSize.rate_hz);
+  std::vector<World::RobotId> ids;
+  ids.reserve(std::size_t(robots));
+  for (int i = 0; i < robots; ++i) ids.push_back(value(world.add_robot(seat_of(i).body)));
+  const double begin_s = thread_cpu_s();
+  for (int step = 0; step < kWorldSteps; ++step) {
+    for (const auto id : ids) world.command(id, kSpeeds);
+    world.step();
+  }
+  for (const auto id : ids) {
+    if (!world.contact(id).empty()) throw std::runtime_error("a robot touches " + world.contact(id));
+  }
+  return 1e6 * (thread_cpu_s() - begin_s) / kWorldSteps;
+}
+
+}  // namespace
+
+Growth grow_robots(const Options& options) {
+  Growth growth;
+  growth.title = fmt::format("Robots in one world, {} POV-Ray processes", options.processes);
+  growth.what = fmt::format(
+      "Robots that step in lock-step in one small room, each with two mirrors of {} x {} pixels; a step is one of all "
+      "robots, a repeat {} steps, with {} processes at most. The world's own step: {} steps without pictures.",
+      kSize.width_px, kSize.height_px, kSteps, options.processes, kWorldSteps);
+  growth.size_name = "robots";
+  Column wall{"wall time of a step, ms", 0, {}};
+  Column cpu{"POV-Ray's processor time of a step, ms", 0, {}};
+  Column picture{"the same of a picture, ms", 1, {}};
+  Column world{"the world's own step, us", 2, {}};
+  for (const int robots : kRobots) {
+    growth.sizes.push_back(robots);
+    growth.labels.push_back(std::to_string(robots));
+    const PlaceSettings place = room(robots, options);
+    for (Column* column : {&wall, &cpu, &picture, &world}) column->repeats.emplace_back();
+    const auto hall = value(Hall::open(place));
+    std::atomic<std::int64_t> cpu_ns{0};
+    std::vector<Rider> riders;
+    for (int i = 0; i < robots; ++i) {
+      SeatSettings seat = seat_of(i);
+      seat.rendered = [&cpu_ns](const RenderedPicture& rendered) { cpu_ns += rendered.cpu.count(); };
+      riders.emplace_back(*hall, seat);
+    }
+    all_ride(riders, 2);  // until the mirrors are found and the processes are there
+    for (int repeat = 0; repeat < options.repeats; ++repeat) {
+      cpu_ns = 0;
+      const double begin_s = wall_s();
+      all_ride(riders, kSteps);
+      wall.repeats.back().push_back(1e3 * (wall_s() - begin_s) / kSteps);
+      cpu.repeats.back().push_back(1e-6 * double(cpu_ns.load()) / kSteps);
+      picture.repeats.back().push_back(cpu.repeats.back().back() / (2 * robots));
+      world.repeats.back().push_back(world_step_us(robots, place));
+    }
+  }
+  growth.columns = {wall, cpu, picture, world};
+  return growth;
+}
+
+Growth grow_robots_with_a_process_a_view(Options options) {
+  options.processes = 2 * kRobots.back();
+  return grow_robots(options);
+}
+
+}  // namespace twocone::bench

@@ -1,0 +1,172 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# What accuracy costs: sweeps of the lab and the hall, their frontiers, whether they repeat, what is chosen, adaptive precision,
+# sweeps that are killed or run by Slurm. About an hour of two cores.
+. "$(dirname "$0")/common.sh"
+
+# TWOCONE_TRADEOFF_LEGS=6 tries all rows on few legs, in a folder of its own, and writes the page there: that is no evidence.
+legs=()
+if [ -n "${TWOCONE_TRADEOFF_LEGS:-}" ]; then
+  legs=(--legs "$TWOCONE_TRADEOFF_LEGS" --check-legs "$TWOCONE_TRADEOFF_LEGS")
+  work+=_$TWOCONE_TRADEOFF_LEGS
+  pages=$work
+  mkdir -p "$work"
+fi
+few=6 # legs of the sweeps that are killed or go through Slurm
+two_cores=()
+if [ "$(nproc)" -gt 2 ]; then two_cores=(taskset -c 0,1); fi
+
+# csv FILE PROGRAM: awk over the rows of a table, c["NAME"] being a column's place
+csv() { awk -F, "NR == 1 { for (i = 1; i <= NF; i++) c[\$i] = i; next } $2" "$1" 2>/dev/null || echo none; }
+# The columns that make a setting, as one word.
+setting='$c["width_px"] "x" $c["height_px"] "/" $c["antialias"] "/" $c["effects"] "/" $c["estimator"] "/" $c["enough_m"] "/" $c["landmarks"] "/" $c["bearings"] "/" $c["rate_hz"] "/" $c["frames"]'
+at_least() { if [[ "$1" == none || -z "$1" ]]; then echo no; else holds "$1 >= $2"; fi; }
+both() { if [ "$1$2" = yesyes ]; then echo yes; else echo no; fi; }
+
+# sweep NAME ROBOT OPTION...: a sweep in $work/NAME, how long it took, and its pictures before a choice is marked in them.
+# Afresh if it was cut off: time is part of what is shown.
+sweep() {
+  local name=$1 robot=$2
+  shift 2
+  if [ ! -f "$work/$name.status" ]; then rm -rf "${work:?}/$name"; fi
+  timed_sweep() {
+    local begin=$SECONDS
+    "${two_cores[@]}" "$twocone" tradeoff --robot "$robot" --out "$work/$name" "${legs[@]:0:2}" "$@" || return 1
+    echo $((SECONDS - begin)) >"$work/$name.seconds"
+    mkdir -p "$work/${name}_pictures"
+    cp "$work/$name"/figures/*.svg "$work/${name}_pictures"
+  }
+  step "$name" timed_sweep "$@"
+}
+
+# of_sweep NAME WHAT: rows of its extent
+of_sweep() {
+  local name=$1 what=$2 table=$work/$1/tradeoff.csv
+  if [ "$(passed "$name")" = no ]; then
+    row "$what" "$(tail -n 1 "$work/$name.log")" "a sweep" no
+    return
+  fi
+  local settings axes frontier span_error span_time robot_frontier
+  settings=$(csv "$table" 'END { print NR - 1 }')
+  axes=$(csv "$table" '
+    { size[$c["width_px"] "x" $c["height_px"]]; smooth[$c["antialias"]]; effects[$c["effects"]]; level[$c["estimator"]]; many[$c["landmarks"]]
+      bearings[$c["bearings"]]; rate[$c["rate_hz"]]; frames[$c["frames"]] }
+    END { print (length(size) > 1) + (length(smooth) > 1) + (length(effects) > 1) + (length(level) > 1) + (length(many) > 1) + (length(bearings) > 1) + (length(rate) > 1) + (length(frames) > 1) }')
+  row "$what: settings" "$settings over $axes axes" "at least 60 over at least 4" "$(both "$(at_least "$settings" 60)" "$(at_least "$axes" 4)")"
+  local of_frontier='
+    $c["simulation_frontier"] == 1 { n++; e = $c["position_mean_m"] + 0; t = $c["simulation_s"] + 0
+      if (n == 1 || e < e0) e0 = e; if (n == 1 || e > e1) e1 = e; if (n == 1 || t < t0) t0 = t; if (n == 1 || t > t1) t1 = t }'
+  frontier=$(csv "$table" "$of_frontier END { print n + 0 }")
+  robot_frontier=$(csv "$table" '$c["robot_frontier"] == 1 { n++ } END { print n + 0 }')
+  row "$what: settings on the frontier of simulation time" "$frontier; of robot time $robot_frontier" "at least 6" "$(at_least "$frontier" 6)"
+  span_error=$(csv "$table" "$of_frontier END { if (e0 > 0) printf \"%.1f\", e1 / e0; else print \"none\" }")
+  span_time=$(csv "$table" "$of_frontier END { if (t0 > 0) printf \"%.1f\", t1 / t0; else print \"none\" }")
+  row "$what: span of that frontier" "error $span_error times ($(csv "$table" "$of_frontier END { printf \"%.3f to %.1f mm\", 1e3 * e0, 1e3 * e1 }")), time $span_time times ($(csv "$table" "$of_frontier END { printf \"%.1f to %.0f ms\", 1e3 * t0, 1e3 * t1 }"))" "at least 30 times each" "$(both "$(at_least "$span_error" 30)" "$(at_least "$span_time" 30)")"
+}
+
+# ------------------------------------------------------------------------ the lab ----
+sweep lab robots/lab_sim.yaml
+seconds=$(cat "$work/lab.seconds" 2>/dev/null || echo 9999)
+row "default sweep of the lab" "$seconds s on two cores" "less than 600 s" "$(both "$(passed lab)" "$(holds "$seconds < 600")")"
+of_sweep lab lab
+if [ "$(passed lab)" = yes ] && [ "$pages" = docs/evidence ]; then
+  for picture in robot_time simulation_time; do
+    cp "$work/lab_pictures/$picture.svg" "docs/pictures/tradeoff-${picture//_/-}.svg"
+  done
+fi
+
+# The same means, but for chance, from other places: by the intervals that each sweep states by itself.
+sweep lab_again robots/lab_sim.yaml --seed 2
+compared=$(awk -F, '
+  FNR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
+  $c["position_mean_m"] == "" || $c["position_mean_low_m"] == "" || $c["position_mean_high_m"] == "" { left[FNR]; next }
+  { key = '"$setting"'; mean = $c["position_mean_m"]; half = ($c["position_mean_high_m"] - $c["position_mean_low_m"]) / 2 }
+  FILENAME == ARGV[1] { first[key] = mean; width[key] = half; next }
+  key in first { n++; d = mean - first[key]; if (d < 0) d = -d; if (d < sqrt(half ^ 2 + width[key] ^ 2)) in_it++ }
+  END { printf "%.1f %d %d", n ? 100 * in_it / n : 0, n, length(left) }' "$work/lab/errors.csv" "$work/lab_again/errors.csv" 2>/dev/null || echo "0 0 0")
+read -r share settings left <<<"$compared"
+row "lab, again with another seed: settings whose means differ by less than the root of both half intervals' squares" "$share % of $settings ($left without an interval left out)" "at least 90 %" "$(both "$(at_least "$settings" 50)" "$(at_least "$share" 90)")"
+
+# -------------------------------------------------------------------- choosing ----
+# choose NAME OPTION VALUE: its row. What the sweep has that is cheaper (for a budget: more accurate) and within the wish is counted
+# here by itself, from the CSV: each must have been tried.
+choose() {
+  local name=$1 option=$2 wish=$3 json=$work/$1.json
+  chosen() {
+    "$twocone" tradeoff --robot robots/lab_sim.yaml --out "$work/lab" "${legs[@]}" "$option" "$wish" --write-robot "$work/$name.yaml" || return 1
+    cp "$work/lab/choice.json" "$json"
+    # The robot file that was written drives.
+    "$twocone" run --robot "$work/$name.yaml" --frames 3 --out "$work/${name}_run" || return 1
+  }
+  if [ ! -f "$work/$name.status" ]; then rm -rf "$work/${name}_run"; fi
+  step "$name" chosen
+  if [ "$(passed "$name")" = no ]; then
+    row "lab, $option $wish" "$(tail -n 1 "$work/$name.log")" "a choice" no
+    return
+  fi
+  local number tried better figure last
+  number=$(jq .choice "$json")
+  tried=$(jq '.trials[:-1] | map(select(.holds | not)) | length' "$json")
+  last=$(jq -r '.trials[-1] | [.setting, .holds, (1e3 * .mean_m.value), (1e3 * .upper_limit_m), (1e3 * .robot_time_s.value), (1e3 * .robot_time_s.high), .is] | @tsv' "$json")
+  local setting_number holds mean upper time upper_time is
+  IFS=$'\t' read -r setting_number holds mean upper time upper_time is <<<"$last"
+  local eligible='$c["effects"] == "scene" && $c["position_mean_m"] != "" && $c["answered"] >= 0.9 * $c["frames_looked"]'
+  if [ "$option" = --target-mm ]; then
+    better=$(awk -F, -v chosen=$((number + 2)) -v wish="$wish" 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
+      NR == FNR { if (FNR == chosen) limit = $c["robot_p95_s"]; next }
+      FNR > 1 && '"$eligible"' && 1e3 * $c["position_mean_m"] < wish && $c["robot_p95_s"] + 0 < limit + 0 { n++ } END { print n + 0 }' "$work/lab/tradeoff.csv" "$work/lab/tradeoff.csv")
+    figure=$(printf 'mean %.2f mm, upper limit %.2f mm' "$mean" "$upper")
+    holds=$(if [ "$holds" = true ]; then holds "$upper < $wish"; else echo no; fi)
+  else
+    better=$(awk -F, -v chosen=$((number + 2)) -v wish="$wish" 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
+      NR == FNR { if (FNR == chosen) limit = $c["position_mean_m"]; next }
+      FNR > 1 && '"$eligible"' && 1e3 * $c["robot_p95_s"] < wish && $c["position_mean_m"] + 0 < limit + 0 { n++ } END { print n + 0 }' "$work/lab/tradeoff.csv" "$work/lab/tradeoff.csv")
+    figure=$(printf '%.2f ms (95 %% quantile), upper limit %.2f ms, mean %.2f mm' "$time" "$upper_time" "$mean")
+    holds=$(if [ "$holds" = true ]; then holds "$upper_time < $wish"; else echo no; fi)
+  fi
+  row "lab, $option $wish: $is" "$figure on fresh poses, $(jq .settings_swept "$json") settings allowed for; swept settings that would be better and within the wish: $better, tried and not held: $tried" "holds; each better one tried, none holds" "$(both "$holds" "$(if [ "$setting_number" = "$number" ]; then holds "$better == $tried"; else echo no; fi)")"
+}
+choose target_5 --target-mm 5
+choose target_2 --target-mm 2
+choose budget_20 --budget-ms 20
+
+# ---------------------------------------------------------- adaptive precision ----
+# Of the same pictures, landmarks and frames: an adaptive setting whose mean lies no higher than the uniform one's interval.
+adaptive=$(awk -F, '
+  NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
+  $c["position_mean_m"] == "" { next }
+  { key = $c["width_px"] "x" $c["height_px"] ", antialias " $c["antialias"] ", " $c["effects"] ", " $c["landmarks"] " landmarks, " ($c["bearings"] ? "bearings" : "ranges") ", " $c["rate_hz"] " Hz, " $c["frames"] " frames" }
+  $c["estimator"] == "fine" { mean[key] = $c["position_mean_m"]; high[key] = $c["position_mean_high_m"]; vision[key] = $c["vision_median_s"]; slow[key] = $c["vision_p95_s"] }
+  $c["estimator"] == "adaptive" { n++; of[n] = key; enough[n] = $c["enough_m"]; a_mean[n] = $c["position_mean_m"]; a_vision[n] = $c["vision_median_s"]; a_slow[n] = $c["vision_p95_s"] }
+  END {
+    for (i = 1; i <= n; i++) if (of[i] in mean && a_vision[i] > 0)
+      printf "%.2f %s %.3f %.3f %.2f %.2f %s, enough %g mm; 95 %% quantile of vision %.2f and %.2f ms\n", vision[of[i]] / a_vision[i], (a_mean[i] <= high[of[i]] ? "equal" : "worse"), 1e3 * a_mean[i], 1e3 * mean[of[i]], 1e3 * a_vision[i], 1e3 * vision[of[i]], of[i], 1e3 * enough[i], 1e3 * a_slow[i], 1e3 * slow[of[i]]
+  }' "$work/lab/tradeoff.csv" 2>/dev/null || true)
+# Judged by the middle of all pictures of the scene's own world, each with its best tolerance: no picking of a lucky pair.
+middle=$(grep ' equal .* scene, ' <<<"$adaptive" | sort -rn | awk '{ where = $0; sub(/, enough.*/, "", where); sub(/^[^ ]* [^ ]* [^ ]* [^ ]* [^ ]* [^ ]* /, "", where); if (!(where in seen)) { seen[where]; print } }' || true)
+pairs=$(grep -c . <<<"$middle" || true)
+sets=$(grep ' scene, ' <<<"$adaptive" | sed 's/, enough.*//' | cut -d' ' -f7- | sort -u | grep -c . || true)
+read -r times _ a_mean u_mean a_vision u_vision where <<<"$(head -n "$(((pairs + 1) / 2))" <<<"$middle" | tail -n 1 | grep . || echo none none none none none none none)"
+row "adaptive against uniform (fine) precision at equal mean error (within the uniform one's interval): vision time" "$times times less in the middle of $pairs kinds of pictures ($where: $a_vision against $u_vision ms, mean $a_mean against $u_mean mm); equal in $pairs of $sets kinds; all pairs below" "at least 2 times less, or the data that show why not" "$(if [ "$times" = none ]; then echo no; else holds "$times >= 2"; fi)"
+
+# ------------------------------------------------------------- kills and Slurm ----
+step killed tests/evidence/tradeoff_killed.sh "$twocone" "$work/killed_sweep" robots/lab_sim.yaml "$few"
+row "a sweep killed three times (kill -9) and gone on with, $few legs" "$(grep '^byte-equal' "$work/killed.log" || tail -n 1 "$work/killed.log")" "errors.csv as of an unbroken one, to the byte" "$(passed killed)"
+step slurm tests/evidence/tradeoff_slurm.sh "$twocone" "$work/slurm_sweep" robots/lab_sim.yaml "$few" "$work/killed_sweep/whole"
+row "the same through Slurm, a job array on one node, $few legs" "$(grep '^byte-equal' "$work/slurm.log" || tail -n 1 "$work/slurm.log")" "errors.csv as of an unbroken one, to the byte" "$(passed slurm)"
+
+# ----------------------------------------------------------------------- the hall ----
+# Its pictures are half as large again; so many legs take about as long as the lab's.
+hall=(--legs 12)
+if ((${#legs[@]})); then hall=(); fi
+sweep hall robots/hall_sim.yaml "${hall[@]}"
+of_sweep hall "hall (8 pillars, large mirrors, 800x600)${hall[*]:+, 12 legs}"
+
+text_of() { cat "$work/$1/tradeoff.txt" 2>/dev/null || tail -n 3 "$work/$1.log"; }
+block "The lab" "$(text_of lab)"
+block "Choices" "$(grep -hE '^(wish|trial|choice|robot) ' "$work"/{target_5,target_2,budget_20}.log 2>/dev/null || true)"
+block "Adaptive against uniform: times less vision time; mean error equal or worse; adaptive and uniform mean, mm; vision, ms" "${adaptive:-none}"
+block "A sweep that was killed" "$(grep -E '^(undisturbed|killed|--merge|byte)' "$work/killed.log" || true)"
+block "Slurm" "$(tail -n 5 "$work/slurm.log")"
+block "The hall" "$(text_of hall)"
+page "what accuracy costs in time"

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/frontier.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tradeoff/synthetic_sweep.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<std::size_t> frontier(const std::vector<CostAndError>& points) { return pareto_frontier(points); }
+
+TEST(ParetoFrontier, GoesByRisingCost) {
+  EXPECT_THAT(frontier({{3, 1}, {1, 9}, {2, 4}, {2.5, 5}, {9, 1.5}}), ElementsAre(1, 2, 0));
+}
+
+TEST(ParetoFrontier, OfNothingIsEmptyOfOnePointThatPoint) {
+  EXPECT_THAT(frontier({}), IsEmpty());
+  EXPECT_THAT(frontier({{7, 7}}), ElementsAre(0));
+}
+
+TEST(ParetoFrontier, OfEqualPointsHoldsTheFirst) {
+  EXPECT_THAT(frontier({{5, 5}, {2, 3}, {2, 3}, {2, 3}}), ElementsAre(1));
+}
+
+TEST(ParetoFrontier, OfEqualCostOrErrorHoldsTheBetter) {
+  EXPECT_THAT(frontier({{2, 4}, {2, 3}}), ElementsAre(1));
+  EXPECT_THAT(frontier({{4, 2}, {3, 2}}), ElementsAre(1));
+}
+
+TEST(ParetoFrontier, HoldsOnlyFinitePoints) {
+  EXPECT_THAT(frontier({{kNan, 0}, {0, kNan}, {-kInfinity, 0}, {1, -kInfinity}, {kInfinity, 1}, {3, 3}}),
+              ElementsAre(5));
+  EXPECT_THAT(frontier({{kNan, kNan}, {kInfinity, kInfinity}}), IsEmpty());
+}
+
+TEST(ParetoFrontier, IsWhatTheDefinitionSays) {
+  std::mt19937_64 engine(31);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<CostAndError> points;
+    // Few values: many ties.
+    for (int i = 0; i < 30; ++i) points.push_back({double(engine() % 7), double(engine() % 7)});
+    std::vector<bool> expected(points.size(), true), found(points.size(), false);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const bool no_worse = points[k].cost <= points[i].cost && points[k].error <= points[i].error;
+        const bool better = points[k].cost < points[i].cost || points[k].error < points[i].error;
+        if (no_worse && (better || k < i)) expected[i] = false;
+      }
+    }
+    for (const std::size_t i : pareto_frontier(points)) found[i] = true;
+    EXPECT_EQ(found, expected) << "round " << round;
+  }
+}
+
+TEST(MarkFrontiers, TakesEitherCostAndLeavesOutWhatAnswersSeldom) {
+  const Setting s = usual_setting();
+  std::vector<SettingResult> all{
+      result_of(s, 0.004, 0.010, 0.1),   // on both
+      result_of(s, 0.002, 0.030, 0.9),   // on the robot's alone
+      result_of(s, 0.0015, 0.040, 0.3),  // on both
+      result_of(s, 0.0001, 0.001, 0.1),  // answers in 89 % only
+      result_of(s, 0.0001, 0.001, 0.1),  // no answer
+  };
+  all[0].on_robot_frontier = false;
+  all[3].answered = 89;
+  all[4].answered = 0;
+  all[4].position_m.reset();
+  all[3].on_robot_frontier = all[3].on_simulation_frontier = true;  // of an earlier marking
+  mark_frontiers(all);
+  std::vector<bool> robot, simulation;
+  for (const SettingResult& r : all) {
+    robot.push_back(r.on_robot_frontier);
+    simulation.push_back(r.on_simulation_frontier);
+  }
+  EXPECT_THAT(robot, ElementsAre(true, true, true, false, false));
+  EXPECT_THAT(simulation, ElementsAre(true, false, true, false, false));
+  all[3].answered = 90;
+  mark_frontiers(all);
+  EXPECT_TRUE(all[3].on_robot_frontier);
+  EXPECT_FALSE(all[0].on_robot_frontier);
+}
+
+}  // namespace
+}  // namespace twocone::tradeoff

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/tradeoff/output.h"
+#include "apps/tradeoff/show/wording.h"
+#include "tests/tradeoff/a_sweep.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::a_sweep;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+void expect_plain_and_narrow(const std::string& text) {
+  for (const std::string& line : lines_of(text)) {
+    EXPECT_LE(line.size(), 120U) << line;
+    EXPECT_TRUE(std::all_of(line.begin(), line.end(), [](unsigned char c) { return c >= 0x20 && c < 0x7F; })) << line;
+  }
+}
+
+/// The line after the one that is `head`.
+std::string line_after(const std::string& text, const std::string& head) {
+  const std::vector<std::string> lines = lines_of(text);
+  const auto found = std::find(lines.begin(), lines.end(), head);
+  return found == lines.end() || found + 1 == lines.end() ? "no line is " + head : *(found + 1);
+}
+
+/// Rows of the frontier, between the heads and the baseline.
+std::vector<std::string> frontier_rows(const std::string& text) {
+  std::vector<std::string> rows;
+  bool inside = false;
+  for (const std::string& line : lines_of(text)) {
+    if (line == "method paper, as measured here:") break;
+    if (inside) rows.push_back(line);
+    inside |= line.find("   size ") != std::string::npos;
+  }
+  return rows;
+}
+
+TEST(Table, BeginsWithWhatRepeatsItAndTheRule) {
+  const std::string text = table(a_sweep());
+  EXPECT_THAT(text, StartsWith("twocone 0.7.0, commit 0123abc, GNU 12.2.0, Release\n"
+                               "robot robots/lab.yaml, map scenes/lab.yaml, seed 1, 24 legs, 82 settings\n"
+                               "machine: a processor, 2 cores\n"
+                               "repeat: twocone tradeoff --robot robots/lab.yaml --seed 1 --legs 24 --out tradeoff\n"));
+  EXPECT_LT(text.find("Rule: a setting is on a frontier if it answers at least 90 %"), text.find("size"));
+  EXPECT_THAT(text, HasSubstr("exact to 1e-9 m"));
+  EXPECT_THAT(text, HasSubstr("frames of one leg are not independent"));
+  expect_plain_and_narrow(text);
+}
+
+TEST(Table, ShowsEverySettingOfAFrontierByRisingSimulationTime) {
+  const Sweep sweep = a_sweep();
+  const std::vector<std::string> rows = frontier_rows(table(sweep));
+  std::vector<const SettingResult*> wanted;
+  for (const SettingResult& result : sweep.settings) {
+    if (result.on_robot_frontier || result.on_simulation_frontier) wanted.push_back(&result);
+  }
+  std::sort(wanted.begin(), wanted.end(),
+            [](const auto* a, const auto* b) { return a->simulation_time_s().value < b->simulation_time_s().value; });
+  ASSERT_EQ(rows.size(), wanted.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Setting& setting = wanted[i]->setting;
+    EXPECT_EQ(rows[i].substr(0, 2),
+              std::string(wanted[i]->on_robot_frontier ? "R" : " ") + (wanted[i]->on_simulation_frontier ? "S" : " "));
+    EXPECT_THAT(rows[i].substr(3), StartsWith(std::to_string(setting.pictures.width_px) + "x" +
+                                              std::to_string(setting.pictures.height_px)));
+    EXPECT_THAT(rows[i], HasSubstr(" " + significant(wanted[i]->position_m->mean.value * 1e3) + " "));
+  }
+}
+
+TEST(Table, ShowsTheBaselineAtTheRobotsOwnSizeAndTheRobotFileAsItIs) {
+  Sweep sweep = a_sweep();
+  const std::string text = table(sweep);
+  EXPECT_THAT(line_after(text, "method paper, as measured here:"), HasSubstr("640x480   -   scene paper"));
+  EXPECT_EQ(
+      line_after(text, "the robot file as it is:"),
+      "   640x480   -   scene fine      6 yes  15x1  0.313   0.285-0.341  0.719   1.06  100 94.0  0.252 1.84 0.01 "
+      "2.13 0.62 113");
+  sweep.settings[*sweep.as_is].setting.pictures.effects = Effects::kNoise;  // not swept with method paper
+  EXPECT_THAT(line_after(table(sweep), "method paper, as measured here:"), HasSubstr(" 640x480 ")) << "its own size";
+  sweep.as_is = std::nullopt;
+  EXPECT_THAT(line_after(table(sweep), "method paper, as measured here:"), HasSubstr("1280x960  +R2 scene paper"))
+      << "the most accurate";
+  EXPECT_EQ(table(sweep).find("the robot file as it is"), std::string::npos);
+}
+
+TEST(Table, CountsSettingsAxesAndSpans) {
+  const std::string text = table(a_sweep());
+  EXPECT_THAT(text,
+              HasSubstr("82 settings over 8 axes (size, antialias, effects, estimator, landmarks, bearings, rate, "
+                        "frames)"));
+  const auto span = span_of(a_sweep());
+  ASSERT_TRUE(span);
+  EXPECT_THAT(text, HasSubstr(std::to_string(span->settings) + " of simulation time"));
+  EXPECT_THAT(text, HasSubstr("a factor of " + std::to_string(std::lround(span->most_error_m / span->least_error_m)) +
+                              " in error"));
+}
+
+TEST(Table, StaysNarrowWhateverTheNumbersAndNames) {
+  Sweep sweep = a_sweep();
+  sweep.robot = "robots/Ro\u00df <b>.yaml";
+  sweep.repeat = "twocone tradeoff --robot " + std::string(60, 'r') + " --out " + std::string(60, 'o') + " --seed 1";
+  double factor = 1e-9;
+  for (SettingResult& result : sweep.settings) {
+    factor *= 3;
+    result.on_robot_frontier = true;
+    if (result.position_m) {
+      result.position_m->mean = {factor, factor / 3, factor * 7};
+      result.position_m->max = 99 * factor;
+    }
+    result.bound_m = factor / 1e3;
+    result.vision.median_s.value = factor;
+    result.robot.p95_s.value = factor * 2;
+    result.render_cpu.median_s.value = factor * 1e3;
+    result.peak_bytes = 1e8;
+  }
+  sweep.settings[5].position_m->mean.high = std::numeric_limits<double>::infinity();
+  expect_plain_and_narrow(table(sweep));
+  EXPECT_THAT(table(sweep), HasSubstr("Ro? <b>"));
+  EXPECT_THAT(table(sweep),
+              HasSubstr("repeat: twocone tradeoff --robot " + std::string(60, 'r') + " \\\n          --out"));
+}
+
+TEST(Table, SaysWhenNothingIsOnAFrontier) {
+  Sweep sweep = a_sweep();
+  sweep.settings.erase(sweep.settings.begin(), sweep.settings.end() - 1);  // the one that never answers
+  sweep.as_is = std::nullopt;
+  const std::string text = table(sweep);
+  EXPECT_THAT(text, HasSubstr("no setting answers often enough"));
+  EXPECT_EQ(text.find("method paper, as measured"), std::string::npos);
+}
+
+TEST(Wording, ANumberFitsItsColumn) {
+  EXPECT_EQ(significant(0.0312345), "0.0312");
+  EXPECT_EQ(significant(312.345), "312");
+  EXPECT_EQ(significant(0), "0");
+  EXPECT_EQ(significant(std::numeric_limits<double>::infinity()), "-");
+  EXPECT_EQ(fitting(0.0312345, 6), "0.0312");
+  EXPECT_EQ(fitting(0.0312345, 5), "0.031");
+  EXPECT_EQ(fitting(0.0000312, 4), "0.00");
+  EXPECT_EQ(fitting(1234567, 5), "1e+06");
+}
+
+TEST(Wording, AShortNameSaysOnlyWhatIsUnusual) {
+  const Usual usual{6, 15};
+  EXPECT_EQ(short_name({{320, 240, 2, Effects::kScene}, Level::kFine, 0, 6, true, 15, 4}, usual),
+            "320x240 +R2 fine x4");
+  EXPECT_EQ(short_name({{640, 480, 1, Effects::kFlat}, Level::kAdaptive, 0.0005, 4, false, 5, 1}, usual),
+            "640x480 flat adaptive 0.5mm 4lm ranges 5Hz");
+  EXPECT_EQ(usual_of(a_sweep()).landmarks, 6);
+  EXPECT_EQ(usual_of(a_sweep()).rate_hz, 15);
+}
+
+}  // namespace
+}  // namespace twocone::tradeoff

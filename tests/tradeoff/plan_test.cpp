@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/tradeoff/plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/to_layers.h"
+#include "localisation/odometry.h"
+
+namespace twocone::tradeoff {
+namespace {
+
+const std::filesystem::path kRoot = TWOCONE_SOURCE_DIR;
+
+struct Lab {
+  files::Robot robot = files::read_robot(kRoot / "robots/lab_sim.yaml");
+  files::Map map = files::read_map(robot.map);
+};
+
+Setting own_setting(const Plan& plan) {
+  return *std::find_if(plan.settings.begin(), plan.settings.end(), [](const Setting& s) {
+    return s.pictures == Pictures{640, 480, 1, Effects::kScene} && s.level == Level::kFine && s.frames == 1 &&
+           s.landmarks == 6;
+  });
+}
+
+TEST(Plan, OfTheLabHasWhatIsAskedForAndNothingTwice) {
+  const Lab lab;
+  const Plan plan = make_plan(lab.robot, lab.map, {});
+  EXPECT_GE(plan.settings.size(), 60U);
+  const std::set<Setting> different(plan.settings.begin(), plan.settings.end());
+  EXPECT_EQ(different.size(), plan.settings.size());
+  for (const Axis axis : all_axes()) {
+    std::set<std::string> values;
+    for (const Setting& setting : plan.settings) values.insert(value(setting, axis));
+    EXPECT_GE(values.size(), 2U) << name(axis);
+  }
+}
+
+TEST(Plan, EachSettingsPicturesAreInShardsOnce) {
+  const Lab lab;
+  const Plan plan = make_plan(lab.robot, lab.map, {.legs = 9});
+  for (const Setting& setting : plan.settings) {
+    std::vector<int> legs;
+    for (const Plan::Shard& shard : plan.shards) {
+      if (shard.pictures != setting.pictures) continue;
+      for (int i = 0; i < shard.legs; ++i) legs.push_back(shard.first_leg + i);
+    }
+    ASSERT_GE(legs.size(), 3U) << describe(setting);
+    for (std::size_t i = 0; i < legs.size(); ++i) EXPECT_EQ(legs[i], int(i)) << describe(setting);
+    EXPECT_LE(legs.size(), plan.legs.size());
+  }
+}
+
+TEST(Plan, LegsKeepClearOfEverythingAndDependOnTheSeedAlone) {
+  const Lab lab;
+  const behaviours::Arena arena = files::to_arena(lab.map);
+  const Plan plan = make_plan(lab.robot, lab.map, {.seed = 7});
+  const Plan longer = make_plan(lab.robot, lab.map, {.seed = 7, .legs = 30});
+  const Plan other = make_plan(lab.robot, lab.map, {.seed = 8});
+  for (std::size_t i = 0; i < plan.legs.size(); ++i) {
+    const Leg& leg = plan.legs[i];
+    EXPECT_EQ(leg.seed, longer.legs[i].seed);
+    EXPECT_EQ(leg.from.x_m, longer.legs[i].from.x_m);
+    EXPECT_NE(leg.seed, other.legs[i].seed);
+    localisation::Pose pose{leg.from.x_m, leg.from.y_m, leg.from.heading_rad};
+    for (int k = 0; k < kInstants; ++k) {
+      EXPECT_GT(arena.clearance_m({pose.x_m, pose.y_m}), lab.robot.body_radius_m) << "leg " << i << ", instant " << k;
+      const double way = lab.robot.drive.wheel_radius_m / lab.robot.lower.rate_hz;
+      pose = localisation::drive_arc(pose, leg.speeds.left_radps * way, leg.speeds.right_radps * way,
+                                     lab.robot.drive.wheel_separation_m);
+    }
+  }
+}
+
+TEST(Plan, ACheckUsesPosesOfItsOwn) {
+  const Lab lab;
+  const Plan plan = make_plan(lab.robot, lab.map, {});
+  const Plan check = make_check_plan(lab.robot, lab.map, plan, own_setting(plan), 40);
+  ASSERT_EQ(check.settings.size(), 1U);
+  ASSERT_EQ(check.legs.size(), 40U);
+  for (const Leg& leg : check.legs) {
+    for (const Leg& used : plan.legs) {
+      EXPECT_FALSE(leg.from.x_m == used.from.x_m && leg.from.y_m == used.from.y_m);
+      EXPECT_NE(leg.seed, used.seed);
+    }
+  }
+}
+
+TEST(Plan, LandmarksAreRankedAndAllThere) {
+  const Lab lab;
+  const Plan plan = make_plan(lab.robot, lab.map, {});
+  ASSERT_EQ(plan.landmarks.size(), lab.map.landmarks.size());
+  EXPECT_EQ(std::set<std::string>(plan.landmarks.begin(), plan.landmarks.end()).size(), plan.landmarks.size());
+}
+
+TEST(Plan, InstantsFollowTheRate) {
+  Setting setting;
+  setting.rate_hz = 15;
+  EXPECT_EQ(instants_of(setting, 15), (std::vector<int>{3}));
+  setting.frames = 4;
+  EXPECT_EQ(instants_of(setting, 15), (std::vector<int>{3, 2, 1, 0}));
+  setting.frames = 2;
+  setting.rate_hz = 5;
+  EXPECT_EQ(instants_of(setting, 15), (std::vector<int>{3, 0}));
+}
+
+TEST(Plan, RefusesWhatCannotBeSwept) {
+  Lab lab;
+  EXPECT_THROW(make_plan(lab.robot, lab.map, {.legs = 2}), std::invalid_argument);
+  files::Map few = lab.map;
+  few.landmarks.resize(2);
+  EXPECT_THROW(make_plan(lab.robot, few, {}), files::FileError);
+  files::Robot attached = lab.robot;
+  attached.attach = "hall";
+  EXPECT_THROW(make_plan(attached, lab.map, {}), files::FileError);
+  files::Robot huge = lab.robot;
+  huge.body_radius_m = 3;
+  EXPECT_THROW(make_plan(huge, lab.map, {}), files::FileError);
+}
+
+TEST(Setting, RobotOfScalesPicturesAndRigAlike) {
+  const Lab lab;
+  Setting setting = own_setting(make_plan(lab.robot, lab.map, {}));
+  EXPECT_EQ(robot_of(setting, lab.robot, {}).rig, lab.robot.rig);
+  setting.pictures = {320, 240, 2, Effects::kNoise};
+  setting.level = Level::kAdaptive;
+  setting.enough_m = 0.002;
+  setting.landmarks = 3;
+  setting.rate_hz = 5;
+  const std::vector<std::string> names{"blue", "red", "cyan", "green", "magenta", "yellow"};
+  const files::Robot robot = robot_of(setting, lab.robot, names);
+  EXPECT_EQ(robot.lower.width_px, 320);
+  EXPECT_EQ(robot.upper.height_px, 240);
+  EXPECT_EQ(robot.lower.antialias, 2);
+  EXPECT_EQ(robot.upper.rate_hz, 5);
+  EXPECT_EQ(robot.lower.effects.full_well_electrons, kNoiseElectrons);
+  // The middle of the picture stays its middle: (w - 1) / 2.
+  EXPECT_DOUBLE_EQ(robot.rig.lower.centre_px[0], 159.5);
+  EXPECT_DOUBLE_EQ(robot.rig.upper.centre_px[1], 119.5);
+  EXPECT_DOUBLE_EQ(robot.rig.lower.rim_radius_px, 118);
+  EXPECT_EQ(robot.estimator.stage, "adaptive");
+  EXPECT_EQ(robot.estimator.enough_m, 0.002);
+  EXPECT_EQ(robot.estimator.landmarks, (std::vector<std::string>{"blue", "red", "cyan"}));
+}
+
+}  // namespace
+}  // namespace twocone::tradeoff
