@@ -120,9 +120,9 @@ struct Original {
 };
 
 Original read_original(const std::filesystem::path& file) {
-  YAML::Node node = load_yaml(file);
+  const YAML::Node node = load_yaml(file);
   Robot robot = parse_robot(node, file);
-  return {file, std::move(node), std::move(robot)};
+  return {file, node, std::move(robot)};
 }
 
 /// `line` as comments: a line break in it must not end the comment.
@@ -139,9 +139,11 @@ std::string commented(std::string_view line) {
   return text + '\n';
 }
 
-std::string text_with(Original original, const std::filesystem::path& new_file, const Robot& changed,
+std::string text_with(const Original& original, const std::filesystem::path& new_file, const Robot& changed,
                       const std::vector<std::string>& header_lines) {
-  auto& [file, node, robot] = original;
+  const std::filesystem::path& file = original.file;
+  const Robot& robot = original.robot;
+  YAML::Node node = original.node;  // a handle: what it names is changed
   node["map"] = moved(node["map"].as<std::string>(), file, new_file);
   const auto info = [&](const char* mirror, RigView Rig::*view, CameraEntry Robot::*camera) {
     const RigView& now = changed.rig.*view;
@@ -191,12 +193,12 @@ std::string robot_text(const std::filesystem::path& original, const std::filesys
 std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
                                   const Rig& rig, const WheelSizes& wheels,
                                   const std::vector<std::string>& header_lines) {
-  Original read = read_original(original);
+  const Original read = read_original(original);
   Robot changed = read.robot;
   changed.rig = rig;
   changed.drive.wheel_separation_m = wheels.separation_m;
   changed.drive.wheel_radius_m = wheels.radius_m;
-  return text_with(std::move(read), new_file, changed, header_lines);
+  return text_with(read, new_file, changed, header_lines);
 }
 
 }  // namespace twocone::files

@@ -24,6 +24,7 @@ double nearest_rank(std::vector<double> values, double share) {
 template <typename Value>
 std::vector<double> values_of(const std::vector<EffortRow>& rows, const Value& value) {
   std::vector<double> values;
+  values.reserve(rows.size());
   for (const EffortRow& row : rows) values.push_back(value(row));
   return values;
 }

@@ -189,6 +189,7 @@ std::vector<std::size_t> candidates(const Sweep& sweep, const Wish& wish) {
   }
   std::sort(places.begin(), places.end());
   std::vector<std::size_t> order;
+  order.reserve(places.size());
   for (const Place& place : places) order.push_back(std::get<2>(place));
   return order;
 }

@@ -118,6 +118,7 @@ std::vector<Step> steps_of(const Sweep& sweep, Axis axis) {
     for (const auto& [place, result] : group) examples.emplace(place, &result->setting);
   }
   std::vector<AxisPlace> places;
+  places.reserve(examples.size());
   for (const auto& [place, setting] : examples) places.push_back(place);
   const bool is_simulated = words(axis).cost == "simulation time";
   std::vector<Step> steps;

@@ -79,7 +79,7 @@ Sweep of_pictures(const Sweep& sweep) {
   for (SettingResult result : sweep.settings) {
     if (!answers_enough(result) || !seen.insert(result.setting.pictures).second) continue;
     result.setting = {.pictures = result.setting.pictures};
-    pictures.settings.push_back(std::move(result));
+    pictures.settings.push_back(result);
   }
   return pictures;
 }

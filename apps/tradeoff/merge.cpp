@@ -129,7 +129,7 @@ Sweep merge(const Plan& plan, const ShardRecord& all) {
       result.render_cpu = rendering[rows->first];
       result.render_bytes = rows->second.peak_bytes;
     }
-    sweep.settings.push_back(std::move(result));
+    sweep.settings.push_back(result);
   }
   mark_frontiers(sweep.settings);
   return sweep;

@@ -83,6 +83,7 @@ std::vector<Leg> make_legs(const files::Robot& robot, const files::Map& map, std
                            int count) {
   const behaviours::Arena arena = files::to_arena(map);
   std::vector<Leg> legs;
+  legs.reserve(std::size_t(count));
   for (int i = 0; i < count; ++i) legs.push_back(make_leg(robot, map, arena, seed, stream, i));
   return legs;
 }
@@ -293,6 +294,7 @@ void check(const files::Robot& robot, const files::Map& map) {
 std::vector<int> instants_of(const Setting& setting, double robot_rate_hz) {
   const int step = static_cast<int>(std::lround(robot_rate_hz / setting.rate_hz));
   std::vector<int> instants;
+  instants.reserve(std::size_t(setting.frames));
   for (int i = 0; i < setting.frames; ++i) instants.push_back(kInstants - 1 - i * step);
   return instants;
 }

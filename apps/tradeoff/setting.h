@@ -38,7 +38,8 @@ struct Pictures {
   int antialias = 1;  ///< rays per pixel side
   Effects effects = Effects::kScene;
 
-  friend auto operator<=>(const Pictures&, const Pictures&) = default;
+  friend auto operator<=>(const Pictures&,
+                          const Pictures&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };
 
 /// One way to have a robot see and locate itself.
@@ -51,7 +52,8 @@ struct Setting {
   double rate_hz = 0;    ///< of the frames that are looked at
   int frames = 1;        ///< 1: fixes of single frames; more: the filter's estimate after so many frames
 
-  friend auto operator<=>(const Setting&, const Setting&) = default;
+  friend auto operator<=>(const Setting&,
+                          const Setting&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };
 
 /// What a setting can differ in, one at a time.

@@ -70,7 +70,8 @@ struct Recipe {
   double enough_m;
   int landmarks;
   bool bearings;
-  friend auto operator<=>(const Recipe&, const Recipe&) = default;
+  friend auto operator<=>(const Recipe&,
+                          const Recipe&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };
 Recipe recipe_of(const Setting& s) { return {s.level, s.enough_m, s.landmarks, s.bearings}; }
 

@@ -115,7 +115,7 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject
              options.check_legs);
   std::fflush(stdout);
   int tried = 0;
-  const tradeoff::Choice choice =
+  tradeoff::Choice choice =
       value_or_fail(tradeoff::choose(sweep, wish, [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
         ProgressBar bar(fmt::format("trial {}", ++tried));
         return tradeoff::run_check(subject, folder, setting, options.check_legs, shown_by(bar, options.jobs), stop);

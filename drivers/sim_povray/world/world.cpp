@@ -131,7 +131,9 @@ void World::Impl::find_touches(RobotId id, MovingRobot& robot, double from_s, do
       if (touch) note(*touch, robot, thing.name, nullptr);
     }
   }
-  for (auto& [other_id, other] : robots) {
+  for (auto& entry : robots) {
+    const RobotId other_id = entry.first;
+    auto& other = entry.second;  // not by a structured binding, which clang 14 does not capture
     const bool on_rails = other.engine_body.has_value();
     if (other_id == id || other.radius_m() == 0) continue;
     // A pair of two that can be stopped is looked at once; from the same side, whoever came first.
