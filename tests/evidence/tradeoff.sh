@@ -157,10 +157,10 @@ row "the same through Slurm, a job array on one node, $few legs" "$(grep '^byte-
 
 # ----------------------------------------------------------------------- the hall ----
 # Its pictures are half as large again.
-hall=(--legs 8)
+hall=(--legs 4)
 if ((${#legs[@]})); then hall=(); fi
 sweep hall robots/hall_sim.yaml "${hall[@]}"
-of_sweep hall "hall (8 pillars, large mirrors, 800x600)${hall[*]:+, 8 legs}"
+of_sweep hall "hall (8 pillars, large mirrors, 800x600)${hall[*]:+, 4 legs}"
 
 text_of() { cat "$work/$1/tradeoff.txt" 2>/dev/null || tail -n 3 "$work/$1.log"; }
 block "The lab" "$(text_of lab)"
