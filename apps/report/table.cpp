@@ -287,8 +287,8 @@ std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot,
   const std::string budget =
       has_budget ? fmt::format(" --budget-ms {:.12g}", *robot.estimator.budget_s * 1e3) : std::string();
   return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{} --seed {}",
-                     shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted, shell_word(method), budget,
-                     info.seed);
+                     shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted,
+                     shell_word(method), budget, info.seed);
 }
 
 std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -334,7 +335,7 @@ Plan make_plan(const files::Robot& robot, const files::Map& map, const PlanOptio
   return plan;
 }
 
-Plan make_check_plan(const files::Robot& robot, const files::Map& map, const Plan& sweep, const Setting& setting,
+Plan make_check_plan(const files::Robot& robot, const files::Map& map, const Plan& sweep, const Pictures& pictures,
                      int legs) {
   if (legs < kLeastLegs) throw std::invalid_argument(fmt::format("legs is {}, must be >= {}", legs, kLeastLegs));
   check(robot, map);
@@ -344,8 +345,9 @@ Plan make_check_plan(const files::Robot& robot, const files::Map& map, const Pla
   plan.robot_rate_hz = sweep.robot_rate_hz;
   plan.legs = make_legs(robot, map, sweep.options.seed, Stream::kCheck, legs);
   plan.landmarks = sweep.landmarks;
-  plan.settings = {setting};
-  add_shards(setting.pictures, legs, plan.shards);
+  std::copy_if(sweep.settings.begin(), sweep.settings.end(), std::back_inserter(plan.settings),
+               [&](const Setting& setting) { return setting.pictures == pictures; });
+  add_shards(pictures, legs, plan.shards);
   return plan;
 }
 

@@ -58,8 +58,9 @@ struct Plan {
 /// options outside their domain
 Plan make_plan(const files::Robot& robot, const files::Map& map, const PlanOptions& options);
 
-/// One setting on `legs` legs that no sweep uses: for a check of a choice. @throws as make_plan
-Plan make_check_plan(const files::Robot& robot, const files::Map& map, const Plan& sweep, const Setting& setting,
+/// The sweep's settings with these pictures on `legs` legs that no sweep uses: for checks of choices. @throws as
+/// make_plan
+Plan make_check_plan(const files::Robot& robot, const files::Map& map, const Plan& sweep, const Pictures& pictures,
                      int legs);
 
 }  // namespace twocone::tradeoff

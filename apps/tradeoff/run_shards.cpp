@@ -124,32 +124,28 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
 
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int legs,
                         const WorkOptions& options, const std::atomic<bool>& stop) {
-  const auto& settings = subject.plan.settings;
-  const auto number = std::find(settings.begin(), settings.end(), setting) - settings.begin();
-  const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, setting, legs);
+  const Pictures& pictures = setting.pictures;
+  const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, pictures, legs);
   const Subject checked{subject.robot, subject.map, plan};
-  const SweepFolder own(folder.path() / "checks" / fmt::format("setting{:03}-legs{}", number, legs), subject.robot,
-                        subject.map, plan);
+  const std::string name = fmt::format("{}x{}-R{}-{}-legs{}", pictures.width_px, pictures.height_px, pictures.antialias,
+                                       tradeoff::name(pictures.effects), legs);
+  const SweepFolder own(folder.path() / "checks" / name, subject.robot, subject.map, plan);
   const std::vector<std::size_t> missing = own.missing();
   const Result<std::size_t> done = run_shards(checked, own, missing, options, stop);
   if (!done) return done.error();
   if (*done < missing.size()) return Error{ErrorCode::kRefused, "stopped"};
 
-  constexpr int kOnly = 0;  // a check's plan has this one setting
+  const int number = int(std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin());
   const ShardRecord record = own.read_all();
-  Check check;
-  check.position_errors_m = position_errors(record, kOnly);
-  check.robot_times_s.resize(plan.legs.size());
   int frames = 0, answered = 0;
   for (const FrameRow& row : record.frames) {
-    if (row.setting != kOnly) continue;
     // Without a verdict no answer was due: the frame was one on the way to that of several.
-    if (!row.verdict.empty()) ++frames;
+    if (row.setting != number || row.verdict.empty()) continue;
+    ++frames;
     if (row.error_m) ++answered;
-    check.robot_times_s.at(std::size_t(row.leg)).push_back(row.vision_s + row.localisation_s);
   }
-  check.answered_share = frames > 0 ? double(answered) / frames : 0;
-  return check;
+  return Check{position_errors(record, number), robot_times(record, number),
+               frames > 0 ? double(answered) / frames : 0};
 }
 
 }  // namespace twocone::tradeoff

@@ -32,8 +32,8 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
 /// @throws files::FileError as SweepFolder::read_all; runs::DiskError
 Sweep finish_sweep(const Subject& subject, const SweepFolder& folder);
 
-/// A setting's errors and times on fresh poses (make_check_plan), for choose(). Kept in the sweep's folder, in
-/// checks/settingNNN-legsN, so that none is made twice.
+/// A setting's errors and times on fresh poses (make_check_plan), for choose(). Made with those of all settings of the
+/// same pictures, since rendering is what costs, and kept in the sweep's folder, in checks/: none is rendered twice.
 /// @param setting one of the plan's. Errors: those of run_shards; kRefused when it was stopped
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int legs,
                         const WorkOptions& options, const std::atomic<bool>& stop);

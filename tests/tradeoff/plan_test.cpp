@@ -79,8 +79,10 @@ TEST(Plan, LegsKeepClearOfEverythingAndDependOnTheSeedAlone) {
 TEST(Plan, ACheckUsesPosesOfItsOwn) {
   const Lab lab;
   const Plan plan = make_plan(lab.robot, lab.map, {});
-  const Plan check = make_check_plan(lab.robot, lab.map, plan, own_setting(plan), 40);
-  ASSERT_EQ(check.settings.size(), 1U);
+  const Pictures& pictures = own_setting(plan).pictures;
+  const Plan check = make_check_plan(lab.robot, lab.map, plan, pictures, 40);
+  EXPECT_NE(std::find(check.settings.begin(), check.settings.end(), own_setting(plan)), check.settings.end());
+  for (const Setting& setting : check.settings) EXPECT_EQ(setting.pictures, pictures) << describe(setting);
   ASSERT_EQ(check.legs.size(), 40U);
   for (const Leg& leg : check.legs) {
     for (const Leg& used : plan.legs) {

@@ -300,16 +300,16 @@ void draw_list(Script& script, const Sweep& sweep, const Plane& plane) {
   const double left = plane.x.high_px + 26;
   double y = plane.y.high_px + 168;
   script.words({left, y}, "on the frontier", "left", kSoft, 11);
-  script.words({left + 238, y}, "mm", "right", kSoft, 11);
-  script.words({left + 294, y}, plane.cost == Cost::kRobotTime ? "ms" : "s", "right", kSoft, 11);
+  script.words({left + 276, y}, "mm", "right", kSoft, 11);
+  script.words({left + 332, y}, plane.cost == Cost::kRobotTime ? "ms" : "s", "right", kSoft, 11);
   int number = 0;
   for (const Mark& mark : plane.marks) {
     if (!mark.on_frontier) continue;
     y += 17;
     script.words({left + 14, y}, fmt::to_string(++number), "right", kInk, 11);
     script.words({left + 20, y}, short_name(sweep.settings[mark.setting].setting, usual), "left", kInk, 11);
-    script.words({left + 238, y}, significant(mark.at.y), "right", kInk, 11);
-    script.words({left + 294, y}, significant(mark.at.x), "right", kInk, 11);
+    script.words({left + 276, y}, significant(mark.at.y), "right", kInk, 11);
+    script.words({left + 332, y}, significant(mark.at.x), "right", kInk, 11);
   }
 }
 

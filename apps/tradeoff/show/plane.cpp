@@ -106,7 +106,7 @@ Plane plane_of(const Sweep& sweep, Cost cost) {
   fit(plane.y, std::move(ys));
 
   // Room for the list of the frontier at the right, which grows downward.
-  plane.width_px = 980;
+  plane.width_px = 1018;
   plane.height_px = std::max(620, int(220 + kListPitch_px * double(plane.frontier.size())));
   plane.x.low_px = 78;
   plane.x.high_px = 640;
