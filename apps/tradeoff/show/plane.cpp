@@ -110,7 +110,7 @@ Plane plane_of(const Sweep& sweep, Cost cost) {
   plane.height_px = std::max(620, int(220 + kListPitch_px * double(plane.frontier.size())));
   plane.x.low_px = 78;
   plane.x.high_px = 640;
-  plane.y.low_px = plane.height_px - 60;
+  plane.y.low_px = plane.height_px - 68;
   plane.y.high_px = 30;
   return plane;
 }
