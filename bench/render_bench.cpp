@@ -8,7 +8,6 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
-#include <cstdlib>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -31,6 +30,7 @@
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::bench {
 namespace {
@@ -251,26 +251,6 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// A folder that is gone afterwards.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "twocone_bench_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 nlohmann::json measure(const Options& options) {
   const std::string program = value(find_povray("povray"));
   Scene scene = value(Scene::read(options.scene));
@@ -284,7 +264,7 @@ nlohmann::json measure(const Options& options) {
   const int obvious_frames =
       options.obvious_frames > 0 ? std::min(options.obvious_frames, options.frames) : options.frames;
   const int compared = std::min(options.compared_frames, obvious_frames);
-  const Folder ours, theirs, bounded;
+  const testing_support::TemporaryFolder ours, theirs, bounded;
   PoolSettings pool;
   pool.processes = options.processes;
   nlohmann::json result;

@@ -58,6 +58,23 @@ std::optional<FrameBound::Landmark> bound_of(const Eigen::Matrix2d& information)
 
 }  // namespace
 
+std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<vision::Target>& targets,
+                                                  const std::vector<Eigen::Vector2d>& places_m,
+                                                  const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px) {
+  const Eigen::Rotation2Dd R_BW(-pose.heading_rad);
+  std::vector<Eigen::Matrix2d> information(targets.size(), Eigen::Matrix2d::Zero());
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const Eigen::Vector2d p_BL_m = R_BW * (places_m[k] - Eigen::Vector2d(pose.x_m, pose.y_m));
+    for (const auto& [name, view] : {std::pair{"lower", &rig.lower}, {"upper", &rig.upper}}) {
+      const auto noise_px = edge_noise_px(targets[k].name, name);
+      if (!noise_px) continue;
+      const auto told = vision::sighting_information(*view, targets[k], p_BL_m, *noise_px);
+      if (told) information[k] += *told;
+    }
+  }
+  return information;
+}
+
 std::vector<FrameBound> bounds(const RunData& run) {
   if (run.sightings.empty()) return {};
   const vision::Rig rig = files::to_rig(run.robot);
@@ -73,20 +90,10 @@ std::vector<FrameBound> bounds(const RunData& run) {
     bound.landmarks.resize(targets.size());
     if (!poses[i]) continue;
     const localisation::Pose pose{poses[i]->x_m, poses[i]->y_m, poses[i]->heading_rad};
-    const Eigen::Rotation2Dd R_BW(-pose.heading_rad);
-    std::vector<Eigen::Matrix2d> information(targets.size(), Eigen::Matrix2d::Zero());
-    for (std::size_t k = 0; k < targets.size(); ++k) {
-      vision::Target target = targets[k];
-      target.top_m = run.map.landmarks[k].top_m;
-      const Eigen::Vector2d p_BL_m = R_BW * (places_m[k] - Eigen::Vector2d(pose.x_m, pose.y_m));
-      for (const auto& [name, view] : {std::pair{"lower", &rig.lower}, {"upper", &rig.upper}}) {
-        const auto edge_noise_px = noise.find(bound.frame, target.name, name);
-        if (!edge_noise_px) continue;
-        const auto told = vision::sighting_information(*view, target, p_BL_m, *edge_noise_px);
-        if (told) information[k] += *told;
-      }
-      bound.landmarks[k] = bound_of(information[k]);
-    }
+    const auto information = landmark_information(
+        rig, targets, places_m, pose,
+        [&](const std::string& landmark, const std::string& view) { return noise.find(bound.frame, landmark, view); });
+    std::transform(information.begin(), information.end(), bound.landmarks.begin(), bound_of);
     bound.covariance = localisation::pose_bound(pose, places_m, information);
   }
   return result;

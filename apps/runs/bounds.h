@@ -2,12 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "apps/runs/run_data.h"
+#include "localisation/odometry.h"
+#include "vision/ranging.h"
 
 namespace twocone::runs {
 
@@ -21,6 +25,16 @@ struct FrameBound {
   std::vector<std::optional<Landmark>> landmarks;  ///< in the map's order
   std::optional<Eigen::Matrix3d> covariance;       ///< of x (m), y (m), heading (rad) from all landmarks together
 };
+
+/// Standard deviation (px, for each pixel of length) of a landmark's outline in view "lower" or "upper"; nothing where
+/// it is not seen.
+using EdgeNoiseOf = std::function<std::optional<double>(const std::string& landmark, const std::string& view)>;
+
+/// Information of range (m) and bearing (rad) that the outlines of each target, at its place in the world, carry for a
+/// robot at `pose`: the sum over the views in which it is seen (vision::sighting_information).
+std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<vision::Target>& targets,
+                                                  const std::vector<Eigen::Vector2d>& places_m,
+                                                  const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px);
 
 /// A bound for each frame of the run, from the rig and the map as believed, the true pose (on hardware the estimate)
 /// and the noise of the outlines as the method measured it (sightings.csv): the frame's own, else the median over the

@@ -7,19 +7,14 @@
 
 #include <fmt/format.h>
 
+#include "apps/runs/quantile.h"
+
 namespace twocone::runs {
 namespace {
 
 constexpr const char* kKept = "kept";
 constexpr const char* kOver = "over";
 constexpr double kMsPerS = 1000;
-
-/// The smallest value that `share` of all are not above.
-double nearest_rank(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const auto rank = std::size_t(std::ceil(share * double(values.size())));
-  return values[std::max<std::size_t>(rank, 1) - 1];
-}
 
 template <typename Value>
 std::vector<double> values_of(const std::vector<EffortRow>& rows, const Value& value) {
@@ -78,11 +73,10 @@ std::optional<EffortSummary> summarise_effort(const RunData& run) {
   const bool is_full = run.method == to_string(Method::kFull);  // a run folder may name any method
   EffortSummary summary;
   summary.frames = int(rows.size());
-  summary.vision_median_s = nearest_rank(values_of(rows, [](const EffortRow& r) { return r.vision_s; }), 0.5);
-  summary.localisation_median_s =
-      nearest_rank(values_of(rows, [](const EffortRow& r) { return r.localisation_s; }), 0.5);
+  summary.vision_median_s = quantile(values_of(rows, [](const EffortRow& r) { return r.vision_s; }), 0.5);
+  summary.localisation_median_s = quantile(values_of(rows, [](const EffortRow& r) { return r.localisation_s; }), 0.5);
   summary.both_p95_s =
-      nearest_rank(values_of(rows, [](const EffortRow& r) { return r.vision_s + r.localisation_s; }), 0.95);
+      quantile(values_of(rows, [](const EffortRow& r) { return r.vision_s + r.localisation_s; }), 0.95);
   if (is_full) {
     double refined = 0;
     for (const EffortRow& row : rows) refined += row.refined;

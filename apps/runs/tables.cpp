@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <concepts>
 #include <tuple>
 
 #include <fmt/format.h>
 
 #include "apps/files/file_error.h"
 #include "apps/files/text_file.h"
+#include "apps/runs/csv_fields.h"
 
 namespace twocone::runs {
 namespace {
@@ -78,84 +77,6 @@ concept Grown = requires {
   Columns<Row>::added;
 };
 
-/// Between the names of one field; in a name, and for the backslash itself, a backslash stands before it.
-constexpr char kBetween = ';';
-
-std::string to_field(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-std::string to_field(double value) { return fmt::format("{}", value); }
-std::string to_field(int value) { return fmt::format("{}", value); }
-std::string to_field(std::uint64_t value) { return fmt::format("{}", value); }
-std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
-std::string to_field(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += kBetween;
-    for (const char c : names[i]) {
-      if (c == kBetween || c == '\\') text += '\\';
-      text += c;
-    }
-  }
-  return to_field(text);
-}
-
-/// Commas, and double quotes round what holds them (RFC 4180).
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
-      fields.back() += line[++i];
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (c == ',' && !quoted) {
-      fields.emplace_back();
-    } else {
-      fields.back() += c;
-    }
-  }
-  return fields;
-}
-
-template <typename Number>
-requires std::integral<Number> || std::floating_point<Number>
-bool parse(const std::string& text, Number& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-bool parse(const std::string& text, std::string& value) {
-  value = text;
-  return true;
-}
-bool parse(const std::string& text, std::optional<double>& value) {
-  if (text.empty()) {
-    value.reset();
-    return true;
-  }
-  return parse(text, value.emplace());
-}
-
-bool parse(const std::string& text, std::vector<std::string>& names) {
-  if (text.empty()) return true;
-  names.emplace_back();
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\\') {
-      if (++i == text.size()) return false;
-      names.back() += text[i];
-    } else if (text[i] == kBetween) {
-      names.emplace_back();
-    } else {
-      names.back() += text[i];
-    }
-  }
-  return true;
-}
-
 /// Whole lines only: what follows the last newline is not handed out.
 std::vector<std::string> whole_lines(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
@@ -203,7 +124,7 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
     refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
   }
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    auto fields = split(lines[i]);
+    auto fields = split_fields(lines[i]);
     Row row;
     auto columns = Columns<Row>::of(row);
     constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
@@ -214,7 +135,7 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
     std::apply(
         [&](auto&... column) {
           const auto take = [&](auto& value) {
-            if (!parse(fields[at], value))
+            if (!parse_field(fields[at], value))
               refuse(file, i + 1, fmt::format("field {} is '{}', must be a number", at + 1, fields[at]));
             ++at;
           };
@@ -227,8 +148,6 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
 }
 
 }  // namespace
-
-std::string text_field(const std::string& text) { return to_field(text); }
 
 std::string frames_header() { return Columns<FrameRow>::header; }
 std::string drive_header() { return Columns<DriveRow>::header; }
@@ -264,7 +183,7 @@ std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
     std::vector<double> v;
     for (std::size_t begin = 0; begin < lines[i].size();) {
       const std::size_t end = std::min(lines[i].find(' ', begin), lines[i].size());
-      if (end > begin && !parse(lines[i].substr(begin, end - begin), v.emplace_back())) {
+      if (end > begin && !parse_field(lines[i].substr(begin, end - begin), v.emplace_back())) {
         refuse(file, i + 1, fmt::format("'{}' is no number", lines[i].substr(begin, end - begin)));
       }
       begin = end + 1;

@@ -18,9 +18,6 @@ std::string fixes_header();
 std::string sightings_header();
 std::string effort_header();
 
-/// `text` as a field: in double quotes where it holds a comma, a quote or a line break (RFC 4180).
-std::string text_field(const std::string& text);
-
 std::string to_line(const FrameRow& row);
 std::string to_line(const DriveRow& row);
 std::string to_line(const RangeRow& row);

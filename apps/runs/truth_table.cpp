@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "apps/runs/csv_fields.h"
 #include "apps/runs/disk.h"
-#include "apps/runs/tables.h"
 
 namespace twocone::runs {
 
@@ -19,7 +19,7 @@ void write_truth(const std::filesystem::path& file, const std::vector<sim_povray
   std::string text = "column_px,row_px,landmark,distance_m,height_m\n";
   for (const sim_povray::TruePixel& pixel : pixels) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{:.5f},{:.5f}\n", pixel.column_px, pixel.row_px,
-                   text_field(landmarks.at(pixel.landmark).name), pixel.distance_m, pixel.height_m);
+                   to_field(landmarks.at(pixel.landmark).name), pixel.distance_m, pixel.height_m);
   }
   write_whole(file, text);
 }

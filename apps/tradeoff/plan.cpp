@@ -13,14 +13,13 @@
 
 #include <fmt/format.h>
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include "apps/behaviours/behaviour.h"
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
+#include "apps/runs/bounds.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
-#include "vision/bound.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -102,18 +101,12 @@ std::vector<std::vector<Eigen::Matrix2d>> information_of(const files::Robot& rob
   const vision::Rig rig = files::to_rig(robot);
   const std::vector<vision::Target> targets = files::to_targets(map);
   const std::vector<Eigen::Vector2d> places_m = files::to_landmark_positions(map);
+  const auto noise_px = [](const std::string&, const std::string&) { return std::optional(kEdgeNoise_px); };
   std::vector<std::vector<Eigen::Matrix2d>> information;
+  information.reserve(legs.size());
   for (const Leg& leg : legs) {
-    std::vector<Eigen::Matrix2d>& here = information.emplace_back(targets.size(), Eigen::Matrix2d::Zero());
-    const Eigen::Rotation2Dd R_BW(-leg.from.heading_rad);
-    for (std::size_t k = 0; k < targets.size(); ++k) {
-      vision::Target target = targets[k];
-      target.top_m = map.landmarks[k].top_m;
-      const Eigen::Vector2d p_BL_m = R_BW * (places_m[k] - Eigen::Vector2d(leg.from.x_m, leg.from.y_m));
-      for (const vision::MirrorView* view : {&rig.lower, &rig.upper}) {
-        if (const auto told = vision::sighting_information(*view, target, p_BL_m, kEdgeNoise_px)) here[k] += *told;
-      }
-    }
+    const localisation::Pose pose{leg.from.x_m, leg.from.y_m, leg.from.heading_rad};
+    information.push_back(runs::landmark_information(rig, targets, places_m, pose, noise_px));
   }
   return information;
 }
@@ -176,9 +169,10 @@ struct Step {
 };
 
 std::vector<Step> steps_of(bool is_fine) {
-  std::vector<Step> steps{{{1, 4}, {1, 2}},    {{3, 8}, {1, 2}}, {{1, 2}, {1, 2, 3}}, {{3, 4}, {1, 2}},
-                          {{1, 1}, {1, 2, 3}}, {{3, 2}, {2}},    {{2, 1}, {2}}};
-  if (!is_fine) return steps;
+  if (!is_fine) {
+    return {{{1, 4}, {1, 2}},    {{3, 8}, {1, 2}}, {{1, 2}, {1, 2, 3}}, {{3, 4}, {1, 2}},
+            {{1, 1}, {1, 2, 3}}, {{3, 2}, {2}},    {{2, 1}, {2}}};
+  }
   return {{{1, 8}, {1, 2, 3}},    {{1, 4}, {1, 2, 3}}, {{3, 8}, {1, 2, 3}}, {{1, 2}, {1, 2, 3, 4}}, {{3, 4}, {1, 2, 3}},
           {{1, 1}, {1, 2, 3, 4}}, {{3, 2}, {1, 2, 3}}, {{2, 1}, {1, 2, 3}}, {{3, 1}, {1, 2}}};
 }

@@ -3,9 +3,10 @@
 
 #include <array>
 #include <cassert>
-#include <cmath>
 
 #include <fmt/format.h>
+
+#include "apps/files/scaled_robot.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -15,25 +16,6 @@ constexpr std::array kAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, A
 
 /// Method paper has none of its own.
 std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Level::kFine : level); }
-
-/// Where a pixel's coordinate lies in a picture scaled by `k`.
-double scaled_px(double place_px, double k) { return (place_px + 0.5) * k - 0.5; }
-
-void scale(files::CameraEntry& camera, files::RigView& view, double k) {
-  camera.width_px = static_cast<int>(std::lround(camera.width_px * k));
-  camera.height_px = static_cast<int>(std::lround(camera.height_px * k));
-  for (double& place_px : view.centre_px) place_px = scaled_px(place_px, k);
-  view.rim_radius_px *= k;
-  if (view.distortion_focal_px) {
-    for (double& focal_px : *view.distortion_focal_px) focal_px *= k;
-  }
-  if (view.distortion_principal_px) {
-    for (double& place_px : *view.distortion_principal_px) place_px = scaled_px(place_px, k);
-  }
-  // These are pixels of the simulated camera's picture.
-  camera.effects.distortion_focal_px *= k;
-  camera.effects.defocus_px *= k;
-}
 
 }  // namespace
 
@@ -125,10 +107,7 @@ std::string describe(const Setting& setting) {
 }
 
 files::Robot robot_of(const Setting& setting, const files::Robot& robot, std::span<const std::string> landmarks) {
-  files::Robot changed = robot;
-  const double k = double(setting.pictures.width_px) / robot.lower.width_px;
-  scale(changed.lower, changed.rig.lower, k);
-  scale(changed.upper, changed.rig.upper, k);
+  files::Robot changed = files::scaled(robot, double(setting.pictures.width_px) / robot.lower.width_px);
   for (files::CameraEntry* camera : {&changed.lower, &changed.upper}) {
     camera->rate_hz = setting.rate_hz;
     camera->antialias = setting.pictures.antialias;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <mutex>
-#include <numbers>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -18,6 +17,7 @@
 #include "apps/runs/estimator.h"
 #include "apps/runs/summary.h"
 #include "apps/tradeoff/peak_memory.h"
+#include "localisation/odometry.h"
 #include "localisation/pose_filter.h"
 
 namespace twocone::tradeoff {
@@ -81,14 +81,12 @@ struct Answers {
   double peak_bytes = 0;
 };
 
-double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
-
 void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<double> heading_rad,
            const std::optional<Eigen::Matrix3d>& covariance, const Pose2& truth, FrameRow& row) {
   if (!position_m) return;
   const Eigen::Vector2d error = *position_m - Eigen::Vector2d(truth.x_m, truth.y_m);
   row.error_m = error.norm();
-  if (heading_rad) row.heading_error_rad = std::abs(wrapped(*heading_rad - truth.heading_rad));
+  if (heading_rad) row.heading_error_rad = std::abs(localisation::wrap_angle_rad(*heading_rad - truth.heading_rad));
   if (!covariance) return;
   const Eigen::LLT<Eigen::Matrix2d> factor(covariance->topLeftCorner<2, 2>());
   if (factor.info() != Eigen::Success) {

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <sstream>
 #include <system_error>
@@ -16,6 +15,7 @@
 
 #include "apps/files/file_error.h"
 #include "apps/files/text_file.h"
+#include "apps/runs/csv_fields.h"
 #include "apps/runs/disk.h"
 #include "apps/runs/version.h"
 
@@ -63,39 +63,12 @@ struct Columns<RenderMemoryRow> {
   static auto of(auto& r) { return std::tie(r.setting, r.peak_bytes); }
 };
 
-std::string to_field(const std::string& text) { return text; }  // verdicts: letters and underscores
-template <typename Number>
-std::string to_field(Number value) {
-  return fmt::format("{}", value);
-}
-std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
-std::string to_field(const std::optional<bool>& value) { return value ? (*value ? "1" : "0") : ""; }
-
-bool parse(std::string_view text, std::string& value) {
-  value = text;
-  return true;
-}
-template <typename Number>
-bool parse(std::string_view text, Number& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-bool parse(std::string_view text, std::optional<double>& value) {
-  if (text.empty()) return true;
-  return parse(text, value.emplace());
-}
-bool parse(std::string_view text, std::optional<bool>& value) {
-  if (text.empty()) return true;
-  value = text == "1";
-  return text == "0" || text == "1";
-}
-
 template <typename Row>
 void write(const fs::path& folder, const std::vector<Row>& rows) {
   std::string text = std::string(Columns<Row>::header) + '\n';
   for (const Row& row : rows) {
     const char* comma = "";
-    std::apply([&](const auto&... value) { ((text += comma, text += to_field(value), comma = ","), ...); },
+    std::apply([&](const auto&... value) { ((text += comma, text += runs::to_field(value), comma = ","), ...); },
                Columns<Row>::of(row));
     text += '\n';
   }
@@ -116,17 +89,13 @@ void read(const fs::path& folder, std::vector<Row>& rows) {
   }
   for (int number = 2; std::getline(lines, line); ++number) {
     Row& row = rows.emplace_back();
-    std::string_view rest = line;
-    bool good = true;
-    bool has_more = true;
-    const auto take = [&](auto& value) {
-      const std::size_t comma = rest.find(',');
-      good = good && has_more && parse(rest.substr(0, comma), value);
-      has_more = comma != std::string_view::npos;
-      rest.remove_prefix(has_more ? comma + 1 : rest.size());
+    const std::vector<std::string> fields = runs::split_fields(line);
+    const auto take_all = [&](auto&... value) {
+      std::size_t at = 0;
+      return fields.size() == sizeof...(value) && (runs::parse_field(fields[at++], value) && ...);
     };
-    std::apply([&](auto&... value) { (take(value), ...); }, Columns<Row>::of(row));
-    if (!good || has_more) refuse(number, fmt::format("'{}' is no row of {}", line, Columns<Row>::header));
+    const bool is_row = std::apply(take_all, Columns<Row>::of(row));
+    if (!is_row) refuse(number, fmt::format("'{}' is no row of {}", line, Columns<Row>::header));
   }
 }
 

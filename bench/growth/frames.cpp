@@ -11,6 +11,8 @@
 
 #include "apps/files/map_file.h"
 #include "apps/files/robot_file.h"
+#include "apps/files/robot_writer.h"
+#include "apps/files/scaled_robot.h"
 #include "apps/runs/run.h"
 #include "bench/growth/growth.h"
 #include "drivers/sim_povray/render/child_process.h"
@@ -21,30 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kFrames{25, 50, 100, 200};
-
-/// robots/lab_sim.yaml, with pictures of 160 x 120 pixels.
-std::string small_robot() {
-  return fmt::format(R"(name: small
-map: {}/scenes/lab.map.yaml
-start: {{x_m: 0.0, y_m: 0.0, heading_rad: 0.0}}
-latency_frames: 4
-body: {{radius_m: 0.2}}
-drive: {{driver: sim_povray, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, command_timeout_s: 0.5}}
-cameras:
-  lower: {{driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 15}}
-  upper: {{driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 15}}
-rig:
-  mirror: {{type: cone, apex_rad: 1.5707963267948966}}
-  mirror_radius_m: 0.06
-  lens_to_tip_m: 0.12
-  mirror_separation_m: 0.30
-  lens_height_m: 0.25
-  lower: {{centre_px: [79.5, 59.5], rim_radius_px: 59.0, azimuth_rad: 0.0}}
-  upper: {{centre_px: [79.5, 59.5], rim_radius_px: 59.0, azimuth_rad: 0.0}}
-effects: {{slip: 0.01, encoder_counts_per_turn: 1024}}
-)",
-                     TWOCONE_SOURCE_DIR);
-}
 
 double cpu_s(int who) {
   rusage usage{};
@@ -93,7 +71,8 @@ RunFigures figures_of(int frames, const Options& options) {
 
 void run_alone(int frames, const fs::path& scratch) {
   const fs::path file = scratch / "small.yaml";
-  std::ofstream(file) << small_robot();
+  const files::Robot lab = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  std::ofstream(file) << files::robot_text(lab.file, file, files::scaled(lab, 0.25), {});
   const files::Robot robot = files::read_robot(file);
   const files::Map map = files::read_map(robot.map);
   runs::RunOptions options;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // How times grow with robots, frames, pixels and landmarks: the tables of docs/performance.md.
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -13,11 +11,10 @@
 
 #include "apps/runs/version.h"
 #include "bench/growth/growth.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::bench {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Part {
   const char* name;
@@ -31,28 +28,8 @@ const std::vector<Part>& parts() {
   return all;
 }
 
-/// A folder that is gone afterwards.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "twocone_growth_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 void measure(Options options, const std::vector<std::string>& wanted) {
-  const Folder folder;
+  const testing_support::TemporaryFolder folder;
   options.scratch = folder.path();
   fmt::print("twocone {}, commit {}, {}; {} processors.\n", runs::version(), runs::commit(), runs::compiler(),
              std::thread::hardware_concurrency());

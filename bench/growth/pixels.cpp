@@ -10,6 +10,7 @@
 
 #include "apps/files/map_file.h"
 #include "apps/files/robot_file.h"
+#include "apps/files/scaled_robot.h"
 #include "apps/files/to_layers.h"
 #include "bench/growth/growth.h"
 #include "drivers/sim_povray/sim_povray.h"
@@ -26,19 +27,6 @@ constexpr auto kLong = std::chrono::minutes(5);
 constexpr std::array kPoses{Pose2{0, 0, 0},       Pose2{1.7, 0.3, 2.1},   Pose2{-1.7, 0.4, -0.7},
                             Pose2{0.2, 1.5, 1.3}, Pose2{0.3, -1.5, -2.6}, Pose2{-1.7, -1.2, 0.4},
                             Pose2{1.4, 1.3, -1.9}};
-
-files::Robot scaled(files::Robot robot, int height_px) {
-  const double k = double(height_px) / robot.lower.height_px;
-  for (files::CameraEntry* camera : {&robot.lower, &robot.upper}) {
-    camera->width_px = int(std::lround(k * camera->width_px));
-    camera->height_px = height_px;
-  }
-  for (files::RigView* view : {&robot.rig.lower, &robot.rig.upper}) {
-    for (double& c : view->centre_px) c = (c + 0.5) * k - 0.5;
-    view->rim_radius_px *= k;
-  }
-  return robot;
-}
 
 struct Seen {
   std::vector<cv::Mat> pictures;  ///< lower, upper
@@ -98,7 +86,7 @@ Growth grow_pixels(const Options& options) {
   Column vision{"vision, ms", 2, {}};
   Column measured{"landmarks measured", 0, {}, false};
   for (const int height_px : kHeights_px) {
-    const files::Robot robot = scaled(lab, height_px);
+    const files::Robot robot = files::scaled(lab, double(height_px) / lab.lower.height_px);
     const SeatSettings seat = files::to_robot_settings(robot, map, 1).world->seat;
     const cv::Size size(robot.lower.width_px, robot.lower.height_px);
     const vision::FullRanging ranging(files::to_rig(robot), files::to_targets(map), size, size);

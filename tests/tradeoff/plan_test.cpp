@@ -9,16 +9,10 @@
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
 #include "localisation/odometry.h"
+#include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
 namespace {
-
-const std::filesystem::path kRoot = TWOCONE_SOURCE_DIR;
-
-struct Lab {
-  files::Robot robot = files::read_robot(kRoot / "robots/lab_sim.yaml");
-  files::Map map = files::read_map(robot.map);
-};
 
 Setting own_setting(const Plan& plan) {
   return *std::find_if(plan.settings.begin(), plan.settings.end(), [](const Setting& s) {

@@ -4,16 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "apps/tradeoff/setting.h"
+#include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
 namespace {
 
-const std::filesystem::path kRoot = TWOCONE_SOURCE_DIR;
-
 /// Two small sets of pictures of the lab, two legs each in a shard of its own, three ways to look at them.
-struct Small {
-  files::Robot robot = files::read_robot(kRoot / "robots/lab_sim.yaml");
-  files::Map map = files::read_map(robot.map);
+struct Small : Lab {
   Plan plan = make_plan(robot, map, {.legs = 3});
 
   Small() {
@@ -34,7 +31,8 @@ struct Small {
 
   [[nodiscard]] ShardRecord run(ShardRunner& runner, std::size_t shard) const {
     std::atomic<bool> stop = false;
-    auto record = runner.run(shard, [](double) {}, stop);
+    auto record = runner.run(
+        shard, [](double) {}, stop);
     if (!record) throw std::runtime_error(record.error().message);
     return *std::move(record);
   }
@@ -102,7 +100,8 @@ TEST(Shard, StopsWhenTold) {
   const Small small;
   ShardRunner runner(small.robot, small.map, small.plan, {});
   std::atomic<bool> stop = true;
-  const auto record = runner.run(0, [](double) {}, stop);
+  const auto record = runner.run(
+      0, [](double) {}, stop);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().code, ErrorCode::kRefused);
 }

@@ -7,15 +7,12 @@
 
 #include "apps/files/file_error.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
 namespace {
 
-const std::filesystem::path kRoot = TWOCONE_SOURCE_DIR;
-
-struct Lab {
-  files::Robot robot = files::read_robot(kRoot / "robots/lab_sim.yaml");
-  files::Map map = files::read_map(robot.map);
+struct SmallSweep : Lab {
   Plan plan = make_plan(robot, map, {.legs = 3});
 };
 
@@ -37,7 +34,7 @@ ShardRecord a_record(int setting) {
 }
 
 TEST(SweepFolder, GivesBackWhatWasPutIn) {
-  const Lab lab;
+  const SmallSweep lab;
   const testing_support::TemporaryFolder folder;
   const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
   EXPECT_EQ(sweep.missing().size(), lab.plan.shards.size());
@@ -56,7 +53,7 @@ TEST(SweepFolder, GivesBackWhatWasPutIn) {
 }
 
 TEST(SweepFolder, GoesOnWithItsOwnSweepAndRefusesAnother) {
-  const Lab lab;
+  const SmallSweep lab;
   const testing_support::TemporaryFolder folder;
   SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).add(0, a_record(0));
   EXPECT_TRUE(SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).has(0));
@@ -71,7 +68,7 @@ TEST(SweepFolder, GoesOnWithItsOwnSweepAndRefusesAnother) {
 }
 
 TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
-  const Lab lab;
+  const SmallSweep lab;
   const testing_support::TemporaryFolder folder;
   const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
   for (std::size_t i = 0; i < lab.plan.shards.size(); ++i) {
