@@ -43,6 +43,8 @@ std::string markdown(const Growth& growth);
 Growth grow_robots(const Options& options);
 /// The same where no view has to give its process up to another.
 Growth grow_robots_with_a_process_a_view(Options options);
+/// What other robots in the room do to a robot's fixes.
+Growth grow_error_by_robots(const Options& options);
 Growth grow_frames(const Options& options);
 Growth grow_pixels(const Options& options);
 Growth grow_vision_landmarks(const Options& options);

@@ -22,6 +22,7 @@ struct Part {
 };
 const std::vector<Part>& parts() {
   static const std::vector<Part> all{{"robots", {grow_robots, grow_robots_with_a_process_a_view}},
+                                     {"robots-error", {grow_error_by_robots}},
                                      {"frames", {grow_frames}},
                                      {"pixels", {grow_pixels}},
                                      {"landmarks", {grow_vision_landmarks, grow_localisation_landmarks}}};

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cassert>
-#include <cmath>
-#include <mutex>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
@@ -13,6 +10,7 @@
 #include "apps/files/scaled_robot.h"
 #include "apps/files/to_layers.h"
 #include "bench/growth/growth.h"
+#include "bench/growth/seen.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "vision/full_ranging.h"
 
@@ -22,48 +20,10 @@ namespace {
 using namespace sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
 
 constexpr std::array kHeights_px{120, 180, 240, 360, 480, 720, 960};
-constexpr auto kLong = std::chrono::minutes(5);
 /// Clear of all that stands in the lab, from its middle to the arena's edge: each is one repeat.
 constexpr std::array kPoses{Pose2{0, 0, 0},       Pose2{1.7, 0.3, 2.1},   Pose2{-1.7, 0.4, -0.7},
                             Pose2{0.2, 1.5, 1.3}, Pose2{0.3, -1.5, -2.6}, Pose2{-1.7, -1.2, 0.4},
                             Pose2{1.4, 1.3, -1.9}};
-
-struct Seen {
-  std::vector<cv::Mat> pictures;  ///< lower, upper
-  double render_ms = 0;
-};
-
-/// The stereo frame of time 0 at a pose.
-Seen seen_at(const Venue& venue, SeatSettings seat, const files::Robot& robot, const Pose2& pose) {
-  std::mutex mutex;
-  double ms = 0;
-  seat.body.begin = pose;
-  seat.rendered = [&](const RenderedPicture& picture) {
-    const std::lock_guard lock(mutex);
-    ms += 1e-6 * double(picture.cpu.count());
-  };
-  const auto simulation = value(venue.enter(seat));
-  std::vector<std::unique_ptr<Camera>> cameras;
-  std::vector<Frame> frames;
-  for (const char* name : {"lower", "upper"}) {
-    cameras.push_back(value(simulation->open_camera({name, robot.lower.antialias, {}})));
-    (void)value(cameras.back()->configure({robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz}));
-    if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
-  }
-  frames.reserve(cameras.size());
-  for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
-  Seen seen;
-  seen.pictures.reserve(frames.size());
-  for (const Frame& frame : frames) {
-    const auto image = value(frame.image(kLong));
-    assert(image->format == PixelFormat::kRgb8);
-    seen.pictures.push_back(
-        cv::Mat(image->height_px, image->width_px, CV_8UC3, const_cast<std::uint8_t*>(image->bytes.data())).clone());
-  }
-  const std::lock_guard lock(mutex);
-  seen.render_ms = ms;
-  return seen;
-}
 
 }  // namespace
 

@@ -88,6 +88,7 @@ read -r share settings left <<<"$compared"
 row "lab, again with another seed: settings whose means differ by less than the root of both half intervals' squares" "$share % of $settings ($left without an interval left out)" "at least 90 %" "$(both "$(at_least "$settings" 50)" "$(at_least "$share" 90)")"
 
 # -------------------------------------------------------------------- choosing ----
+eligible='$c["effects"] == "scene" && $c["position_mean_m"] != "" && $c["answered"] >= 0.9 * $c["frames_looked"]'
 # choose NAME OPTION VALUE: its row. What the sweep has that is cheaper (for a budget: more accurate) and within the wish is counted
 # here by itself, from the CSV: each must have been tried.
 choose() {
@@ -110,7 +111,6 @@ choose() {
   last=$(jq -r '.trials[-1] | [.setting, .holds, (1e3 * .mean_m.value), (1e3 * .upper_limit_m), (1e3 * .robot_time_s.value), (1e3 * .robot_time_s.high), .is] | @tsv' "$json")
   local setting_number holds mean upper time upper_time is
   IFS=$'\t' read -r setting_number holds mean upper time upper_time is <<<"$last"
-  local eligible='$c["effects"] == "scene" && $c["position_mean_m"] != "" && $c["answered"] >= 0.9 * $c["frames_looked"]'
   if [ "$option" = --target-mm ]; then
     better=$(awk -F, -v chosen=$((number + 2)) -v wish="$wish" 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
       NR == FNR { if (FNR == chosen) limit = $c["robot_p95_s"]; next }
@@ -142,12 +142,40 @@ adaptive=$(awk -F, '
     for (i = 1; i <= n; i++) if (of[i] in mean && a_vision[i] > 0)
       printf "%.2f %s %.3f %.3f %.2f %.2f %s, enough %g mm; 95 %% quantile of vision %.2f and %.2f ms\n", vision[of[i]] / a_vision[i], (a_mean[i] <= high[of[i]] ? "equal" : "worse"), 1e3 * a_mean[i], 1e3 * mean[of[i]], 1e3 * a_vision[i], 1e3 * vision[of[i]], of[i], 1e3 * enough[i], 1e3 * a_slow[i], 1e3 * slow[of[i]]
   }' "$work/lab/tradeoff.csv" 2>/dev/null || true)
-# Judged by the middle of all pictures of the scene's own world, each with its best tolerance: no picking of a lucky pair.
-middle=$(grep ' equal .* scene, ' <<<"$adaptive" | sort -rn | awk '{ where = $0; sub(/, enough.*/, "", where); sub(/^[^ ]* [^ ]* [^ ]* [^ ]* [^ ]* [^ ]* /, "", where); if (!(where in seen)) { seen[where]; print } }' || true)
-pairs=$(grep -c . <<<"$middle" || true)
-sets=$(grep ' scene, ' <<<"$adaptive" | sed 's/, enough.*//' | cut -d' ' -f7- | sort -u | grep -c . || true)
-read -r times _ a_mean u_mean a_vision u_vision where <<<"$(head -n "$(((pairs + 1) / 2))" <<<"$middle" | tail -n 1 | grep . || echo none none none none none none none)"
-row "adaptive against uniform (fine) precision at equal mean error (within the uniform one's interval): vision time" "$times times less in the middle of $pairs kinds of pictures ($where: $a_vision against $u_vision ms, mean $a_mean against $u_mean mm); equal in $pairs of $sets kinds; all pairs below" "at least 2 times less, or the data that show why not" "$(if [ "$times" = none ]; then echo no; else holds "$times >= 2"; fi)"
+# The same pictures, in the middle of all sizes and smoothings of the scene's own world, each with its best tolerance: no picking
+# of a lucky pair.
+same_pictures() { # same_pictures FRAMES WHAT
+  local kinds middle pairs sets times a_mean u_mean a_vision u_vision where
+  kinds=$(grep " scene, .* $1 frames," <<<"$adaptive" || true)
+  middle=$(grep ' equal ' <<<"$kinds" | sort -rn | awk '{ where = $0; sub(/, enough.*/, "", where); sub(/^[^ ]* [^ ]* [^ ]* [^ ]* [^ ]* [^ ]* /, "", where); if (!(where in seen)) { seen[where]; print } }' || true)
+  pairs=$(grep -c . <<<"$middle" || true)
+  sets=$(sed 's/, enough.*//' <<<"$kinds" | cut -d' ' -f7- | sort -u | grep -c . || true)
+  read -r times _ a_mean u_mean a_vision u_vision where <<<"$(head -n "$((pairs / 2 + 1))" <<<"$middle" | tail -n 1 | grep . || echo none none none none none none none)"
+  row "adaptive against uniform (fine) precision on the same pictures, $2, mean error within the uniform one's interval: vision time" "$times times less in the middle of $pairs kinds of pictures ($where: $a_vision against $u_vision ms, mean $a_mean against $u_mean mm); equal in $pairs of $sets kinds; all pairs below" "at least 2 times less, or the data that show why not" "$(if [ "$times" = none ]; then echo no; else holds "$times >= 2"; fi)"
+}
+same_pictures 1 "single frames"
+same_pictures 4 "4 frames fused (swept to 0.1 mm alone)"
+
+# Whatever the pictures: each adaptive setting of single frames that no other adaptive one undercuts, against the cheapest uniform one
+# (found, coarse or fine) of the whole sweep whose mean is no larger. Intervals play no part.
+frontier=$(awk -F, '
+  NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
+  '"$eligible"' && $c["frames"] == 1 {
+    n++; mean[n] = 1e3 * $c["position_mean_m"]; vision[n] = 1e3 * $c["vision_median_s"]; how[n] = $c["estimator"]
+    what[n] = $c["width_px"] "x" $c["height_px"] ", antialias " $c["antialias"] ", " $c["landmarks"] " landmarks, " ($c["bearings"] ? "bearings, " : "ranges, ") $c["estimator"] ($c["enough_m"] > 0 ? " to " 1e3 * $c["enough_m"] " mm" : "") }
+  END {
+    for (i = 1; i <= n; i++) {
+      if (how[i] != "adaptive") continue
+      best = 0
+      for (k = 1; k <= n && best >= 0; k++) {
+        if (how[k] == "adaptive" && k != i && mean[k] <= mean[i] && vision[k] <= vision[i]) best = -1
+        else if (how[k] ~ /^(found|coarse|fine)$/ && mean[k] <= mean[i] && (!best || vision[k] < vision[best])) best = k
+      }
+      if (best > 0) printf "%.2f %.3f %.3f %.2f %.2f %s | %s\n", vision[best] / vision[i], mean[i], mean[best], vision[i], vision[best], what[i], what[best]
+    }
+  }' "$work/lab/tradeoff.csv" 2>/dev/null | sort -k2 -n || true)
+read -r all twice least most middle <<<"$(awk '{ all[NR] = $1 } $1 >= 2 { n++; if (n == 1) least = $2; most = $2 } END { for (i in all) { below = 0; for (k in all) below += all[k] < all[i] || (all[k] == all[i] && k < i); if (below == int((NR - 1) / 2)) middle = all[i] } print NR, n + 0, least, most, middle }' <<<"$frontier")"
+row "adaptive settings of single frames on their frontier, against the cheapest uniform one of the sweep that errs no more: vision time" "$middle times less in the middle of $all; at least 2 times less for $twice of them, of mean errors from $least to $most mm; all below" "at least 2 times less, or the data that show why not" "$(at_least "$middle" 2)"
 
 # ------------------------------------------------------------- kills and Slurm ----
 step killed tests/evidence/tradeoff_killed.sh "$twocone" "$work/killed_sweep" robots/lab_sim.yaml "$few"
@@ -166,6 +194,7 @@ text_of() { cat "$work/$1/tradeoff.txt" 2>/dev/null || tail -n 3 "$work/$1.log";
 block "The lab" "$(text_of lab)"
 block "Choices" "$(grep -hE '^(wish|trial|choice|robot) ' "$work"/{target_5,target_2,budget_20}.log 2>/dev/null || true)"
 block "Adaptive against uniform: times less vision time; mean error equal or worse; adaptive and uniform mean, mm; vision, ms" "${adaptive:-none}"
+block "Adaptive settings on their frontier against the cheapest uniform one that errs no more: times less vision time; mean, mm; vision, ms" "${frontier:-none}"
 block "A sweep that was killed" "$(grep -E '^(undisturbed|killed|--merge|byte)' "$work/killed.log" || true)"
 block "Slurm" "$(tail -n 5 "$work/slurm.log")"
 block "The hall" "$(text_of hall)"

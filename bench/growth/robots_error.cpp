@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "apps/behaviours/behaviour.h"
+#include "apps/files/map_file.h"
+#include "apps/files/to_layers.h"
+#include "apps/runs/adaptive.h"
+#include "bench/growth/growth.h"
+#include "bench/growth/seen.h"
+
+namespace twocone::bench {
+namespace {
+
+constexpr std::array kRobots{1, 2, 4, 6, 8};
+constexpr int kRooms = 10;  ///< each is one repeat
+constexpr int kPoses = 4;   ///< in each room
+/// Between two robots, from middle to middle.
+constexpr double kApart_m = 0.5;
+
+/// Where everybody stands in one room.
+struct Room {
+  std::vector<Pose2> poses;  ///< of the robot that looks
+  std::vector<Pose2> others;
+};
+
+Room make_room(const files::Robot& robot, const files::Map& map, int number) {
+  std::mt19937_64 random(std::uint64_t(number) + 1);
+  const auto between = [&random](double least, double most) {
+    return least + (most - least) * double(random() >> 11U) * 0x1p-53;
+  };
+  const behaviours::Arena arena = files::to_arena(map);
+  std::vector<Pose2> all;
+  while (all.size() < kPoses + std::size_t(kRobots.back() - 1)) {
+    const Pose2 pose{between(map.bounds.min_x_m, map.bounds.max_x_m), between(map.bounds.min_y_m, map.bounds.max_y_m),
+                     between(-std::numbers::pi, std::numbers::pi)};
+    const bool is_free = std::all_of(all.begin(), all.end(), [&pose](const Pose2& other) {
+      return std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) > kApart_m;
+    });
+    if (is_free && arena.clearance_m({pose.x_m, pose.y_m}) > robot.body_radius_m) all.push_back(pose);
+  }
+  return {{all.begin(), all.begin() + kPoses}, {all.begin() + kPoses, all.end()}};
+}
+
+/// The lab with the first so many of the others standing about.
+sim_povray::Venue open(const files::Map& map, const Room& room, int others, const Options& options) {
+  std::ifstream in(*map.scene);
+  std::string scene{std::istreambuf_iterator<char>(in), {}};
+  scene += fmt::format("\n#include \"{}/scenes/parts/robot.inc\"\n", TWOCONE_SOURCE_DIR);
+  for (int i = 0; i < others; ++i) {
+    const Pose2& at = room.others[std::size_t(i)];
+    scene += fmt::format(
+        "union {{\n  object {{ Robot_Body }}\n  object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.37) }}\n  object "
+        "{{ "
+        "Robot_Cone(0.06, 90) translate Robot_Up(0.67) }}\n  object {{ Robot_Mast(0.78) }}\n  rotate {}*y translate "
+        "W({}, {}, 0)\n}}\n",
+        -at.heading_rad * 180 / std::numbers::pi, at.x_m, at.y_m);
+  }
+  sim_povray::PlaceSettings place = files::to_place(map);
+  place.scene = options.scratch / "bystanders.pov";
+  std::ofstream(place.scene) << scene;
+  return value(sim_povray::Venue::open(place));
+}
+
+}  // namespace
+
+Growth grow_error_by_robots(const Options& options) {
+  const files::Robot robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  const files::Map map = files::read_map(robot.map);
+  const sim_povray::SeatSettings seat = files::to_robot_settings(robot, map, 1).world->seat;
+  const cv::Size size(robot.lower.width_px, robot.lower.height_px);
+  const vision::FullRanging ranging(files::to_rig(robot), files::to_targets(map), size, size);
+  const auto landmarks_m = files::to_landmark_positions(map);
+
+  Growth growth;
+  growth.title = "Robots in one room, what one of them makes of it";
+  growth.what = fmt::format(
+      "The lab with other robots standing about, who hide landmarks and parts of them: method `full` on {} x {} pixels "
+      "without anti-aliasing. {} draws of where all stand, {} poses of the looking robot in each, the same for each "
+      "number of robots; an error is the mean over a draw's fixes.",
+      size.width, size.height, kRooms, kPoses);
+  growth.size_name = "robots";
+  Column error{"position error, mm", 2, {}};
+  Column fixes{"frames with a fix, %", 0, {}, false};
+  Column measured{"landmarks measured", 1, {}, false};
+  for (const int robots : kRobots) {
+    growth.sizes.push_back(robots);
+    growth.labels.push_back(std::to_string(robots));
+    for (Column* column : {&error, &fixes, &measured}) column->repeats.emplace_back();
+    for (int number = 0; number < kRooms; ++number) {
+      const Room room = make_room(robot, map, number);
+      const sim_povray::Venue venue = open(map, room, robots - 1, options);
+      double sum_mm = 0;
+      int fixed = 0;
+      int ranges = 0;
+      for (const Pose2& pose : room.poses) {
+        const Seen seen = seen_at(venue, seat, robot, pose);
+        const auto answers = ranging.measure(seen.pictures.at(0), seen.pictures.at(1));
+        ranges +=
+            int(std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.range_m.has_value(); }));
+        const localisation::Fix fix = runs::fix_of_full(answers, landmarks_m, true);
+        if (!fix.position_m || fix.other_position_m) continue;
+        ++fixed;
+        sum_mm += 1e3 * std::hypot(fix.position_m->x() - pose.x_m, fix.position_m->y() - pose.y_m);
+      }
+      if (fixed > 0) error.repeats.back().push_back(sum_mm / fixed);
+      fixes.repeats.back().push_back(100.0 * fixed / kPoses);
+      measured.repeats.back().push_back(double(ranges) / kPoses);
+    }
+  }
+  growth.columns = {error, fixes, measured};
+  return growth;
+}
+
+}  // namespace twocone::bench
