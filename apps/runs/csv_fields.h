@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 /// The fields of a line of CSV (RFC 4180), both ways. Numbers are written so that reading gives the same double; what
@@ -21,6 +22,13 @@ std::string to_field(const std::optional<double>& value);
 std::string to_field(const std::optional<bool>& value);
 /// With a semicolon between names; in a name, a backslash stands before it and before a backslash.
 std::string to_field(const std::vector<std::string>& names);
+
+/// A row's line, without its newline.
+template <typename... Values>
+std::string join_fields(const std::tuple<Values...>& row) {
+  return std::apply(
+      [](const auto& first, const auto&... rest) { return (to_field(first) + ... + (',' + to_field(rest))); }, row);
+}
 
 /// What is between the commas of a line without its newline, quotes taken away.
 std::vector<std::string> split_fields(std::string_view line);

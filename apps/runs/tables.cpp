@@ -2,7 +2,6 @@
 #include "apps/runs/tables.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -101,12 +100,7 @@ double nanoradians(double heading_rad) {
 
 template <typename Row>
 std::string line_of(const Row& row) {
-  return std::apply(
-      [](const auto&... field) {
-        const std::array<std::string, sizeof...(field)> fields{to_field(field)...};
-        return fmt::format("{}", fmt::join(fields, ","));
-      },
-      Columns<Row>::of(row));
+  return join_fields(Columns<Row>::of(row));
 }
 
 template <typename Row>

@@ -66,12 +66,7 @@ struct Columns<RenderMemoryRow> {
 template <typename Row>
 void write(const fs::path& folder, const std::vector<Row>& rows) {
   std::string text = std::string(Columns<Row>::header) + '\n';
-  for (const Row& row : rows) {
-    const char* comma = "";
-    std::apply([&](const auto&... value) { ((text += comma, text += runs::to_field(value), comma = ","), ...); },
-               Columns<Row>::of(row));
-    text += '\n';
-  }
+  for (const Row& row : rows) text += runs::join_fields(Columns<Row>::of(row)) + '\n';
   runs::write_whole(folder / Columns<Row>::file, text);
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -51,6 +52,34 @@ std::string markdown(const Growth& growth) {
   text += "\n| between the last two |";
   for (const Column& column : growth.columns) text += fmt::format(" {} |", last_exponent(growth.sizes, column));
   return text + "\n";
+}
+
+std::string standing_at(const Pose2& pose) {
+  return fmt::format("rotate {}*y translate W({}, {}, 0)\n", -pose.heading_rad * 180 / std::numbers::pi, pose.x_m,
+                     pose.y_m);
+}
+
+std::string robot_at(const Pose2& pose, const std::string& first_line) {
+  return fmt::format(
+      "union {{\n  {}\n  object {{ Robot_Body }}\n  object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.37) }}\n  "
+      "object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.67) }}\n  object {{ Robot_Mast(0.78) }}\n  {}}}\n",
+      first_line, standing_at(pose));
+}
+
+std::vector<std::unique_ptr<Camera>> start_pair(sim_povray::Simulation& simulation, const CameraSettings& settings,
+                                                int antialias) {
+  std::vector<std::unique_ptr<Camera>> cameras;
+  for (const char* name : {"lower", "upper"}) {
+    cameras.push_back(value(simulation.open_camera({name, antialias, {}})));
+    (void)value(cameras.back()->configure(settings));
+    if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+  }
+  return cameras;
+}
+
+int ranged(const std::vector<vision::RangeMeasurement>& measurements) {
+  return int(
+      std::count_if(measurements.begin(), measurements.end(), [](const auto& m) { return m.range_m.has_value(); }));
 }
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
+#include "vision/ranging.h"
 
 /// How times grow with what there is more of.
 namespace twocone::bench {
@@ -54,6 +56,18 @@ Growth grow_localisation_landmarks(const Options& options);
 void run_alone(int frames, const std::filesystem::path& scratch);
 
 // ---- for the parts
+
+/// What puts an object of a scene, made about the origin, there; the scene has lab.pov's or room.inc's W().
+std::string standing_at(const Pose2& pose);
+/// A robot there, of the parts of scenes/parts/robot.inc. @param first_line its `//*PMName`, or nothing
+std::string robot_at(const Pose2& pose, const std::string& first_line = "");
+
+/// The cameras `lower` and `upper`, streaming.
+std::vector<std::unique_ptr<Camera>> start_pair(sim_povray::Simulation& simulation, const CameraSettings& settings,
+                                                int antialias = 1);
+
+/// How many landmarks have a range.
+int ranged(const std::vector<vision::RangeMeasurement>& measurements);
 
 double wall_s();        ///< of the steady clock
 double thread_cpu_s();  ///< of the calling thread

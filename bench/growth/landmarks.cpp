@@ -91,7 +91,7 @@ Growth grow_vision_landmarks(const Options& options) {
         const double begin_s = thread_cpu_s();
         const auto answers = ranging.measure(pair.lower, pair.upper);
         times_ms.push_back(1e3 * (thread_cpu_s() - begin_s));
-        good = int(std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.range_m.has_value(); }));
+        good = ranged(answers);
       }
       vision.repeats.back().push_back(median(times_ms));
       measured.repeats.back().push_back(good);

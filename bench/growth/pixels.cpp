@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -63,7 +62,7 @@ Growth grow_pixels(const Options& options) {
         const double begin_s = thread_cpu_s();
         const auto answers = ranging.measure(seen.pictures.at(0), seen.pictures.at(1));
         times_ms.push_back(1e3 * (thread_cpu_s() - begin_s));
-        count = int(std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.range_m.has_value(); }));
+        count = ranged(answers);
       }
       vision.repeats.back().push_back(median(times_ms));
       measured.repeats.back().push_back(count);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <fstream>
@@ -37,18 +36,12 @@ PlaceSettings room(int robots, const Options& options) {
   std::string scene = fmt::format("#version 3.7;\n#include \"{0}/room.inc\"\n#include \"{0}/robot.inc\"\n", parts);
   for (int i = 0; i < robots; ++i) {
     const Pose2 at = place_of(i);
-    const std::string there =
-        fmt::format("rotate {}*y translate W({}, {}, 0)\n", -at.heading_rad * 180 / M_PI, at.x_m, at.y_m);
-    scene += fmt::format(
-        "union {{\n  //*PMName robot.{0}\n  object {{ Robot_Body }}\n  object {{ Robot_Cone(0.06, 90) translate "
-        "Robot_Up(0.37) }}\n  object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.67) }}\n  object {{ Robot_Mast(0.78) "
-        "}}\n  {1}}}\n",
-        i + 1, there);
+    scene += robot_at(at, fmt::format("//*PMName robot.{}", i + 1));
     for (const auto& [name, height] : {std::pair{"lower", 5}, std::pair{"upper", 11}}) {
       scene += fmt::format(
           "camera {{\n  //*PMName {}.{}\n  perspective location <0, {}, 0> direction <0, 1.475, 0> up <0, 0, -1> right "
           "<4/3, 0, 0>\n  {}}}\n",
-          name, i + 1, height, there);
+          name, i + 1, height, standing_at(at));
     }
   }
   PlaceSettings place = files::to_place(files::read_map(TWOCONE_SOURCE_DIR "/scenes/pair/pair.map.yaml"));
@@ -75,13 +68,9 @@ struct Rider {
   std::vector<std::unique_ptr<Camera>> cameras;
 
   Rider(Hall& hall, const SeatSettings& seat)
-      : simulation(make_simulation(value(hall.take_seat(seat)), seat)), drive(simulation->open_drive()) {
-    for (const char* name : {"lower", "upper"}) {
-      cameras.push_back(value(simulation->open_camera({name, 1, {}})));
-      (void)value(cameras.back()->configure(kSize));
-      if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
-    }
-  }
+      : simulation(make_simulation(value(hall.take_seat(seat)), seat)),
+        drive(simulation->open_drive()),
+        cameras(start_pair(*simulation, kSize)) {}
   void ride(int steps) {
     std::vector<Frame> frames;
     for (int i = 0; i < steps; ++i) {

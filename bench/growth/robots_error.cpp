@@ -54,15 +54,7 @@ sim_povray::Venue open(const files::Map& map, const Room& room, int others, cons
   std::ifstream in(*map.scene);
   std::string scene{std::istreambuf_iterator<char>(in), {}};
   scene += fmt::format("\n#include \"{}/scenes/parts/robot.inc\"\n", TWOCONE_SOURCE_DIR);
-  for (int i = 0; i < others; ++i) {
-    const Pose2& at = room.others[std::size_t(i)];
-    scene += fmt::format(
-        "union {{\n  object {{ Robot_Body }}\n  object {{ Robot_Cone(0.06, 90) translate Robot_Up(0.37) }}\n  object "
-        "{{ "
-        "Robot_Cone(0.06, 90) translate Robot_Up(0.67) }}\n  object {{ Robot_Mast(0.78) }}\n  rotate {}*y translate "
-        "W({}, {}, 0)\n}}\n",
-        -at.heading_rad * 180 / std::numbers::pi, at.x_m, at.y_m);
-  }
+  for (int i = 0; i < others; ++i) scene += robot_at(room.others[std::size_t(i)]);
   sim_povray::PlaceSettings place = files::to_place(map);
   place.scene = options.scratch / "bystanders.pov";
   std::ofstream(place.scene) << scene;
@@ -79,6 +71,10 @@ Growth grow_error_by_robots(const Options& options) {
   const vision::FullRanging ranging(files::to_rig(robot), files::to_targets(map), size, size);
   const auto landmarks_m = files::to_landmark_positions(map);
 
+  std::vector<Room> rooms;
+  rooms.reserve(kRooms);
+  for (int number = 0; number < kRooms; ++number) rooms.push_back(make_room(robot, map, number));
+
   Growth growth;
   growth.title = "Robots in one room, what one of them makes of it";
   growth.what = fmt::format(
@@ -94,8 +90,7 @@ Growth grow_error_by_robots(const Options& options) {
     growth.sizes.push_back(robots);
     growth.labels.push_back(std::to_string(robots));
     for (Column* column : {&error, &fixes, &measured}) column->repeats.emplace_back();
-    for (int number = 0; number < kRooms; ++number) {
-      const Room room = make_room(robot, map, number);
+    for (const Room& room : rooms) {
       const sim_povray::Venue venue = open(map, room, robots - 1, options);
       double sum_mm = 0;
       int fixed = 0;
@@ -103,8 +98,7 @@ Growth grow_error_by_robots(const Options& options) {
       for (const Pose2& pose : room.poses) {
         const Seen seen = seen_at(venue, seat, robot, pose);
         const auto answers = ranging.measure(seen.pictures.at(0), seen.pictures.at(1));
-        ranges +=
-            int(std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.range_m.has_value(); }));
+        ranges += ranged(answers);
         const localisation::Fix fix = runs::fix_of_full(answers, landmarks_m, true);
         if (!fix.position_m || fix.other_position_m) continue;
         ++fixed;

@@ -24,13 +24,9 @@ Seen seen_at(const sim_povray::Venue& venue, sim_povray::SeatSettings seat, cons
     ms += 1e-6 * double(picture.cpu.count());
   };
   const auto simulation = value(venue.enter(seat));
-  std::vector<std::unique_ptr<Camera>> cameras;
+  const auto cameras = start_pair(*simulation, {robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz},
+                                  robot.lower.antialias);
   std::vector<Frame> frames;
-  for (const char* name : {"lower", "upper"}) {
-    cameras.push_back(value(simulation->open_camera({name, robot.lower.antialias, {}})));
-    (void)value(cameras.back()->configure({robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz}));
-    if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
-  }
   frames.reserve(cameras.size());
   for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
   Seen seen;

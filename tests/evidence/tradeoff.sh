@@ -176,7 +176,8 @@ frontier=$(awk -F, '
       if (best > 0) printf "%.2f %.3f %.3f %.2f %.2f %s | %s\n", vision[best] / vision[i], mean[i], mean[best], vision[i], vision[best], what[i], what[best]
     }
   }' "$work/lab/tradeoff.csv" 2>/dev/null | sort -k2 -n || true)
-read -r all twice least most middle <<<"$(awk '{ all[NR] = $1 } $1 >= 2 { n++; if (n == 1) least = $2; most = $2 } END { for (i in all) { below = 0; for (k in all) below += all[k] < all[i] || (all[k] == all[i] && k < i); if (below == int((NR - 1) / 2)) middle = all[i] } print NR, n + 0, least, most, middle }' <<<"$frontier")"
+middle=$(cut -d' ' -f1 <<<"$frontier" | sort -n | awk '{ all[NR] = $1 } END { print all[int((NR + 1) / 2)] }')
+read -r all twice least most <<<"$(awk '$1 >= 2 { n++; if (n == 1) least = $2; most = $2 } END { print NR, n + 0, least, most }' <<<"$frontier")"
 row "adaptive settings of single frames on their frontier, against the cheapest uniform one of the sweep that errs no more: vision time" "$middle times less in the middle of $all; at least 2 times less for $twice of them, of mean errors from $least to $most mm; all below" "at least 2 times less, or the data that show why not" "$(at_least "$middle" 2)"
 
 # ------------------------------------------------------------- kills and Slurm ----
@@ -194,7 +195,7 @@ of_sweep hall "hall (8 pillars, large mirrors, 800x600)${hall[*]:+, 12 legs}"
 
 text_of() { cat "$work/$1/tradeoff.txt" 2>/dev/null || tail -n 3 "$work/$1.log"; }
 block "The lab" "$(text_of lab)"
-block "Choices" "$(grep -hE '^(wish|trial|choice|robot) ' "$work"/{target_5,target_2,budget_20}.log 2>/dev/null || true)"
+block "Choices" "$(grep -hE '^(wish|trial|choice|robot) ' "$work"/{target_5,target_2,budget_20,budget_1}.log 2>/dev/null || true)"
 block "Adaptive against uniform: times less vision time; mean error equal or worse; adaptive and uniform mean, mm; vision, ms" "${adaptive:-none}"
 block "Adaptive settings on their frontier against the cheapest uniform one that errs no more: times less vision time; mean, mm; vision, ms" "${frontier:-none}"
 block "A sweep that was killed" "$(grep -E '^(undisturbed|killed|--merge|byte)' "$work/killed.log" || true)"
