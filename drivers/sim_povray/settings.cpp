@@ -103,6 +103,9 @@ void take(Complaints& complaints, const CameraEffects& effects) {
   if (terms != 0) complaints.positive("effects.distortion_focal_px", effects.distortion_focal_px, "px");
   complaints.probability("effects.drop_probability", effects.drop_probability);
   complaints.probability("effects.late_probability", effects.late_probability);
+  if (!(effects.stamp_late_s >= 0 && effects.stamp_late_s <= kMaxStampLate_s)) {
+    complaints.add("effects.stamp_late_s is {} s, must be 0 to {}", effects.stamp_late_s, kMaxStampLate_s);
+  }
 }
 
 }  // namespace

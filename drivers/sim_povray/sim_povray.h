@@ -150,6 +150,9 @@ struct SeatSettings {
   std::function<void(const RenderedPicture&)> rendered{};
 };
 
+/// So far back a world knows where everything was, beside its last step.
+constexpr double kMaxStampLate_s = 0.5;
+
 /// What a simulated camera does beyond the ideal. Zero or empty: not there, and not paid for.
 struct CameraEffects {
   double gain = 1;                  ///< exposure and gain: factor on linear light, > 0
@@ -166,6 +169,9 @@ struct CameraEffects {
   double distortion_focal_px = 0;  ///< > 0 where there is a distortion
   double drop_probability = 0;     ///< of a frame's being lost, 0 to < 1
   double late_probability = 0;     ///< of a frame's coming one period late, 0 to < 1
+  /// The stamp is so much later than the exposure: what the picture shows is older than it says, and nothing tells the
+  /// program. In one camera of a pair a hidden skew, in both a latency. 0 to kMaxStampLate_s; 0: none.
+  double stamp_late_s = 0;
 
   friend bool operator==(const CameraEffects&, const CameraEffects&) = default;
 };

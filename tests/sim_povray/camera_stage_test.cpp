@@ -99,8 +99,10 @@ TEST(CameraStage, WithoutEffectsThePixelsAreThePictures) {
   losing.drop_probability = 0.4;
   losing.late_probability = 0.3;
   losing.distortion = {0, 0, 0, 0};
+  losing.stamp_late_s = 0.04;
   for (const CameraEffects& effects : {CameraEffects{}, losing}) {
     EXPECT_FALSE(changes_pixels(effects));
+    EXPECT_FALSE(takes_time(effects));
     const auto picture = random_picture(37, 23);
     EXPECT_EQ(developed(effects, {picture}), *picture);
   }
@@ -296,6 +298,23 @@ TEST(Exposures, AreTheMiddlesOfEqualPartsEndingNow) {
   EXPECT_EQ(before[2], capture_before(effects)) << "the middle one is the middle";
   EXPECT_EQ(exposures_before({}), std::vector{std::chrono::nanoseconds(0)});
   EXPECT_EQ(capture_before({}).count(), 0);
+}
+
+// Catches a late stamp that moves the stamp too: then nothing would be late.
+TEST(Exposures, AreAllOlderByWhatTheStampIsLate) {
+  CameraEffects effects;
+  effects.stamp_late_s = 0.0173;
+  EXPECT_EQ(exposures_before(effects), std::vector{std::chrono::nanoseconds(17'300'000)}) << "still one picture";
+  EXPECT_EQ(capture_before(effects).count(), 0);
+  effects.exposure_s = 0.013;
+  effects.readout_s = 0.021;
+  effects.exposures = 5;
+  CameraEffects in_time = effects;
+  in_time.stamp_late_s = 0;
+  auto wanted = exposures_before(in_time);
+  for (auto& before : wanted) before += std::chrono::nanoseconds(17'300'000);
+  EXPECT_EQ(exposures_before(effects), wanted);
+  EXPECT_EQ(capture_before(effects), capture_before(in_time));
 }
 
 /// Exposure i is of one colour, 25 (i + 1).

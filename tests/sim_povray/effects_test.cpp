@@ -202,10 +202,12 @@ TEST(EffectTable, TellsWhereEachIsCalledForAndSwitchedOff) {
   upper.effects.vignetting = 0.2;
   upper.effects.exposure_s = 0.01;
   upper.effects.exposures = 5;
+  upper.effects.stamp_late_s = 0.02;
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},
                          {"cameras.upper.effects.exposure_s", "r.yaml:5"},
+                         {"cameras.upper.effects.stamp_late_s", "r.yaml:8"},
                          {"cameras.lower.antialias", "r.yaml:6"}};
   const auto table = effect_table(place, seat, {lower, upper}, places).value();
   EXPECT_FALSE(row(table, "shadows").on);
@@ -216,6 +218,8 @@ TEST(EffectTable, TellsWhereEachIsCalledForAndSwitchedOff) {
   EXPECT_EQ(row(table, "vignetting").reason, "r.yaml:4: vignetting of lower, upper");
   EXPECT_EQ(row(table, "motion blur").reason, "r.yaml:5: exposure_s of upper");
   EXPECT_EQ(row(table, "motion blur").cost, "5 pictures for one");
+  EXPECT_EQ(row(table, "late stamps").reason, "r.yaml:8: stamp_late_s of upper");
+  EXPECT_EQ(row(table, "late stamps").cost, "none");
   EXPECT_EQ(row(table, "anti-aliasing").reason, "r.yaml:6: lower 3 x 3");
   EXPECT_EQ(row(table, "wheel slip").reason, "r.yaml:3: 0.01 of the way");
   EXPECT_EQ(row(table, "moving things").reason, "map.moving: trolley");

@@ -159,6 +159,33 @@ TEST_F(HallTest, EveryPictureShowsAllThatMoves) {
   EXPECT_EQ(desk_->jobs[1].pose, scene_.pose_text({first, second, trolley}, second, place_.unit_m));
 }
 
+// Catches a late stamp that holds for the robot alone: others and things would be seen where they were not.
+TEST_F(HallTest, ALateStampShowsAllThatMovesAtTheEarlierTime) {
+  const auto one = seated("1", 0);
+  const auto two = seated("2", 1);
+  CameraEffects effects;
+  effects.stamp_late_s = 0.1;
+  ASSERT_TRUE(one->open_view({"lower", 1, effects}));
+  ASSERT_TRUE(one->configure_view(0, kSize));
+  configure(*two);
+  const auto step = [&] {
+    (void)one->command({2, 3});
+    (void)two->command({-4, -3});
+    auto other = std::async(std::launch::async, [&] { return two->step(in(kLong)); });
+    ASSERT_TRUE(one->step(in(kLong)));
+    ASSERT_TRUE(other.get());
+  };
+  step();
+  const FloorMotion first = motion_between({0, 0, 0}, one->state().pose);
+  const FloorMotion second = motion_between({1, 0, 0}, two->state().pose);
+  step();
+  EXPECT_GT(one->state().pose.x_m, first.x_m);
+  (void)one->picture(0);
+  ASSERT_EQ(desk_->jobs.size(), 1U);
+  EXPECT_EQ(desk_->jobs[0].pose,
+            scene_.pose_text({first, second, motion_between({0, 2, 0}, {0.05, 2, 0})}, first, place_.unit_m));
+}
+
 TEST_F(HallTest, AMovingThingMustBeInTheScene) {
   place_.moving[0].name = "cart";
   const auto hall = Hall::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
@@ -211,6 +238,56 @@ TEST_F(CameraTimeTest, AnExposureIsStampedInItsMiddle) {
       desk_->jobs[4].pose,
       scene_.pose_text({motion_between({0, 0, 0}, truth->true_pose()), {}, motion_between({0, 2, 0}, {0.035, 2, 0})},
                        motion_between({0, 0, 0}, truth->true_pose()), place_.unit_m));
+}
+
+// Catches a late stamp that shows in the header or in the truth: the program must not be told.
+TEST_F(CameraTimeTest, ALateStampIsSeenInThePicturesAlone) {
+  constexpr int kFrames = 9;
+  struct Told {
+    std::vector<std::string> poses;  // of all exposures
+    std::vector<std::chrono::nanoseconds> captured;
+    std::vector<Pose2> truths;
+  };
+  const auto run = [this](const CameraEffects& effects) {
+    desk_->jobs.clear();
+    desk_->done.clear();
+    const auto world = simulation();
+    const auto camera = streaming(*world, effects);
+    const auto drive = world->open_drive();
+    const auto truth = world->open_truth();
+    Told told;
+    for (int i = 0; i < kFrames; ++i) {
+      told.captured.push_back(camera->grab(0ms)->header().captured.since_zero);
+      told.truths.push_back(truth->true_pose());
+      (void)drive->set_speeds({2, 2 + 0.1 * i});
+    }
+    for (const RenderJob& job : desk_->jobs) told.poses.push_back(job.pose);
+    return told;
+  };
+  CameraEffects exposed;
+  exposed.exposure_s = 0.02;
+  exposed.readout_s = 0.04;
+  exposed.exposures = 3;
+  for (const auto& [in_time, exposures] : {std::pair(CameraEffects{}, 1U), std::pair(exposed, 3U)}) {
+    const Told wanted = run(in_time);
+    ASSERT_EQ(wanted.poses.size(), kFrames * exposures);
+    for (const unsigned periods : {1U, 3U, 5U}) {
+      CameraEffects effects = in_time;
+      effects.stamp_late_s = 0.1 * periods;
+      const Told late = run(effects);
+      EXPECT_EQ(late.captured, wanted.captured);
+      EXPECT_EQ(late.truths, wanted.truths);
+      ASSERT_EQ(late.poses.size(), wanted.poses.size()) << "it costs no picture";
+      for (std::size_t i = 0; i < late.poses.size(); ++i) {
+        const std::size_t behind = periods * exposures;
+        const std::string& there = i < behind ? wanted.poses.front() : wanted.poses[i - behind];
+        EXPECT_EQ(late.poses[i], there) << "picture " << i << ", " << periods << " periods late";
+        if (i >= exposures) {
+          EXPECT_NE(late.poses[i], wanted.poses[i]);
+        }
+      }
+    }
+  }
 }
 
 TEST_F(CameraTimeTest, LostFramesAreCounted) {

@@ -101,6 +101,30 @@ TEST(RenderTest, PixelsDoNotDependOnHowTheyWereRendered) {
   EXPECT_FALSE(ahead[0] == ahead[1]) << "the two views are one";
 }
 
+TEST(RenderTest, AStampOnePeriodLateShowsThePreviousPicture) {
+  Settings settings;
+  settings.place.scene = scene("tiny.pov");
+  const auto simulation = opened(settings);
+  CameraEffects effects;
+  effects.stamp_late_s = 0.1;
+  auto in_time = streaming(*simulation, {"lower", 1, {}}, {64, 48, 10});
+  auto late = streaming(*simulation, {"lower", 1, effects}, {64, 48, 10});
+  auto drive = simulation->open_drive();
+  std::vector<Frame> now;
+  std::vector<Frame> then;
+  for (int i = 0; i < 3; ++i) {
+    (void)drive->set_speeds({7.0 + i, 9});
+    now.push_back(grabbed(*in_time));
+    then.push_back(grabbed(*late));
+    EXPECT_EQ(then.back().header().captured.since_zero, now.back().header().captured.since_zero);
+  }
+  EXPECT_TRUE(pixels(then[0]) == pixels(now[0])) << "before the beginning it stands";
+  for (std::size_t i = 1; i < now.size(); ++i) {
+    EXPECT_TRUE(pixels(then[i]) == pixels(now[i - 1])) << "picture " << i;
+    EXPECT_FALSE(pixels(then[i]) == pixels(now[i])) << "picture " << i << ": the robot does not move";
+  }
+}
+
 TEST(RenderTest, SoftShadowsRepeatToo) {
   // Threads would share out blocks of 32 x 32 pixels: here are 35.
   constexpr CameraSettings kManyBlocks{200, 150, 15};

@@ -351,6 +351,7 @@ TEST(SettingsCheck, NamesEveryBadField) {
   view.effects.exposures = 1;
   view.effects.distortion = {0.1};
   view.effects.drop_probability = 1;
+  view.effects.stamp_late_s = 0.501;
   const auto complaint = [](const auto& settings) -> std::string {
     try {
       check(settings);
@@ -371,9 +372,10 @@ TEST(SettingsCheck, NamesEveryBadField) {
                             "body_friction is -1", "max_speed_radps is 0", "run_ahead_frames is 0"}) {
     EXPECT_THAT(complaint(s), HasSubstr(field));
   }
-  for (const char* field : {"camera_name is empty", "antialias is 10, must be 1 to 9", "gain is 0",
-                            "needs full_well_electrons", "vignetting is 1.5", "exposures is 1, must be 2 to 64",
-                            "distortion has 1 terms", "distortion_focal_px is 0", "drop_probability is 1"}) {
+  for (const char* field :
+       {"camera_name is empty", "antialias is 10, must be 1 to 9", "gain is 0", "needs full_well_electrons",
+        "vignetting is 1.5", "exposures is 1, must be 2 to 64", "distortion has 1 terms", "distortion_focal_px is 0",
+        "drop_probability is 1", "stamp_late_s is 0.501 s, must be 0 to 0.5"}) {
     EXPECT_THAT(complaint(view), HasSubstr(field));
   }
 }

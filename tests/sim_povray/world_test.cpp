@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -258,6 +260,45 @@ TEST(World, PosesWithinTheLastStepLieOnItsArc) {
   EXPECT_NEAR(there.x_m, expected.x_m, 4 * kEps);
   EXPECT_NEAR(there.y_m, expected.y_m, 4 * kEps);
   EXPECT_NEAR(there.heading_rad, expected.heading_rad, 4 * kEps);
+}
+
+// A late stamp asks for older poses: they have to be the very ones that were there, at the instants and between them,
+// and reach back kMaxStampLate_s beyond the last step.
+TEST(World, PosesOfEarlierStepsAreThoseThatWereThere) {
+  RobotBody plain = body();
+  plain.wheels.slip = 0.03;
+  plain.begin = Pose2{-0.4, 0.1, -2};
+  RobotBody lags = plain;
+  lags.wheels.lag_s = 0.17;
+  for (const auto& [name, robot] : {std::pair("plain", plain), std::pair("lagging", lags)}) {
+    Alone a(robot, 14.3);
+    std::vector<std::pair<nanoseconds, Pose2>> were;
+    nanoseconds last{0};
+    for (int i = 0; i < 25; ++i) {
+      const nanoseconds step = a.world.now() - last;
+      last = a.world.now();
+      for (const nanoseconds before : {step / 3, nanoseconds(0)}) {
+        were.emplace_back(a.world.now() - before, a.world.pose_before(a.robot, before));
+      }
+      int looked = 0;
+      for (const auto& [time, pose] : were) {
+        const nanoseconds before = a.world.now() - time;
+        if (before > nanoseconds(500'000'000) + step) continue;
+        ASSERT_EQ(a.world.pose_before(a.robot, before), pose) << name << ", step " << i << ", " << before.count();
+        ++looked;
+      }
+      // 0.5 s are 7.15 steps: those and the last, each looked at twice.
+      if (i > 8) {
+        EXPECT_GE(looked, 2 * 8) << name << ", step " << i;
+      }
+      if (i < 7) {
+        EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(500'000'000)), *robot.begin) << "before the beginning";
+      }
+      a.command({2.3 + 0.3 * i, 5.1 - 0.4 * i});
+      a.step();
+    }
+    EXPECT_GT(between(were.front().second, were.back().second), 0.1) << "it has to move for this to tell anything";
+  }
 }
 
 // ---- many robots

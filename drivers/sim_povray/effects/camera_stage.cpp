@@ -122,10 +122,11 @@ bool changes_pixels(const CameraEffects& effects) {
 }
 
 std::vector<std::chrono::nanoseconds> exposures_before(const CameraEffects& effects) {
-  if (!takes_time(effects)) return {std::chrono::nanoseconds(0)};
+  const std::chrono::nanoseconds late = to_nanoseconds(effects.stamp_late_s);
+  if (!takes_time(effects)) return {late};
   std::vector<std::chrono::nanoseconds> before;
   for (int i = 0; i < effects.exposures; ++i) {
-    before.push_back(to_nanoseconds(effects.readout_s + effects.exposure_s - exposure_time_s(effects, i)));
+    before.push_back(late + to_nanoseconds(effects.readout_s + effects.exposure_s - exposure_time_s(effects, i)));
   }
   return before;
 }

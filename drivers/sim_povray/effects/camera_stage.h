@@ -15,15 +15,16 @@ namespace twocone::sim_povray {
 
 /// Whether anything has to be done to a picture: without, none of what follows is entered.
 [[nodiscard]] bool changes_pixels(const CameraEffects& effects);
-/// Whether one picture is made of several, rendered at different times.
+/// Whether one picture is made of several, rendered at different times. A late stamp alone does not call for that.
 [[nodiscard]] bool takes_time(const CameraEffects& effects);
 
 /// How long before the world's present instant each of a picture's exposures is, oldest first; one exposure, at 0, when
 /// the picture takes no time. The last row's shutter closes at the present instant; evenly spread, the exposures sit in
-/// the middles of equal parts of readout + exposure.
+/// the middles of equal parts of readout + exposure. With a late stamp all of them are stamp_late_s older.
 [[nodiscard]] std::vector<std::chrono::nanoseconds> exposures_before(const CameraEffects& effects);
 
-/// From the middle of a picture's exposure (of its middle row) to the present instant: what its time stamp is early by.
+/// From the middle of a picture's exposure (of its middle row), as its time stamp has it, to the present instant: what
+/// the stamp is early by. It knows nothing of stamp_late_s.
 [[nodiscard]] std::chrono::nanoseconds capture_before(const CameraEffects& effects);
 
 /// One picture from its exposures. In linear light, in this order: each row is the mean of the exposures within its own

@@ -120,6 +120,8 @@ class Table {
         "dropped frames", "drop_probability", [](const auto& e) { return e.drop_probability > 0; }, "none");
     of_cameras(
         "late frames", "late_probability", [](const auto& e) { return e.late_probability > 0; }, "none");
+    of_cameras(
+        "late stamps", "stamp_late_s", [](const auto& e) { return e.stamp_late_s > 0; }, "none");
   }
 
   void of_cameras(std::string effect, const std::string& key, const Calls& calls, std::string cost) {

@@ -91,7 +91,15 @@ void add_shot_noise(Light& light, double full_well_electrons, Normal normal) {
 
 void add_read_noise(Light& light, double sigma, Normal normal) {
   const auto scale = static_cast<float>(sigma);
-  for (float& value : light.values) value += scale * static_cast<float>(normal());
+  for (std::size_t i = 0; i + 2 < light.values.size(); i += 3) {
+    float* const pixel = light.values.data() + i;
+    const bool is_rendered = pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0;
+    for (int channel = 0; channel < 3; ++channel) {
+      // Drawn all the same, so that no pixel's noise depends on another's light.
+      const float noise = scale * static_cast<float>(normal());
+      if (is_rendered) pixel[channel] += noise;
+    }
+  }
 }
 
 }  // namespace twocone::sim_povray

@@ -36,7 +36,8 @@ class Normal {
 /// light + sqrt(light / full_well) z: Poisson's variance of light * full_well electrons. Draws one z for each value
 /// whatever the value is. @param full_well_electrons 0: endlessly many, no noise
 void add_shot_noise(Light& light, double full_well_electrons, Normal normal);
-/// light + sigma z. @param sigma of full scale
+/// light + sigma z, but for pixels without any light, which stay so: those are the ones beside the mirror that are not
+/// rendered, and programs know by their black that nothing was recorded there. @param sigma of full scale
 void add_read_noise(Light& light, double sigma, Normal normal);
 
 }  // namespace twocone::sim_povray

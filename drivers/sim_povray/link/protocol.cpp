@@ -172,9 +172,9 @@ void fields_of(A& archive, In<A, SeatSettings>& settings) {
 template <typename A>
 void fields_of(A& archive, In<A, CameraEffects>& effects) {
   auto& [gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_s, readout_s, exposures,
-         distortion, distortion_focal_px, drop_probability, late_probability] = effects;
+         distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s] = effects;
   archive(gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_s, readout_s, exposures,
-          distortion, distortion_focal_px, drop_probability, late_probability);
+          distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s);
 }
 template <typename A>
 void fields_of(A& archive, In<A, ViewSettings>& settings) {

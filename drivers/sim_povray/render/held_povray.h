@@ -23,6 +23,7 @@ struct Order {
   Renderer::Done done;
   std::uint64_t number = 0;  ///< counts submissions
   int failures = 0;          ///< processes that it has been lost with
+  int stale = 0;             ///< processes that went on before its pose was there
   /// By its process, once it is drawn. None: the system does not tell. Memory is looked up only if the job asks.
   std::optional<ProcessUse> use{};
 };

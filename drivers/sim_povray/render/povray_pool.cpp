@@ -27,6 +27,9 @@ namespace {
 
 /// How often a picture is begun again that was lost with its process.
 constexpr int kMaxRetries = 2;
+/// The same where the process had read an old pose, as on a machine so busy that a door was not closed in time: no fault
+/// of the picture's.
+constexpr int kMaxStale = 50;
 /// Between two attempts to close a door: POV-Ray sleeps a hundred times as long.
 constexpr auto kRetakeAfter = std::chrono::milliseconds(2);
 
@@ -348,6 +351,10 @@ void PovrayPool::ended(Group& group, std::size_t index) {
   }
   const Error error = exit_error(order->job.label, status, errors, povray_.scene_path());
   const bool refused = WIFEXITED(status) && !HeldScene::is_stale(errors) && !povray_complaint(errors, "").empty();
+  if (HeldScene::is_stale(errors) && ++order->stale <= kMaxStale) {
+    group.queue.push_front(std::move(*order));
+    return;
+  }
   if (!refused) return lose(group, std::move(*order), error);
   order->done(error);
   if (was_drawing) return;

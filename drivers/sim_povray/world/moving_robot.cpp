@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace twocone::sim_povray {
@@ -16,9 +17,9 @@ double seconds(std::chrono::nanoseconds span) { return std::chrono::duration<dou
 MovingRobot::MovingRobot(const RobotBody& body)
     : body_(body),
       left_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kLeftSlip)),
-      right_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kRightSlip)),
-      pose_(wrapped(body.begin.value_or(body.start))),
-      begin_pose_(pose_) {}
+      right_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kRightSlip)) {
+  path_.begin_at(wrapped(body.begin.value_or(body.start)), std::chrono::nanoseconds(0));
+}
 
 void MovingRobot::command(const WheelSpeeds& speeds, std::chrono::nanoseconds now) {
   command_ = speeds;
@@ -39,13 +40,10 @@ void MovingRobot::begin_step(std::chrono::nanoseconds now, std::chrono::nanoseco
   step_s_ = seconds(span);
   left_ = {lagging_.left_radps, command_.left_radps, driven_s, lag_s};
   right_ = {lagging_.right_radps, command_.right_radps, driven_s, lag_s};
-  begin_pose_ = pose_;
-  stopped_s_.reset();
+  begin_path(span);
   fastest_mps_ = 0;
-  arcs_.clear();
-  waypoints_.clear();
   if (engine_body) {
-    waypoints_.push_back({0, pose_});
+    path_.waypoints.push_back({0, path_.end});
   } else if (lag_s == 0) {
     if (command_ != WheelSpeeds{} && driven_s > 0) {
       add_arc(0, driven_s, on_floor(command_.left_radps, command_.right_radps));
@@ -54,6 +52,20 @@ void MovingRobot::begin_step(std::chrono::nanoseconds now, std::chrono::nanoseco
     add_lagging_arcs(0, driven_s);
     add_lagging_arcs(driven_s, step_s_);
   }
+}
+
+void MovingRobot::begin_path(std::chrono::nanoseconds span) {
+  constexpr auto kKept = std::chrono::nanoseconds(std::int64_t(kMaxStampLate_s * 1e9));
+  const Pose2 here = path_.end;
+  past_span_ += path_.span;
+  past_.push_front(std::move(path_));
+  path_ = {};
+  while (past_span_ - past_.back().span >= kKept) {
+    past_span_ -= past_.back().span;
+    path_ = std::move(past_.back());  // for its memory
+    past_.pop_back();
+  }
+  path_.begin_at(here, span);
 }
 
 GroundSpeeds MovingRobot::on_floor(double left_radps, double right_radps) const {
@@ -68,8 +80,8 @@ GroundSpeeds MovingRobot::rim_speeds(double from_s, double to_s) const {
 
 void MovingRobot::add_arc(double begin_s, double end_s, const GroundSpeeds& ground) {
   const BodySpeeds speeds = body_speeds(ground, body_.wheels.separation_m);
-  arcs_.push_back({begin_s, end_s, pose_, speeds});
-  pose_ = advance(pose_, speeds, end_s - begin_s);
+  path_.arcs.push_back({begin_s, end_s, path_.end, speeds});
+  path_.end = advance(path_.end, speeds, end_s - begin_s);
   fastest_mps_ = std::max(fastest_mps_, std::abs(speeds.speed_mps));
 }
 
@@ -90,44 +102,27 @@ void MovingRobot::add_lagging_arcs(double begin_s, double end_s) {
   }
 }
 
-const MovingRobot::Arc* MovingRobot::arc_at(double time_s) const {
-  if (stopped_s_ && time_s >= *stopped_s_) return nullptr;
-  const auto next = std::upper_bound(arcs_.begin(), arcs_.end(), time_s,
-                                     [](double time, const Arc& arc) { return time < arc.begin_s; });
-  if (next == arcs_.begin() || time_s >= std::prev(next)->end_s) return nullptr;
-  return &*std::prev(next);
-}
-
-Pose2 MovingRobot::pose_at(double time_s) const {
-  if (!waypoints_.empty()) {
-    const auto next = std::upper_bound(waypoints_.begin(), waypoints_.end(), time_s,
-                                       [](double time, const Waypoint& w) { return time < w.time_s; });
-    if (next == waypoints_.end()) return pose_;
-    if (next == waypoints_.begin()) return begin_pose_;
-    const Waypoint& from = *std::prev(next);
-    const double share = (time_s - from.time_s) / (next->time_s - from.time_s);
-    return {from.pose.x_m + share * (next->pose.x_m - from.pose.x_m),
-            from.pose.y_m + share * (next->pose.y_m - from.pose.y_m),
-            wrap_angle(from.pose.heading_rad + share * wrap_angle(next->pose.heading_rad - from.pose.heading_rad))};
+Pose2 MovingRobot::pose_before(std::chrono::nanoseconds before) const {
+  if (before <= before.zero()) return path_.end;
+  const StepPath* path = &path_;
+  for (const StepPath& past : past_) {
+    if (before <= path->span) break;
+    before -= path->span;
+    path = &past;
   }
-  if (arcs_.empty() || time_s <= arcs_.front().begin_s) return begin_pose_;
-  const Arc* arc = arc_at(time_s);
-  if (arc == nullptr) return pose_;
-  return time_s == arc->begin_s ? arc->from : advance(arc->from, arc->speeds, time_s - arc->begin_s);
-}
-
-Pose2 MovingRobot::pose_before(double before_s) const {
-  return before_s <= 0 ? pose_ : pose_at(std::max(step_s_ - before_s, 0.0));
+  return path->pose_at(std::max(seconds(path->span) - seconds(before), 0.0));
 }
 
 Stretch MovingRobot::stretch(double time_s) const {
   if (engine_body) {
-    const double since_s = time_s - waypoints_.back().time_s;
-    return {{pose_.x_m + since_s * motion_.x_mps, pose_.y_m + since_s * motion_.y_mps}, motion_.x_mps, motion_.y_mps};
+    const double since_s = time_s - path_.waypoints.back().time_s;
+    return {{path_.end.x_m + since_s * motion_.x_mps, path_.end.y_m + since_s * motion_.y_mps},
+            motion_.x_mps,
+            motion_.y_mps};
   }
-  const Pose2 at = pose_at(time_s);
+  const Pose2 at = path_.pose_at(time_s);
   Stretch stretch{{at.x_m, at.y_m}};
-  if (const Arc* arc = arc_at(time_s)) {
+  if (const StepPath::Arc* arc = path_.arc_at(time_s)) {
     stretch.x_mps = arc->speeds.speed_mps * std::cos(at.heading_rad);
     stretch.y_mps = arc->speeds.speed_mps * std::sin(at.heading_rad);
     stretch.bend_mps2 = std::abs(arc->speeds.speed_mps * arc->speeds.turn_radps);
@@ -137,16 +132,16 @@ Stretch MovingRobot::stretch(double time_s) const {
 }
 
 double MovingRobot::fastest_mps() const {
-  return engine_body ? std::hypot(motion_.x_mps, motion_.y_mps) : stopped_s_ ? 0 : fastest_mps_;
+  return engine_body ? std::hypot(motion_.x_mps, motion_.y_mps) : path_.stopped_s ? 0 : fastest_mps_;
 }
 
-bool MovingRobot::stands() const { return !engine_body && (arcs_.empty() || stopped_s_); }
+bool MovingRobot::stands() const { return !engine_body && (path_.arcs.empty() || path_.stopped_s); }
 
 void MovingRobot::stop(double time_s) {
   assert(!stands());
   if (turns_on_the_spot()) return pin(time_s);
-  pose_ = pose_at(time_s);
-  stopped_s_ = time_s;
+  path_.end = path_.pose_at(time_s);
+  path_.stopped_s = time_s;
 }
 
 bool MovingRobot::turns_on_the_spot() const {
@@ -154,34 +149,34 @@ bool MovingRobot::turns_on_the_spot() const {
 }
 
 void MovingRobot::pin(double time_s) {
-  const Pose2 there = pose_at(time_s);
-  const auto next = std::upper_bound(arcs_.begin(), arcs_.end(), time_s,
-                                     [](double time, const Arc& arc) { return time < arc.begin_s; });
-  const std::ptrdiff_t first = std::max<std::ptrdiff_t>(next - arcs_.begin() - 1, 0);
-  if (arcs_[first].begin_s < time_s) {
-    const double end_s = std::exchange(arcs_[first].end_s, time_s);
-    arcs_.insert(next, {time_s, end_s, there, arcs_[first].speeds});
+  const Pose2 there = path_.pose_at(time_s);
+  const auto next = std::upper_bound(path_.arcs.begin(), path_.arcs.end(), time_s,
+                                     [](double time, const StepPath::Arc& arc) { return time < arc.begin_s; });
+  const std::ptrdiff_t first = std::max<std::ptrdiff_t>(next - path_.arcs.begin() - 1, 0);
+  if (path_.arcs[first].begin_s < time_s) {
+    const double end_s = std::exchange(path_.arcs[first].end_s, time_s);
+    path_.arcs.insert(next, {time_s, end_s, there, path_.arcs[first].speeds});
   }
-  pose_ = there;
-  for (Arc& arc : arcs_) {
+  path_.end = there;
+  for (StepPath::Arc& arc : path_.arcs) {
     if (arc.begin_s < time_s) continue;
-    arc.from = pose_;
+    arc.from = path_.end;
     arc.speeds.speed_mps = 0;
-    pose_ = advance(pose_, arc.speeds, arc.end_s - arc.begin_s);
+    path_.end = advance(path_.end, arc.speeds, arc.end_s - arc.begin_s);
   }
 }
 
 void MovingRobot::be_moved(double to_s, const PhysicsEngine::Motion& motion) {
   motion_ = motion;
-  pose_ = motion.pose;
-  waypoints_.push_back({to_s, pose_});
+  path_.end = motion.pose;
+  path_.waypoints.push_back({to_s, path_.end});
 }
 
 void MovingRobot::end_step() {
-  const double turned_s = stopped_s_.value_or(step_s_);
+  const double turned_s = path_.stopped_s.value_or(step_s_);
   turned_.left_rad += left_.turned_rad(turned_s);
   turned_.right_rad += right_.turned_rad(turned_s);
-  lagging_ = stopped_s_ ? WheelSpeeds{} : WheelSpeeds{left_.speed_radps(step_s_), right_.speed_radps(step_s_)};
+  lagging_ = path_.stopped_s ? WheelSpeeds{} : WheelSpeeds{left_.speed_radps(step_s_), right_.speed_radps(step_s_)};
   left_slip_.advance(step_s_);
   right_slip_.advance(step_s_);
 }

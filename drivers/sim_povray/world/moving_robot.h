@@ -2,15 +2,15 @@
 #pragma once
 
 #include <chrono>
-#include <limits>
+#include <deque>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "drivers/sim_povray/sim_povray.h"
 #include "drivers/sim_povray/world/chance.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/physics.h"
+#include "drivers/sim_povray/world/step_path.h"
 #include "drivers/sim_povray/world/touch.h"
 #include "drivers/sim_povray/world/wheel_course.h"
 #include "drivers/sim_povray/world/world.h"
@@ -35,10 +35,11 @@ class MovingRobot {
 
   [[nodiscard]] const std::string& name() const { return body_.name; }
   [[nodiscard]] double radius_m() const { return body_.radius_m; }
-  [[nodiscard]] const Pose2& pose() const { return pose_; }
-  [[nodiscard]] FloorPoint place() const { return {pose_.x_m, pose_.y_m}; }
+  [[nodiscard]] const Pose2& pose() const { return path_.end; }
+  [[nodiscard]] FloorPoint place() const { return {path_.end.x_m, path_.end.y_m}; }
   [[nodiscard]] const World::Turned& turned() const { return turned_; }
-  [[nodiscard]] Pose2 pose_before(double before_s) const;
+  /// As World::pose_before.
+  [[nodiscard]] Pose2 pose_before(std::chrono::nanoseconds before) const;
 
   void command(const WheelSpeeds& speeds, std::chrono::nanoseconds now);
   void halt() { command_ = {}; }
@@ -64,24 +65,13 @@ class MovingRobot {
   std::string contact;
 
  private:
-  /// From where it begins it goes on to the next one's beginning; the last one goes on to pose_ at its end.
-  struct Arc {
-    double begin_s, end_s;
-    Pose2 from;
-    BodySpeeds speeds;
-  };
-  /// Of a robot of the physics engine.
-  struct Waypoint {
-    double time_s;
-    Pose2 pose;
-  };
+  /// The last step's path becomes a past one.
+  void begin_path(std::chrono::nanoseconds span);
   void add_arc(double begin_s, double end_s, const GroundSpeeds& ground);
   void add_lagging_arcs(double begin_s, double end_s);
   [[nodiscard]] bool turns_on_the_spot() const;
   void pin(double time_s);
   [[nodiscard]] GroundSpeeds on_floor(double left_radps, double right_radps) const;
-  [[nodiscard]] const Arc* arc_at(double time_s) const;
-  [[nodiscard]] Pose2 pose_at(double time_s) const;
 
   RobotBody body_;
   Slip left_slip_;
@@ -89,18 +79,16 @@ class MovingRobot {
   WheelSpeeds command_;
   std::chrono::nanoseconds commanded_at_{0};
 
-  Pose2 pose_;  ///< at the step's end, once it has begun
   World::Turned turned_;
   WheelSpeeds lagging_;  ///< what the wheels do now, where they lag
 
   double step_s_ = 0;
   WheelCourse left_, right_;
-  Pose2 begin_pose_;
-  std::vector<Arc> arcs_;
-  std::vector<Waypoint> waypoints_;
+  StepPath path_;              ///< its end is where the robot is
+  std::deque<StepPath> past_;  ///< newest first; as many as cover kMaxStampLate_s
+  std::chrono::nanoseconds past_span_{0};
   PhysicsEngine::Motion motion_;
   double fastest_mps_ = 0;
-  std::optional<double> stopped_s_;
 };
 
 }  // namespace twocone::sim_povray

@@ -315,7 +315,7 @@ const std::string& World::contact(RobotId robot) const { return impl_->at(robot)
 Pose2 World::moving_pose(std::size_t thing) const { return moving_pose_before(thing, std::chrono::nanoseconds(0)); }
 
 Pose2 World::pose_before(RobotId robot, std::chrono::nanoseconds before) const {
-  return impl_->at(robot).pose_before(seconds(before));
+  return impl_->at(robot).pose_before(before);
 }
 
 Pose2 World::moving_pose_before(std::size_t thing, std::chrono::nanoseconds before) const {

@@ -73,9 +73,9 @@ class World {
   /// `thing` counts as PlaceSettings::moving does.
   [[nodiscard]] Pose2 moving_pose(std::size_t thing) const;
 
-  /// Where things were `before` now, 0 <= before <= the last step; on the very path they took, up to where they were
-  /// stopped (with physics: on straight lines between the engine's steps of 0.5 ms or less). Before its beginning, a
-  /// robot's or the world's, everything stood as at the beginning.
+  /// Where things were `before` now, 0 <= before <= the last step and kMaxStampLate_s; on the very path they took, up
+  /// to where they were stopped (with physics: on straight lines between the engine's steps of 0.5 ms or less). Before
+  /// its beginning, a robot's or the world's, everything stood as at the beginning.
   [[nodiscard]] Pose2 pose_before(RobotId robot, std::chrono::nanoseconds before) const;
   [[nodiscard]] Pose2 moving_pose_before(std::size_t thing, std::chrono::nanoseconds before) const;
 
