@@ -6,14 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <fmt/format.h>
-#include <Eigen/Cholesky>
-
 #include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
+#include "vision/calibration/landmark_shifts.h"
+#include "vision/calibration/problem_rows.h"
 #include "vision/calibration/start_pose.h"
-#include "vision/calibration/wheel_rows.h"
 
 namespace twocone::vision {
 
@@ -47,128 +45,12 @@ constexpr double kCauchySigmas = 2.385;
 // The median length of a whitened pixel error of two Gaussian coordinates: sqrt(2 ln 2).
 constexpr double kMedianLength = 1.1774100225154747;
 constexpr int kRobustRounds = 8;
-// Of the rim's radius: so many rings, in each of which sightings are taken to err alike.
-constexpr std::size_t kRings = 16;
 constexpr int kScaleRounds = 4;
 constexpr double kMostOutliers = 1.0 / 3;
 // Sightings are good to a fraction of a pixel, and no rig is this many sigmas from what was believed of it: beyond
 // either the map, the names or the views are not what the problem says.
 constexpr double kMostScatter_px = 2;
 constexpr double kMostPriorSigmas = 6;
-
-void check(const CalibrationProblem& problem) {
-  std::string bad;
-  const auto require = [&bad](bool good, const std::string& what) {
-    if (!good) bad += " " + what + ";";
-  };
-  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-  for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
-    const KnownLandmark& l = problem.landmarks[i];
-    require(l.place_m.allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
-            fmt::format("landmark {} must have a finite place and top and a radius > 0 m", i));
-  }
-  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
-    for (const LandmarkSighting& s : problem.frames[i].sightings) {
-      require(s.landmark < problem.landmarks.size(), fmt::format("frame {} has a sighting of landmark {}, there are {}",
-                                                                 i, s.landmark, problem.landmarks.size()));
-      require(s.sighting.pixel_px.allFinite() && s.sighting.covariance_px2.allFinite() &&
-                  s.sighting.covariance_px2.llt().info() == Eigen::Success,
-              fmt::format(
-                  "frame {} has a sighting whose pixel is not finite or whose covariance is not positive definite", i));
-    }
-    const auto& wheels = problem.frames[i].wheels;
-    for (std::size_t k = 0; k < wheels.size(); ++k) {
-      require(std::isfinite(wheels[k].t_s) && std::isfinite(wheels[k].left_rad) && std::isfinite(wheels[k].right_rad) &&
-                  (k == 0 || wheels[k].t_s >= wheels[k - 1].t_s),
-              fmt::format("frame {} has wheel readings that are not finite or run backwards", i));
-    }
-  }
-  require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
-  const CalibrationPriors& p = problem.priors;
-  for (const double prior :
-       {p.length_m, p.centre_px, p.rim_share, p.azimuth_rad, p.tilt_rad, p.axis_offset_m, p.lower_axis_offset_m,
-        p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio, p.wheel_separation_m}) {
-    require(positive(prior), fmt::format("a prior's sigma is {}, must be > 0", prior));
-  }
-  if (problem.wheels) {
-    const WheelBelief& w = *problem.wheels;
-    require(positive(w.radius_m) && positive(w.separation_m) && positive(w.slip) && positive(w.slip_correlation_s) &&
-                w.angle_step_rad >= 0 && std::isfinite(w.angle_step_rad),
-            "wheels must have radius, separation, slip and its correlation > 0 and an angle step >= 0");
-  }
-  for (const auto& rim : {problem.lower_rim, problem.upper_rim}) {
-    require(!rim || (rim->centre_px.allFinite() && positive(rim->radius_px) && positive(rim->sigma_centre_px) &&
-                     positive(rim->sigma_radius_px)),
-            "a rim must be finite, with radius and sigmas > 0");
-  }
-  if (!bad.empty()) throw std::invalid_argument("calibrate:" + bad);
-}
-
-/// The problem as rows, and what they came from.
-struct Bundle {
-  BundleData data;
-  BundleState start;
-  std::vector<SightingResidual> origins;  ///< of data.sightings, in their order
-};
-
-Bundle bundle_of(const CalibrationProblem& problem) {
-  Bundle bundle{{SharedModel(problem), {}, {}, {}}, {}, {}};
-  std::vector<const CalibrationFrame*> frames;
-  // Where a frame is left out, its wheels still belong to the way of the next one.
-  std::vector<CalibrationFrame> kept;
-  kept.reserve(problem.frames.size());
-  std::vector<WheelReading> before;
-  bool broken = false;
-  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
-    const CalibrationFrame& frame = problem.frames[i];
-    broken = broken || frame.wheels.size() < 2;
-    std::vector<WheelReading> wheels = before;
-    // The first reading repeats the last one before.
-    wheels.insert(wheels.end(), frame.wheels.begin() + (before.empty() || frame.wheels.empty() ? 0 : 1),
-                  frame.wheels.end());
-    const auto pose = start_pose(problem.rig, problem.landmarks, frame);
-    if (!pose) {
-      before = std::move(wheels);
-      continue;
-    }
-    kept.push_back({frame.sightings, broken ? std::vector<WheelReading>{} : std::move(wheels)});
-    before.clear();
-    broken = false;
-    const std::size_t index = bundle.start.poses.size();
-    bundle.start.poses.push_back(*pose);
-    for (std::size_t k = 0; k < frame.sightings.size(); ++k) {
-      const LandmarkSighting& s = frame.sightings[k];
-      const Eigen::Matrix2d factor = s.sighting.covariance_px2.llt().matrixL();
-      SightingRow& row = bundle.data.sightings.emplace_back();
-      row.frame = index;
-      row.side = s.side;
-      row.landmark = problem.landmarks[s.landmark];
-      row.pixel_px = s.sighting.pixel_px;
-      row.whitener = factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
-      const MirrorView& view = s.side == Side::kLower ? problem.rig.lower : problem.rig.upper;
-      const Eigen::Vector2d from_tip = s.sighting.pixel_px - view.settings().centre_px;
-      const auto ring = std::size_t(std::min(from_tip.norm() / view.settings().rim_radius_px * kRings, kRings - 1.0));
-      const std::size_t view_index = s.side == Side::kLower ? 0 : 1;
-      const std::size_t group = 2 * s.landmark + view_index;
-      const std::size_t rings_from = 2 * problem.landmarks.size();
-      row.groups = {group, rings_from + view_index * kRings + ring, rings_from + (2 + group) * kRings + ring};
-      const Eigen::Vector2d out = from_tip.stableNormalized();
-      row.axes << out.x(), -out.y(), out.y(), out.x();
-      SightingResidual& origin = bundle.origins.emplace_back();
-      origin.frame = i;
-      origin.sighting = k;
-    }
-  }
-  frames.reserve(kept.size());
-  for (const CalibrationFrame& frame : kept) frames.push_back(&frame);
-  if (problem.wheels) bundle.data.wheels = wheel_rows(frames, *problem.wheels);
-  bundle.data.groups = 2 * problem.landmarks.size() * (1 + kRings) + 2 * kRings;
-  bundle.start.biases.assign(bundle.data.groups, Eigen::Vector2d::Zero());
-  bundle.start.slips.assign(bundle.data.wheels.size(), Eigen::Vector2d::Zero());
-  if (problem.lower_rim) bundle.data.rims.push_back({Side::kLower, *problem.lower_rim});
-  if (problem.upper_rim) bundle.data.rims.push_back({Side::kUpper, *problem.upper_rim});
-  return bundle;
-}
 
 std::vector<double> whitened_lengths(const BundleData& data, const BundleState& state) {
   std::vector<double> lengths;
@@ -307,7 +189,8 @@ namespace calibration {
 
 Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
   Eigen::Vector2d residual;
-  sighting_residual(data.model, row, state.unknowns.data(), state.poses[row.frame].data(), residual.data());
+  sighting_residual(data.model, row, state.unknowns.data(), state.poses[row.frame].data(),
+                    state.landmarks[row.landmark_index].data(), residual.data());
   return residual;
 }
 
@@ -367,7 +250,10 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
   if (const auto fewer = without_lost_frames(problem, bundle)) return calibrate(*fewer);
 
-  const auto free_numbers = [&settings] { return std::size_t(kSharedNumbers) - settings.held.size(); };
+  const std::vector<std::size_t> seen = seen_landmarks(data);
+  const auto free_numbers = [&settings, &data, &seen] {
+    return std::size_t(kSharedNumbers) - settings.held.size() + (data.model.landmark_sigma_m > 0 ? 2 * seen.size() : 0);
+  };
   settings.sighting_scale = robust_scale(data, state);
   for (int round = 0; round < kScaleRounds; ++round) {
     if (!minimise(data, settings, state)) return result;
@@ -401,7 +287,12 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   if (!data.wheels.empty()) {
     result.wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
   }
-  result.parameters = parameter_list(data.model, state.unknowns, covariance, settings.held);
+  ParameterList list = parameter_list(data.model, state.unknowns, covariance, settings.held);
+  result.parameters = std::move(list.parameters);
+  result.covariance = std::move(list.covariance);
+  if (data.model.landmark_sigma_m > 0) take_landmark_shifts(data, state, covariance, seen, result);
+  result.poses.resize(problem.frames.size());
+  for (std::size_t i = 0; i < bundle.frames.size(); ++i) result.poses[bundle.frames[i]] = state.poses[i];
   const Shared numbers = data.model.numbers(state.unknowns);
   try {
     result.rig = Rig{to_view(data.model, numbers, problem.rig.lower.settings(), Side::kLower),

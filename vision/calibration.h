@@ -31,6 +31,14 @@ struct LandmarkSighting {
   std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks
   Side side = Side::kLower;
   Sighting sighting;
+  /// The view's stamped time of exposure less the frame's time. Asks for the frame's twist; without one it counts as 0.
+  double late_s = 0;
+};
+
+/// How the body moves: forward along its x axis, and its turn.
+struct BodyTwist {
+  double forward_mps = 0;
+  double turn_radps = 0;
 };
 
 /// Total angles of the wheels at a time.
@@ -45,6 +53,9 @@ struct CalibrationFrame {
   /// From the frame before it in the list (first reading) to this one (last); fewer than two: the way between them is
   /// not known (the first frame, another run, the robot was carried).
   std::vector<WheelReading> wheels;
+  /// At the frame's time, as the wheels tell it. None: not known, this frame says nothing of timing and its pictures
+  /// count as taken at the frame's time: with true skew such frames pull the rig's numbers, so let them be few.
+  std::optional<BodyTwist> twist;
 };
 
 /// The wheels as they are believed, and how far.
@@ -73,6 +84,9 @@ struct CalibrationPriors {
   double wheel_radius_share = 0.03;  ///< of both together
   double wheel_ratio = 0.01;         ///< right over left
   double wheel_separation_m = 0.005;
+  double latency_s = 0.1;  ///< as the next two, about 0 and with CalibrationProblem::fit_timing only
+  double skew_s = 0.03;
+  double readout_s = 0.04;
 };
 
 struct CalibrationProblem {
@@ -91,6 +105,14 @@ struct CalibrationProblem {
   /// in one row (an edge rendered with anti-aliasing) over ten rows. It does not cover all: of a perfect rig, seen in a
   /// run rendered so, an apex came out 0.01 degrees and the views' turn against each other 0.02 degrees off, 4 sigmas.
   double systematic_px = 0.025;
+  /// Also when pictures were taken, where frames have a twist: `upper.skew_s`, by which the upper view's exposure is
+  /// later than its stamp says, against the lower's; `lower.readout_s` and `upper.readout_s`, from the first row's
+  /// exposure to the last one's, stamps being of the middle row; and with wheels `latency_s`, by which both views'
+  /// pictures are older than their stamps say.
+  bool fit_timing = false;
+  std::array<int, 2> height_px{};  ///< of the pictures, lower and upper; below 2: no readout of that view. >= 0
+  /// > 0: the map is believed to so much only, in x and y of each landmark. 0: it is trusted.
+  double landmark_sigma_m = 0;
 };
 
 /// A number of the rig, before and after. In the units that its name ends with.
@@ -114,6 +136,15 @@ struct SightingResidual {
   bool outlier = false;  ///< left out of the answer
 };
 
+/// By how much a landmark stands elsewhere than its map says.
+struct LandmarkShift {
+  std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks
+  Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
+  /// Of the shift alone, whatever the other numbers are. The common shift and turn of all, which only the map's own
+  /// sigma holds, are in it: to test one landmark take shifts_among().
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+};
+
 enum class CalibrationVerdict {
   kOk,
   kNoSolver,         ///< this build has no Ceres
@@ -130,6 +161,15 @@ struct CalibrationResult {
   std::optional<Rig> rig;             ///< with kOk
   std::optional<WheelBelief> wheels;  ///< with kOk and where there were wheels; both radii as their mean
   std::vector<CalibratedParameter> parameters;
+  /// Of `after` of all parameters, in their order, derived ones included. What is not observed has its prior's
+  /// variance.
+  Eigen::MatrixXd covariance;
+  /// Of those that were seen, in the map's order; none where the map is trusted.
+  std::vector<LandmarkShift> landmark_shifts;
+  Eigen::MatrixXd landmark_covariance;  ///< joint, m^2: x and y of each of landmark_shifts
+  /// x m, y m, heading rad in the world of each frame of the problem: where its lower picture with late_s = 0 was taken
+  /// (latency earlier than the frame's time). None: dropped.
+  std::vector<std::optional<Eigen::Vector3d>> poses;
   std::vector<SightingResidual> residuals;
   std::size_t frames_used = 0;
   std::size_t frames_dropped = 0;  ///< fewer than two landmarks, or no pose explains what they show
@@ -158,7 +198,8 @@ bool can_calibrate();
 /// lens height; mirror separation; the lower view's azimuth and offset, and the upper's against them; the wheels' mean
 /// radius, the right one over the left one, and their separation.
 /// For each landmark, each of sixteen rings of the picture, and each landmark in a ring also a bias of its sightings.
-/// seen in. Data: whitened pixels of near points; the way that the wheels tell; rim circles; the priors.
+/// When asked for: the landmarks' places and the times of exposure. Data: whitened pixels of near points; the way that
+/// the wheels tell; rim circles; the priors.
 ///
 /// What can be told from what:
 /// * r_m, R and d come in as v = (d / R + cot a) r_m. Landmarks tell v; the rim circle alone tells r_m, and then R.
@@ -169,6 +210,16 @@ bool can_calibrate();
 /// them.
 /// * Both azimuths together, and both offsets together, are a choice of the body frame: the wheels alone tell them, an
 ///   azimuth by driving straight, offsets by driving curves. So the upper view's are kept against the lower's.
+/// * Skew and readout move a landmark's picture by the body's way in that time: changing speed and turn part them from
+///   the upper view's azimuth and offset and from tilts. Latency moves both ends of the wheels' way alike: a drive of
+///   one speed along one arc does not tell it.
+/// * Landmarks that are not trusted leave their common shift and turn to their priors, and their common scale to the
+///   wheels' radius and the heights.
+///
+/// A sighting taken tau after its frame's time sees the pose moved along the frame's twist by tau, on the chord of the
+/// arc: (omega tau)^2 / 24 of the way is neglected, and a tau^2 / 2 of a change of speed a: 0.2 mm at 0.5 m/s^2 and
+/// 25 ms. In the wheels' rows the poses at both ends are moved so by the latency; with fit_timing a way one of whose
+/// ends has no twist is left out.
 ///
 /// A parameter that the data tell less well than its prior did is held at it, the worst first; it then counts as an
 /// uncertain constant in the others' sigmas ("consider" covariance: Schmidt 1966; Bierman 1977, ch. 8).
@@ -176,8 +227,27 @@ bool can_calibrate();
 /// by plain least squares.
 /// @throws std::invalid_argument naming what lies outside its domain: a landmark's index, a covariance that is not
 /// positive
-///   definite, priors and wheels that are not > 0, wheel readings that are not finite or run backwards
+///   definite, priors and wheels that are not > 0, wheel readings that are not finite or run backwards, twists and
+///   times that are not finite, a landmark_sigma_m or height_px that is not >= 0
 CalibrationResult calibrate(const CalibrationProblem& problem);
+
+/// A landmark's shift less what the others' best common shift, turn and scale (least squares, unweighted, of the first
+/// order) would move it by: what remains when the map as a whole lies elsewhere, or is measured with another rule,
+/// which only the wheels' radius and the heights contradict.
+struct RelativeShift {
+  LandmarkShift shift;     ///< of what remains, and its covariance
+  double chi_squared = 0;  ///< of two degrees of freedom where the landmark stands as the others do
+  bool moved = false;      ///< above the limit
+};
+
+/// Each landmark of the result against the others that stand, in the result's order. A moved one pulls the others'
+/// common shift and makes them seem moved: so while four or more stand, the one of the greatest chi-squared no longer
+/// counts as standing where that exceeds the limit. Of three, which one moved is not told: all may be above it. Of
+/// fewer none can be tested, and the answer is empty.
+/// @param landmarks the problem's
+/// @param chi_squared_limit exp(-limit / 2) is the false-alarm level of one landmark
+std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<KnownLandmark>& landmarks,
+                                        double chi_squared_limit);
 
 /// Of sightings that belong to a Gaussian of the sightings' own scale one in 25,000 lies beyond.
 constexpr double kOutlierSigmas = 4.5;

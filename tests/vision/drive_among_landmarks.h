@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -24,6 +27,10 @@ struct DriveSettings {
   double duration_s = 30;
   double every_s = 0.4;  ///< a frame
   bool still = false;
+  double latency_s = 0, upper_skew_s = 0;
+  std::array<double, 2> readout_s{};  ///< lower, upper
+  double upper_late_s = 0;            ///< as stamped
+  bool gives_twists = false;
   std::uint64_t seed = 1;
 };
 
@@ -34,6 +41,45 @@ inline Eigen::Vector3d pose_on_loop(double t_s) {
   const double dy = -1.0 * w * std::sin(w * t_s + 0.4) + 0.2 * 1.9 * w * std::cos(1.9 * w * t_s);
   return {1.3 * std::sin(w * t_s) + 0.25 * std::cos(2.7 * w * t_s),
           1.0 * std::cos(w * t_s + 0.4) + 0.2 * std::sin(1.9 * w * t_s), std::atan2(dy, dx)};
+}
+
+constexpr int kDriveHeight_px = 480;
+
+/// The body's twist at a step, from the encoders' counts 1/15 s before and after; at an end from one side.
+inline BodyTwist twist_at(std::size_t step, const std::vector<std::array<double, 2>>& angles, double count_rad,
+                          double step_s) {
+  constexpr std::size_t kReach = 67;
+  const std::size_t from = step < kReach ? 0 : step - kReach;
+  const std::size_t to = std::min(step + kReach, angles.size() - 1);
+  double ways_m[2];
+  for (const std::size_t wheel : {0, 1}) {
+    const double counts = std::round(angles[to][wheel] / count_rad) - std::round(angles[from][wheel] / count_rad);
+    ways_m[wheel] = 0.05 * count_rad * counts;  // the believed radius
+  }
+  const double time_s = double(to - from) * step_s;
+  return {(ways_m[0] + ways_m[1]) / 2 / time_s, (ways_m[1] - ways_m[0]) / 0.30 / time_s};
+}
+
+/// The pixel of a landmark's near point at the time when the row it falls into is exposed; without noise.
+inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, const KnownLandmark& landmark,
+                                                    Side side, double stamp_s) {
+  const bool is_lower = side == Side::kLower;
+  const MirrorView& view = is_lower ? world.rig.lower : world.rig.upper;
+  double row = (kDriveHeight_px - 1) / 2.0;
+  std::optional<Eigen::Vector2d> pixel;
+  // A row later moves the row by some 1e-4 of it: the third round is exact to rounding.
+  for (int round = 0; round < 3; ++round) {
+    const double readout_s = world.readout_s[is_lower ? 0 : 1] * (row / (kDriveHeight_px - 1) - 0.5);
+    const double skew_s = is_lower ? 0 : world.upper_skew_s;
+    const Eigen::Vector3d pose = pose_on_loop(world.still ? 2 : stamp_s - world.latency_s + skew_s + readout_s);
+    const Eigen::Vector2d p_BL = Eigen::Rotation2Dd(-pose.z()) * (landmark.place_m - Eigen::Vector2d(pose.head<2>()));
+    const Eigen::Vector2d outwards = (p_BL - view.settings().axis_offset_m).normalized();
+    const Eigen::Vector2d near = p_BL - landmark.radius_m * outwards;
+    pixel = view.project({near.x(), near.y(), landmark.top_m});
+    if (!pixel) break;
+    row = pixel->y();
+  }
+  return pixel;
 }
 
 /// What a robot on that loop sees and reads. The world here shares no formula with the solver: near points come from
@@ -55,32 +101,33 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
   };
   std::vector<CalibrationFrame> frames;
   std::vector<WheelReading> readings{reading(0)};
+  std::vector<std::array<double, 2>> angles_of_steps;
+  std::vector<std::size_t> steps_of_frames;
   double next_frame_s = 0;
   for (int step = 0; step * kStep_s <= world.duration_s; ++step) {
     const double t_s = step * kStep_s;
     const Eigen::Vector3d pose = pose_on_loop(world.still ? 2 : t_s);
+    angles_of_steps.push_back({angles[0], angles[1]});
     if (t_s - readings.back().t_s >= kReading_s) readings.push_back(reading(t_s));
     if (t_s >= next_frame_s) {
       next_frame_s += world.every_s;
       if (readings.back().t_s != t_s) readings.push_back(reading(t_s));
       CalibrationFrame& frame = frames.emplace_back();
+      steps_of_frames.push_back(std::size_t(step));
       if (frames.size() > 1) frame.wheels = readings;
       readings = {readings.back()};
       for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
         const KnownLandmark& landmark = world.landmarks[i];
-        const Eigen::Vector2d p_BL =
-            Eigen::Rotation2Dd(-pose.z()) * (landmark.place_m - Eigen::Vector2d(pose.head<2>()));
         for (const Side side : {Side::kLower, Side::kUpper}) {
-          const MirrorView& view = side == Side::kLower ? world.rig.lower : world.rig.upper;
-          const Eigen::Vector2d outwards = (p_BL - view.settings().axis_offset_m).normalized();
-          const Eigen::Vector2d near = p_BL - landmark.radius_m * outwards;
-          auto pixel = view.project({near.x(), near.y(), landmark.top_m});
+          const double late_s = side == Side::kLower ? 0 : world.upper_late_s;
+          auto pixel = pixel_on_loop(world, landmark, side, t_s + late_s);
           if (!pixel) continue;
           *pixel += world.noise_px * Eigen::Vector2d(normal(dice), normal(dice));
           if (std::abs(uniform(dice)) < world.outlier_share)
             *pixel += 30 * Eigen::Vector2d(uniform(dice), uniform(dice));
           const double variance = std::max(world.noise_px * world.noise_px, 1e-12);
-          frame.sightings.push_back({i, side, {*pixel, variance * Eigen::Matrix2d::Identity(), world.noise_px}});
+          frame.sightings.push_back(
+              {i, side, {*pixel, variance * Eigen::Matrix2d::Identity(), world.noise_px}, late_s});
         }
       }
     }
@@ -95,6 +142,9 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
       angles[wheel] += ways[wheel] / (radii[wheel] * (1 + slips[wheel]));
       slips[wheel] = decay * slips[wheel] + world.slip * std::sqrt(1 - decay * decay) * normal(dice);
     }
+  }
+  for (std::size_t i = 0; world.gives_twists && i < frames.size(); ++i) {
+    frames[i].twist = twist_at(steps_of_frames[i], angles_of_steps, kCount_rad, kStep_s);
   }
   return frames;
 }

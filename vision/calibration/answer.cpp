@@ -15,9 +15,9 @@ namespace {
 // The posterior's sigma over the prior's where data and prior weigh alike: 1 / sqrt(2).
 constexpr double kObservedShare = 0.70710678118654752;
 
-std::vector<int> all_but(const std::vector<int>& held) {
+std::vector<int> all_but(const std::vector<int>& held, Eigen::Index size) {
   std::vector<int> free;
-  for (int i = 0; i < kSharedNumbers; ++i) {
+  for (int i = 0; i < int(size); ++i) {
     if (std::find(held.begin(), held.end(), i) == held.end()) free.push_back(i);
   }
   return free;
@@ -72,20 +72,21 @@ std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedMode
     if (model.sigma[i] == 0) held.push_back(i);
   }
   for (;;) {
-    const std::vector<int> free = all_but(held);
-    if (free.empty()) return held;
+    const std::vector<int> free = all_but(held, information.rows());
+    const auto shared = std::ranges::count_if(free, [](int i) { return i < kSharedNumbers; });
+    if (shared == 0) return held;
     const Eigen::MatrixXd block = information(free, free);
     const Eigen::MatrixXd covariance = block.ldlt().solve(Eigen::MatrixXd::Identity(block.rows(), block.cols()));
     Eigen::Index worst = 0;
-    const double greatest = covariance.diagonal().maxCoeff(&worst);
+    const double greatest = covariance.diagonal().head(shared).maxCoeff(&worst);
     if (std::sqrt(greatest) <= kObservedShare) return held;
     held.push_back(free[std::size_t(worst)]);
   }
 }
 
 Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held) {
-  const std::vector<int> free = all_but(held);
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kSharedNumbers, kSharedNumbers);
+  const std::vector<int> free = all_but(held, information.rows());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(information.rows(), information.rows());
   for (const int i : held) covariance(i, i) = 1;
   if (free.empty()) return covariance;
   const Eigen::MatrixXd block = information(free, free);
@@ -99,34 +100,41 @@ Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const st
   return covariance;
 }
 
-std::vector<CalibratedParameter> parameter_list(const SharedModel& model, const Shared& unknowns,
-                                                const Eigen::MatrixXd& covariance, const std::vector<int>& held) {
-  std::vector<CalibratedParameter> list;
+ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
+                             const std::vector<int>& held) {
+  ParameterList list;
+  std::vector<Shared> slopes;  // of each parameter by the unknowns
   const Shared after = model.numbers(unknowns);
   for (int i = 0; i < kSharedNumbers; ++i) {
     if (model.sigma[i] == 0) continue;
-    CalibratedParameter& p = list.emplace_back();
+    CalibratedParameter& p = list.parameters.emplace_back();
     p.name = name_of(i);
     p.before = model.mean[i];
     p.observed = std::find(held.begin(), held.end(), i) == held.end();
     p.after = p.observed ? after[i] : p.before;
-    p.sigma = model.sigma[i] * std::sqrt(covariance(i, i));
-    p.prior_sigma = model.sigma[i];
+    slopes.emplace_back(model.sigma[i] * Shared::Unit(i));
   }
+  const std::size_t own = list.parameters.size();
   for (const Derived& derived : derived_numbers(model.has_wheels)) {
-    const Shared slope = gradient(derived, model, unknowns);
-    Shared used = slope;
+    Shared slope = gradient(derived, model, unknowns);
     for (int i = 0; i < kSharedNumbers; ++i) {
-      if (model.sigma[i] == 0) used[i] = 0;
+      if (model.sigma[i] == 0) slope[i] = 0;
     }
-    CalibratedParameter& p = list.emplace_back();
+    CalibratedParameter& p = list.parameters.emplace_back();
     p.name = derived.name;
     p.derived = true;
     p.before = derived.value(model.mean);
     p.after = derived.value(after);
-    p.sigma = std::sqrt(used.dot(covariance * used));
-    p.prior_sigma = used.norm();
-    p.observed = p.sigma <= kObservedShare * p.prior_sigma;
+    slopes.push_back(slope);
+  }
+  Eigen::MatrixXd by_unknowns(Eigen::Index(slopes.size()), Eigen::Index(kSharedNumbers));
+  for (std::size_t i = 0; i < slopes.size(); ++i) by_unknowns.row(Eigen::Index(i)) = slopes[i].transpose();
+  list.covariance = by_unknowns * covariance.topLeftCorner(kSharedNumbers, kSharedNumbers) * by_unknowns.transpose();
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    CalibratedParameter& p = list.parameters[i];
+    p.sigma = std::sqrt(list.covariance(Eigen::Index(i), Eigen::Index(i)));
+    p.prior_sigma = slopes[i].norm();
+    if (i >= own) p.observed = p.sigma <= kObservedShare * p.prior_sigma;
   }
   return list;
 }

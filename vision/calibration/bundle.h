@@ -14,7 +14,11 @@ namespace twocone::vision::calibration {
 struct SightingRow {
   std::size_t frame;  ///< index into BundleState::poses
   Side side;
+  std::size_t landmark_index;  ///< into BundleState::landmarks
   KnownLandmark landmark;
+  BodyTwist twist;
+  double late_s = 0;
+  double readout_share = 0;  ///< of the readout, after the middle row
   Eigen::Vector2d pixel_px;
   Eigen::Matrix2d whitener;  ///< W with W covariance W^T = 1
   /// Sightings that err alike, as indices into BundleState::biases: those of one landmark in one view, those at about
@@ -32,6 +36,7 @@ struct WheelRow {
   bool follows = false;      ///< the interval before this one has a row too, the one before in the list
   double slip_share = 0;     ///< the mean of this interval's slip given the last one's: share * last
   double slip_sigma = 1;     ///< and its standard deviation, both in units of WheelBelief::slip
+  BodyTwist from_twist, to_twist;
 };
 
 struct RimRow {
@@ -49,9 +54,10 @@ struct BundleData {
 
 struct BundleState {
   Shared unknowns = Shared::Zero();
-  std::vector<Eigen::Vector3d> poses;   ///< x m, y m, heading rad
-  std::vector<Eigen::Vector2d> slips;   ///< left, right of each wheel row, in units of WheelBelief::slip
-  std::vector<Eigen::Vector2d> biases;  ///< of each group, px, along its sightings' axes
+  std::vector<Eigen::Vector3d> poses;      ///< x m, y m, heading rad
+  std::vector<Eigen::Vector2d> slips;      ///< left, right of each wheel row, in units of WheelBelief::slip
+  std::vector<Eigen::Vector2d> biases;     ///< of each group, px, along its sightings' axes
+  std::vector<Eigen::Vector2d> landmarks;  ///< their shifts, in units of SharedModel::landmark_sigma_m
 };
 
 struct BundleSettings {
@@ -66,8 +72,9 @@ struct BundleSettings {
 /// Least squares from `state` on; false where there is no answer.
 bool minimise(const BundleData& data, const BundleSettings& settings, BundleState& state);
 
-/// Information (inverse covariance) of all shared unknowns at `state`, priors included, poses and slips eliminated.
-/// Those of sigma 0 have rows of the prior alone.
+/// Information (inverse covariance) of all shared unknowns at `state`, and behind them x and y of each landmark where
+/// the map is not trusted; priors included, poses, slips and biases eliminated. Those of sigma 0 have rows of the prior
+/// alone.
 Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings& settings, const BundleState& state);
 
 /// Sum of squares of the wheel rows and the slips' own.

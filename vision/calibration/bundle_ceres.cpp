@@ -30,9 +30,9 @@ struct SightingCost {
   Eigen::Matrix2d whitener;
 
   template <typename T>
-  bool operator()(const T* unknowns, const T* pose, T* residual) const {
+  bool operator()(const T* unknowns, const T* pose, const T* shift, T* residual) const {
     T error[2];
-    sighting_residual(*model, *row, unknowns, pose, error);
+    sighting_residual(*model, *row, unknowns, pose, shift, error);
     for (int i = 0; i < 2; ++i) residual[i] = whitener(i, 0) * error[0] + whitener(i, 1) * error[1];
     return true;
   }
@@ -42,10 +42,10 @@ struct BiasedSightingCost {
   SightingCost cost;
 
   template <typename T>
-  bool operator()(const T* unknowns, const T* pose, const T* of_landmark, const T* of_ring, const T* of_both,
-                  T* residual) const {
+  bool operator()(const T* unknowns, const T* pose, const T* shift, const T* of_landmark, const T* of_ring,
+                  const T* of_both, T* residual) const {
     T error[2];
-    sighting_residual(*cost.model, *cost.row, unknowns, pose, error);
+    sighting_residual(*cost.model, *cost.row, unknowns, pose, shift, error);
     const T bias[2] = {of_landmark[0] + of_ring[0] + of_both[0], of_landmark[1] + of_ring[1] + of_both[1]};
     const Eigen::Matrix2d& axes = cost.row->axes;
     for (int i = 0; i < 2; ++i) error[i] -= axes(i, 0) * bias[0] + axes(i, 1) * bias[1];
@@ -54,12 +54,13 @@ struct BiasedSightingCost {
   }
 };
 
-struct BiasCost {
-  double sigma_px;
+/// Of a bias, px, or of a landmark's shift, in its own sigma.
+struct CentredCost {
+  double sigma;
 
   template <typename T>
-  bool operator()(const T* bias, T* residual) const {
-    for (int i = 0; i < 2; ++i) residual[i] = bias[i] / T(sigma_px);
+  bool operator()(const T* number, T* residual) const {
+    for (int i = 0; i < 2; ++i) residual[i] = number[i] / T(sigma);
     return true;
   }
 };
@@ -113,7 +114,16 @@ struct PriorCost {
   }
 };
 
+bool moves_landmarks(const BundleData& data) { return data.model.landmark_sigma_m > 0; }
+
 bool has_biases(const BundleSettings& settings) { return settings.systematic_px > 0 && !settings.hold_all; }
+
+void add_centred(std::vector<Eigen::Vector2d>& numbers, double sigma, ceres::Problem& problem) {
+  for (Eigen::Vector2d& number : numbers) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CentredCost, 2, 2>(new CentredCost{sigma}), nullptr,
+                             number.data());
+  }
+}
 
 void add_wheels(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
   for (std::size_t i = 0; i < data.wheels.size(); ++i) {
@@ -142,22 +152,22 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
     const SightingCost cost{&data.model, &row, row.whitener / settings.sighting_scale};
     ceres::LossFunction* const loss = settings.cauchy_sigmas ? new ceres::CauchyLoss(*settings.cauchy_sigmas) : nullptr;
     double* const pose = state.poses[row.frame].data();
+    double* const shift = state.landmarks[row.landmark_index].data();
     if (has_biases(settings)) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BiasedSightingCost, 2, kSharedNumbers, 3, 2, 2, 2>(
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BiasedSightingCost, 2, kSharedNumbers, 3, 2, 2, 2, 2>(
                                    new BiasedSightingCost{cost}),
-                               loss, state.unknowns.data(), pose, state.biases[row.groups[0]].data(),
+                               loss, state.unknowns.data(), pose, shift, state.biases[row.groups[0]].data(),
                                state.biases[row.groups[1]].data(), state.biases[row.groups[2]].data());
     } else {
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SightingCost, 2, kSharedNumbers, 3>(new SightingCost(cost)), loss,
-          state.unknowns.data(), pose);
+          new ceres::AutoDiffCostFunction<SightingCost, 2, kSharedNumbers, 3, 2>(new SightingCost(cost)), loss,
+          state.unknowns.data(), pose, shift);
     }
   }
-  if (has_biases(settings)) {
-    for (Eigen::Vector2d& bias : state.biases) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BiasCost, 2, 2>(new BiasCost{settings.systematic_px}),
-                               nullptr, bias.data());
-    }
+  if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
+  add_centred(state.landmarks, 1, problem);
+  if (settings.hold_all || !moves_landmarks(data)) {
+    for (Eigen::Vector2d& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
   }
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorCost, kSharedNumbers, kSharedNumbers>(new PriorCost),
                            nullptr, state.unknowns.data());
@@ -209,6 +219,10 @@ Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings&
   build(data, all_free, copy, problem);
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = {copy.unknowns.data()};
+  if (moves_landmarks(data)) {
+    for (Eigen::Vector2d& shift : copy.landmarks) options.parameter_blocks.push_back(shift.data());
+  }
+  const int wanted = kSharedNumbers + (moves_landmarks(data) ? 2 * int(copy.landmarks.size()) : 0);
   for (Eigen::Vector3d& pose : copy.poses) options.parameter_blocks.push_back(pose.data());
   for (Eigen::Vector2d& slips : copy.slips) options.parameter_blocks.push_back(slips.data());
   if (has_biases(settings)) {
@@ -218,19 +232,19 @@ Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings&
   problem.Evaluate(options, nullptr, nullptr, nullptr, &rows);
 
   std::vector<Eigen::Triplet<double>> entries;
-  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(rows.num_rows, kSharedNumbers);
+  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(rows.num_rows, wanted);
   for (int row = 0; row < rows.num_rows; ++row) {
     for (int k = rows.rows[std::size_t(row)]; k < rows.rows[std::size_t(row) + 1]; ++k) {
       const int column = rows.cols[std::size_t(k)];
       const double value = rows.values[std::size_t(k)];
-      if (column < kSharedNumbers) {
+      if (column < wanted) {
         shared(row, column) = value;
       } else {
-        entries.emplace_back(row, column - kSharedNumbers, value);
+        entries.emplace_back(row, column - wanted, value);
       }
     }
   }
-  Eigen::SparseMatrix<double> own(rows.num_rows, rows.num_cols - kSharedNumbers);
+  Eigen::SparseMatrix<double> own(rows.num_rows, rows.num_cols - wanted);
   own.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SparseMatrix<double> block = own.transpose() * own;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(block);

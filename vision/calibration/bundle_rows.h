@@ -23,24 +23,49 @@ T within_half_a_turn(const T& angle, Plain plain) {
   return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
 }
 
+/// `pose` after `time_s` of that twist, along the arc's chord.
+template <typename T>
+void move_along(const BodyTwist& twist, const T& time_s, const T* pose, T* moved) {
+  using std::cos;
+  using std::sin;
+  const T way = twist.forward_mps * time_s;
+  const T turn = twist.turn_radps * time_s;
+  const T along = pose[2] + turn / T(2);
+  moved[0] = pose[0] + way * cos(along);
+  moved[1] = pose[1] + way * sin(along);
+  moved[2] = pose[2] + turn;
+}
+
+/// `shift`: of the landmark, in units of SharedModel::landmark_sigma_m.
 template <typename T>
 void sighting_residual(const SharedModel& model, const SightingRow& row, const T* unknowns, const T* pose,
-                       T* residual) {
+                       const T* shift, T* residual) {
   const Numbers<T> numbers = numbers_of(model, unknowns);
+  const bool is_lower = row.side == Side::kLower;
+  T late = row.late_s + row.readout_share * numbers[is_lower ? kLowerReadout : kUpperReadout];
+  if (!is_lower) late += numbers[kSkew];
+  T seen_from[3];
+  move_along(row.twist, late, pose, seen_from);
+  const T place[2] = {row.landmark.place_m.x() + model.landmark_sigma_m * shift[0],
+                      row.landmark.place_m.y() + model.landmark_sigma_m * shift[1]};
   T pixel[2];
-  project_near_point(view_numbers(numbers.data(), row.side), model.views[row.side == Side::kLower ? 0 : 1],
-                     row.landmark, pose, pixel);
+  project_near_point(view_numbers(numbers.data(), row.side), model.views[is_lower ? 0 : 1], row.landmark, place,
+                     seen_from, pixel);
   residual[0] = row.pixel_px.x() - pixel[0];
   residual[1] = row.pixel_px.y() - pixel[1];
 }
 
-/// Of the way, (x, y, heading), then of both slips; all whitened.
+/// Of the way, (x, y, heading), then of both slips; all whitened. `seen_from` and `seen_to` are the pictures' poses.
 template <typename T, typename Plain>
-void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* from, const T* to,
-                    const T* last_slips, const T* slips, T* residual, Plain plain) {
+void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* seen_from,
+                    const T* seen_to, const T* last_slips, const T* slips, T* residual, Plain plain) {
   using std::cos;
   using std::sin;
   const Numbers<T> numbers = numbers_of(model, unknowns);
+  T from[3];
+  T to[3];
+  move_along(row.from_twist, numbers[kLatency], seen_from, from);
+  move_along(row.to_twist, numbers[kLatency], seen_to, to);
   const T relative[2] = {slips[0] * T(model.wheels.slip), slips[1] * T(model.wheels.slip)};
   T way[3];
   drive(numbers[kWheelRadius], numbers[kWheelRatio], numbers[kWheelSeparation], relative, row.turns_rad, way);

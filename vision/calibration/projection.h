@@ -79,15 +79,16 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
   distort(n, c, pixel);
 }
 
-/// The pixel of the near point of a landmark's top, for the body at `pose` (x, y, heading) in the world.
+/// The pixel of the near point of a landmark's top, which stands at `place`, for the body at `pose` (x, y, heading) in
+/// the world.
 template <typename T>
-void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const KnownLandmark& landmark, const T* pose,
-                        T* pixel) {
+void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const KnownLandmark& landmark, const T* place,
+                        const T* pose, T* pixel) {
   using std::cos;
   using std::sin;
   using std::sqrt;
-  const T wx = landmark.place_m.x() - pose[0];
-  const T wy = landmark.place_m.y() - pose[1];
+  const T wx = place[0] - pose[0];
+  const T wy = place[1] - pose[1];
   const T bx = cos(pose[2]) * wx + sin(pose[2]) * wy;
   const T by = cos(pose[2]) * wy - sin(pose[2]) * wx;
   const T ox = bx - n.offset_x;

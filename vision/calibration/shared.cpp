@@ -13,7 +13,8 @@ constexpr std::array<const char*, kViewNumbers> kViewNames{
     "tilt_rad.y",       "axis_offset_m.x", "axis_offset_m.y", "apex_rad",    "mirror_radius_m",
     "lens_to_tip_m",    "distortion.k1",   "distortion.k2"};
 constexpr std::array<const char*, kSharedNumbers - kLensHeight> kOtherNames{
-    "lens_height_m", "mirror_separation_m", "wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
+    "lens_height_m", "mirror_separation_m", "wheel_radius_m",  "wheel_ratio",    "wheel_separation_m",
+    "latency_s",     "upper.skew_s",        "lower.readout_s", "upper.readout_s"};
 
 void take_view(SharedModel& model, const MirrorView& view, Side side, const CalibrationProblem& problem) {
   const MirrorViewSettings& s = view.settings();
@@ -52,6 +53,15 @@ void take_view(SharedModel& model, const MirrorView& view, Side side, const Cali
   set(kK2, k[1], problem.fit_distortion ? priors.distortion : 0);
 }
 
+void take_timing(SharedModel& model, const CalibrationProblem& problem) {
+  if (std::ranges::none_of(problem.frames, [](const CalibrationFrame& f) { return f.twist.has_value(); })) return;
+  const CalibrationPriors& priors = problem.priors;
+  model.sigma[kSkew] = priors.skew_s;
+  if (problem.height_px[0] > 1) model.sigma[kLowerReadout] = priors.readout_s;
+  if (problem.height_px[1] > 1) model.sigma[kUpperReadout] = priors.readout_s;
+  if (problem.wheels) model.sigma[kLatency] = priors.latency_s;
+}
+
 }  // namespace
 
 SharedModel::SharedModel(const CalibrationProblem& problem) {
@@ -63,6 +73,8 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   mean[kLensHeight] = problem.rig.lower.settings().lens_height_m;
   mean[kSeparation] = problem.rig.mirror_separation_m();
   sigma[kLensHeight] = sigma[kSeparation] = problem.priors.length_m;
+  landmark_sigma_m = problem.landmark_sigma_m;
+  if (problem.fit_timing) take_timing(*this, problem);
   if (!problem.wheels) return;
   has_wheels = true;
   wheels = *problem.wheels;

@@ -35,6 +35,10 @@ enum SharedNumber : int {
   kWheelRadius,
   kWheelRatio,
   kWheelSeparation,
+  kLatency,
+  kSkew,
+  kLowerReadout,
+  kUpperReadout,
   kSharedNumbers
 };
 using Shared = Eigen::Matrix<double, kSharedNumbers, 1>;
@@ -58,6 +62,7 @@ struct SharedModel {
   std::array<ViewConstants, 2> views;
   bool has_wheels = false;
   WheelBelief wheels;  ///< their noise
+  double landmark_sigma_m = 0;
 
   explicit SharedModel(const CalibrationProblem& problem);
 
