@@ -15,6 +15,7 @@ constexpr Range kGainRange{.least = 0, .greatest = 1e6, .without_ends = true};
 constexpr Range kElectronRange{.least = 0, .greatest = 1e12};
 constexpr Range kDefocusRange{.least = 0, .greatest = 50};
 constexpr Range kExposureRange{.least = 0, .greatest = 60};
+constexpr Range kStampRange{.least = 0, .greatest = sim_povray::kMaxStampLate_s};
 constexpr Range kShare{.least = 0, .greatest = 1};
 /// The greatest double below 1.
 constexpr Range kLossRange{
@@ -42,11 +43,12 @@ bool read_camera_effects(Section& section, sim_povray::CameraEffects& effects) {
   constexpr std::size_t kCounts[] = {0, 4, 5};
   good &= section.number_list("distortion", {"k1 k2 p1 p2 [k3]", kNoUnit, kAnyNumber}, kCounts, effects.distortion,
                               Need::kOptional);
-  read("distortion_focal_px", {"focal length that the distortion is for", kPixels, kAboveZero},
+  read("distortion_focal_px", {"focal length that the distortion is for", kPixels, kZeroOrMore},
        effects.distortion_focal_px);
   read("drop_probability", {"share of frames that are lost", kNoUnit, kLossRange}, effects.drop_probability);
   read("late_probability", {"share of frames that come one period late", kNoUnit, kLossRange},
        effects.late_probability);
+  read("stamp_late_s", {"time from the exposure to what the stamp says", kSeconds, kStampRange}, effects.stamp_late_s);
   return good;
 }
 
@@ -66,6 +68,8 @@ void check_camera_effects(const sim_povray::CameraEffects& effects, Section* own
   }
   if (!effects.distortion.empty() && said_in("distortion_focal_px") == nullptr) {
     complain("distortion", kNoUnit, "absent or empty without distortion_focal_px");
+  } else if (!effects.distortion.empty() && effects.distortion_focal_px == 0) {
+    complain("distortion_focal_px", kPixels, "> 0 where there is a distortion");
   }
   const double takes_s = effects.exposure_s + effects.readout_s;
   if (rate_hz && takes_s > 0 && takes_s >= 1 / *rate_hz) {

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/files/yaml_numbers.h"
+
 namespace twocone::files {
 namespace {
 
@@ -71,7 +73,6 @@ void read_estimator(Section& root, EstimatorKeys& keys) {
 
 void set_estimator(YAML::Node& robot, const EstimatorKeys& keys) {
   const EstimatorKeys defaults;
-  const auto number = [](double value) { return fmt::format("{}", value); };  // the shortest that reads back equal
   YAML::Node node(YAML::NodeType::Map);
   if (keys.method != defaults.method) node["method"] = keys.method;
   if (keys.stage != defaults.stage) node["stage"] = keys.stage;
@@ -80,8 +81,8 @@ void set_estimator(YAML::Node& robot, const EstimatorKeys& keys) {
     node["landmarks"].SetStyle(YAML::EmitterStyle::Flow);
   }
   if (keys.bearings != defaults.bearings) node["bearings"] = keys.bearings;
-  if (keys.enough_m != defaults.enough_m) node["enough_m"] = number(keys.enough_m);
-  if (keys.budget_s) node["budget_s"] = number(*keys.budget_s);
+  if (keys.enough_m != defaults.enough_m) node["enough_m"] = text_of(keys.enough_m);
+  if (keys.budget_s) node["budget_s"] = text_of(*keys.budget_s);
   robot.remove("estimator");
   if (node.size() > 0) robot["estimator"] = node;
 }

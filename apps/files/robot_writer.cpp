@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/files/robot_writer.h"
 
-#include <span>
 #include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/files/effect_writer.h"
 #include "apps/files/estimator_keys.h"
 #include "apps/files/rig_keys.h"
 #include "apps/files/text_file.h"
+#include "apps/files/yaml_numbers.h"
 #include "apps/files/yaml_reader.h"
 
 namespace twocone::files {
 namespace {
-
-/// The shortest text that reads back as this very number.
-std::string text_of(double number) { return fmt::format("{}", number); }
-
-YAML::Node list_of(std::span<const double> numbers) {
-  YAML::Node list(YAML::NodeType::Sequence);
-  list.SetStyle(YAML::EmitterStyle::Flow);
-  for (const double number : numbers) list.push_back(text_of(number));
-  return list;
-}
 
 bool is_zero(const std::array<double, 2>& pair) { return pair[0] == 0 && pair[1] == 0; }
 
@@ -112,6 +103,21 @@ void set_camera(YAML::Node camera, const CameraEntry& changed, const CameraEntry
   if (changed.antialias != CameraEntry{}.antialias) camera["antialias"] = changed.antialias;
 }
 
+/// Gives a camera that is an alias of another, and would change with it, a text of its own.
+void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& others) {
+  const auto part = [&](const std::string& name, const std::string& from) {
+    if (!cameras[name].is(cameras[from])) return;
+    const YAML::Node own = YAML::Clone(cameras[name]);
+    cameras.remove(name);
+    cameras[name] = own;
+  };
+  part("upper", "lower");
+  for (const NamedCameraEntry& other : others) {
+    part(other.name, "lower");
+    part(other.name, "upper");
+  }
+}
+
 /// What `original` holds, as a text and as read from it.
 struct Original {
   std::filesystem::path file;
@@ -159,11 +165,7 @@ std::string text_with(const Original& original, const std::filesystem::path& new
   node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
   node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
   YAML::Node cameras = node["cameras"];
-  if (cameras["upper"].is(cameras["lower"])) {  // an alias of it, which would change with it
-    const YAML::Node upper = YAML::Clone(cameras["upper"]);
-    cameras.remove("upper");
-    cameras["upper"] = upper;
-  }
+  part_cameras(cameras, robot.others);
   set_camera(cameras["lower"], changed.lower, robot.lower);
   set_camera(cameras["upper"], changed.upper, robot.upper);
   for (const NamedCameraEntry& other : robot.others) {
@@ -171,6 +173,9 @@ std::string text_with(const Original& original, const std::filesystem::path& new
     with_rate.rate_hz = changed.lower.rate_hz;
     set_camera(cameras[other.name], with_rate, other.camera);
   }
+  set_camera_effects(node, "lower", changed.lower, robot.lower, file);
+  set_camera_effects(node, "upper", changed.upper, robot.upper, file);
+  set_effects(node, changed.effects, robot.effects);
   if (changed.estimator != robot.estimator) set_estimator(node, changed.estimator);
 
   std::string text = "# SPDX-License-Identifier: Apache-2.0\n";

@@ -113,6 +113,15 @@ TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
   EXPECT_TRUE(robot.waypoints.empty());
 }
 
+TEST(RobotFile, AStampMayBeLateInOneCameraOrInAll) {
+  const Robot one = parse(with(good_text(), "gain: 1.3", "stamp_late_s: 0.008"));
+  EXPECT_EQ(one.lower.effects.stamp_late_s, 0);
+  EXPECT_EQ(one.upper.effects.stamp_late_s, 0.008);
+  const Robot all = parse(with(good_text(), "late_probability: 0.02", "stamp_late_s: 0.5"));
+  EXPECT_EQ(all.lower.effects.stamp_late_s, 0.5);
+  EXPECT_EQ(all.upper.effects.stamp_late_s, 0.5);
+}
+
 TEST(RobotFile, TheWheelsMayReallyBeOthers) {
   const Robot robot =
       parse(with(good_text(), "  motor_lag_s: 0.07\n", "  wheel_separation_m: 0.2871\n  wheel_radius_m: 0.04343\n"));
@@ -392,7 +401,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"UnknownForAll", "    gain: 0.9", "    gian: 0.9",
                 "robot.yaml:42: effects.camera.gian is unknown (known here: gain, full_well_electrons, "
                 "read_noise_electrons, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion, "
-                "distortion_focal_px, drop_probability, late_probability)"},
+                "distortion_focal_px, drop_probability, late_probability, stamp_late_s)"},
         BadCase{"NoGain", "gain: 0.9", "gain: 0", "robot.yaml:42: effects.camera.gain is 0, must be > 0 and < 1000000"},
         BadCase{"NoGainOfOne", "gain: 1.3", "gain: 0",
                 "robot.yaml:15: cameras.upper.effects.gain is 0, must be > 0 and < 1000000"},
@@ -428,10 +437,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"DistortionWithoutFocalLength", "    distortion_focal_px: 512.5\n", "",
                 "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001, -0.002], must be absent or empty "
                 "without distortion_focal_px"},
+        BadCase{"DistortionOfNoFocalLength", "distortion_focal_px: 512.5", "distortion_focal_px: 0",
+                "robot.yaml:51: effects.camera.distortion_focal_px is 0 px, must be > 0 where there is a distortion"},
         BadCase{"CertainLoss", "drop_probability: 0.01", "drop_probability: 1",
                 "robot.yaml:52: effects.camera.drop_probability is 1, must be 0 to below 1"},
         BadCase{"CertainDelay", "late_probability: 0.02", "late_probability: -0.02",
-                "robot.yaml:53: effects.camera.late_probability is -0.02, must be 0 to below 1"}),
+                "robot.yaml:53: effects.camera.late_probability is -0.02, must be 0 to below 1"},
+        BadCase{"StampInMilliseconds", "late_probability: 0.02", "stamp_late_s: 8",
+                "robot.yaml:53: effects.camera.stamp_late_s is 8 s, must be 0 to 0.5"},
+        BadCase{"StampBeforeTheExposure", "gain: 1.3", "stamp_late_s: -0.008",
+                "robot.yaml:15: cameras.upper.effects.stamp_late_s is -0.008 s, must be 0 to 0.5"}),
     name_of<BadCase>);
 
 TEST(RobotFile, TellsOfAFocalLengthWithoutDistortion) {

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include "tests/files/fixtures.h"
 
@@ -167,6 +171,161 @@ TEST_F(RobotWriterTest, ARobotThatWasChangedReadsBackEqual) {
   EXPECT_EQ(as_of(parse_robot(parse_yaml(back, file), file), robot), robot) << back;
 }
 
+/// Every effect of a camera, none of them by default.
+sim_povray::CameraEffects all_effects() {
+  return {.gain = 1.2 / 0.7,
+          .full_well_electrons = 2e4 / 3,
+          .read_noise_electrons = 14.1,
+          .vignetting = 0.2 / 3,
+          .defocus_px = 1.1 / 3,
+          .exposure_s = 0.02 / 3,
+          .readout_s = 0.01 / 7,
+          .exposures = 5,
+          .distortion = {0.1 / 3, -0.02, 0.003, 0, 1e-17},
+          .distortion_focal_px = 1024.0 / 3,
+          .drop_probability = 0.02,
+          .late_probability = 0.1 / 3,
+          .stamp_late_s = 0.008 / 3};
+}
+
+Effects all_body_effects() {
+  return {.slip = 0.02 / 3,
+          .encoder_counts_per_turn = 777,
+          .motor_lag_s = 0.1 / 3,
+          .wheel_separation_m = 0.3 / 1.01,
+          .wheel_radius_m = 0.05 / 1.02,
+          .mass_kg = 10.0 / 3,
+          .wheel_friction = 0.7 / 3,
+          .body_friction = 0};
+}
+
+// Everything, nothing and one camera alone, over files in which there is much and in which there is little.
+TEST_F(RobotWriterTest, EffectsReadBackEqual) {
+  const fs::path little = folder_ / "little.yaml";
+  std::string text = read_text(data("good_robot.yaml"));
+  text = with(text, ", effects: {gain: 1.3, defocus_px: 0}", "");
+  text = with(text, ", effects: {distortion: []}", "");
+  const std::size_t from = text.find("effects:\n");
+  std::ofstream(little) << text.erase(from, text.find("max_skew_s") - from);
+  const Robot full = read_robot(data("good_robot.yaml"));
+  const sim_povray::CameraEffects none;
+  for (const fs::path& original : {data("good_robot.yaml"), little}) {
+    const Robot robot = read_robot(original);
+    for (const auto& [lower, upper, body] :
+         {std::tuple(all_effects(), all_effects(), all_body_effects()), std::tuple(none, none, Effects{}),
+          std::tuple(none, all_effects(), robot.effects), std::tuple(robot.lower.effects, none, all_body_effects()),
+          std::tuple(full.upper.effects, full.lower.effects, full.effects)}) {
+      Robot changed = robot;
+      changed.lower.effects = lower;
+      changed.upper.effects = upper;
+      changed.effects = body;
+      const fs::path file = folder_ / "once.yaml";
+      const std::string once = robot_text(original, file, changed, {});
+      std::ofstream(file) << once;
+      EXPECT_EQ(as_of(read_robot(file), changed), changed) << once;
+      // And from there back.
+      const std::string back = robot_text(file, file, robot, {});
+      EXPECT_EQ(as_of(parse_robot(parse_yaml(back, file), file), robot), robot) << back;
+    }
+  }
+}
+
+TEST_F(RobotWriterTest, EachEffectAloneReadsBackEqual) {
+  const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion,
+               focal_px, drop, late, stamp_late_s] = all_effects();
+  std::vector<sim_povray::CameraEffects> each(11);
+  each[0].gain = gain;
+  each[1].full_well_electrons = full_well;
+  each[2].full_well_electrons = full_well;
+  each[2].read_noise_electrons = read_noise;
+  each[3].vignetting = vignetting;
+  each[4].defocus_px = defocus_px;
+  each[5].exposure_s = exposure_s;
+  each[6].readout_s = readout_s;
+  each[7].exposures = exposures;  // of no time: kept all the same
+  each[8].distortion_focal_px = focal_px;
+  each[9].drop_probability = drop;
+  each[10].stamp_late_s = stamp_late_s;
+  const fs::path lab = fs::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml";
+  for (const fs::path& original : {data("good_robot.yaml"), lab}) {
+    for (const sim_povray::CameraEffects& effects : each) {
+      Robot changed = read_robot(original);
+      changed.upper.effects = effects;
+      const std::string text = robot_text(original, original, changed, {});
+      EXPECT_EQ(parse_robot(parse_yaml(text, original), original), changed) << text;
+    }
+  }
+}
+
+// Catches a change of one camera that is written for all, and a neutral value that is left out though all have another.
+TEST_F(RobotWriterTest, AnEffectIsSaidWhereItDiffersAndNowhereElse) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::string original = with(read_text(data("good_robot.yaml")), "    gain: 0.9\n", "    gain: 1.2\n");
+  std::ofstream(file) << original;
+  const Robot robot = read_robot(file);
+  const auto written = [&](const Robot& changed) {
+    const std::string text = robot_text(file, file, changed, {});
+    EXPECT_EQ(parse_robot(parse_yaml(text, file), file), changed) << text;
+    return YAML::Load(text);
+  };
+  Robot changed = robot;
+  changed.lower.effects.gain = 1;
+  YAML::Node node = written(changed);
+  EXPECT_EQ(node["cameras"]["lower"]["effects"].size(), 1u);
+  EXPECT_EQ(node["cameras"]["lower"]["effects"]["gain"].as<double>(), 1);
+  EXPECT_EQ(node["cameras"]["upper"]["effects"].size(), 2u) << "as it was";
+  EXPECT_EQ(node["effects"]["camera"]["gain"].as<double>(), 1.2) << "the further camera has it too";
+
+  changed = robot;
+  changed.upper.effects.gain = 1.2;
+  changed.effects.motor_lag_s = 0;
+  changed.effects.mass_kg.reset();
+  node = written(changed);
+  EXPECT_FALSE(node["cameras"]["upper"]["effects"]["gain"]) << "it is what all have";
+  EXPECT_FALSE(node["cameras"]["lower"]["effects"]);
+  EXPECT_FALSE(node["effects"]["motor_lag_s"]);
+  EXPECT_FALSE(node["effects"]["mass_kg"]);
+  changed.upper.effects.defocus_px = 0.8;
+  EXPECT_FALSE(written(changed)["cameras"]["upper"]["effects"]) << "nothing is left of it";
+}
+
+TEST_F(RobotWriterTest, EffectsThatTheFileNamesOnceChangeOneByOne) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::string text = with(read_text(data("good_robot.yaml")), "effects: {gain: 1.3", "effects: &e {gain: 1.3");
+  text = with(text, "rate_hz: 12.5, antialias: 2}", "rate_hz: 12.5, antialias: 2, effects: *e}");
+  // The anchor has to stand before its alias.
+  const std::size_t lower = text.find("  lower: {driver");
+  const std::size_t upper = text.find("  upper: {driver");
+  const std::string lower_line = text.substr(lower, upper - lower);
+  text.erase(lower, upper - lower);
+  text.insert(text.find("  aft_2:"), lower_line);
+  std::ofstream(file) << text;
+  Robot changed = read_robot(file);
+  ASSERT_EQ(changed.lower.effects.gain, 1.3);
+  changed.lower.effects.gain = 0.7;
+  changed.upper.effects.defocus_px = 0.3;
+  const std::string now = robot_text(file, file, changed, {});
+  EXPECT_EQ(parse_robot(parse_yaml(now, file), file), changed) << now;
+}
+
+TEST_F(RobotWriterTest, ARealCameraGetsNoEffects) {
+  const fs::path file = folder_ / "robot.yaml";
+  std::string text = with(read_text(data("good_robot.yaml")), "upper: {driver: sim_povray",
+                          "upper: {driver: v4l2_camera, device: /dev/video0");
+  std::ofstream(file) << with(text, ", effects: {gain: 1.3, defocus_px: 0}", "");
+  const Robot robot = read_robot(file);
+  Robot changed = robot;
+  changed.upper.effects.gain = 1.1;
+  EXPECT_EQ(message_of([&] { (void)robot_text(file, file, changed, {}); }),
+            file.string() +
+                ": cameras.upper.effects cannot be changed, must be absent: driver v4l2_camera has no such "
+                "setting");
+  changed = robot;
+  changed.lower.effects.gain = 1.1;
+  text = robot_text(file, file, changed, {});
+  EXPECT_EQ(parse_robot(parse_yaml(text, file), file), changed) << text;
+}
+
 TEST_F(RobotWriterTest, EachEstimatorReadsBackEqual) {
   const fs::path original = data("good_robot.yaml");
   for (const EstimatorKeys& keys :
@@ -234,6 +393,11 @@ TEST_F(RobotWriterTest, ARobotThatWouldBeRefusedIsNotHandedOut) {
   };
   EXPECT_NE(text_of([](Robot& r) { r.lower.width_px = 0; }).find("cameras.lower.width_px is 0 px"), std::string::npos);
   EXPECT_NE(text_of([](Robot& r) { r.upper.rate_hz = 7; }).find("cameras.upper.rate_hz is 7 Hz"), std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.effects.slip = -1; }).find("effects.slip is -1"), std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.upper.effects.stamp_late_s = 0.6; }).find("effects.stamp_late_s is 0.6 s"),
+            std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.lower.effects.gain = std::nan(""); }).find("cameras.lower.effects.gain is"),
+            std::string::npos);
   EXPECT_NE(text_of([](Robot& r) { r.estimator.budget_s = 0.02; }).find("estimator.budget_s is 0.02 s"),
             std::string::npos);
   EXPECT_NE(text_of([](Robot& r) { r.estimator.landmarks = {"red"}; }).find("estimator.landmarks is"),

@@ -43,10 +43,10 @@ std::string all_of(const drivers::CameraPart& part) {
   const auto& [driver, asked, antialias, effects, device] = part;
   const auto& [width_px, height_px, rate_hz] = asked;
   const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures, distortion,
-               focal_px, drop, late] = effects;
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
+               focal_px, drop, late, stamp_late_s] = effects;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
                      antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_s, readout_s, exposures,
-                     fmt::join(distortion, ","), focal_px, drop, late) +
+                     fmt::join(distortion, ","), focal_px, drop, late, stamp_late_s) +
          all_of(device);
 }
 
