@@ -282,6 +282,7 @@ std::string shell_word(const std::string& word) {
 }
 
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
+  if (info.behaviour == runs::kImported) return fmt::format("twocone localise RUN --method {}", shell_word(method));
   // Whether the file said so or the command line: said twice it is the same. Twelve digits undo the division by 1000.
   const bool has_budget = method != "paper" && robot.estimator.stage == "adaptive" && robot.estimator.budget_s;
   const std::string budget =

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -48,6 +49,17 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
     throw;
   }
   if (::close(descriptor) != 0 || std::rename(neighbour.c_str(), file.c_str()) != 0) fail(file);
+}
+
+void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::create_directories(to.parent_path(), error);
+  if (!error) std::filesystem::create_hard_link(from, to, error);
+  if (error) {  // another disk, or one without links
+    error.clear();
+    std::filesystem::copy_file(from, to, error);
+  }
+  if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
 }
 
 LineFile::LineFile(const std::filesystem::path& file) : file_(file), descriptor_(open_for_writing(file)) {}

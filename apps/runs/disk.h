@@ -16,6 +16,10 @@ class DiskError : public std::runtime_error {
 /// Writes the whole file or none: into a neighbour, then renamed. @throws DiskError
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
+/// `to`, which is not there yet, as a hard link to `from`; a copy where the disk has no links, or is another one. Its
+/// folder is made. @throws DiskError
+void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to);
+
 /// A new or emptied file that grows line by line; every line is in the file once add() returns, so that a killed
 /// program loses none of them.
 class LineFile {

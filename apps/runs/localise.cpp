@@ -16,7 +16,7 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
   RunData run = read_run(folder);
   const Estimator estimator(method, run.robot, run.map);
   Track track(method, run.robot);
-  if (run.drive.size() < run.frames.size()) {
+  if (has_odometry(run) && run.drive.size() < run.frames.size()) {
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
                                        run.frames.size(), run.drive.size()));
   }
@@ -31,7 +31,8 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
     if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
     answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i]));
     answers.back().effort = to_row(frame.frame, frame.t_s, answer->effort, budget_of(method, run.robot).has_value());
-    answers.back().estimate = track.follow(run.drive[i], run.odometry[i], answer->fix);
+    answers.back().estimate =
+        has_odometry(run) ? track.follow(run.drive[i], run.odometry[i], answer->fix) : pose_of(frame.t_s, answer->fix);
     progress(double(i + 1) / double(run.frames.size()));
   }
   const std::string name(to_string(method));

@@ -36,20 +36,10 @@ void refuse_other_robots(const RunData& run, const files::Robot& robot) {
   }
 }
 
-void link_or_copy(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  if (!error) fs::create_hard_link(from, to, error);
-  if (error) {  // another disk, or one without links
-    error.clear();
-    fs::copy_file(from, to, error);
-  }
-  if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
-}
-
 std::string odometry_text(const RunData& run, const files::Robot& robot) {
   localisation::Odometry odometry(files::to_wheels(robot), files::to_start_pose(robot));
   std::string text;
+  if (!has_odometry(run)) return text;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);
     text += to_line(PoseRow{run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad}) + '\n';
@@ -64,7 +54,7 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   const files::Robot robot = files::read_robot(robot_file);
   refuse_other_robots(run, robot);
   files::check_landmarks(robot, run.map);
-  if (run.drive.size() < run.frames.size()) {
+  if (has_odometry(run) && run.drive.size() < run.frames.size()) {
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
                                        run.frames.size(), run.drive.size()));
   }

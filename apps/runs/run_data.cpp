@@ -19,6 +19,8 @@ constexpr double kSameInstant_s = 0.5e-3;
 
 }  // namespace
 
+bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
+
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
   std::vector<PoseRow> sorted = poses;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
@@ -55,7 +57,16 @@ std::optional<std::string> method_on_top(const std::filesystem::path& folder) {
 
 }  // namespace
 
-RunData read_run(const std::filesystem::path& folder, const std::string& method) {
+std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method) {
+  std::filesystem::path results = method.empty() ? run : run / "methods" / method;
+  if (!std::filesystem::is_directory(results)) {
+    throw files::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
+                                       run.string(), method, run.string(), method));
+  }
+  return results;
+}
+
+RunData read_run(const std::filesystem::path& folder, const std::string& method, Tables tables) {
   RunData run;
   run.folder = folder;
   RunYaml yaml = read_run_yaml(folder);
@@ -64,11 +75,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   run.map = std::move(yaml.map);
   run.method = method.empty() ? method_on_top(folder).value_or(run.info.method) : method;
 
-  const std::filesystem::path results = method.empty() ? folder : folder / "methods" / method;
-  if (!std::filesystem::is_directory(results)) {
-    throw files::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
-                                       folder.string(), method, folder.string(), method));
-  }
+  const std::filesystem::path results = results_folder(folder, method);
   run.frames = read_frames(folder / "frames.csv");
   // frames.csv is written last, so a row in it stands for a frame whose pictures and other rows are there; pictures may
   // have been taken away since.
@@ -81,18 +88,21 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method)
   run.drive = read_drive(folder / "drive.csv");
   run.truth = read_poses(folder / "truth.tum");
   run.odometry = read_poses(folder / "odometry.tum");
-  run.ranges = read_ranges(results / "ranges.csv");
-  run.fixes = read_fixes(results / "fixes.csv");
-  run.sightings = read_sightings(results / "sightings.csv");
-  run.effort = read_effort(results / "effort.csv");
+  if (tables == Tables::kAll) {
+    run.ranges = read_ranges(results / "ranges.csv");
+    run.fixes = read_fixes(results / "fixes.csv");
+    run.sightings = read_sightings(results / "sightings.csv");
+    run.effort = read_effort(results / "effort.csv");
+  }
   run.estimate = read_poses(results / "estimate.tum");
 
   const std::size_t count = run.frames.size();
-  if (run.odometry.size() < count || (!run.truth.empty() && run.truth.size() < count)) {
+  const bool no_odometry = run.odometry.empty() && run.drive.empty() && run.info.behaviour == kImported;
+  if ((run.odometry.size() < count && !no_odometry) || (!run.truth.empty() && run.truth.size() < count)) {
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}",
                                        folder.string(), count, run.odometry.size(), run.truth.size()));
   }
-  run.odometry.resize(count);
+  if (!no_odometry) run.odometry.resize(count);
   if (!run.truth.empty()) run.truth.resize(count);
   if (run.drive.size() > count) run.drive.resize(count);
   const auto beyond = [&run](const auto& row) { return run.frames.empty() || row.frame > run.frames.back().frame; };

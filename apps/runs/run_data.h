@@ -19,12 +19,15 @@ struct CaptureCounts {
   std::uint64_t recoveries = 0;                        ///< how often a camera went away and came back
 };
 
+/// The behaviour of a run that another program recorded (apps/foreign).
+inline constexpr const char* kImported = "imported";
+
 /// run.yaml: enough to repeat the run.
 struct RunInfo {
   std::string version;  ///< of twocone
   std::string commit;   ///< of its source, or "unknown"
   std::string compiler;
-  std::string behaviour;  ///< wander, waypoints, still
+  std::string behaviour;  ///< wander, waypoints, still, or kImported
   std::string method;     ///< asked for when it was run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
@@ -45,13 +48,13 @@ struct FrameRow {
   double t_s = 0, skew_s = 0, lower_t_s = 0, upper_t_s = 0;
   std::uint64_t lower_sequence = 0, upper_sequence = 0;
   std::uint64_t lower_lost = 0, upper_lost = 0;
-  double host_t_s = 0;  ///< since the run began, on the machine's steady clock
+  std::optional<double> host_t_s{};  ///< since the run began, on the machine's steady clock; none: imported
 };
 
 /// A row of drive.csv: speeds as commanded, angles as read; on devices between the readings around the frame's time.
 struct DriveRow {
   double t_s = 0;
-  double left_command_radps = 0, right_command_radps = 0;
+  std::optional<double> left_command_radps, right_command_radps;  ///< none: imported, not known
   double left_rad = 0, right_rad = 0;
 };
 
@@ -116,9 +119,12 @@ struct RunData {
   std::vector<SightingRow> sightings;  ///< none of a method that makes none
   std::vector<EffortRow> effort;       ///< none of a run of an older version
   std::vector<PoseRow> truth;          ///< one a frame; empty on hardware
-  std::vector<PoseRow> odometry;       ///< one a frame
+  std::vector<PoseRow> odometry;       ///< one a frame; empty, as drive is, of an imported run without wheels
   std::vector<PoseRow> estimate;
 };
+
+/// False: nobody recorded the wheels; drive and odometry are empty.
+bool has_odometry(const RunData& run);
 
 /// The pose at each of the run's frames, by time; nothing where `poses` has none.
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses);
@@ -128,9 +134,18 @@ std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint6
 /// Of any camera, by its name in the robot file: those of the pair are `lower` and `upper`.
 std::filesystem::path camera_picture(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame);
 
+/// What read_run takes into memory.
+enum class Tables {
+  kAll,
+  kFrames,  ///< not ranges, fixes, sightings and effort, which are the long ones (apps/runs/answer_reader.h)
+};
+
 /// Reads a finished or a cut-off run: a half-written last line of a table is left out, and rows beyond the last frame
 /// with both pictures too. @param method of methods/NAME; empty: those on top
 /// @throws files::FileError naming file and line
-RunData read_run(const std::filesystem::path& folder, const std::string& method = "");
+RunData read_run(const std::filesystem::path& folder, const std::string& method = "", Tables tables = Tables::kAll);
+
+/// Where the tables of a method are: methods/METHOD; empty: on top. @throws files::FileError where there are none
+std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method);
 
 }  // namespace twocone::runs

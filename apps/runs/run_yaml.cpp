@@ -48,6 +48,12 @@ YAML::Node load(const std::filesystem::path& file) {
   }
 }
 
+void write_again(const std::filesystem::path& folder, const YAML::Node& node) {
+  YAML::Emitter out;
+  out << YAML::Comment(kComment) << node;
+  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
 }  // namespace
 
 void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const files::Robot& robot,
@@ -92,9 +98,16 @@ void write_run_yaml_for_robot(const std::filesystem::path& from, const std::file
   node["robot"] = files::load_robot_node(robot_file);
   node["events"].push_back(fmt::format("what {} recorded, under the rig and the wheels of {}", absolute_text(from),
                                        absolute_text(robot_file)));
-  YAML::Emitter out;
-  out << YAML::Comment(kComment) << node;
-  write_whole(file_of(to), std::string(out.c_str()) + '\n');
+  write_again(to, node);
+}
+
+void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
+                            const std::string& event, const std::filesystem::path& to) {
+  YAML::Node node = load(file_of(from));
+  node["map_file"] = absolute_text(map_file);
+  node["map"] = files::load_map_node(map_file);
+  node["events"].push_back(event);
+  write_again(to, node);
 }
 
 RunYaml read_run_yaml(const std::filesystem::path& folder) {

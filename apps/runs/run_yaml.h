@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "apps/runs/run_data.h"
 
@@ -17,6 +18,11 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
 /// @throws DiskError, files::FileError
 void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
                               const std::filesystem::path& to);
+
+/// run.yaml of `to`: that of `from`, but for the map, which is now that of `map_file`, and an event that says what was
+/// made of it. @throws DiskError, files::FileError
+void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
+                            const std::string& event, const std::filesystem::path& to);
 
 /// run.yaml's part of a run: info, robot and map. @throws files::FileError
 struct RunYaml {

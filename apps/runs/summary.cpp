@@ -207,7 +207,8 @@ void summarise_path(const RunData& run, Summary& summary) {
   double travelled_m = 0;
   for (std::size_t i = 0; i < run.truth.size(); ++i) {
     const PoseRow& truth = run.truth[i];
-    odometry_errors_m.push_back(std::hypot(run.odometry[i].x_m - truth.x_m, run.odometry[i].y_m - truth.y_m));
+    if (has_odometry(run))
+      odometry_errors_m.push_back(std::hypot(run.odometry[i].x_m - truth.x_m, run.odometry[i].y_m - truth.y_m));
     const double turn = truth.heading_rad / (2 * std::numbers::pi);
     bins.insert(std::clamp(int(std::floor((turn - std::floor(turn)) * kHeadingBins)), 0, kHeadingBins - 1));
     if (i > 0) travelled_m += std::hypot(truth.x_m - run.truth[i - 1].x_m, truth.y_m - run.truth[i - 1].y_m);

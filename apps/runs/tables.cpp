@@ -76,17 +76,6 @@ concept Grown = requires {
   Columns<Row>::added;
 };
 
-/// Whole lines only: what follows the last newline is not handed out.
-std::vector<std::string> whole_lines(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return {};
-  const std::string text = files::read_text(file);
-  std::vector<std::string> lines;
-  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    lines.push_back(text.substr(begin, end - begin));
-  }
-  return lines;
-}
-
 /// A heading as the files keep it. Rounded to 1e-9 rad both when written and when read, it survives the twelve digits
 /// of a quaternion unchanged, so that what is computed from a stored run equals what was computed while it ran.
 double nanoradians(double heading_rad) {
@@ -105,43 +94,67 @@ std::string line_of(const Row& row) {
 
 template <typename Row>
 std::vector<Row> read_table(const std::filesystem::path& file) {
-  const auto lines = whole_lines(file);
   std::vector<Row> rows;
-  if (lines.empty()) return rows;
-  std::size_t missing = 0;  // of the last columns
-  if constexpr (Grown<Row>) {
-    if (lines[0] + std::string(Columns<Row>::added) == Columns<Row>::header) {
-      missing = std::size_t(std::count(Columns<Row>::added.begin(), Columns<Row>::added.end(), ','));
-    }
-  }
-  if (missing == 0 && lines[0] != Columns<Row>::header) {
-    refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
-  }
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    auto fields = split_fields(lines[i]);
-    Row row;
-    auto columns = Columns<Row>::of(row);
-    constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
-    const std::size_t count = kCount - missing;
-    if (fields.size() != count) refuse(file, i + 1, fmt::format("has {} fields, must have {}", fields.size(), count));
-    fields.resize(kCount);
-    std::size_t at = 0;
-    std::apply(
-        [&](auto&... column) {
-          const auto take = [&](auto& value) {
-            if (!parse_field(fields[at], value))
-              refuse(file, i + 1, fmt::format("field {} is '{}', must be a number", at + 1, fields[at]));
-            ++at;
-          };
-          (take(column), ...);
-        },
-        columns);
-    rows.push_back(std::move(row));
-  }
+  TableReader<Row> reader(file);
+  while (auto row = reader.next()) rows.push_back(*std::move(row));
   return rows;
 }
 
 }  // namespace
+
+template <typename Row>
+TableReader<Row>::TableReader(const std::filesystem::path& file) : file_(file) {
+  if (!std::filesystem::exists(file)) return;
+  lines_.emplace(file);
+  const auto header = lines_->next();
+  if (!header) {
+    lines_.reset();
+    return;
+  }
+  if constexpr (Grown<Row>) {
+    if (*header + std::string(Columns<Row>::added) == Columns<Row>::header) {
+      missing_ = std::size_t(std::count(Columns<Row>::added.begin(), Columns<Row>::added.end(), ','));
+    }
+  }
+  if (missing_ == 0 && *header != Columns<Row>::header) {
+    refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
+  }
+}
+
+template <typename Row>
+std::optional<Row> TableReader<Row>::next() {
+  const auto line = lines_ ? lines_->next() : std::nullopt;
+  if (!line) return std::nullopt;
+  auto fields = split_fields(*line);
+  Row row;
+  auto columns = Columns<Row>::of(row);
+  constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
+  const std::size_t count = kCount - missing_;
+  if (fields.size() != count) {
+    refuse(file_, lines_->number(), fmt::format("has {} fields, must have {}", fields.size(), count));
+  }
+  fields.resize(kCount);
+  std::size_t at = 0;
+  std::apply(
+      [&](auto&... column) {
+        const auto take = [&](auto& value) {
+          if (!parse_field(fields[at], value)) {
+            refuse(file_, lines_->number(), fmt::format("field {} is '{}', must be a number", at + 1, fields[at]));
+          }
+          ++at;
+        };
+        (take(column), ...);
+      },
+      columns);
+  return row;
+}
+
+template class TableReader<FrameRow>;
+template class TableReader<DriveRow>;
+template class TableReader<RangeRow>;
+template class TableReader<FixRow>;
+template class TableReader<SightingRow>;
+template class TableReader<EffortRow>;
 
 std::string frames_header() { return Columns<FrameRow>::header; }
 std::string drive_header() { return Columns<DriveRow>::header; }
@@ -170,20 +183,21 @@ std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { ret
 std::vector<EffortRow> read_effort(const std::filesystem::path& file) { return read_table<EffortRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
-  const auto lines = whole_lines(file);
   std::vector<PoseRow> rows;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (lines[i].empty() || lines[i][0] == '#') continue;
+  if (!std::filesystem::exists(file)) return rows;
+  files::TextLines lines(file);
+  while (const auto line = lines.next()) {
+    if (line->empty() || (*line)[0] == '#') continue;
     std::vector<double> v;
-    for (std::size_t begin = 0; begin < lines[i].size();) {
-      const std::size_t end = std::min(lines[i].find(' ', begin), lines[i].size());
-      if (end > begin && !parse_field(lines[i].substr(begin, end - begin), v.emplace_back())) {
-        refuse(file, i + 1, fmt::format("'{}' is no number", lines[i].substr(begin, end - begin)));
+    for (std::size_t begin = 0; begin < line->size();) {
+      const std::size_t end = std::min(line->find(' ', begin), line->size());
+      if (end > begin && !parse_field(line->substr(begin, end - begin), v.emplace_back())) {
+        refuse(file, lines.number(), fmt::format("'{}' is no number", line->substr(begin, end - begin)));
       }
       begin = end + 1;
     }
     if (v.size() != 8)
-      refuse(file, i + 1, fmt::format("has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size()));
+      refuse(file, lines.number(), fmt::format("has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size()));
     // The heading of a rotation that may also roll and pitch a little: the angle about z.
     const double heading = std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6]));
     rows.push_back({v[0], v[1], v[2], nanoradians(heading)});

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/files/text_file.h"
 #include "apps/runs/run_data.h"
 
 /// The text form of a run folder's tables, both ways (DESIGN.md, "A run on disk"). Numbers are written so that reading
@@ -27,8 +29,24 @@ std::string to_line(const EffortRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
-/// Each reads a table whole. A last line without its newline was being written when the program ended, and is left out.
-/// A file that is not there is an empty table. @throws files::FileError: FILE:LINE: what is wrong
+/// A table row by row, for runs of any length. A last line without its newline was being written when the program
+/// ended, and is left out. A file that is not there is an empty table. Row: any of the above but PoseRow.
+template <typename Row>
+class TableReader {
+ public:
+  /// @throws files::FileError for another header
+  explicit TableReader(const std::filesystem::path& file);
+
+  /// Nothing at the end. @throws files::FileError: FILE:LINE: what is wrong
+  std::optional<Row> next();
+
+ private:
+  std::filesystem::path file_;
+  std::optional<files::TextLines> lines_;
+  std::size_t missing_ = 0;  ///< of the last columns, in a table of an older version
+};
+
+/// Each reads a table whole, as TableReader does.
 std::vector<FrameRow> read_frames(const std::filesystem::path& file);
 std::vector<DriveRow> read_drive(const std::filesystem::path& file);
 std::vector<RangeRow> read_ranges(const std::filesystem::path& file);

@@ -21,4 +21,9 @@ std::optional<PoseRow> Track::follow(const DriveRow& drive, const PoseRow& odome
   return PoseRow{odometry.t_s, estimate->pose.x_m, estimate->pose.y_m, estimate->pose.heading_rad};
 }
 
+std::optional<PoseRow> pose_of(double t_s, const localisation::Fix& fix) {
+  if (!fix.position_m || !fix.heading_rad || fix.other_position_m) return std::nullopt;
+  return PoseRow{t_s, fix.position_m->x(), fix.position_m->y(), *fix.heading_rad};
+}
+
 }  // namespace twocone::runs

@@ -26,4 +26,8 @@ class Track {
   std::optional<localisation::PoseFilter> filter_;
 };
 
+/// A fix by itself, for a run without odometry: nothing for one without position or heading, and for one of two
+/// answers.
+std::optional<PoseRow> pose_of(double t_s, const localisation::Fix& fix);
+
 }  // namespace twocone::runs

@@ -234,5 +234,11 @@ TEST(RepeatCommand, IsQuotedForTheShell) {
             "twocone run --robot 'my robot'\\''s/lab.yaml' --behaviour wander --frames 450 --method paper --seed 7");
 }
 
+TEST(RepeatCommand, OfAnImportedRunIsNoRun) {
+  runs::RunInfo info = known_info();
+  info.behaviour = runs::kImported;
+  EXPECT_EQ(repeat_command(info, synthetic_robot(), "paper"), "twocone localise RUN --method paper");
+}
+
 }  // namespace
 }  // namespace twocone::report

@@ -47,5 +47,20 @@ TEST(Track, OfFullGoesOnByTheWheelsWithoutAFix) {
   EXPECT_NEAR(row->y_m, -0.5, 1e-6);
 }
 
+TEST(Track, WithoutWheelsIsTheFixAlone) {
+  const auto row = pose_of(0.7, fix_at(1.5, -0.5, 0.3));
+  ASSERT_TRUE(row);
+  EXPECT_EQ(row->t_s, 0.7);
+  EXPECT_EQ(row->y_m, -0.5);
+  EXPECT_EQ(row->heading_rad, 0.3);
+  localisation::Fix no_heading = fix_at(1.5, -0.5, 0.3);
+  no_heading.heading_rad.reset();
+  EXPECT_FALSE(pose_of(0.7, no_heading)) << "no heading is made up";
+  localisation::Fix ambiguous = fix_at(1.5, -0.5, 0.3);
+  ambiguous.other_position_m = {0.1, 0.2};
+  EXPECT_FALSE(pose_of(0.7, ambiguous));
+  EXPECT_FALSE(pose_of(0.7, {}));
+}
+
 }  // namespace
 }  // namespace twocone::runs

@@ -17,10 +17,6 @@ namespace {
 
 constexpr double kMmPerM = 1000;
 
-std::string block(const std::string& name, const std::string& rows) {
-  return fmt::format("${} << END_OF_DATA\n{}END_OF_DATA\n", name, rows);
-}
-
 /// Errors of ranges in their own stated sigmas.
 std::vector<double> normalised_ranges(const runs::RunData& run) {
   std::vector<double> errors;
@@ -96,7 +92,7 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
   const auto beyond = std::count_if(errors_mm.begin(), errors_mm.end(), [&](double e) { return e > limit_mm; });
   Plot plot;
   plot.height_px = 380;
-  plot.commands = block("bound", curve) + block("fixes", points);
+  plot.commands = data_block("bound", curve) + data_block("fixes", points);
   plot.commands += fmt::format(
       "set yrange [0:{:.6g}]\nset xlabel 'time / s' offset 0,0.3\nset ylabel 'position error / mm'\n"
       "set key outside top center horizontal maxrows 1\n",
@@ -135,8 +131,8 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
 
   Plot plot;
   plot.height_px = 380;
-  plot.commands = block("ranges", ranges.empty() ? "" : histogram(ranges, -kWidest, kWidest, kBins)) +
-                  block("positions", positions.empty() ? "" : histogram(positions, 0, kLargest, kBins));
+  plot.commands = data_block("ranges", ranges.empty() ? "" : histogram(ranges, -kWidest, kWidest, kBins)) +
+                  data_block("positions", positions.empty() ? "" : histogram(positions, 0, kLargest, kBins));
   plot.commands +=
       "set multiplot layout 1,2 margins 0.08,0.98,0.16,0.84 spacing 0.09,0.1\nset samples 300\n"
       "set key outside top center horizontal\nset yrange [0:*]\n";

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/report/figures/child.h"
 #include "apps/report/markup.h"
@@ -96,6 +97,14 @@ std::string gnuplot_string(std::string_view text) {
 
 std::string number(std::optional<double> value) {
   return value && std::isfinite(*value) ? fmt::format("{:.9g}", *value) : "NaN";
+}
+
+std::string data_block(std::string_view name, std::string_view rows) {
+  return fmt::format("${} << END_OF_DATA\n{}END_OF_DATA\n", name, rows);
+}
+
+std::string plot_command(const std::vector<std::string>& plots) {
+  return fmt::format("plot {}\n", plots.empty() ? "NaN notitle" : fmt::format("{}", fmt::join(plots, ", \\\n     ")));
 }
 
 Status write_file(const std::filesystem::path& file, std::string_view content) {

@@ -56,6 +56,12 @@ std::string gnuplot_string(std::string_view text);
 /// A value of a data block; NaN, which gnuplot leaves out and breaks a line at, for none.
 std::string number(std::optional<double> value);
 
+/// A data block that plots can name: "$name". @param rows each ended by a line break
+std::string data_block(std::string_view name, std::string_view rows);
+
+/// One plot of all that is given; an empty one for nothing. @param plots as gnuplot's `plot` takes them
+std::string plot_command(const std::vector<std::string>& plots);
+
 /// Writes the whole file or leaves the old one: a neighbour is written first and renamed.
 /// Error kUnavailable: names the file and the reason.
 Status write_file(const std::filesystem::path& file, std::string_view content);

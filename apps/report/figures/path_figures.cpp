@@ -23,16 +23,6 @@ constexpr int kWidth_px = 640;
 constexpr int kTallest_px = 760;
 constexpr int kJpegQuality = 82;
 
-std::string block(const std::string& name, const std::string& rows) {
-  return fmt::format("${} << END_OF_DATA\n{}END_OF_DATA\n", name, rows);
-}
-
-std::string pose_block(const std::string& name, const std::vector<runs::PoseRow>& poses) {
-  std::string rows;
-  for (const runs::PoseRow& pose : poses) rows += fmt::format("{} {}\n", number(pose.x_m), number(pose.y_m));
-  return block(name, rows);
-}
-
 /// Grows to hold what is added; starts as nothing.
 struct Extent {
   files::Bounds box{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
@@ -55,8 +45,8 @@ std::string ends(const std::vector<runs::PoseRow>& path, bool boxed) {
   const auto offset = [&](bool above) {
     return fmt::format("left offset 1,{}{}", above ? 0.9 : -0.9, boxed ? " boxed" : "");
   };
-  return block("start", fmt::format("{} {}\n", number(start.x_m), number(start.y_m))) +
-         block("end", fmt::format("{} {}\n", number(end.x_m), number(end.y_m))) +
+  return data_block("start", fmt::format("{} {}\n", number(start.x_m), number(start.y_m))) +
+         data_block("end", fmt::format("{} {}\n", number(end.x_m), number(end.y_m))) +
          label_command("start", start.x_m, start.y_m, offset(start_above)) +
          label_command("end", end.x_m, end.y_m, offset(!start_above));
 }
@@ -90,18 +80,14 @@ FixData collect_fixes(const runs::RunData& run) {
   return data;
 }
 
-std::string join(const std::vector<std::string>& plots) {
-  std::string text = "plot ";
-  for (std::size_t i = 0; i < plots.size(); ++i) text += (i > 0 ? ", \\\n     " : "") + plots[i];
-  return text + "\n";
-}
-
 }  // namespace
 
 Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead) {
   const runs::RunData& run = drawing.run;
   const bool truth = !run.truth.empty();
-  const std::vector<runs::PoseRow>& path = truth ? run.truth : run.odometry;
+  const bool wheels = runs::has_odometry(run);
+  const std::vector<runs::PoseRow>& path = truth ? run.truth : wheels ? run.odometry : run.estimate;
+  const char* const by = wheels ? "odometry" : "the fixes";
   const Sheet sheet = lay_out(run.map.bounds, kWidth_px, kTallest_px);
 
   Plot plot;
@@ -118,25 +104,26 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   }
   plot.commands +=
       landmark_commands(run.map, overhead.has_value()) + "set key outside top center horizontal maxrows 1\n";
-  std::vector<std::string> plots{"NaN notitle"};
+  std::vector<std::string> plots;
   if (!path.empty()) {
     plot.commands += pose_block("path", path) + ends(path, true);
     plots = {"$path using 1:2 with lines lw 5 lc rgb '#ffffff' notitle",
              fmt::format("$path using 1:2 with lines lw 2.5 lc rgb '{}' title {}", kOdometryColour,
-                         gnuplot_string(truth ? "true trajectory" : "odometry's trajectory")),
+                         gnuplot_string(truth ? "true trajectory" : fmt::format("trajectory by {}", by))),
              end_marks()};
   }
-  plot.commands += join(plots);
+  plot.commands += plot_command(plots);
 
-  Figure figure{"fig07_trajectory", "Figure 7", truth ? "The robot's true trajectory" : "The trajectory by odometry",
-                "", ""};
+  Figure figure{"fig07_trajectory", "Figure 7",
+                truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by), "", ""};
   figure.wide = false;
-  figure.caption =
-      fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
-                  truth ? "Where the robot really drove." : "Dead reckoning alone: there is no ground truth.",
-                  overhead ? "The arena from above as POV-Ray sees it, with the robot at its start."
-                           : "Plan drawn from the map: walls, obstacles, pillars.",
-                  run.map.unit_m * 100);
+  figure.caption = fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
+                               truth    ? "Where the robot really drove."
+                               : wheels ? "Dead reckoning alone: there is no ground truth."
+                                        : "There is neither ground truth nor odometry.",
+                               overhead ? "The arena from above as POV-Ray sees it, with the robot at its start."
+                                        : "Plan drawn from the map: walls, obstacles, pillars.",
+                               run.map.unit_m * 100);
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
@@ -156,7 +143,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   const FrameSpan span = frame_span(run);
   Plot plot;
   plot.height_px = 400;
-  plot.commands = block("fixes", fixes.points) + block("odometry", odometry);
+  plot.commands = data_block("fixes", fixes.points) + data_block("odometry", odometry);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset yrange [0:*]\nset offsets 0,0,graph 0.08,0\nset y2range [0:1]\nset boxwidth 1\n"
       "set xlabel 'frame' offset 0,0.3\nset ylabel 'position error / mm'\nset key outside top center horizontal "
@@ -165,7 +152,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   std::vector<std::string> plots;
   int k = 0;
   for (const auto& [verdict, frames] : fixes.missing) {
-    plot.commands += block(fmt::format("missing{}", k), frames);
+    plot.commands += data_block(fmt::format("missing{}", k), frames);
     plots.push_back(fmt::format("$missing{} using 1:(0.04) axes x1y2 with boxes lc rgb '{}' title {}", k++,
                                 verdict_colour(verdict), gnuplot_string("no fix: " + verdict)));
   }
@@ -195,7 +182,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
         "textcolor rgb '#666666' font ',12'\n",
         paper::kFigure17Frames, kPaperColour);
   }
-  plot.commands += join(plots);
+  plot.commands += plot_command(plots);
 
   Figure figure{"fig17_error", "Figure 17", "Error of the position", "", ""};
   figure.caption =
@@ -242,7 +229,7 @@ Figure draw_paths(const Drawing& drawing) {
   path("truth", run.truth, fmt::format("lw 2 lc rgb '{}' title 'true'", kTruthColour));
   path("odometry", run.odometry, fmt::format("lw 1.5 dt (8,4) lc rgb '{}' title 'odometry'", kOdometryColour));
   if (fixes.count > 0) {
-    plot.commands += block("fixes", fixes.points);
+    plot.commands += data_block("fixes", fixes.points);
     plots.push_back(
         fmt::format("$fixes using 2:3 with points pt 7 ps 0.35 lc rgb '{}' title 'calculated'", kFixColour));
   }
@@ -251,13 +238,13 @@ Figure draw_paths(const Drawing& drawing) {
     plot.commands += ends(marked, false);
     plots.push_back(end_marks());
   }
-  if (plots.empty()) plots.emplace_back("NaN notitle");
-  plot.commands += join(plots);
+  plot.commands += plot_command(plots);
 
   Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory", "", ""};
   figure.wide = false;
-  figure.caption = fmt::format("{} positions from one stereo frame each{}, and the path by odometry alone.",
-                               fixes.count, run.truth.empty() ? "" : " beside the true trajectory");
+  figure.caption = fmt::format("{} positions from one stereo frame each{}{}.", fixes.count,
+                               run.truth.empty() ? "" : " beside the true trajectory",
+                               runs::has_odometry(run) ? ", and the path by odometry alone" : "");
   if (outside > 0) figure.caption += fmt::format(" {} of them lie outside this picture.", outside);
   return drawn(drawing, std::move(figure), std::move(plot));
 }

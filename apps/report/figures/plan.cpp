@@ -122,6 +122,12 @@ std::string label_command(const std::string& text, double x_m, double y_m, const
                      options);
 }
 
+std::string pose_block(const std::string& name, const std::vector<runs::PoseRow>& poses) {
+  std::string rows;
+  for (const runs::PoseRow& pose : poses) rows += fmt::format("{} {}\n", number(pose.x_m), number(pose.y_m));
+  return data_block(name, rows);
+}
+
 Result<cv::Mat> overhead_picture(const files::Map& map, const std::filesystem::path& cache,
                                  const sim_povray::RenderSettings& render) {
   if (!map.scene) return Error{ErrorCode::kNotFound, "the map names no scene"};

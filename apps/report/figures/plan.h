@@ -36,6 +36,9 @@ std::string landmark_commands(const files::Map& map, bool boxed);
 /// A landmark or point marked with a word.
 std::string label_command(const std::string& text, double x_m, double y_m, const std::string& options);
 
+/// A data block of the poses' places.
+std::string pose_block(const std::string& name, const std::vector<runs::PoseRow>& poses);
+
 /// The arena from above, CV_8UC3 b g r, covering the map's bounds. Kept as `cache` and read from there the next time.
 /// Errors: kNotFound (no scene), those of sim_povray::render_overhead.
 Result<cv::Mat> overhead_picture(const files::Map& map, const std::filesystem::path& cache,

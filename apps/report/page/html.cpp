@@ -44,6 +44,19 @@ std::string Table::str() const {
       "class=\"scroll\"");
 }
 
+std::string navigation(const std::vector<std::pair<std::string, std::string>>& places) {
+  std::string links;
+  for (const auto& [id, title] : places) links += text("a", title, fmt::format("href=\"#{}\"", escape(id)));
+  return element("nav", links);
+}
+
+std::string document(std::string_view title, std::string_view style, std::string_view body, std::string_view script) {
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
+         text("title", title) + element("style", style) + "</head>\n<body>\n" + std::string(body) +
+         element("script", script) + "</body>\n</html>\n";
+}
+
 std::string head_row(const std::vector<std::string>& cells, const std::vector<int>& spans) {
   std::string row;
   for (std::size_t i = 0; i < cells.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 /// Small pieces of HTML, written so that the page is well-formed XML as well. "Inner" is HTML that stands as it is;
@@ -34,6 +35,13 @@ class Table {
  private:
   std::string caption_, head_, attributes_, body_;
 };
+
+/// Links to parts of the page. @param places id and title of each
+std::string navigation(const std::vector<std::pair<std::string, std::string>>& places);
+
+/// The whole page: UTF-8, well-formed XML if its parts are. @param title plain text. @param style, script as they
+/// stand, without < and &. @param body inner HTML
+std::string document(std::string_view title, std::string_view style, std::string_view body, std::string_view script);
 
 /// A head's row. @param cells inner HTML. @param spans columns of each; empty: one each
 std::string head_row(const std::vector<std::string>& cells, const std::vector<int>& spans = {});

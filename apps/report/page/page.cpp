@@ -14,14 +14,6 @@
 namespace twocone::report {
 namespace {
 
-std::string figure_html(const Figure& figure) {
-  std::string caption = html::text("strong", figure.title + ".");
-  if (!figure.number.empty()) caption += html::text("span", fmt::format("The paper's {}. ", figure.number));
-  caption = html::element("figcaption", caption + escape(figure.caption));
-  return html::element("figure", inline_svg(figure.svg, figure.stem) + caption,
-                       fmt::format("id=\"{}\"{}", escape(figure.stem), figure.wide ? " class=\"wide\"" : ""));
-}
-
 std::string group_html(const FigureGroup& group) {
   std::string figures;
   for (const Figure& figure : group.figures) {
@@ -117,13 +109,15 @@ std::string provenance_html(const PageContent& content) {
   return html::section("run", "The run", text);
 }
 
-std::string nav_html(const std::vector<std::pair<std::string, std::string>>& places) {
-  std::string links;
-  for (const auto& [id, title] : places) links += html::text("a", title, fmt::format("href=\"#{}\"", escape(id)));
-  return html::element("nav", links);
-}
-
 }  // namespace
+
+std::string figure_html(const Figure& figure) {
+  std::string caption = html::text("strong", figure.title + ".");
+  if (!figure.number.empty()) caption += html::text("span", fmt::format("The paper's {}. ", figure.number));
+  caption = html::element("figcaption", caption + escape(figure.caption));
+  return html::element("figure", inline_svg(figure.svg, figure.stem) + caption,
+                       fmt::format("id=\"{}\"{}", escape(figure.stem), figure.wide ? " class=\"wide\"" : ""));
+}
 
 std::string page(const PageContent& content) {
   const runs::RunData& run = content.run;
@@ -150,15 +144,12 @@ std::string page(const PageContent& content) {
                                    summary.frames, run.info.frames_wanted),
                        "class=\"warning\"");
   }
-  main += nav_html(places) + rules(content) + tiles(summary);
+  main += html::navigation(places) + rules(content) + tiles(summary);
   main += html::section("ranges", "Ranges", range_table(content) + coverage_table(content));
   main += html::section("position", "Position", position_table(content));
   main += figures + browser_html(content.frames) + repeat_html(run) + provenance_html(content);
 
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
-         html::text("title", title) + html::element("style", style()) + "</head>\n<body>\n" +
-         html::element("main", main) + html::element("script", script()) + "</body>\n</html>\n";
+  return html::document(title, style(), html::element("main", main), script());
 }
 
 }  // namespace twocone::report

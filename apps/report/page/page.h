@@ -28,6 +28,9 @@ struct PageContent {
   std::vector<std::string> notes;
 };
 
+/// A figure with its caption.
+std::string figure_html(const Figure& figure);
+
 /// report.html: one page that needs no other file. UTF-8, well-formed XML too, the same bytes for the same content.
 std::string page(const PageContent& content);
 

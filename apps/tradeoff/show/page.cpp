@@ -163,15 +163,11 @@ std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, c
   std::string rules;
   for (const std::string& sentence : rule_sentences()) rules += html::text("p", sentence);
   main += html::element("div", rules, "class=\"rules\"");
-  std::string links;
-  for (const auto& [id, name] : {std::pair{"pictures", "Pictures"},
-                                 {"conclusions", "Conclusions"},
-                                 {"growth", "Growth"},
-                                 {"settings", "All settings"},
-                                 {"repeat", "Repeat"}}) {
-    links += html::text("a", name, fmt::format("href=\"#{}\"", id));
-  }
-  main += html::element("nav", links);
+  main += html::navigation({{"pictures", "Pictures"},
+                            {"conclusions", "Conclusions"},
+                            {"growth", "Growth"},
+                            {"settings", "All settings"},
+                            {"repeat", "Repeat"}});
   if (choice != nullptr && !choice->why.empty()) main += html::text("p", choice->why, "class=\"choice\"");
 
   std::string figures;
@@ -188,12 +184,9 @@ std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, c
   main += html::section("repeat", "How to repeat this",
                         html::text("p", "The same version makes the same errors byte for byte, and its own times:") +
                             html::text("pre", sweep.repeat) + facts_html(sweep));
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n" +
-         html::text("title", title) + html::element("style", std::string(report::style()) + std::string(page_style())) +
-         "</head>\n<body>\n" + html::element("main", main) +
-         "<div id=\"tip\" role=\"status\" hidden=\"hidden\"></div>\n" + html::element("script", page_script()) +
-         "</body>\n</html>\n";
+  return html::document(title, std::string(report::style()) + std::string(page_style()),
+                        html::element("main", main) + "<div id=\"tip\" role=\"status\" hidden=\"hidden\"></div>\n",
+                        page_script());
 }
 
 }  // namespace twocone::tradeoff

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/foreign/import_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "apps/files/file_error.h"
+#include "apps/files/map_file.h"
+#include "apps/files/robot_file.h"
+#include "apps/files/to_layers.h"
+#include "apps/foreign/motion.h"
+#include "apps/foreign/pairing.h"
+#include "apps/foreign/picture_file.h"
+#include "apps/foreign/picture_list.h"
+#include "apps/runs/disk.h"
+#include "apps/runs/estimator.h"
+#include "apps/runs/run_yaml.h"
+#include "apps/runs/tables.h"
+#include "apps/runs/version.h"
+#include "localisation/odometry.h"
+
+namespace twocone::foreign {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The folder that is made; gone again unless it was finished.
+class NewFolder {
+ public:
+  explicit NewFolder(const fs::path& path) : path_(path), was_there_(fs::exists(path)) {
+    std::error_code error;
+    if (fs::exists(path / "run.yaml") || fs::exists(path / "frames.csv")) {
+      throw runs::DiskError(
+          fmt::format("{} holds a run already: choose another --out, or remove it first", path.string()));
+    }
+    if (was_there_ && !(fs::is_directory(path) && fs::is_empty(path, error))) {
+      throw runs::DiskError(fmt::format("{} is not an empty folder: choose another --out", path.string()));
+    }
+    fs::create_directories(path / "lower", error);
+    if (!error) fs::create_directories(path / "upper", error);
+    if (error) {
+      clear();
+      throw runs::DiskError(fmt::format("cannot make the folder {}: {}", path.string(), error.message()));
+    }
+  }
+  ~NewFolder() {
+    if (!finished_) clear();
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  void finish() { finished_ = true; }
+
+ private:
+  void clear() const {
+    std::error_code ignored;
+    if (!was_there_) {
+      fs::remove_all(path_, ignored);
+      return;
+    }
+    for (fs::directory_iterator entry(path_, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+      std::error_code error;
+      fs::remove_all(entry->path(), error);
+    }
+  }
+
+  fs::path path_;
+  bool was_there_;
+  bool finished_ = false;
+};
+
+struct Camera {
+  PictureList list;
+  std::vector<Stamp> times;
+  PictureSize size;
+};
+
+Camera open_camera(const fs::path& folder, const fs::path& times_file, StampUnit unit,
+                   const files::CameraEntry& entry) {
+  Camera camera{list_pictures(folder, times_file, unit), {}, {entry.width_px, entry.height_px}};
+  try {
+    check_picture(camera.list.pictures.back().file, camera.size);
+  } catch (const BadPicture& bad) {
+    camera.list.events.push_back(fmt::format("the last picture is left out: {}", bad.what()));
+    camera.list.pictures.pop_back();
+  }
+  if (camera.list.pictures.empty())
+    throw files::FileError(fmt::format("{}: no picture that can be read", folder.string()));
+  for (const StampedPicture& picture : camera.list.pictures) camera.times.push_back(picture.time);
+  return camera;
+}
+
+double ms(Stamp stamp) { return to_seconds(stamp) * 1e3; }
+
+Stamp skew_limit(const Recording& recording, const Camera& lower, const Camera& upper, const files::Robot& robot) {
+  const Stamp nominal(std::llround(1e9 / robot.lower.rate_hz));
+  const Stamp period =
+      std::min(median_period(lower.times).value_or(nominal), median_period(upper.times).value_or(nominal));
+  if (!recording.max_skew_s) return period / 2;
+  const double limit_s = *recording.max_skew_s;
+  if (!(limit_s > 0) || limit_s > to_seconds(period)) {
+    throw files::FileError(fmt::format("--max-skew-ms is {}, must be > 0 and at most the pictures' period of {:.3f} ms",
+                                       limit_s * 1e3, ms(period)));
+  }
+  return Stamp(std::llround(limit_s * 1e9));
+}
+
+Stamp skew_of(const Pair& pair, const Camera& lower, const Camera& upper) {
+  return upper.times[pair.upper] - lower.times[pair.lower];
+}
+
+std::string span(Stamp first, Stamp last) {
+  return fmt::format("{:.3f} s to {:.3f} s", to_seconds(first), to_seconds(last));
+}
+
+std::vector<Pair> find_pairs(const Recording& recording, const Camera& lower, const Camera& upper, Stamp limit) {
+  auto pairs = pair_pictures(lower.times, upper.times, limit);
+  if (pairs.empty()) {
+    throw files::FileError(
+        fmt::format("no picture of {} ({}) is within {:.3f} ms of one of {} ({}): both must be of one clock",
+                    recording.lower.string(), span(lower.times.front(), lower.times.back()), ms(limit),
+                    recording.upper.string(), span(upper.times.front(), upper.times.back())));
+  }
+  return pairs;
+}
+
+/// Leaves out the pairs of which `source` does not know.
+template <typename Source>
+void keep_covered(const Source& source, const fs::path& file, const Camera& lower, std::vector<Pair>& pairs,
+                  std::vector<std::string>& events) {
+  const std::string pictures = span(lower.times[pairs.front().lower], lower.times[pairs.back().lower]);
+  const std::size_t uncovered =
+      std::erase_if(pairs, [&](const Pair& pair) { return !source.at(lower.times[pair.lower]).has_value(); });
+  const std::string told = span(source.timeline().first(), source.timeline().last());
+  if (pairs.empty()) {
+    throw files::FileError(
+        fmt::format("{} tells {}, the pictures are of {}: both must be of one clock", file.string(), told, pictures));
+  }
+  if (uncovered > 0) {
+    events.push_back(
+        fmt::format("{} frames are left out, which {} ({}) does not cover", uncovered, file.string(), told));
+  }
+}
+
+std::vector<runs::FrameRow> frame_rows(const std::vector<Pair>& pairs, const Camera& lower, const Camera& upper) {
+  std::vector<std::size_t> of_lower;
+  std::vector<std::size_t> of_upper;
+  for (const Pair& pair : pairs) {
+    of_lower.push_back(pair.lower);
+    of_upper.push_back(pair.upper);
+  }
+  const auto lower_lost = lost_before(lower.times, of_lower);
+  const auto upper_lost = lost_before(upper.times, of_upper);
+  const Stamp zero = lower.times[of_lower.front()];
+  std::vector<runs::FrameRow> rows;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    runs::FrameRow row;
+    row.frame = i;
+    row.t_s = row.lower_t_s = to_seconds(lower.times[of_lower[i]] - zero);
+    row.upper_t_s = to_seconds(upper.times[of_upper[i]] - zero);
+    row.skew_s = to_seconds(skew_of(pairs[i], lower, upper));
+    row.lower_sequence = of_lower[i];
+    row.upper_sequence = of_upper[i];
+    row.lower_lost = lower_lost[i];
+    row.upper_lost = upper_lost[i];
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void store_pictures(const std::vector<Pair>& pairs, const Camera& lower, const Camera& upper, const fs::path& out,
+                    const std::function<void(double)>& progress) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    try {
+      store_picture(lower.list.pictures[pairs[i].lower].file, lower.size, runs::lower_picture(out, i));
+      store_picture(upper.list.pictures[pairs[i].upper].file, upper.size, runs::upper_picture(out, i));
+    } catch (const BadPicture& bad) {
+      throw files::FileError(fmt::format("{}; only the last picture of a folder may be so", bad.what()));
+    }
+    progress(double(i + 1) / double(pairs.size()));
+  }
+}
+
+/// The tables of the wheels, frame by frame; empty where they are not known.
+struct WheelTables {
+  std::string drive = runs::drive_header() + '\n';
+  std::string odometry;
+};
+
+WheelTables wheel_tables(const std::optional<WheelFile>& wheels, const std::vector<Pair>& pairs, const Camera& lower,
+                         const std::vector<runs::FrameRow>& frames, const files::Robot& robot) {
+  WheelTables tables;
+  if (!wheels) return tables;
+  localisation::Odometry odometry(files::to_wheels(robot), files::to_start_pose(robot));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto turns = wheels->at(lower.times[pairs[i].lower]);
+    runs::DriveRow row;
+    row.t_s = frames[i].t_s;
+    row.left_rad = turns->left_rad;
+    row.right_rad = turns->right_rad;
+    tables.drive += to_line(row) + '\n';
+    const localisation::Pose& pose = odometry.update(row.left_rad, row.right_rad);
+    tables.odometry += to_line(runs::PoseRow{row.t_s, pose.x_m, pose.y_m, pose.heading_rad}) + '\n';
+  }
+  return tables;
+}
+
+std::string absolute_text(const fs::path& file) { return fs::absolute(file).lexically_normal().string(); }
+
+std::string described(const char* view, const fs::path& folder, const fs::path& times_file, const Camera& camera,
+                      std::size_t pairs) {
+  return fmt::format("{}: {} of {} pictures of {}, times of {}", view, pairs, camera.list.pictures.size(),
+                     absolute_text(folder), times_file.empty() ? "their names" : absolute_text(times_file));
+}
+
+}  // namespace
+
+Imported import_run(const Recording& recording, const fs::path& out, const std::function<void(double)>& progress) {
+  const files::Robot robot = files::read_robot(recording.robot_file);
+  const files::Map map = files::read_map(robot.map);
+  files::check_landmarks(robot, map);
+
+  const Camera lower = open_camera(recording.lower, recording.lower_times, recording.unit, robot.lower);
+  const Camera upper = open_camera(recording.upper, recording.upper_times, recording.unit, robot.upper);
+  const Stamp limit = skew_limit(recording, lower, upper, robot);
+  std::vector<Pair> pairs = find_pairs(recording, lower, upper, limit);
+
+  std::vector<std::string> events{described("lower", recording.lower, recording.lower_times, lower, pairs.size()),
+                                  described("upper", recording.upper, recording.upper_times, upper, pairs.size())};
+  for (const Camera* camera : {&lower, &upper}) {
+    events.insert(events.end(), camera->list.events.begin(), camera->list.events.end());
+  }
+  const std::size_t unpaired = lower.times.size() + upper.times.size() - 2 * pairs.size();
+  if (unpaired > 0) {
+    events.push_back(fmt::format("{} pictures without a partner within {:.3f} ms are left out", unpaired, ms(limit)));
+  }
+
+  std::optional<Trajectory> trajectory;
+  if (!recording.trajectory.empty()) {
+    trajectory.emplace(recording.trajectory);
+    events.push_back(fmt::format("truth.tum is a given trajectory, of {}", absolute_text(recording.trajectory)));
+    keep_covered(*trajectory, recording.trajectory, lower, pairs, events);
+  }
+  std::optional<WheelFile> wheels;
+  if (recording.odometry.empty()) {
+    events.emplace_back("no odometry was given: drive.csv and odometry.tum are empty");
+  } else {
+    wheels.emplace(recording.odometry, files::to_wheels(robot));
+    events.push_back(fmt::format("the wheels' angles are of {}", absolute_text(recording.odometry)));
+    events.insert(events.end(), wheels->events().begin(), wheels->events().end());
+    keep_covered(*wheels, recording.odometry, lower, pairs, events);
+  }
+  const Stamp zero = lower.times[pairs.front().lower];
+  events.push_back(fmt::format("t = 0 is {}.{:09} s of the recording's clock", zero.count() / 1'000'000'000,
+                               zero.count() % 1'000'000'000));
+
+  NewFolder folder(out);
+  store_pictures(pairs, lower, upper, out, progress);
+  const auto frames = frame_rows(pairs, lower, upper);
+  const WheelTables tables = wheel_tables(wheels, pairs, lower, frames, robot);
+  runs::write_whole(out / "drive.csv", tables.drive);
+  runs::write_whole(out / "odometry.tum", tables.odometry);
+  if (trajectory) {
+    std::string truth;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      runs::PoseRow pose = *trajectory->at(lower.times[pairs[i].lower]);
+      pose.t_s = frames[i].t_s;
+      truth += to_line(pose) + '\n';
+    }
+    runs::write_whole(out / "truth.tum", truth);
+  }
+  runs::RunInfo info;
+  info.version = runs::version();
+  info.commit = runs::commit();
+  info.compiler = runs::compiler();
+  info.behaviour = runs::kImported;
+  info.method = robot.estimator.method.empty() ? std::string(to_string(runs::kDefaultMethod)) : robot.estimator.method;
+  info.frames_wanted = int(frames.size());
+  info.capture.emplace().unpaired = unpaired;
+  info.finished = true;
+  info.events = events;
+  runs::write_run_yaml(out, info, robot, map.file);
+  std::string rows = runs::frames_header() + '\n';
+  for (const runs::FrameRow& row : frames) rows += to_line(row) + '\n';
+  runs::write_whole(out / "frames.csv", rows);
+  folder.finish();
+  return {frames.size(), std::move(events)};
+}
+
+}  // namespace twocone::foreign
