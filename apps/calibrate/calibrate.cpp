@@ -149,7 +149,7 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
   Report report{.runs = {},
                 .robot = robot.file.string(),
                 .result = {},
-                .frames = {},
+                .problem = problem,
                 .circles = {},
                 .before = before,
                 .after = before,
@@ -157,6 +157,8 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
                 .drive = robot.drive};
   for (const runs::RunData& run : runs) report.runs.push_back(run.folder.string());
   report.slip = problem.wheels->slip;
+  problem.fit_timing = settings.fit_timing;
+  problem.height_px = {robot.lower.height_px, robot.upper.height_px};
   measure_circles(chosen, before, report.circles);
   problem.lower_rim = report.circles[0].rim;
   problem.upper_rim = report.circles[1].rim;
@@ -165,10 +167,10 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
 
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { tell(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
-    auto sighted = sight(runs, chosen, report.after, part);
-    if (!sighted) return sighted.error();
-    problem.frames = std::move(sighted->frames);
-    report.sightings_without_answer = sighted->without_answer;
+    Sighted sighted = sight(runs, chosen, report.after, part);
+    if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
+    problem.frames = std::move(sighted.frames);
+    report.sightings_without_answer = sighted.without_answer;
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
     report.result = vision::calibrate(problem);
     if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names_of(runs));
@@ -178,14 +180,20 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
     if (report.is_settled) break;
   }
   tell(1);
-  report.frames = std::move(problem.frames);
-  report.rig.lower = to_file(report.after.lower, robot.rig.lower, before.lower);
-  report.rig.upper = to_file(report.after.upper, robot.rig.upper, before.upper);
+  report.problem = std::move(problem);
+  take(report.result, robot, report);
+  return report;
+}
+
+void take(const vision::CalibrationResult& result, const files::Robot& robot, Report& report) {
+  report.result = result;
+  report.after = *result.rig;
+  report.rig.lower = to_file(report.after.lower, robot.rig.lower, report.before.lower);
+  report.rig.upper = to_file(report.after.upper, robot.rig.upper, report.before.upper);
   report.rig.lens_height_m = report.after.lower.settings().lens_height_m;
   report.rig.mirror_separation_m = report.after.mirror_separation_m();
-  report.drive.wheel_radius_m = report.result.wheels->radius_m;
-  report.drive.wheel_separation_m = report.result.wheels->separation_m;
-  return report;
+  report.drive.wheel_radius_m = result.wheels->radius_m;
+  report.drive.wheel_separation_m = result.wheels->separation_m;
 }
 
 }  // namespace twocone::calibrate

@@ -19,6 +19,8 @@ struct Settings {
   int frames = 90;  ///< spread evenly over the runs, each of which gives by its length; >= 4
   vision::CalibrationPriors priors{};
   bool fit_distortion = false;
+  bool leave_out_unreadable = false;  ///< pictures that cannot be read are no error, their frames tell nothing
+  bool fit_timing = false;            ///< also latency, skew and readout (vision::CalibrationProblem::fit_timing)
   /// Told about the work: fraction done in [0, 1]. May be empty.
   std::function<void(double)> progress;
 };
@@ -33,8 +35,8 @@ struct Report {
   std::vector<std::string> runs;
   std::string robot;  ///< file whose rig was calibrated
   vision::CalibrationResult result;
-  std::vector<vision::CalibrationFrame> frames;  ///< what `result.residuals` points into
-  std::array<ViewCircles, 2> circles;            ///< lower, upper
+  vision::CalibrationProblem problem;  ///< of the last round; `result.residuals` points into its frames
+  std::array<ViewCircles, 2> circles;  ///< lower, upper
   vision::Rig before, after;
   files::Rig rig;                            ///< `after` for a robot file
   files::Drive drive;                        ///< with the wheels' new sizes
@@ -53,6 +55,16 @@ struct Report {
 /// Errors: kUnavailable (built without Ceres), kBadData (pictures; too few frames or landmarks; contradictions), each
 /// one line. @throws files::FileError for a rig that the method cannot use, std::invalid_argument for settings
 Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Robot& robot, const Settings& settings);
+
+/// `rig` and `drive` of the report's robot by another solution of `report.problem`. @param result with kOk
+void take(const vision::CalibrationResult& result, const files::Robot& robot, Report& report);
+
+/// How the body moved until a row of run.frames, by the wheels' believed sizes and their readings there and at the row
+/// before: a picture is of before its stamp, if anything. Nothing at the first, and where readings are missing.
+std::optional<vision::BodyTwist> twist_at(const runs::RunData& run, std::size_t row);
+
+/// The rows of run.frames that a calibration of this run alone looks at.
+std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted);
 
 /// For a terminal: at most 100 columns, millimetres, degrees and pixels.
 std::string table(const Report& report);

@@ -46,7 +46,7 @@ std::string draw(const Report& report, vision::Side side, const Panel& panel, do
       centre.x() - 4, centre.y(), centre.x(), centre.y() - 4);
   // A pixel of the picture is `scale` of the figure's.
   for (const vision::SightingResidual& r : report.result.residuals) {
-    const vision::LandmarkSighting& sighting = report.frames[r.frame].sightings[r.sighting];
+    const vision::LandmarkSighting& sighting = report.problem.frames[r.frame].sightings[r.sighting];
     if (sighting.side != side) continue;
     const Eigen::Vector2d from = place(sighting.sighting.pixel_px);
     Eigen::Vector2d arrow = times * (r.*panel.which);

@@ -53,6 +53,24 @@ bool is_trusted(vision::RangeVerdict verdict) {
 
 }  // namespace
 
+std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted) {
+  const std::size_t count = std::min(frames, std::max(vision::CalibrationResult::kMinFrames, std::size_t(wanted)));
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < count; ++i) rows.push_back(count == 1 ? 0 : i * (frames - 1) / (count - 1));
+  return rows;
+}
+
+std::optional<vision::BodyTwist> twist_at(const runs::RunData& run, std::size_t row) {
+  if (row == 0 || row >= run.drive.size()) return std::nullopt;
+  const runs::DriveRow &before = run.drive[row - 1], &after = run.drive[row];
+  const double time_s = after.t_s - before.t_s;
+  if (!(time_s > 0)) return std::nullopt;
+  const files::Drive& drive = run.robot.drive;
+  const double left_mps = drive.wheel_radius_m * (after.left_rad - before.left_rad) / time_s;
+  const double right_mps = drive.wheel_radius_m * (after.right_rad - before.right_rad) / time_s;
+  return vision::BodyTwist{(left_mps + right_mps) / 2, (right_mps - left_mps) / drive.wheel_separation_m};
+}
+
 ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count) {
   std::size_t all = 0;
   for (const runs::RunData& run : runs) all += run.frames.size();
@@ -66,12 +84,10 @@ ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count) {
     }
     const std::size_t available = run.frames.size();
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
-    const std::size_t wanted = std::min(available, std::max(vision::CalibrationResult::kMinFrames, share));
-    std::size_t last = 0;
-    for (std::size_t i = 0; i < wanted; ++i) {
-      const std::size_t row = wanted == 1 ? 0 : i * (available - 1) / (wanted - 1);
+    std::optional<std::size_t> last;
+    for (const std::size_t row : chosen_rows(available, int(share))) {
       chosen.frames.push_back({&run, row, first_landmark, {}});
-      if (i > 0) chosen.frames.back().wheels = readings_between(run, last, row);
+      if (last) chosen.frames.back().wheels = readings_between(run, *last, row);
       last = row;
     }
   }
@@ -86,8 +102,8 @@ vision::WheelBelief to_wheel_belief(const files::Robot& robot) {
   return wheels;
 }
 
-Result<Sighted> sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
-                      const std::function<void(double)>& progress) {
+Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::function<void(double)>& progress) {
   Sighted sighted;
   for (const runs::RunData& run : runs) {
     const auto targets = files::to_targets(run.map);
@@ -101,12 +117,16 @@ Result<Sighted> sight(const std::vector<runs::RunData>& runs, const ChosenFrames
     for (const ChosenFrames::Frame& frame : chosen.frames) {
       if (frame.run != &run) continue;
       const std::uint64_t number = run.frames[frame.row].frame;
-      const auto lower = read_rgb(runs::lower_picture(run.folder, number), run.robot.lower);
-      if (!lower) return lower.error();
-      const auto upper = read_rgb(runs::upper_picture(run.folder, number), run.robot.upper);
-      if (!upper) return upper.error();
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
+      out.twist = twist_at(run, frame.row);
+      const auto lower = read_rgb(runs::lower_picture(run.folder, number), run.robot.lower);
+      const auto upper = read_rgb(runs::upper_picture(run.folder, number), run.robot.upper);
+      if (!lower || !upper) {
+        sighted.unreadable.push_back(lower ? upper.error() : lower.error());
+        continue;
+      }
+      const runs::FrameRow& stamps = run.frames[frame.row];
       const auto measurements = ranging->measure(*lower, *upper);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
         if (!targets[i].top_m) continue;
@@ -115,7 +135,8 @@ Result<Sighted> sight(const std::vector<runs::RunData>& runs, const ChosenFrames
           const auto& sighting =
               side == vision::Side::kLower ? measurements[i].lower_sighting : measurements[i].upper_sighting;
           if (trusted && sighting) {
-            out.sightings.push_back({frame.first_landmark + i, side, *sighting});
+            const double stamped_s = side == vision::Side::kLower ? stamps.lower_t_s : stamps.upper_t_s;
+            out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
           } else {
             ++sighted.without_answer;
           }

@@ -34,10 +34,10 @@ vision::WheelBelief to_wheel_belief(const files::Robot& robot);
 struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
   std::size_t without_answer = 0;
+  std::vector<Error> unreadable;  ///< of pictures; their frames have no sightings
 };
-/// Errors: those of a picture that cannot be read.
-Result<Sighted> sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
-                      const std::function<void(double)>& progress);
+Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::function<void(double)>& progress);
 
 /// Some thirty of the chosen frames' pictures of one view; those that cannot be read are left out.
 std::vector<cv::Mat> pictures_for_circles(const ChosenFrames& chosen, vision::Side side);

@@ -35,8 +35,10 @@ void add_report(CLI::App& program);
 void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
 void add_calibrate(CLI::App& program);
+void add_import(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_tradeoff(CLI::App& program);
+void add_compare(CLI::App& program);
 
 }  // namespace twocone::cli

@@ -43,9 +43,11 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_serve(program);
   twocone::cli::add_effects(program);
   twocone::cli::add_calibrate(program);
+  twocone::cli::add_import(program);
   twocone::cli::add_devices(program);
   twocone::cli::add_doctor(program);
   twocone::cli::add_tradeoff(program);
+  twocone::cli::add_compare(program);
   try {
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);

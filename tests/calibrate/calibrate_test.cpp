@@ -73,7 +73,7 @@ Report report_of(bool still) {
   Report report{.runs = {"runs/mine"},
                 .robot = "robots/mine.yaml",
                 .result = vision::calibrate(problem),
-                .frames = problem.frames,
+                .problem = problem,
                 .circles = {},
                 .before = problem.rig,
                 .after = problem.rig,
@@ -192,7 +192,7 @@ TEST_F(CalibrateReport, FigureDrawsEachSightingBeforeAndAfter) {
   std::size_t lower = 0;
   std::size_t outliers = 0;
   for (const vision::SightingResidual& r : report.result.residuals) {
-    if (report.frames[r.frame].sightings[r.sighting].side != vision::Side::kLower) continue;
+    if (report.problem.frames[r.frame].sightings[r.sighting].side != vision::Side::kLower) continue;
     ++lower;
     outliers += r.outlier ? 1 : 0;
   }

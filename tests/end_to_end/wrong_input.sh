@@ -84,6 +84,20 @@ expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "
 expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
 expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
 expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
+import() { "$twocone" import --robot robots/small.yaml --lower "$work/cam0" --upper "$work/cam1" --out "$work/imported" "$@"; }
+export -f import
+mkdir "$work/cam0" "$work/cam1"
+expect 'import of no pictures' 1 'cam0: no pictures here' bash -c 'import'
+expect 'import of no folder' 1 'nowhere is no folder' "$twocone" import --robot robots/small.yaml --lower nowhere --upper "$work/cam1" --out "$work/imported"
+touch "$work/cam0/frame_1.png" "$work/cam1/frame_1.png"
+expect 'import, names that are no times' 1 "frame_1.png: the name is 'frame_1', must be the time, seconds with a decimal point" bash -c 'import'
+echo '1.5 frame_1.png' >"$work/times.txt"
+expect 'import, pictures that are none' 1 'cam0: no picture that can be read' bash -c 'import --lower-times "$work/times.txt"'
+echo '15 frame_1.png' >"$work/times.txt"
+expect 'import, times of no unit' 1 "times.txt:1: the time is '15', must be seconds with a decimal point" bash -c 'import --lower-times "$work/times.txt"'
+expect 'import, times of unknown unit' 2 'times-in' bash -c 'import --times-in minutes'
+expect 'import without pictures' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
+[ -e "$work/imported" ] && fail 'import: something was left behind'
 expect 'doctor of no robot file' 1 'nowhere.yaml' "$twocone" doctor --robot robots/nowhere.yaml
 expect 'doctor of a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' "$twocone" doctor --robot robots/typo.yaml
 expect 'doctor without robot' 2 'robot' "$twocone" doctor
@@ -102,6 +116,24 @@ expect 'tradeoff without jobs' 2 'jobs: Value 0 not in range' "$twocone" tradeof
 expect 'tradeoff with too few legs' 2 'legs: Value 2 not in range' "$twocone" tradeoff --robot robots/small.yaml --legs 2
 expect 'tradeoff, a shard that is none' 2 "shard is 100000, this sweep's are 0 to [0-9]+" "$twocone" tradeoff --robot robots/small.yaml --shard 100000
 expect 'tradeoff, merge of no folder' 1 'nothing to merge' "$twocone" tradeoff --robot robots/small.yaml --out "$work/nowhere" --merge
+compare() { "$twocone" compare --out "$work/comparison" "$@"; }
+export -f compare
+mkdir "$lab/none"
+sed '/^scene:/d' scenes/lab.map.yaml >scenes/sceneless.map.yaml
+expect 'compare of nothing' 2 'RUN is required' "$twocone" compare
+expect 'compare of one run' 2 '1 run folder given: it takes a simulated and a real one' bash -c 'compare none'
+expect 'compare of three runs' 2 'RUN: At Most 2' bash -c 'compare none none none'
+expect 'compare of two runs and a scene' 2 '--scene .*give one run folder' bash -c 'compare none none --scene scenes/lab.map.yaml'
+expect 'compare of no run' 1 'none: no run here' bash -c 'compare none none'
+expect 'compare of no folder' 1 'nowhere: no run here' bash -c 'compare nowhere none'
+expect 'compare of no run, with a scene' 1 'none: no run here' bash -c 'compare none --scene scenes/lab.map.yaml'
+expect 'compare with a map without scene' 1 'sceneless.map.yaml' bash -c 'compare none --scene scenes/sceneless.map.yaml'
+expect 'compare with a limit below 0' 2 'max-range-mm is -1, must be a number >= 0' bash -c 'compare none none --max-range-mm -1'
+expect 'compare with a limit nan' 2 'max-range-mm is nan' bash -c 'compare none none --max-range-mm nan'
+expect 'compare without false alarms' 2 'false-alarm is 0, must be above 0 and below 1' bash -c 'compare none none --false-alarm 0'
+expect 'compare onto a robot file' 1 'small.yaml exists: --force replaces it' bash -c 'compare none none --write-robot robots/small.yaml'
+expect 'compare with too few frames' 2 'frames: Value 3 not in range' bash -c 'compare none none --frames 3'
+expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none --out "$work/file"
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'no robot' 2 'robot' "$twocone" run

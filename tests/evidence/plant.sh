@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A copy of the lab whose rig is not what its robot believes, for calibration to find out.
+# A copy of the lab whose rig is not what its robot believes, for calibration and comparison to find out.
 #
-#   tests/evidence/plant.sh FOLDER ERROR...
+#   tests/evidence/plant.sh FOLDER ERROR[=AMOUNT]...
 #
-# ERROR is one or several of: centre rim tilt offset apex wheel_radius; or all; or none. Written into FOLDER:
+# ERROR is one or several of: centre rim tilt offset apex wheel_radius; or all of these; or none; and of the cameras' own
+# noise gain skew lost. AMOUNT is for tilt (degrees, 0.5), wheel_radius (per cent, 1), noise (grey levels at a linear light of 0.2, 4),
+# gain (1.2), skew (ms by which the upper camera's stamps are late, 8) and lost (per cent of either camera's frames, 2). RATE_HZ: of both
+# cameras, where it is not to be the lab's. Written into FOLDER:
 #   lab.pov, lab.map.yaml   the lab with the errors in the scene: in cameras and mirrors, never in `rig:`
-#   robot.yaml              the lab's robot as it ships: its `rig:` and `drive:` are wrong now. The wheels' error is in
-#                           `effects:`, which is the simulated world's
+#   robot.yaml              the lab's robot as it ships: its `rig:` and `drive:` are wrong now. The errors of wheels and
+#                           cameras are in `effects:`, which is the simulated world's
 #   perfect.yaml            the same robot with `rig:` and `drive:` as they really are
 #   truth.json              every number of the rig and of the wheels as it really is, by its name in calibration.json
 #
@@ -18,20 +21,30 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 if (($# < 2)); then
-  echo "usage: $0 FOLDER ERROR...   (centre rim tilt offset apex wheel_radius, all, none)" >&2
+  echo "usage: $0 FOLDER ERROR[=AMOUNT]...   (centre rim tilt offset apex wheel_radius, all, none; noise gain skew lost)" >&2
   exit 2
 fi
 folder=$1
 shift
 known=(centre rim tilt offset apex wheel_radius)
+of_cameras=(noise gain skew lost)
 declare -A planted=()
-for error in "$@"; do
+declare -A amount=([tilt]=0.5 [wheel_radius]=1 [noise]=4 [gain]=1.2 [skew]=8 [lost]=2)
+for argument in "$@"; do
+  error=${argument%%=*}
+  if [ "$argument" != "$error" ]; then
+    if [ -z "${amount[$error]:-}" ]; then
+      echo "plant.sh: '$error' takes no amount; these do: ${!amount[*]}" >&2
+      exit 2
+    fi
+    amount[$error]=${argument#*=}
+  fi
   case $error in
     all) for name in "${known[@]}"; do planted[$name]=1; done ;;
     none) ;;
     *)
-      if [[ " ${known[*]} " != *" $error "* ]]; then
-        echo "plant.sh: no error '$error'; there is: ${known[*]}, all, none" >&2
+      if [[ " ${known[*]} ${of_cameras[*]} " != *" $error "* ]]; then
+        echo "plant.sh: no error '$error'; there is: ${known[*]}, all, none, ${of_cameras[*]}" >&2
         exit 2
       fi
       planted[$error]=1
@@ -89,7 +102,7 @@ fi
 # The upper mirror and its camera are one unit: they tilt about the lens, 0.55 m up, and move aside, together.
 unit=""
 if is tilt; then # 0.5 degrees: R_y(0.4) R_x(-0.3)
-  tilt_x_deg=-0.3 tilt_y_deg=0.4
+  tilt_x_deg=$(calc "-0.6 * ${amount[tilt]}") tilt_y_deg=$(calc "0.8 * ${amount[tilt]}")
   unit+=" translate <0, -11, 0> rotate $(calc "-($tilt_x_deg)")*x rotate $(calc "-($tilt_y_deg)")*z translate <0, 11, 0>"
 fi
 if is offset; then # 2 mm
@@ -101,7 +114,7 @@ if is apex; then # 0.3 degrees, of both cones; tip and rim radius stay
   apex_deg=90.3
   height=$(calc "1.2 * cos($apex_deg / 2 * pi / 180) / sin($apex_deg / 2 * pi / 180)")
 fi
-if is wheel_radius; then wheel_radius=0.0505; fi # 1 %
+if is wheel_radius; then wheel_radius=$(calc "0.05 * (1 + ${amount[wheel_radius]} / 100)"); fi
 
 change "$scene" "location <0, 5, 0>  direction <0, 1.475, 0>" "location <0, 5, 0>  direction $lower_direction"
 change "$scene" "location <0, 11, 0>  direction <0, 1.475, 0>  up <0, 0, -1>  right <4/3, 0, 0>" \
@@ -167,9 +180,30 @@ jq -n "{
 }" >"$folder/truth.json"
 
 change "$belief" "map: ../scenes/lab.map.yaml " "map: lab.map.yaml "
-if is wheel_radius; then
+if [ -n "${RATE_HZ:-}" ]; then
+  change "$belief" "rate_hz: 15}     # antialias" "rate_hz: $RATE_HZ}     # antialias"
+  change "$belief" "rate_hz: 15}"$'\n\n' "rate_hz: $RATE_HZ}"$'\n\n'
+fi
+if is wheel_radius || is noise || is gain || is skew || is lost; then
   counts="encoder_counts_per_turn: 1024     # 0: exact angles"
-  change "$belief" "$counts" "$counts"$'\n'"  wheel_radius_m: $wheel_radius            # planted"
+  effects=""
+  if is wheel_radius; then effects+=$'\n'"  wheel_radius_m: $wheel_radius            # planted"; fi
+  camera=""
+  if is gain; then camera+=", gain: ${amount[gain]}"; fi
+  if is noise; then
+    # A grey level of sRGB at linear light 0.2 is 1 / (255 * 1.055 / 2.4 * 0.2^(1/2.4 - 1)) of it. Half of the variance, about, is
+    # that of 2000 electrons at full scale, the rest the reading's.
+    sigma=$(calc "${amount[noise]} / (255 * 1.055 / 2.4 * exp((1 / 2.4 - 1) * log(0.2)))")
+    full_well=$(calc "0.2 / (0.5 * $sigma * $sigma)")
+    camera+=", full_well_electrons: $full_well, read_noise_electrons: $(calc "sqrt(0.5) * $sigma * $full_well")"
+  fi
+  if is lost; then camera+=", drop_probability: $(calc "${amount[lost]} / 100")"; fi
+  if [ -n "$camera" ]; then effects+=$'\n'"  camera: {${camera#, }}            # planted"; fi
+  change "$belief" "$counts" "$counts$effects"
+  if is skew; then
+    line=$(grep "^  upper: {driver: sim_povray" "$belief")
+    change "$belief" "$line" "${line%\}*}, effects: {stamp_late_s: $(calc "${amount[skew]} / 1000")}}     # planted"
+  fi
 fi
 
 cp "$belief" "$perfect"

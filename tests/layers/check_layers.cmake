@@ -8,8 +8,8 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include what is listed: a folder, or one
 # header. The first area that fits counts; DRIVER stands for the driver's own folder.
 set(areas hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/budget apps/files apps/runs apps/report apps/calibrate apps/doctor apps/tradeoff apps/twocone
-          bench examples)
+          apps/behaviours apps/budget apps/files apps/runs apps/report apps/calibrate apps/compare apps/doctor apps/foreign
+          apps/tradeoff apps/twocone bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/reflected_truth.h
                 drivers/sim_povray/serve.h drivers/sim_povray/sim_povray.h)
@@ -25,7 +25,9 @@ set(may_apps/budget apps/budget apps/files apps/behaviours localisation vision)
 set(may_apps/runs apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
 set(may_apps/report apps/report apps/budget apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
 set(may_apps/calibrate apps/calibrate apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
+set(may_apps/compare apps/compare apps/foreign/motion.h apps/report apps/runs apps/calibrate apps/files apps/behaviours hal vision localisation ${drivers_api})
 set(may_apps/doctor apps/doctor apps/runs/quantile.h apps/files apps/behaviours hal vision localisation ${drivers_api})
+set(may_apps/foreign apps/foreign apps/runs apps/files hal/image.h localisation)
 set(may_apps/tradeoff apps/tradeoff apps/report apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
 set(may_apps/twocone apps hal vision localisation ${drivers_api})
 set(may_bench bench apps drivers hal vision localisation tests/support)
@@ -45,7 +47,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours budget files runs report calibrate doctor tradeoff)
+foreach(app behaviours budget files runs report calibrate compare doctor foreign tradeoff)
   set(home_${app} apps/${app})
 endforeach()
 

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/compare.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <future>
+#include <mutex>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "apps/compare/held_out.h"
+#include "apps/compare/matching.h"
+#include "apps/compare/residuals.h"
+#include "apps/compare/shares.h"
+#include "apps/compare/side.h"
+#include "apps/compare/sources.h"
+#include "apps/compare/timing.h"
+#include "localisation/odometry.h"
+
+namespace twocone::compare {
+namespace {
+
+// Pictures of places farther apart than this do not show about the same: a landmark at 2 m is 6 px off.
+constexpr double kSamePlace_m = 0.15;
+constexpr std::size_t kMostPoses = 2000;
+constexpr std::size_t kExhibits = 6;
+
+void check(const Settings& settings) {
+  std::string bad;
+  const auto require = [&bad](bool good, const std::string& what) {
+    if (!good) bad += " " + what + ";";
+  };
+  require(settings.fit_frames >= int(vision::CalibrationResult::kMinFrames),
+          fmt::format("fit_frames is {}, must be >= {}", settings.fit_frames, vision::CalibrationResult::kMinFrames));
+  require(settings.held_out_frames >= 1, fmt::format("held_out_frames is {}, must be >= 1", settings.held_out_frames));
+  require(settings.every >= 1, fmt::format("every is {}, must be >= 1", settings.every));
+  require(settings.jobs >= 1, fmt::format("jobs is {}, must be >= 1", settings.jobs));
+  require(settings.false_alarm > 0 && settings.false_alarm < 1,
+          fmt::format("false_alarm is {}, must be within 0 and 1", settings.false_alarm));
+  if (!bad.empty()) throw std::invalid_argument("compare:" + bad);
+}
+
+std::vector<double> times_of(const runs::RunData& run) {
+  std::vector<double> times;
+  for (const runs::FrameRow& frame : run.frames) times.push_back(frame.t_s);
+  return times;
+}
+
+std::vector<runs::PoseRow> thinned(const std::vector<std::optional<runs::PoseRow>>& poses) {
+  std::vector<runs::PoseRow> result;
+  const std::size_t every = (poses.size() + kMostPoses - 1) / std::max<std::size_t>(1, kMostPoses);
+  for (std::size_t i = 0; i < poses.size(); i += std::max<std::size_t>(1, every)) {
+    if (poses[i]) result.push_back(*poses[i]);
+  }
+  return result;
+}
+
+std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const std::vector<Match>& by_pose) {
+  std::vector<Exhibit> exhibits;
+  const std::size_t count = std::min(kExhibits, by_pose.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    // The nearest pair of each stretch of the run.
+    const auto from = by_pose.begin() + std::ptrdiff_t(i * by_pose.size() / count);
+    const auto to = by_pose.begin() + std::ptrdiff_t((i + 1) * by_pose.size() / count);
+    const auto apart = [&](const Match& m) {
+      return distance_m(*simulated.reference[m.simulated], *real.reference[m.real]);
+    };
+    const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
+    const runs::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
+    const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
+    exhibits.push_back({runs::lower_picture(simulated.run.folder, in_a),
+                        runs::upper_picture(simulated.run.folder, in_a), runs::lower_picture(real.run.folder, in_b),
+                        runs::upper_picture(real.run.folder, in_b), a, b, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m),
+                        std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad))});
+  }
+  return exhibits;
+}
+
+/// Both at one time, each by a thread of its own.
+void calibrate_both(Side& simulated, Side& real, int frames, const std::function<void(double)>& progress) {
+  std::mutex mutex;
+  std::array<double, 2> done{};
+  const auto tell = [&](std::size_t which, double part) {
+    const std::lock_guard lock(mutex);
+    done[which] = part;
+    progress((done[0] + done[1]) / 2);
+  };
+  auto other =
+      std::async(std::launch::async, [&] { calibrate_side(simulated, frames, [&](double p) { tell(0, p); }); });
+  calibrate_side(real, frames, [&](double p) { tell(1, p); });
+  other.get();
+}
+
+/// What is compared, as parts that were measured before are asked for it.
+std::string key_of(const Side& simulated, const Side& real, const Settings& settings) {
+  const auto one = [](const Side& side) {
+    return fmt::format("{} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(), side.run.frames.size(),
+                       side.run.frames.back().t_s, side.run.info.commit, side.run.info.seed);
+  };
+  return fmt::format("1|{}|{}|every {}", one(simulated), one(real), settings.every);
+}
+
+void note_differences(const Side& simulated, const Side& real, std::vector<std::string>& notes) {
+  const files::Robot &a = simulated.run.robot, &b = real.run.robot;
+  if (a.lower.width_px != b.lower.width_px || a.lower.height_px != b.lower.height_px ||
+      a.upper.width_px != b.upper.width_px || a.upper.height_px != b.upper.height_px) {
+    notes.push_back(fmt::format("the pictures are of different size ({} x {} and {} x {} px): colours are not compared",
+                                a.lower.width_px, a.lower.height_px, b.lower.width_px, b.lower.height_px));
+  }
+  if (simulated.run.map.landmarks != real.run.map.landmarks) {
+    notes.push_back(fmt::format("the maps {} and {} have different landmarks", simulated.run.map.file.string(),
+                                real.run.map.file.string()));
+  }
+  for (const Side* const side : {&simulated, &real}) {
+    if (!side->run.info.finished) notes.push_back(side->name + ": the run was cut off");
+    for (const std::string& left_out : side->left_out) notes.push_back(left_out);
+    if (!side->calibration) notes.push_back("its rig is not told: " + side->why_no_calibration);
+  }
+}
+
+}  // namespace
+
+bool Comparison::is_within_limits() const {
+  return std::none_of(rows.begin(), rows.end(),
+                      [](const Row& row) { return row.light == Light::kAmber || row.light == Light::kRed; });
+}
+
+Result<Outcome> compare(const Settings& settings) {
+  check(settings);
+  const auto tell = [&settings](double done, std::string_view what) {
+    if (settings.progress) settings.progress(done, what);
+  };
+  const auto is_stopped = [&settings] { return settings.stop != nullptr && *settings.stop; };
+  const Error stopped{ErrorCode::kRefused, "stopped from outside; the same command goes on from here"};
+  // Shares of the work, as they were seen: each calibration sights its frames several times.
+  constexpr double kFitted = 0.4, kLocated = 0.42, kMeasured = 0.95;
+  auto simulated = read_side(settings.simulated, {});
+  if (!simulated) return simulated.error();
+  auto real = read_side(settings.real, settings.real_poses);
+  if (!real) return real.error();
+  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { tell(done * kFitted, "rigs"); });
+  if (is_stopped()) return stopped;
+  tell(kFitted, "references");
+  locate(*simulated);
+  locate(*real);
+  const std::vector<double> of_simulated = times_of(simulated->run), of_real = times_of(real->run);
+  const Timing simulated_timing = timing_of(simulated->run), real_timing = timing_of(real->run);
+  const double rate_hz = std::max(simulated_timing.rate_hz, 1.0);
+  const auto by_time = match_by_time(of_simulated, of_real, 0.5 / rate_hz);
+  const auto by_pose = match_by_pose(simulated->reference, real->reference, kSamePlace_m);
+
+  auto pictures = measure_pictures(
+      *simulated, *real, by_pose,
+      {settings.work, key_of(*simulated, *real, settings), settings.every, settings.jobs,
+       [&](double done) { tell(kLocated + (kMeasured - kLocated) * done, "pictures"); }, settings.stop});
+  if (!pictures) return pictures.error();
+
+  Comparison found;
+  found.simulated = simulated->name;
+  found.real = real->name;
+  found.is_rendered = settings.is_rendered;
+  found.reference = real->reference_is;
+  found.simulated_frames = of_simulated.size();
+  found.real_frames = of_real.size();
+  found.matched_by_time = by_time.size();
+  found.matched_by_pose = by_pose.size();
+  found.false_alarm = settings.false_alarm;
+  found.map = real->run.map;
+  found.simulated_robot = simulated->run.robot;
+  found.real_robot = real->run.robot;
+  note_differences(*simulated, *real, found.notes);
+  for (const std::string& text : pictures->unreadable) found.notes.push_back("left out: " + text);
+  if (pictures->unreadable_count > pictures->unreadable.size()) {
+    found.notes.push_back(
+        fmt::format("{} more pictures cannot be read", pictures->unreadable_count - pictures->unreadable.size()));
+  }
+  found.sources = find_sources(*simulated, *real, *pictures, simulated_timing, real_timing, settings.is_rendered,
+                               settings.false_alarm, found.level);
+  const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames,
+                                        [&](double done) { tell(kMeasured + (1 - kMeasured) * done, "ranges"); });
+  if (!held_out) return held_out.error();
+  found.gaps = find_gaps(*simulated, *real, *held_out, *pictures, found.sources);
+  Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
+  found.rows = find_rows(*simulated, *real, residuals_simulated, residuals_real, by_time, by_pose, simulated_timing,
+                         real_timing, found.sources, settings.limits);
+  found.simulated_residuals = std::move(residuals_simulated.points);
+  found.real_residuals = std::move(residuals_real.points);
+  found.simulated_path = thinned(simulated->reference);
+  found.real_path = thinned(real->reference);
+  found.real_odometry = thinned({real->run.odometry.begin(), real->run.odometry.end()});
+  found.exhibits = exhibits_of(*simulated, *real, by_pose);
+  tell(1, "done");
+  return Outcome{std::move(found), *std::move(pictures), std::move(real->calibration)};
+}
+
+}  // namespace twocone::compare

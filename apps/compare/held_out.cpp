@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/held_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "apps/files/to_layers.h"
+#include "apps/runs/estimator.h"
+#include "apps/runs/run_folder.h"
+#include "vision/triangulation.h"
+
+namespace twocone::compare {
+namespace {
+
+using vision::MirrorViewSettings;
+
+void put_back(const Source& source, const MirrorViewSettings& believed, MirrorViewSettings& view) {
+  if (source.kind == "focal length") view.rim_radius_px = believed.rim_radius_px;
+  if (source.kind == "centre") view.centre_px = believed.centre_px;
+  if (source.kind == "tilt") view.tilt_rad = believed.tilt_rad;
+  if (source.kind == "mirror shape") view.cone = believed.cone;
+}
+
+/// How late the exposure of a pixel's row was against the frame's time, by `source`.
+double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pixel_px, int height_px) {
+  const std::string view(to_string(side));
+  for (const Component& component : source.components) {
+    if (component.name == "upper.skew_s" && side == vision::Side::kUpper) return component.real / 1e3;
+    if (component.name == view + ".readout_s") {
+      return component.real / 1e3 * (pixel_px.y() / std::max(1, height_px - 1) - 0.5);
+    }
+  }
+  return 0;
+}
+
+bool is_of_time(const Source& source) { return source.kind == "skew" || source.kind == "rolling shutter"; }
+
+/// Where the sighting would be had its row been exposed at the frame's time.
+vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
+                         const Eigen::Vector2d& in_body_m, const vision::Target& target, const vision::BodyTwist& twist,
+                         double by_s) {
+  vision::Sighting moved = sighting;
+  // The body goes forward and turns, so what stands goes back and turns the other way.
+  const Eigen::Vector2d later_m =
+      Eigen::Rotation2Dd(-twist.turn_radps * by_s) * (in_body_m - Eigen::Vector2d(twist.forward_mps * by_s, 0));
+  const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m.value_or(0));
+  const auto then = vision::near_top_point(view, later_m, target.radius_m, target.top_m.value_or(0));
+  const auto here = point ? view.project_with_jacobian(*point, vision::Rim::kGoesOn) : std::nullopt;
+  const auto there = then ? view.project_with_jacobian(*then, vision::Rim::kGoesOn) : std::nullopt;
+  if (here && there) moved.pixel_px += here->pixel_px - there->pixel_px;
+  return moved;
+}
+
+/// One held-out frame.
+struct Frame {
+  const Side& real;
+  const std::vector<Source>& sources;
+  const std::vector<vision::Rig>& put_back;  ///< the found rig with each source's numbers as believed
+  const vision::Rig& found;
+  std::optional<vision::BodyTwist> twist;
+  runs::PoseRow reference;
+
+  using Seen = std::optional<vision::Sighting>;
+
+  [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const vision::Target& target,
+                                                     const Eigen::Vector2d& landmark_m) const {
+    if (!m.range_m || !m.sigma_range_m) return std::nullopt;
+    const Eigen::Rotation2Dd to_body(-reference.heading_rad);
+    const Eigen::Vector2d to_m = to_body * (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m));
+    const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
+    const auto differs = [](const Source& s) { return s.verdict == SourceVerdict::kDiffers; };
+    const auto in_time_but = [&](const Source* left_as_it_is, vision::Side side) {
+      Seen seen = side == vision::Side::kLower ? lower : upper;
+      for (const Source& source : sources) {
+        if (!seen || !twist || !differs(source) || !is_of_time(source) || &source == left_as_it_is) continue;
+        const vision::MirrorView& view = side == vision::Side::kLower ? found.lower : found.upper;
+        const files::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
+        seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
+      }
+      return seen;
+    };
+    const auto by = [&](const vision::Rig& rig, const Source* left_as_it_is) {
+      return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower),
+                          in_time_but(left_as_it_is, vision::Side::kUpper), target);
+    };
+    const auto before_m = triangulated(real.believed, lower, upper, target);
+    const auto after_m = by(found, nullptr);
+    if (!before_m || !after_m) return std::nullopt;
+    HeldOutRange range{*before_m - to_m.norm(), *after_m - to_m.norm(), *m.sigma_range_m, {}};
+    const auto is_of_this = [&](const Source& s) {
+      return s.kind == "landmark" && s.where == target.name && s.components.size() == 2;
+    };
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      const Source& source = sources[s];
+      double part_m = 0;
+      if (!differs(source)) {
+        // adds nothing
+      } else if (is_of_this(source)) {
+        // The map's distance is too short by what the landmark stands farther away.
+        part_m =
+            to_m.normalized().dot(to_body * Eigen::Vector2d(source.components[0].real, source.components[1].real)) /
+            1e3;
+        range.after_m -= part_m;
+      } else if (is_of_time(source)) {
+        part_m = by(found, &source).value_or(*after_m) - *after_m;
+      } else {
+        part_m = by(put_back[s], nullptr).value_or(*after_m) - *after_m;
+      }
+      range.parts_m.push_back(part_m);
+    }
+    return range;
+  }
+
+  /// What the sightings say under `rig`, also where both views contradict each other under it: their covariances, whose
+  /// relation alone weighs them, are taken as kDoubt^2 times of what they are.
+  static std::optional<double> triangulated(const vision::Rig& rig, Seen lower, Seen upper,
+                                            const vision::Target& target) {
+    constexpr double kDoubt = 30;
+    for (Seen* const seen : {&lower, &upper}) {
+      if (*seen) (*seen)->covariance_px2 *= kDoubt * kDoubt;
+    }
+    return vision::triangulate(rig, lower ? &*lower : nullptr, upper ? &*upper : nullptr, target.radius_m, target.top_m)
+        .range_m;
+  }
+};
+
+/// Frames of the run in the middle between two that the calibration chose. A run that is shorter than what it looks at
+/// leaves none: then the same frames.
+std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, int most) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i + 1 < chosen.size(); ++i) {
+    if (chosen[i + 1] - chosen[i] >= 2) rows.push_back((chosen[i] + chosen[i + 1]) / 2);
+  }
+  if (rows.empty()) rows = chosen;
+  const std::size_t every = (rows.size() + std::size_t(most) - 1) / std::size_t(most);
+  std::vector<std::size_t> thinned;
+  for (std::size_t i = 0; i < rows.size(); i += every) thinned.push_back(rows[i]);
+  return thinned;
+}
+
+}  // namespace
+
+vision::Rig with_believed(const Side& side, const Source& source) {
+  vision::Rig rig = side.found;
+  MirrorViewSettings lower = rig.lower.settings(), upper = rig.upper.settings();
+  const MirrorViewSettings &was_lower = side.believed.lower.settings(), &was_upper = side.believed.upper.settings();
+  if (source.where == "lower") put_back(source, was_lower, lower);
+  if (source.where == "upper") put_back(source, was_upper, upper);
+  if (source.kind == "mirrors' alignment") {
+    upper.azimuth_rad = lower.azimuth_rad + was_upper.azimuth_rad - was_lower.azimuth_rad;
+    upper.axis_offset_m = lower.axis_offset_m + was_upper.axis_offset_m - was_lower.axis_offset_m;
+  }
+  if (source.kind == "mirrors' heights") {
+    lower.lens_height_m = was_lower.lens_height_m;
+    upper.lens_height_m = was_upper.lens_height_m;
+  }
+  rig.lower = vision::MirrorView(lower);
+  rig.upper = vision::MirrorView(upper);
+  return rig;
+}
+
+Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::vector<Source>& sources, int most,
+                                                  const std::function<void(double)>& progress) {
+  std::vector<HeldOutRange> all;
+  if (!real.calibration) return all;
+  files::Robot robot = real.run.robot;
+  robot.rig = real.calibration->rig;
+  robot.estimator = {};
+  const runs::Estimator estimator(runs::Method::kFull, robot, real.run.map);
+  const auto targets = files::to_targets(real.run.map);
+  const auto landmarks_m = files::to_landmark_positions(real.run.map);
+  std::vector<vision::Rig> rigs;
+  for (const Source& source : sources) rigs.push_back(with_believed(real, source));
+
+  const auto rows = rows_between(calibrate::chosen_rows(real.run.frames.size(), real.chosen), most);
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    progress(double(n) / double(rows.size()));
+    const std::size_t row = rows[n];
+    const runs::FrameRow& frame = real.run.frames[row];
+    const auto& reference = real.reference[row];
+    if (!reference) continue;
+    const auto lower = runs::read_picture(runs::lower_picture(real.run.folder, frame.frame));
+    const auto upper = runs::read_picture(runs::upper_picture(real.run.folder, frame.frame));
+    if (!lower || !upper) continue;  // pictures that cannot be read are told elsewhere
+    const auto answer = estimator.answer(*lower, *upper);
+    if (!answer) return answer.error();
+    const Frame at{real, sources, rigs, real.found, calibrate::twist_at(real.run, row), *reference};
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const auto range = at.range_of(answer->ranges[k], targets[k], landmarks_m[k]);
+      if (range) all.push_back(*range);
+    }
+  }
+  progress(1);
+  return all;
+}
+
+}  // namespace twocone::compare

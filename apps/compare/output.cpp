@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/compare/compare.h"
+#include "apps/report/plain_text.h"
+
+namespace twocone::compare {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string number(const std::optional<double>& value) {
+  if (!value) return "-";
+  const double size = std::abs(*value);
+  if (size >= 1000) return fmt::format("{:.0f}", *value);
+  return size >= 100 ? fmt::format("{:.1f}", *value) : fmt::format("{:.3f}", *value);
+}
+
+/// A paragraph of a terminal's width.
+std::string lines(const std::string& first, const std::string& text) {
+  constexpr std::size_t kColumns = 100;
+  std::istringstream stream(text);
+  return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
+}
+
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+
+std::string source_lines(const Source& source) {
+  std::string text = fmt::format("  {}\n", source.name());
+  for (const Component& c : source.components) {
+    text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, number(c.simulated),
+                        number(c.real), c.difference(), c.sigma, c.unit == "1" ? "" : c.unit);
+  }
+  std::string shares;
+  for (const Share& share : source.shares) {
+    shares += fmt::format("{}{} of the gap in {}", shares.empty() ? "" : ", ", percent(share.share), share.of);
+  }
+  if (!shares.empty()) text += lines("    ", "explains " + shares);
+  if (!source.confusable.empty()) {
+    std::string names;
+    for (const std::string& name : source.confusable) names += (names.empty() ? "" : ", ") + name;
+    text += lines("    ", "this drive hardly tells it from " + names);
+  }
+  if (!source.advice.empty()) text += lines("    ", source.advice);
+  return text;
+}
+
+std::vector<const Source*> with(const Comparison& comparison, SourceVerdict verdict) {
+  std::vector<const Source*> all;
+  for (const Source& source : comparison.sources) {
+    if (source.verdict == verdict) all.push_back(&source);
+  }
+  return all;
+}
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json to_json(const Source& source) {
+  Json components = Json::array(), shares = Json::array();
+  for (const Component& c : source.components) {
+    components.push_back({{"name", c.name},
+                          {"unit", c.unit},
+                          {"simulated", c.simulated},
+                          {"real", c.real},
+                          {"difference", c.difference()},
+                          {"sigma", c.sigma}});
+  }
+  for (const Share& share : source.shares) shares.push_back({{"of", share.of}, {"share", share.share}});
+  return {{"name", source.name()},     {"kind", source.kind},
+          {"where", source.where},     {"verdict", to_string(source.verdict)},
+          {"components", components},  {"chi_squared", source.chi_squared},
+          {"p_value", source.p_value}, {"reason", source.reason},
+          {"shares", shares},          {"hardly_told_from", source.confusable},
+          {"advice", source.advice}};
+}
+
+}  // namespace
+
+std::string table(const Comparison& comparison) {
+  std::string text = fmt::format("simulated {} ({} frames)\nreal      {} ({} frames)\n", comparison.simulated,
+                                 comparison.simulated_frames, comparison.real, comparison.real_frames);
+  text += fmt::format("{} frames at one time, {} at one place; the real robot's place: {}\n",
+                      comparison.matched_by_time, comparison.matched_by_pose, comparison.reference);
+  for (const std::string& note : comparison.notes) text += lines("note: ", note);
+
+  const auto differing = with(comparison, SourceVerdict::kDiffers);
+  text += differing.empty() ? "\nNo difference found.\n" : "\nWhat differs (simulated -> real):\n";
+  for (const Source* const source : differing) text += source_lines(*source);
+  const auto agreeing = with(comparison, SourceVerdict::kAgrees), untold = with(comparison, SourceVerdict::kCannotTell);
+  text += fmt::format("{} sources tested at {:.1g} each, {:.1g} for all; {} agree, {} cannot be told.\n",
+                      differing.size() + agreeing.size(), comparison.level, comparison.false_alarm, agreeing.size(),
+                      untold.size());
+  for (const Source* const source : untold) {
+    text += lines("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
+  }
+
+  if (!comparison.gaps.empty()) {
+    text += fmt::format("\n{:<28} {:>10} {:>10} {:>10}   {}\n", "gap of the real run, rms", "as it is", "corrected",
+                        "floor", "unexplained");
+  }
+  for (const Gap& gap : comparison.gaps) {
+    text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", gap.of + ", " + gap.unit, number(gap.before),
+                        number(gap.after), number(gap.floor), gap.unexplained ? percent(*gap.unexplained) : "-");
+  }
+
+  std::string stage;
+  text += fmt::format("\n{:<62} {:>10} {:>10} {:>8}\n", "", "simulated", "real", "limit");
+  for (const Row& row : comparison.rows) {
+    if (row.stage != stage) text += row.stage + "\n";
+    stage = row.stage;
+    const bool is_gap_alone = !row.simulated && !row.real && row.gap;
+    text += fmt::format("  {:<60} {:>10} {:>10} {:>8} {}\n",
+                        fmt::format("{}{}", row.name, row.unit == "1" ? "" : ", " + row.unit), number(row.simulated),
+                        number(is_gap_alone ? row.gap : row.real), row.limit ? fmt::format("{:g}", *row.limit) : "",
+                        row.light == Light::kNone ? "" : to_string(row.light));
+  }
+  return text;
+}
+
+std::string to_json(const Comparison& comparison) {
+  Json rows = Json::array(), sources = Json::array(), gaps = Json::array(), limits = Json::object();
+  for (const Row& row : comparison.rows) {
+    rows.push_back({{"stage", row.stage},
+                    {"name", row.name},
+                    {"unit", row.unit},
+                    {"simulated", or_null(row.simulated)},
+                    {"real", or_null(row.real)},
+                    {"gap", or_null(row.gap)},
+                    {"gap_sigma", or_null(row.gap_sigma)},
+                    {"limit", or_null(row.limit)},
+                    {"light", to_string(row.light)},
+                    {"note", row.note}});
+    if (row.limit) limits[row.limit_key] = *row.limit;
+  }
+  for (const Source& source : comparison.sources) sources.push_back(to_json(source));
+  for (const Gap& gap : comparison.gaps) {
+    gaps.push_back({{"of", gap.of},
+                    {"unit", gap.unit},
+                    {"before", gap.before},
+                    {"after", gap.after},
+                    {"floor", gap.floor},
+                    {"unexplained", or_null(gap.unexplained)}});
+  }
+  const Json json{{"simulated", comparison.simulated},
+                  {"real", comparison.real},
+                  {"rendered_again", comparison.is_rendered},
+                  {"reference", comparison.reference},
+                  {"notes", comparison.notes},
+                  {"frames", {{"simulated", comparison.simulated_frames}, {"real", comparison.real_frames}}},
+                  {"matched", {{"by_time", comparison.matched_by_time}, {"by_pose", comparison.matched_by_pose}}},
+                  {"false_alarm", comparison.false_alarm},
+                  {"level", comparison.level},
+                  {"within_limits", comparison.is_within_limits()},
+                  {"limits", limits},
+                  {"gaps", gaps},
+                  {"sources", sources},
+                  {"rows", rows}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace twocone::compare

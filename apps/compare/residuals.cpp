@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/residuals.h"
+
+#include <cmath>
+#include <string_view>
+
+#include <Eigen/Dense>
+
+#include "apps/files/to_layers.h"
+#include "apps/runs/adaptive.h"
+#include "apps/runs/answer_reader.h"
+#include "localisation/odometry.h"
+#include "vision/triangulation.h"
+
+namespace twocone::compare {
+namespace {
+
+using runs::PoseRow;
+
+/// A landmark as a frame's rows have it.
+struct Seen {
+  const runs::RangeRow* range = nullptr;
+  std::optional<vision::Sighting> lower, upper;
+};
+
+std::vector<Seen> by_landmark(const files::Map& map, const runs::AnswerRows& rows) {
+  std::vector<Seen> seen(map.landmarks.size());
+  const auto find = [&](const std::string& name) -> Seen* {
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (map.landmarks[i].name == name) return &seen[i];
+    }
+    return nullptr;  // of another map
+  };
+  for (const runs::RangeRow& row : rows.ranges) {
+    if (Seen* const s = find(row.landmark)) s->range = &row;
+  }
+  for (const runs::SightingRow& row : rows.sightings) {
+    Seen* const s = find(row.landmark);
+    if (!s) continue;
+    vision::Sighting sighting;
+    sighting.pixel_px = {row.column_px, row.row_px};
+    sighting.covariance_px2 << row.var_column_px2, row.cov_px2, row.cov_px2, row.var_row_px2;
+    if (sighting.covariance_px2.llt().info() != Eigen::Success) continue;
+    (row.view == "lower" ? s->lower : s->upper) = sighting;
+  }
+  return seen;
+}
+
+/// Whether what was sighted was the landmark's: ranges may fail under a rig that is wrong, sightings do not.
+bool is_trusted(const runs::RangeRow& row) {
+  using vision::RangeVerdict;
+  for (const RangeVerdict good :
+       {RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent, RangeVerdict::kBeyondLimit}) {
+    if (row.verdict == to_string(good)) return true;
+  }
+  return false;
+}
+
+/// Where the landmark's top is in the undistorted pictures, as a disparity: that of triangulate().
+std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m,
+                                   const vision::Target& target) {
+  if (!target.top_m) return std::nullopt;
+  double radius_px[2];
+  const vision::MirrorView* const views[2]{&rig.lower, &rig.upper};
+  for (int i = 0; i < 2; ++i) {
+    const auto point = vision::near_top_point(*views[i], in_body_m, target.radius_m, *target.top_m);
+    const auto pixel = point ? views[i]->project(*point) : std::nullopt;
+    const auto undistorted = pixel ? views[i]->undistort_px(*pixel) : std::nullopt;
+    if (!undistorted) return std::nullopt;
+    radius_px[i] = (*undistorted - views[i]->settings().centre_px).norm();
+  }
+  return radius_px[0] - radius_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
+}
+
+Eigen::Vector2d seen_from(const PoseRow& pose, const Eigen::Vector2d& place_m) {
+  return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+}
+
+}  // namespace
+
+void Moments::add(double value) {
+  ++count;
+  sum += value;
+  squares += value * value;
+}
+std::optional<double> Moments::mean() const { return count == 0 ? std::nullopt : std::optional(sum / double(count)); }
+std::optional<double> Moments::rms() const {
+  return count == 0 ? std::nullopt : std::optional(std::sqrt(squares / double(count)));
+}
+
+std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const files::Map& map,
+                                                   const runs::AnswerRows& rows) {
+  const auto targets = files::to_targets(map);
+  const auto seen = by_landmark(map, rows);
+  std::vector<vision::RangeMeasurement> ranges(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
+    const vision::Triangulation t =
+        vision::triangulate(rig, seen[i].lower ? &*seen[i].lower : nullptr, seen[i].upper ? &*seen[i].upper : nullptr,
+                            targets[i].radius_m, targets[i].top_m);
+    vision::RangeMeasurement& m = ranges[i];
+    m.verdict = t.verdict;
+    m.range_m = t.range_m;
+    m.bearing_rad = t.bearing_rad;
+    m.covariance = t.covariance;
+    m.disparity_px = t.disparity_px;
+  }
+  return ranges;
+}
+
+void locate(Side& side) {
+  if (side.is_reference_apart) return;
+  side.reference_is = "estimate";
+  side.reference.assign(side.run.frames.size(), std::nullopt);
+  const auto landmarks_m = files::to_landmark_positions(side.run.map);
+  runs::AnswerReader reader(side.run.folder, side.method);
+  for (std::size_t i = 0; i < side.run.frames.size(); ++i) {
+    const runs::FrameRow& frame = side.run.frames[i];
+    const auto ranges = ranges_under(side.found, side.run.map, reader.of(frame.frame));
+    const localisation::Fix fix = runs::fix_of_full(ranges, landmarks_m, true);
+    if (fix.verdict != localisation::FixVerdict::kOk || !fix.position_m || !fix.heading_rad) continue;
+    side.reference[i] = PoseRow{frame.t_s, fix.position_m->x(), fix.position_m->y(), *fix.heading_rad};
+  }
+}
+
+Residuals residuals_of(const Side& side) {
+  Residuals all;
+  const files::Map& map = side.run.map;
+  const auto targets = files::to_targets(map);
+  const auto landmarks_m = files::to_landmark_positions(map);
+  const std::size_t count = map.landmarks.size();
+  all.frames = side.run.frames.size();
+  all.has_range.assign(all.frames * count, false);
+  const std::size_t every = (all.frames * count + Residuals::kMostPoints - 1) / Residuals::kMostPoints;
+  runs::AnswerReader reader(side.run.folder, side.method);
+  for (std::size_t i = 0; i < all.frames; ++i) {
+    const runs::FrameRow& frame = side.run.frames[i];
+    const runs::AnswerRows rows = reader.of(frame.frame);
+    const auto& reference = side.reference[i];
+    const auto after = ranges_under(side.found, map, rows);
+    const auto seen = by_landmark(map, rows);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!seen[k].range) continue;
+      const runs::RangeRow& row = *seen[k].range;
+      ++all.looked_for;
+      if (!row.range_m) continue;
+      ++all.ranged;
+      all.has_range[i * count + k] = true;
+      if (!reference) continue;
+      const Eigen::Vector2d to_m = seen_from(*reference, landmarks_m[k]);
+      ResidualPoint point{frame.t_s, k, to_m.norm(), *row.range_m - to_m.norm(), std::nullopt};
+      all.range_m.add(point.before_m);
+      if (after[k].range_m) {
+        point.after_m = *after[k].range_m - to_m.norm();
+        all.range_after_m.add(*point.after_m);
+      }
+      if (row.bearing_rad) {
+        all.bearing_rad.add(localisation::wrap_angle_rad(*row.bearing_rad - std::atan2(to_m.y(), to_m.x())));
+      }
+      const auto disparity = row.disparity_px ? disparity_at(side.believed, to_m, targets[k]) : std::nullopt;
+      if (disparity) all.disparity_px.add(*row.disparity_px - *disparity);
+      if ((i * count + k) % every == 0) all.points.push_back(point);
+    }
+    if (rows.fixes.empty()) continue;
+    const runs::FixRow& fix = rows.fixes.front();
+    all.outliers += fix.outliers.size();
+    if (!fix.x_m || !fix.y_m) continue;
+    ++all.with_fix;
+    if (side.is_reference_apart && reference) {
+      all.fix_m.add(std::hypot(*fix.x_m - reference->x_m, *fix.y_m - reference->y_m));
+    }
+  }
+  return all;
+}
+
+}  // namespace twocone::compare

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/shares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include "apps/compare/matching.h"
+#include "localisation/trajectory_error.h"
+
+namespace twocone::compare {
+namespace {
+
+/// Measurements of a gap, with what each source adds to each.
+class Projection {
+ public:
+  Projection(std::string of, std::size_t sources) : of_(std::move(of)), along_(sources, 0) {}
+
+  void add(double gap, std::size_t source, double part) { along_[source] += gap * part; }
+  void add(double gap) { squares_ += gap * gap; }
+
+  /// Shares into the sources; what is left.
+  std::optional<double> tell(std::vector<Source>& sources) const {
+    if (!(squares_ > 0)) return std::nullopt;
+    double left = 1;
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+      if (sources[k].verdict != SourceVerdict::kDiffers || along_[k] == 0) continue;
+      sources[k].shares.push_back({of_, along_[k] / squares_});
+      left -= along_[k] / squares_;
+    }
+    return left;
+  }
+
+ private:
+  std::string of_;
+  std::vector<double> along_;
+  double squares_ = 0;
+};
+
+void add_range_gap(const std::vector<HeldOutRange>& held_out, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+  if (held_out.empty()) return;
+  Moments before, after, floor;
+  Projection projection("range", sources.size());
+  for (const HeldOutRange& range : held_out) {
+    before.add(range.before_m);
+    after.add(range.after_m);
+    floor.add(range.sigma_m);
+    projection.add(range.before_m);
+    for (std::size_t k = 0; k < sources.size(); ++k) projection.add(range.before_m, k, range.parts_m[k]);
+  }
+  gaps.push_back(
+      {"range", "mm", 1e3 * *before.rms(), 1e3 * *after.rms(), 1e3 * *floor.rms(), projection.tell(sources)});
+}
+
+/// What the wheels tell of each stretch of the reference's way, less what it was: along and across, metres.
+std::vector<Eigen::Vector2d> stretch_errors(const std::vector<localisation::PosePair>& pairs) {
+  std::vector<Eigen::Vector2d> errors;
+  const auto ends = localisation::stretches(pairs, kOdometryStretch_m);
+  for (std::size_t k = 1; k < ends.size(); ++k) {
+    const localisation::PosePair &from = pairs[ends[k - 1]], &to = pairs[ends[k]];
+    const localisation::Pose was = localisation::seen_from(from.reference, to.reference);
+    const localisation::Pose told = localisation::seen_from(from.estimate, to.estimate);
+    errors.emplace_back(told.x_m - was.x_m, told.y_m - was.y_m);
+  }
+  return errors;
+}
+
+double rms(const std::vector<Eigen::Vector2d>& errors) {
+  double sum = 0;
+  for (const Eigen::Vector2d& e : errors) sum += e.squaredNorm();
+  return errors.empty() ? 0 : std::sqrt(sum / double(errors.size()));
+}
+
+void add_odometry_gap(const Side& simulated, const Side& real, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+  if (!real.calibration || real.run.drive.size() < real.run.frames.size()) return;
+  const auto find = [&](const char* kind) {
+    return std::find_if(sources.begin(), sources.end(),
+                        [&](const Source& s) { return s.kind == kind && s.verdict == SourceVerdict::kDiffers; });
+  };
+  const files::Drive& drive = real.run.robot.drive;
+  const WheelsAs believed{drive.wheel_radius_m, drive.wheel_separation_m, 0};
+  const auto latency = find("latency");
+  const WheelsAs found{real.calibration->drive.wheel_radius_m, real.calibration->drive.wheel_separation_m,
+                       latency == sources.end() ? 0 : latency->components[0].real / 1e3};
+  const auto errors = [&](const WheelsAs& wheels) {
+    return stretch_errors(pairs_with(real.reference, odometry_by(real.run, wheels)));
+  };
+  const auto before = errors(believed), after = errors(found);
+  const auto floor = stretch_errors(pairs_with(simulated.reference, simulated.run.odometry));
+  if (before.empty()) return;
+  Projection projection("odometry", sources.size());
+  for (const Eigen::Vector2d& e : before) {
+    projection.add(e.x());
+    projection.add(e.y());
+  }
+  using Put = double WheelsAs::*;
+  for (const auto& [kind, number] : {std::pair<const char*, Put>{"wheel radius", &WheelsAs::radius_m},
+                                     {"wheel separation", &WheelsAs::separation_m},
+                                     {"latency", &WheelsAs::latency_s}}) {
+    const auto source = find(kind);
+    if (source == sources.end()) continue;
+    WheelsAs put_back = found;
+    put_back.*number = believed.*number;
+    const auto with = errors(put_back);
+    for (std::size_t i = 0; i < std::min(before.size(), with.size()); ++i) {
+      const Eigen::Vector2d part = with[i] - after[i];
+      projection.add(before[i].x(), std::size_t(source - sources.begin()), part.x());
+      projection.add(before[i].y(), std::size_t(source - sources.begin()), part.y());
+    }
+  }
+  gaps.push_back({"odometry", "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m,
+                  1e3 * rms(floor) / kOdometryStretch_m, projection.tell(sources)});
+}
+
+void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+  Moments before, after;
+  Projection projection("brightness", sources.size());
+  for (const std::size_t view : {0, 1}) {
+    const char* const where = view == 0 ? "lower" : "upper";
+    const auto source = std::find_if(sources.begin(), sources.end(), [&](const Source& s) {
+      return s.kind == "exposure and colour" && s.where == where && s.verdict == SourceVerdict::kDiffers;
+    });
+    for (const vision::Transfer& t : pictures.views[view].transfers) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double found = source == sources.end() ? 0 : std::log(std::max(1e-9, source->components[c].real));
+        before.add(t.log_gain[c]);
+        after.add(t.log_gain[c] - found);
+        projection.add(t.log_gain[c]);
+        if (source != sources.end()) projection.add(t.log_gain[c], std::size_t(source - sources.begin()), found);
+      }
+    }
+  }
+  if (before.count == 0) return;
+  gaps.push_back({"brightness", "%", 100 * *before.rms(), 100 * *after.rms(), 0, projection.tell(sources)});
+}
+
+void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
+  double before = 0, after = 0, floor = 0, told = 0;
+  Projection projection("noise", sources.size());
+  for (std::size_t k = 0; k < sources.size(); ++k) {
+    const Source& source = sources[k];
+    if (source.kind != "noise" || source.components.empty()) continue;
+    const Component& c = source.components[0];
+    ++told;
+    before += c.difference() * c.difference();
+    floor += c.sigma * c.sigma;
+    projection.add(c.difference());
+    if (source.verdict == SourceVerdict::kDiffers) {
+      projection.add(c.difference(), k, c.difference());
+    } else {
+      after += c.difference() * c.difference();
+    }
+  }
+  if (told == 0) return;
+  gaps.push_back({"noise", "grey", std::sqrt(before / told), std::sqrt(after / told), std::sqrt(floor / told),
+                  projection.tell(sources)});
+}
+
+}  // namespace
+
+std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<runs::PoseRow>>& reference,
+                                               const std::vector<runs::PoseRow>& odometry) {
+  std::vector<localisation::PosePair> pairs;
+  for (std::size_t i = 0; i < std::min(reference.size(), odometry.size()); ++i) {
+    if (!reference[i]) continue;
+    pairs.push_back({{reference[i]->x_m, reference[i]->y_m, reference[i]->heading_rad},
+                     {odometry[i].x_m, odometry[i].y_m, odometry[i].heading_rad}});
+  }
+  return pairs;
+}
+
+std::vector<runs::PoseRow> odometry_by(const runs::RunData& run, const WheelsAs& wheels) {
+  std::vector<runs::PoseRow> poses;
+  if (run.drive.empty() || run.odometry.empty()) return poses;
+  const runs::PoseRow& start = run.odometry.front();
+  localisation::Odometry odometry({wheels.radius_m, wheels.separation_m}, {start.x_m, start.y_m, start.heading_rad});
+  std::vector<runs::PoseRow> read;
+  for (std::size_t i = 0; i < std::min(run.frames.size(), run.drive.size()); ++i) {
+    const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);
+    read.push_back({run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad});
+  }
+  if (wheels.latency_s == 0) return read;
+  for (const runs::PoseRow& now : read) {
+    runs::PoseRow then =
+        pose_at(read, std::clamp(now.t_s - wheels.latency_s, read.front().t_s, read.back().t_s)).value_or(now);
+    then.t_s = now.t_s;
+    poses.push_back(then);
+  }
+  return poses;
+}
+
+std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
+                           const Pictures& pictures, std::vector<Source>& sources) {
+  std::vector<Gap> gaps;
+  add_range_gap(held_out, sources, gaps);
+  add_odometry_gap(simulated, real, sources, gaps);
+  add_brightness_gap(pictures, sources, gaps);
+  add_noise_gap(sources, gaps);
+  return gaps;
+}
+
+}  // namespace twocone::compare

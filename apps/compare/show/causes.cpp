@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/compare/show/findings.h"
+#include "apps/compare/show/wording.h"
+#include "apps/report/markup.h"
+#include "apps/report/page/html.h"
+
+namespace twocone::compare {
+namespace {
+
+namespace html = report::html;
+using report::escape;
+
+/// A cell of one line for each component, so that the lines of a row's cells stand beside each other.
+template <typename Line>
+std::string lines(const Source& source, Line line) {
+  std::string cell;
+  for (const Component& component : source.components) {
+    cell += (cell.empty() ? "" : "<br/>") + escape(line(component));
+  }
+  return cell;
+}
+
+std::string unit_of(const Component& component) {
+  return component.unit.empty() || component.unit == "1" ? "" : "\u00a0" + component.unit;
+}
+
+std::string shares_of(const Source& source) {
+  std::string cell;
+  for (const Share& share : source.shares) {
+    cell += fmt::format("{}{} of {}", cell.empty() ? "" : "<br/>", percent(share.share), escape(share.of));
+  }
+  return cell.empty() ? "\u2013" : cell;
+}
+
+std::string confusable_of(const Source& source) {
+  std::string cell;
+  for (const std::string& other : source.confusable) cell += (cell.empty() ? "" : "<br/>") + escape(other);
+  return cell.empty() ? "\u2013" : cell;
+}
+
+std::string table_of(const std::vector<const Source*>& sources, const std::string& caption, bool differs) {
+  std::vector<std::string> heads{"source", "what", "simulated", "real", "real \u2212 simulated", "p by chance"};
+  if (differs) heads.insert(heads.end(), {"explains", "hard to tell from"});
+  html::Table table(caption, html::head_row(heads), "class=\"sources\"");
+  for (const Source* source : sources) {
+    std::vector<std::string> cells{
+        escape(source->name()),
+        lines(*source, [](const Component& c) { return c.name; }),
+        lines(*source, [](const Component& c) { return to_precision_of(c.sigma, c.simulated); }),
+        lines(*source, [](const Component& c) { return to_precision_of(c.sigma, c.real); }),
+        lines(*source, [](const Component& c) { return with_sigma(c.difference(), c.sigma) + unit_of(c); }),
+        escape(chance(source->p_value))};
+    if (differs) cells.insert(cells.end(), {shares_of(*source), confusable_of(*source)});
+    table.add(cells);
+  }
+  return table.str();
+}
+
+std::string advice_html(const std::vector<const Source*>& sources) {
+  std::string items;
+  for (const Source* source : sources) {
+    if (source->advice.empty()) continue;
+    items += html::element("li", html::text("strong", source->name() + ":") + escape(source->advice));
+  }
+  return items.empty() ? "" : html::text("h3", "What to change") + html::element("ul", items);
+}
+
+std::string folded(const std::string& title, const std::string& inner) {
+  return html::element("details", html::text("summary", title) + inner);
+}
+
+std::string test_sentence(const Comparison& comparison, std::size_t tested) {
+  if (tested == 0) return "No source was tested.";
+  std::string text = fmt::format(
+      "{} source{} tested by \u03c7\u00b2 against no difference. A whole comparison of two equal robots raises a "
+      "false alarm with probability {:.2g}",
+      tested, tested == 1 ? " was" : "s were", comparison.false_alarm);
+  if (comparison.level > 0) text += fmt::format(", so a source counts as different where p < {:.2g}", comparison.level);
+  return text + ".";
+}
+
+}  // namespace
+
+std::string causes_html(const Comparison& comparison) {
+  const std::vector<const Source*> differing = sources_by_share(comparison);
+  const std::vector<const Source*> agreeing = sources_of(comparison, SourceVerdict::kAgrees);
+  const std::vector<const Source*> untold = sources_of(comparison, SourceVerdict::kCannotTell);
+  std::string text = html::text("p", test_sentence(comparison, differing.size() + agreeing.size()));
+  if (!differing.empty()) {
+    text += table_of(differing, "Sources that differ, the one that explains most of any gap first", true);
+    text +=
+        html::text("p",
+                   "\u00b1: standard deviation. Explains: the part of a gap that goes when this source is put right, "
+                   "shared out among the sources; negative where a source hides a part of another's.",
+                   "class=\"soft\"");
+    text += advice_html(differing);
+  }
+  if (!agreeing.empty()) {
+    text += folded(fmt::format("Tested and not found to differ: {}", agreeing.size()),
+                   table_of(agreeing, "Sources whose difference is within its noise", false));
+  }
+  if (!untold.empty()) {
+    std::vector<std::string> reasons;
+    for (const Source* source : untold) {
+      reasons.push_back(source->name() + ": " + (source->reason.empty() ? "no reason is given" : source->reason));
+    }
+    text += folded(fmt::format("Cannot be told: {}", untold.size()), html::list(reasons));
+  }
+  return text;
+}
+
+}  // namespace twocone::compare

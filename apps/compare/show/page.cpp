@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/show/page.h"
+
+#include <fmt/format.h>
+
+#include "apps/compare/show/exhibits.h"
+#include "apps/compare/show/figures.h"
+#include "apps/compare/show/findings.h"
+#include "apps/compare/show/page_style.h"
+#include "apps/compare/show/wording.h"
+#include "apps/report/figures/gnuplot.h"
+#include "apps/report/markup.h"
+#include "apps/report/page/html.h"
+#include "apps/report/page/page.h"
+#include "apps/report/page/style.h"
+
+namespace twocone::compare {
+namespace {
+
+namespace html = report::html;
+
+std::string named(const std::string& name) { return name.empty() ? "not named" : name; }
+
+std::string what_html(const Comparison& comparison) {
+  std::string rows;
+  const auto add = [&](std::string_view name, const std::string& value) {
+    rows += html::text("dt", name) + html::text("dd", value);
+  };
+  add("simulated", fmt::format("{}, {} frames{}", named(comparison.simulated), comparison.simulated_frames,
+                               comparison.is_rendered ? ", rendered at the real run's poses" : ""));
+  add("real", fmt::format("{}, {} frames", named(comparison.real), comparison.real_frames));
+  add("matched", fmt::format("{} frames by time, {} by pose", comparison.matched_by_time, comparison.matched_by_pose));
+  add("the real robot was taken to be at", comparison.reference.empty() ? "not known" : comparison.reference);
+  std::string text = html::element("dl", rows);
+  if (!comparison.notes.empty()) text += html::text("h3", "Notes") + html::list(comparison.notes);
+  return html::section("what", "What was compared", text);
+}
+
+/// A section of the page and its link.
+struct Part {
+  std::string id, title, inner;
+};
+
+std::string figures_html(const std::vector<report::Figure>& figures) {
+  std::string text;
+  for (const report::Figure& figure : figures) {
+    if (!figure.svg.empty()) text += report::figure_html(figure);
+  }
+  return text.empty() ? "" : html::element("div", text, "class=\"figures\"");
+}
+
+std::string page_of(const Comparison& comparison, const std::vector<Part>& parts,
+                    const std::vector<std::string>& notes) {
+  const std::string title =
+      fmt::format("twocone compare: {} against {}", named(comparison.simulated), named(comparison.real));
+  const std::string verdict = headline(comparison);
+  constexpr std::size_t kLong = 160;  // characters that still look well in large letters
+  std::string main =
+      html::text("h1", title) +
+      html::text("p", verdict, verdict.size() > kLong ? "class=\"headline long\"" : "class=\"headline\"");
+  if (const std::string rest = headline_rest(comparison); !rest.empty()) main += html::text("p", rest);
+  std::vector<std::pair<std::string, std::string>> places{{"what", "What was compared"}};
+  std::string sections;
+  for (const Part& part : parts) {
+    places.emplace_back(part.id, part.title);
+    sections += html::section(part.id, part.title, part.inner);
+  }
+  main += html::navigation(places) + what_html(comparison) + sections;
+  main += html::section("page-notes", "Notes on this page",
+                        notes.empty() ? html::text("p", "Nothing is missing.") : html::list(notes));
+  return html::document(title, std::string(report::style()) + std::string(page_style()), html::element("main", main),
+                        std::string(report::script()) + std::string(page_script()));
+}
+
+}  // namespace
+
+Status write_page(const Comparison& comparison, const std::filesystem::path& folder,
+                  const sim_povray::RenderSettings& render) {
+  constexpr std::chrono::milliseconds kTimeout{30'000};
+  const std::filesystem::path figures = folder / "figures";
+  const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
+  if (const Status there = gnuplot.check(); !there) return there.error();
+  std::error_code error;
+  std::filesystem::create_directories(figures, error);
+  if (error) {
+    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", figures.string(), error.message())};
+  }
+
+  std::vector<std::string> notes;
+  const Drawing drawing{comparison, gnuplot, figures, notes};
+  std::vector<Part> parts{{"why", "Why", causes_html(comparison)},
+                          {"gaps", "Gaps before and after", gaps_html(comparison)},
+                          {"stages", "Stage by stage", stages_html(comparison)}};
+  const auto add = [&](const char* id, const char* title, std::string inner, const char* missing) {
+    if (inner.empty()) {
+      notes.emplace_back(missing);
+    } else {
+      parts.push_back({id, title, std::move(inner)});
+    }
+  };
+  add("frames", "Frames", exhibits_html(comparison, notes),
+      "No frames are shown: there is no matched pair of pictures.");
+  add("residuals", "Residuals", figures_html(draw_residuals(drawing)), "No range residuals are shown.");
+  std::vector<report::Figure> paths;
+  if (auto figure = draw_paths(drawing, render)) paths.push_back(std::move(*figure));
+  add("paths-over", "Paths", figures_html(paths), "No paths are shown.");
+  return report::write_file(folder / "compare.html", page_of(comparison, parts, notes));
+}
+
+}  // namespace twocone::compare

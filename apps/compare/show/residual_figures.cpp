@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "apps/compare/show/figures.h"
+#include "apps/report/figures/palette.h"
+#include "apps/report/figures/series.h"
+
+namespace twocone::compare {
+namespace {
+
+using report::gnuplot_string;
+using report::number;
+
+constexpr double kMmPerM = 1000;
+/// Of one panel; more make a page that no browser likes.
+constexpr std::size_t kMostPoints = 2000;
+
+enum class Axis { kTime, kRange };
+
+/// One of the three pictures beside each other.
+struct Panel {
+  std::string title;
+  const std::vector<ResidualPoint>* points;
+  bool after;
+};
+
+std::optional<double> residual_mm(const ResidualPoint& point, bool after) {
+  const std::optional<double> value_m = after ? point.after_m : std::optional(point.before_m);
+  return value_m && std::isfinite(*value_m) ? std::optional(*value_m * kMmPerM) : std::nullopt;
+}
+
+std::optional<double> place_of(const ResidualPoint& point, Axis axis) {
+  const double value = axis == Axis::kTime ? point.t_s : point.range_m;
+  return std::isfinite(value) && (axis == Axis::kTime || value > 0) ? std::optional(value) : std::nullopt;
+}
+
+std::array<Panel, 3> panels_of(const Comparison& comparison) {
+  return {{{"simulated", &comparison.simulated_residuals, false},
+           {"real, as it was", &comparison.real_residuals, false},
+           {"real, with what was found", &comparison.real_residuals, true}}};
+}
+
+std::size_t stride_of(const Panel& panel) { return std::max<std::size_t>(1, panel.points->size() / kMostPoints); }
+
+std::string name_of(const Comparison& comparison, std::size_t landmark) {
+  return landmark < comparison.map.landmarks.size() ? comparison.map.landmarks[landmark].name
+                                                    : fmt::format("landmark {}", landmark);
+}
+
+std::string colour_of(const Comparison& comparison, std::size_t landmark) {
+  return landmark < comparison.map.landmarks.size() ? report::line_colour(comparison.map.landmarks[landmark].colour)
+                                                    : std::string(report::kPaperColour);
+}
+
+/// One landmark's points of a panel: place, residual in mm. Those beyond the limit lie on it.
+std::string rows_of(const Panel& panel, std::size_t landmark, Axis axis, double limit_mm, bool beyond) {
+  std::string rows;
+  std::size_t count = 0;
+  for (const ResidualPoint& point : *panel.points) {
+    if (point.landmark != landmark || count++ % stride_of(panel) != 0) continue;
+    const std::optional<double> mm = residual_mm(point, panel.after);
+    const std::optional<double> place = place_of(point, axis);
+    if (!mm || !place || (std::abs(*mm) > limit_mm) != beyond) continue;
+    rows += fmt::format("{} {}\n", number(place), number(std::clamp(*mm, -limit_mm, limit_mm)));
+  }
+  return rows;
+}
+
+/// Margins of the panels, in parts of the figure's width.
+constexpr double kLeft = 0.07, kRight = 0.99, kBetween = 0.012;
+
+constexpr double kWidth_px = 1060, kPanels_px = 350, kKeyRow_px = 22;
+
+/// A landmark's name in the key above the panels: gnuplot's own key has the width of one panel only.
+struct KeyEntry {
+  std::size_t landmark;
+  double x_px;
+  int row;
+};
+
+std::vector<KeyEntry> key_of(const Comparison& comparison, const std::set<std::size_t>& landmarks) {
+  constexpr double kLetter_px = 8, kMark_px = 34;  // of the figures' letters, on the generous side
+  std::vector<KeyEntry> key;
+  double x_px = kLeft * kWidth_px;
+  int row = 0;
+  for (const std::size_t landmark : landmarks) {
+    const double width_px = kLetter_px * double(name_of(comparison, landmark).size()) + kMark_px;
+    if (!key.empty() && x_px + width_px > kRight * kWidth_px) {
+      x_px = kLeft * kWidth_px;
+      ++row;
+    }
+    key.push_back({landmark, x_px, row});
+    x_px += width_px;
+  }
+  return key;
+}
+
+std::string key_commands(const Comparison& comparison, const std::vector<KeyEntry>& key, double height_px) {
+  std::string text;
+  for (const KeyEntry& entry : key) {
+    const double y_px = 14 + kKeyRow_px * entry.row;
+    text += fmt::format(
+        "set label {} at screen {:.5f},{:.5f} left point pt 7 ps 0.8 lc rgb '{}' offset 0.9,0 textcolor rgb "
+        "'#333333'\n",
+        gnuplot_string(name_of(comparison, entry.landmark)), (entry.x_px + 6) / kWidth_px, 1 - y_px / height_px,
+        colour_of(comparison, entry.landmark));
+  }
+  return text;
+}
+
+std::string panel_commands(const Comparison& comparison, const std::set<std::size_t>& landmarks, Axis axis,
+                           double limit_mm, std::size_t index) {
+  const Panel panel = panels_of(comparison)[index];
+  const double width = (kRight - kLeft - 2 * kBetween) / 3;
+  const double left = kLeft + double(index) * (width + kBetween);
+  std::string text =
+      fmt::format("set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\nset title {} offset 0,-0.5\n", left,
+                  left + width, gnuplot_string(panel.title));
+  text += index == 0 ? "set ylabel 'range residual / mm' offset 1,0\nset format y '%g'\n"
+                     : "unset ylabel\nset format y ''\n";
+  std::vector<std::string> plots;
+  for (const std::size_t landmark : landmarks) {
+    for (const bool beyond : {false, true}) {
+      const std::string rows = rows_of(panel, landmark, axis, limit_mm, beyond);
+      if (rows.empty()) continue;
+      const std::string name = fmt::format("p{}_{}{}", index, landmark, beyond ? "_beyond" : "");
+      text += report::data_block(name, rows);
+      plots.push_back(fmt::format("${} using 1:2 with points pt {} lc rgb '{}' notitle", name,
+                                  beyond ? "8 ps 0.6" : "7 ps 0.35", colour_of(comparison, landmark)));
+    }
+  }
+  return text + report::plot_command(plots) + "unset label\n";
+}
+
+std::optional<report::Figure> draw(const Drawing& drawing, Axis axis) {
+  const Comparison& comparison = drawing.comparison;
+  std::set<std::size_t> landmarks;
+  std::vector<double> sizes_mm;
+  double first = 0;
+  double last = 0;
+  std::size_t stride = 1;
+  for (const Panel& panel : panels_of(comparison)) {
+    stride = std::max(stride, stride_of(panel));
+    for (const ResidualPoint& point : *panel.points) {
+      const std::optional<double> mm = residual_mm(point, panel.after);
+      const std::optional<double> place = place_of(point, axis);
+      if (!mm || !place) continue;
+      if (sizes_mm.empty()) first = last = *place;
+      first = std::min(first, *place);
+      last = std::max(last, *place);
+      landmarks.insert(point.landmark);
+      sizes_mm.push_back(std::abs(*mm));
+    }
+  }
+  if (sizes_mm.empty()) return std::nullopt;
+  constexpr double kLeastLimit_mm = 1e-3;
+  const double limit_mm = std::max(report::readable_limit(sizes_mm), kLeastLimit_mm);
+  const double margin = std::max(0.03 * (last - first), 0.01);
+  const bool time = axis == Axis::kTime;
+
+  report::Plot plot;
+  const std::vector<KeyEntry> key = key_of(comparison, landmarks);
+  const double key_px = kKeyRow_px * (key.back().row + 1);
+  const double height_px = kPanels_px + key_px;
+  plot.width_px = static_cast<int>(kWidth_px);
+  plot.height_px = static_cast<int>(height_px);
+  plot.commands = fmt::format(
+      "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset xzeroaxis lc rgb '#777777' lw 1 dt solid\n"
+      "set xlabel '{}' offset 0,0.4\nset tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\nunset key\n"
+      "{}set multiplot\n",
+      first - margin, last + margin, -1.08 * limit_mm, 1.08 * limit_mm, time ? "time / s" : "range / m",
+      1 - (key_px + 30) / height_px, 62 / height_px, key_commands(comparison, key, height_px));
+  for (std::size_t i = 0; i < panels_of(comparison).size(); ++i) {
+    plot.commands += panel_commands(comparison, landmarks, axis, limit_mm, i);
+  }
+  plot.commands += "unset multiplot\n";
+
+  report::Figure figure{time ? "residuals_time" : "residuals_range", "",
+                        time ? "Range residuals against time" : "Range residuals against range", "", ""};
+  figure.caption =
+      "Each measured range less the distance to the reference pose; with what was found: after the differences found "
+      "were put right. All three on one scale.";
+  if (std::any_of(sizes_mm.begin(), sizes_mm.end(), [&](double mm) { return mm > limit_mm; })) {
+    figure.caption += " Triangles: beyond the axis.";
+  }
+  if (stride > 1) figure.caption += fmt::format(" Of long runs one in {} points is drawn.", stride);
+  return drawn(drawing, std::move(figure), std::move(plot));
+}
+
+}  // namespace
+
+report::Figure drawn(const Drawing& drawing, report::Figure figure, report::Plot plot) {
+  plot.stem = figure.stem;
+  plot.title = figure.title;
+  Result<std::string> svg = drawing.gnuplot.draw(plot);
+  if (svg) {
+    figure.svg = std::move(*svg);
+  } else {
+    drawing.notes.push_back("The figure \"" + figure.title + "\" is missing: " + svg.error().message);
+  }
+  return figure;
+}
+
+std::vector<report::Figure> draw_residuals(const Drawing& drawing) {
+  std::vector<report::Figure> figures;
+  for (const Axis axis : {Axis::kTime, Axis::kRange}) {
+    if (auto figure = draw(drawing, axis)) figures.push_back(std::move(*figure));
+  }
+  return figures;
+}
+
+}  // namespace twocone::compare

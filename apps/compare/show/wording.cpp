@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/show/wording.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace twocone::compare {
+namespace {
+
+constexpr std::string_view kNone = "\u2013";
+
+/// A minus sign instead of the hyphen that programs print.
+std::string with_minus(std::string text) {
+  if (text.starts_with('-')) text.replace(0, 1, "\u2212");
+  return text;
+}
+
+/// Decimals that show one digit of `sigma`, and two where one would be coarse: 0.05, but 0.10.
+int decimals_of(double sigma) {
+  constexpr int kMost = 9;
+  constexpr double kCoarseBelow = 2.95;
+  const int magnitude = static_cast<int>(std::floor(std::log10(sigma)));
+  const double leading = sigma / std::pow(10, magnitude);
+  return std::clamp((leading < kCoarseBelow ? 1 : 0) - magnitude, 0, kMost);
+}
+
+bool is_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0; }
+
+double largest_share(const Source& source) {
+  double most = 0;
+  for (const Share& share : source.shares) {
+    if (std::isfinite(share.share)) most = std::max(most, share.share);
+  }
+  return most;
+}
+
+/// The component that is the most of its sigmas away from none.
+const Component* most_certain(const Source& source) {
+  const auto sigmas = [](const Component& c) {
+    const double ratio = std::abs(c.difference()) / c.sigma;
+    return std::isfinite(ratio) ? ratio : 0;
+  };
+  const auto found = std::max_element(source.components.begin(), source.components.end(),
+                                      [&](const Component& a, const Component& b) { return sigmas(a) < sigmas(b); });
+  return found == source.components.end() ? nullptr : &*found;
+}
+
+std::string named_with_number(const Source& source) {
+  const Component* component = most_certain(source);
+  if (component == nullptr) return source.name();
+  std::string what = short_name(source, *component);
+  // Seconds are told in milliseconds, and what the source is called already is not told again.
+  if (what == "s") what.clear();
+  if (what.ends_with(" s")) what.resize(what.size() - 2);
+  if (source.kind.find(what) != std::string::npos) what.clear();
+  const std::string unit = component->unit.empty() || component->unit == "1" ? "" : "\u00a0" + component->unit;
+  return fmt::format("{} ({}{}{}{})", source.name(), what, what.empty() ? "" : " ",
+                     with_sigma(component->difference(), component->sigma), unit);
+}
+
+}  // namespace
+
+std::string plain_number(std::optional<double> value) {
+  if (!value || !std::isfinite(*value)) return std::string(kNone);
+  constexpr double kNoExponentBelow = 1e9;
+  const double size = std::abs(*value);
+  return with_minus(size >= 1e4 && size < kNoExponentBelow ? fmt::format("{:.0f}", *value)
+                                                           : fmt::format("{:.4g}", *value));
+}
+
+std::string to_precision_of(double sigma, double value) {
+  if (!is_sigma(sigma)) return plain_number(value);
+  if (!std::isfinite(value)) return std::string(kNone);
+  return with_minus(fmt::format("{:.{}f}", value, decimals_of(sigma)));
+}
+
+std::string with_sigma(double value, double sigma) {
+  if (!std::isfinite(value)) return std::string(kNone);
+  const std::string sign = value >= 0 ? "+" : "";
+  if (!is_sigma(sigma)) return sign + plain_number(value);
+  return fmt::format("{}{}\u00a0\u00b1\u00a0{:.{}f}", sign, to_precision_of(sigma, value), sigma, decimals_of(sigma));
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return std::string(kNone);
+  if (share > 0 && share < 0.01) return "<\u00a01\u00a0%";
+  return with_minus(fmt::format("{:.0f}\u00a0%", share * 100));
+}
+
+std::string chance(double p_value) {
+  constexpr double kLeast = 1e-99;
+  if (!std::isfinite(p_value)) return std::string(kNone);
+  return p_value < kLeast ? "<\u00a01e-99" : fmt::format("{:.2g}", p_value);
+}
+
+std::string short_name(const Source& source, const Component& component) {
+  std::string name = component.name;
+  const auto drop_front = [&](const std::string& front) {
+    if (!front.empty() && name.starts_with(front)) name.erase(0, front.size());
+  };
+  drop_front(source.where + ".");
+  if (!component.unit.empty()) {
+    const std::string unit = "_" + component.unit;
+    // The unit ends the name or a part of it: centre_px.column.
+    const std::size_t at = name.find(unit);
+    const std::size_t end = at == std::string::npos ? at : at + unit.size();
+    if (end != std::string::npos && (end == name.size() || name[end] == '.')) name.erase(at, unit.size());
+  }
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '_' || c == '.'; }, ' ');
+  drop_front(source.kind);
+  drop_front(" ");
+  return name;
+}
+
+std::vector<const Source*> sources_of(const Comparison& comparison, SourceVerdict verdict) {
+  std::vector<const Source*> found;
+  for (const Source& source : comparison.sources) {
+    if (source.verdict == verdict) found.push_back(&source);
+  }
+  return found;
+}
+
+std::vector<const Source*> sources_by_share(const Comparison& comparison) {
+  std::vector<const Source*> found = sources_of(comparison, SourceVerdict::kDiffers);
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Source* a, const Source* b) { return largest_share(*a) > largest_share(*b); });
+  return found;
+}
+
+std::string headline(const Comparison& comparison) {
+  const std::vector<const Source*> differing = sources_by_share(comparison);
+  if (differing.empty()) {
+    const bool any_tested = !sources_of(comparison, SourceVerdict::kAgrees).empty();
+    return any_tested ? "No difference found." : "No source of a difference could be tested.";
+  }
+  std::string text;
+  for (const Source* source : differing) text += (text.empty() ? "Differs: " : ", ") + named_with_number(*source);
+  return text + ".";
+}
+
+std::string headline_rest(const Comparison& comparison) {
+  const bool any = !sources_of(comparison, SourceVerdict::kDiffers).empty();
+  const std::size_t agreeing = sources_of(comparison, SourceVerdict::kAgrees).size();
+  const std::size_t untold = sources_of(comparison, SourceVerdict::kCannotTell).size();
+  std::string text;
+  if (agreeing > 0) {
+    text = any ? fmt::format("{} other source{} tested and not found to differ", agreeing, agreeing == 1 ? "" : "s")
+               : fmt::format("{} source{} tested", agreeing, agreeing == 1 ? "" : "s");
+  }
+  if (untold > 0) {
+    text += fmt::format("{}{} cannot be told from these data", text.empty() ? "" : "; ", untold);
+  }
+  return text.empty() ? text : text + ".";
+}
+
+std::string light_html(Light light) {
+  switch (light) {
+    case Light::kGreen:
+      return "<span class=\"light green\">\u25cf\u00a0green</span>";
+    case Light::kAmber:
+      return "<span class=\"light amber\">\u25b2\u00a0amber</span>";
+    case Light::kRed:
+      return "<span class=\"light red\">\u25a0\u00a0red</span>";
+    case Light::kNone:
+      break;
+  }
+  return "<span class=\"light\">\u2013</span>";
+}
+
+}  // namespace twocone::compare

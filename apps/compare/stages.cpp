@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/stages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/compare/shares.h"
+#include "localisation/trajectory_error.h"
+
+namespace twocone::compare {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+std::optional<double> times(std::optional<double> value, double factor) {
+  return value ? std::optional(*value * factor) : std::nullopt;
+}
+std::optional<double> share_percent(std::size_t part, std::size_t whole) {
+  return whole == 0 ? std::nullopt : std::optional(100.0 * double(part) / double(whole));
+}
+
+class Table {
+ public:
+  explicit Table(const Limits& limits) : limits_(limits) {}
+
+  void stage(std::string name) { stage_ = std::move(name); }
+
+  /// @param gap none: the difference of both, where there are both
+  Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
+           const char* limit_key = "", std::optional<double> gap = std::nullopt) {
+    Row row{.stage = stage_,
+            .name = std::move(name),
+            .unit = std::move(unit),
+            .simulated = simulated,
+            .real = real,
+            .gap = gap,
+            .gap_sigma = std::nullopt};
+    if (!row.gap && simulated && real) row.gap = std::abs(*real - *simulated);
+    row.limit_key = limit_key;
+    if (*limit_key != '\0') {
+      const auto own = limits_.find(limit_key);
+      const auto kind = std::find_if(limit_kinds().begin(), limit_kinds().end(),
+                                     [&](const LimitKind& k) { return row.limit_key == k.key; });
+      row.limit = own != limits_.end() ? own->second : kind->by_default;
+      if (row.gap) row.light = light_of(*row.gap, *row.limit);
+    }
+    return rows_.emplace_back(std::move(row));
+  }
+
+  /// A number that a source has: the i-th of its components, or a note why it has none.
+  void add(std::string name, const Source* source, const std::string& component, const char* unit,
+           const char* limit_key) {
+    const Component* found = nullptr;
+    if (source) {
+      for (const Component& c : source->components) {
+        if (c.name == component) found = &c;
+      }
+    }
+    if (found) {
+      add(std::move(name), found->unit, found->simulated, found->real, limit_key).gap_sigma = found->sigma;
+    } else {
+      add(std::move(name), unit, std::nullopt, std::nullopt, limit_key).note = source ? source->reason : "not measured";
+    }
+  }
+
+  std::vector<Row> take() { return std::move(rows_); }
+
+ private:
+  const Limits& limits_;
+  std::string stage_;
+  std::vector<Row> rows_;
+};
+
+const Source* find(const std::vector<Source>& sources, const std::string& kind, const std::string& where) {
+  const auto at =
+      std::find_if(sources.begin(), sources.end(), [&](const Source& s) { return s.kind == kind && s.where == where; });
+  return at == sources.end() ? nullptr : &*at;
+}
+
+void add_image(Table& table, const Side& simulated, const Side& real, const std::vector<Source>& sources) {
+  table.stage("image");
+  for (const std::string view : {"lower", "upper"}) {
+    table.add(view + " rim, radius", find(sources, "focal length", view), view + ".rim_radius_px", "px", "rim-px");
+    for (const char* const axis : {"column", "row"}) {
+      table.add(fmt::format("{} centre, {}", view, axis), find(sources, "centre", view),
+                fmt::format("{}.centre_px.{}", view, axis), "px", "centre-px");
+    }
+    for (const char* const colour : {"red", "green", "blue"}) {
+      table.add(fmt::format("{} {}, real over simulated", view, colour), find(sources, "exposure and colour", view),
+                fmt::format("gain.{}", colour), "1", "gain");
+    }
+    table.add(view + " noise at mid grey", find(sources, "noise", view), "noise", "grey", "noise-grey");
+    table.add(view + " edges' spread", find(sources, "sharpness", view), "blur", "px", "blur-px");
+    const std::size_t k = view == "lower" ? 0 : 1;
+    const auto edges = [k](const Side& side) {
+      return side.calibration ? std::optional(side.calibration->result.rms_before_px[k]) : std::nullopt;
+    };
+    table.add(view + " edges of landmarks off the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
+  }
+}
+
+/// Of landmarks in frames at one place: ranged in one run and not in the other.
+void add_detection(Table& table, const Side& simulated, const Side& real, const Residuals& a, const Residuals& b,
+                   const std::vector<Match>& by_pose) {
+  table.stage("detection");
+  table.add("landmarks with a range", "%", share_percent(a.ranged, a.looked_for),
+            share_percent(b.ranged, b.looked_for));
+  std::size_t both = 0, missed = 0, more = 0;
+  for (std::size_t k = 0; k < real.run.map.landmarks.size(); ++k) {
+    const auto& names = simulated.run.map.landmarks;
+    const auto same = std::find_if(names.begin(), names.end(),
+                                   [&](const auto& l) { return l.name == real.run.map.landmarks[k].name; });
+    if (same == names.end()) continue;
+    const auto of_simulated = std::size_t(same - names.begin());
+    for (const Match& match : by_pose) {
+      const bool in_a = a.has_range[match.simulated * names.size() + of_simulated];
+      const bool in_b = b.has_range[match.real * real.run.map.landmarks.size() + k];
+      both += in_a ? 1 : 0;
+      missed += in_a && !in_b ? 1 : 0;
+      more += in_b && !in_a ? 1 : 0;
+    }
+  }
+  const auto missed_percent = share_percent(missed, both);
+  table
+      .add("missed: ranged in the simulation at the same place only", "%", std::nullopt, missed_percent,
+           "missed-percent", missed_percent)
+      .note = missed_percent ? "" : "no frames at one place";
+  table.add("besides: ranged in the real run only", "%", std::nullopt, share_percent(more, both));
+  const auto false_a = share_percent(a.outliers, a.ranged), false_b = share_percent(b.outliers, b.ranged);
+  table.add("false: ranges that the fix left out as wrong", "%", false_a, false_b, "false-percent", false_b);
+  table.add("frames with a fix", "%", share_percent(a.with_fix, a.frames), share_percent(b.with_fix, b.frames),
+            "fix-percent");
+}
+
+void add_answers(Table& table, const Residuals& a, const Residuals& b) {
+  table.stage("disparity");
+  table.add("off that of the reference pose, rms", "px", a.disparity_px.rms(), b.disparity_px.rms(), "disparity-px");
+  table.add("mean", "px", a.disparity_px.mean(), b.disparity_px.mean());
+  table.stage("range");
+  table.add("off the distance from the reference pose, rms", "mm", times(a.range_m.rms(), 1e3),
+            times(b.range_m.rms(), 1e3), "range-mm");
+  table.add("mean", "mm", times(a.range_m.mean(), 1e3), times(b.range_m.mean(), 1e3));
+  table.stage("bearing");
+  table.add("off that from the reference pose, rms", "deg", times(a.bearing_rad.rms(), 1 / kDegree),
+            times(b.bearing_rad.rms(), 1 / kDegree), "bearing-deg");
+  table.add("mean", "deg", times(a.bearing_rad.mean(), 1 / kDegree), times(b.bearing_rad.mean(), 1 / kDegree));
+  table.stage("fix");
+  table.add("off the reference, rms", "mm", times(a.fix_m.rms(), 1e3), times(b.fix_m.rms(), 1e3), "fix-mm").note =
+      b.fix_m.count == 0 ? "the real run has no truth and no given trajectory" : "";
+}
+
+std::vector<localisation::PosePair> paths_by_time(const Side& simulated, const Side& real,
+                                                  const std::vector<Match>& by_time) {
+  std::vector<localisation::PosePair> pairs;
+  for (const Match& match : by_time) {
+    const auto &a = simulated.reference[match.simulated], &b = real.reference[match.real];
+    if (a && b) pairs.push_back({{a->x_m, a->y_m, a->heading_rad}, {b->x_m, b->y_m, b->heading_rad}});
+  }
+  return pairs;
+}
+
+void add_trajectories(Table& table, const Side& simulated, const Side& real, const std::vector<Match>& by_time) {
+  table.stage("odometry");
+  const auto drift = [](const Side& side) {
+    return localisation::relative_error_over(pairs_with(side.reference, side.run.odometry), kOdometryStretch_m);
+  };
+  const auto a = drift(simulated), b = drift(real);
+  const auto told = [](const auto& error, double localisation::TrajectoryError::*which, double factor) {
+    return error ? std::optional((*error).*which * factor) : std::nullopt;
+  };
+  using localisation::TrajectoryError;
+  table.add("off the reference over a metre (RPE), rms", "mm/m", told(a, &TrajectoryError::rmse_m, 1e3),
+            told(b, &TrajectoryError::rmse_m, 1e3), "odometry-mm-per-m");
+  table.add("turned over a metre (RPE), rms", "deg/m", told(a, &TrajectoryError::rmse_rad, 1 / kDegree),
+            told(b, &TrajectoryError::rmse_rad, 1 / kDegree));
+
+  table.stage("trajectory");
+  auto pairs = paths_by_time(simulated, real, by_time);
+  const auto one = [&](const char* name, const std::optional<TrajectoryError>& error, const char* key) {
+    const auto gap = told(error, &TrajectoryError::rmse_m, 1e3);
+    table.add(name, "mm", std::nullopt, std::nullopt, key, gap).note =
+        gap ? "" : "too few frames at one time with a reference";
+  };
+  one("both paths apart at one time (APE), rms", localisation::absolute_error(pairs), "ape-mm");
+  one("step by step (RPE, a frame), rms", localisation::relative_error(pairs, 1), "");
+  one("metre by metre (RPE), rms", localisation::relative_error_over(pairs, kOdometryStretch_m), "");
+  if (const auto align = localisation::alignment(pairs)) {
+    for (localisation::PosePair& pair : pairs) pair.estimate = localisation::moved(*align, pair.estimate);
+    one("both paths apart, aligned (APE, Umeyama), rms", localisation::absolute_error(pairs), "ape-aligned-mm");
+  }
+}
+
+void add_timing(Table& table, const Timing& a, const Timing& b, const std::vector<Source>& sources) {
+  table.stage("timing");
+  const auto rate = [](const Timing& t) { return t.rate_hz > 0 ? std::optional(t.rate_hz) : std::nullopt; };
+  const auto share = rate(a) && rate(b) ? std::optional(100 * std::abs(b.rate_hz / a.rate_hz - 1)) : std::nullopt;
+  table.add("frame rate", "Hz", rate(a), rate(b), "rate-percent", share).note = "the limit is for the difference in %";
+  table.add("jitter of a frame's time", "ms", 1e3 * a.jitter_s, 1e3 * b.jitter_s, "jitter-ms");
+  table.add("stamped skew, mean", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, "skew-ms");
+  table.add("stamped skew, largest", "ms", 1e3 * a.most_skew_s, 1e3 * b.most_skew_s);
+  table.add("skew beyond the stamps", find(sources, "skew", ""), "upper.skew_s", "ms", "skew-ms");
+  table.add("age of a picture beyond its stamp", find(sources, "latency", ""), "latency_s", "ms", "latency-ms");
+  table.add("pictures' age, growth over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
+      b.ageing_s ? "" : "simulated time has none";
+  for (const std::string view : {"lower", "upper"}) {
+    table.add(view + " frames lost", find(sources, "frames lost", view), "lost", "%", "lost-percent");
+  }
+}
+
+}  // namespace
+
+const std::vector<LimitKind>& limit_kinds() {
+  static const std::vector<LimitKind> kinds{
+      {"rim-px", 1, "radius of either rim"},
+      {"centre-px", 1, "column and row of either centre"},
+      {"gain", 0.05, "factor of light, of each colour, off 1"},
+      {"noise-grey", 1, "noise at mid grey"},
+      {"blur-px", 0.3, "spread of edges"},
+      {"edges-px", 0.5, "landmarks' edges off the believed rig, rms"},
+      {"missed-percent", 10, "landmarks missed"},
+      {"false-percent", 1, "ranges found wrong, of the real run"},
+      {"fix-percent", 2, "frames with a fix"},
+      {"disparity-px", 0.5, "disparity off the reference, rms"},
+      {"range-mm", 20, "ranges off the reference, rms"},
+      {"bearing-deg", 0.3, "bearings off the reference, rms"},
+      {"fix-mm", 20, "fixes off the reference, rms"},
+      {"odometry-mm-per-m", 10, "odometry off the reference over a metre, rms"},
+      {"ape-mm", 200, "both paths apart at one time, rms"},
+      {"ape-aligned-mm", 100, "the same, aligned"},
+      {"rate-percent", 1, "frame rate"},
+      {"jitter-ms", 5, "jitter of a frame's time"},
+      {"skew-ms", 5, "skew, stamped and beyond the stamps"},
+      {"latency-ms", 20, "age of pictures beyond their stamps"},
+      {"lost-percent", 1, "frames lost"},
+  };
+  return kinds;
+}
+
+Light light_of(double gap, double limit) {
+  if (gap <= limit) return Light::kGreen;
+  return gap <= 2 * limit ? Light::kAmber : Light::kRed;
+}
+
+std::vector<Row> find_rows(const Side& simulated, const Side& real, const Residuals& of_simulated,
+                           const Residuals& of_real, const std::vector<Match>& by_time,
+                           const std::vector<Match>& by_pose, const Timing& simulated_timing, const Timing& real_timing,
+                           const std::vector<Source>& sources, const Limits& limits) {
+  Table table(limits);
+  add_image(table, simulated, real, sources);
+  add_detection(table, simulated, real, of_simulated, of_real, by_pose);
+  add_answers(table, of_simulated, of_real);
+  add_trajectories(table, simulated, real, by_time);
+  add_timing(table, simulated_timing, real_timing, sources);
+  return table.take();
+}
+
+}  // namespace twocone::compare

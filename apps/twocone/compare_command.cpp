@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/compare/compare.h"
+#include "apps/compare/correct.h"
+#include "apps/compare/render_again.h"
+#include "apps/compare/show/page.h"
+#include "apps/runs/disk.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/stop_signals.h"
+
+namespace twocone::cli {
+namespace {
+
+struct Options {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path scene;
+  std::filesystem::path poses;
+  std::filesystem::path out;
+  std::filesystem::path write_robot;
+  bool force = false;
+  bool page = true;
+  compare::Settings settings;
+  std::map<std::string, std::optional<double>> limits;
+};
+
+/// Beside F.yaml, F_sim.yaml.
+std::filesystem::path twin_of(const std::filesystem::path& robot) {
+  return robot.parent_path() / (robot.stem().string() + "_sim" + robot.extension().string());
+}
+
+void check(const Options& options) {
+  if (options.scene.empty() && options.runs.size() != 2) {
+    throw BadUsage(
+        fmt::format("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
+                    options.runs.size()));
+  }
+  if (!options.scene.empty() && options.runs.size() != 1) {
+    throw BadUsage("--scene renders the real run's places again: give one run folder, the real one");
+  }
+  for (const auto& [key, value] : options.limits) {
+    if (value && !(std::isfinite(*value) && *value >= 0)) {
+      throw BadUsage(fmt::format("--max-{} is {}, must be a number >= 0", key, *value));
+    }
+  }
+  if (!(options.settings.false_alarm > 0 && options.settings.false_alarm < 1)) {
+    throw BadUsage(fmt::format("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm));
+  }
+  if (options.write_robot.empty() || options.force) return;
+  for (const auto& file : {options.write_robot, twin_of(options.write_robot)}) {
+    if (std::filesystem::exists(file)) {
+      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
+    }
+  }
+}
+
+/// The name of a folder that may be named with a slash at its end.
+std::string name_of(const std::filesystem::path& folder) {
+  const auto whole = std::filesystem::absolute(folder).lexically_normal();
+  return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
+}
+
+void write_robots(const Options& options, const compare::Outcome& outcome) {
+  if (!outcome.calibration) {
+    throw CommandFailed("no robot file is written: the real run does not tell its rig (see the notes above)");
+  }
+  runs::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
+  fmt::print("robot   {}\n", options.write_robot.string());
+  if (options.settings.is_rendered) return;  // its robot file is the real one, which no simulation runs
+  const auto twin = twin_of(options.write_robot);
+  runs::write_whole(twin, compare::like_the_real(outcome, twin));
+  fmt::print("robot   {}  (for the simulation)\n", twin.string());
+}
+
+void judge(const Options& options, const compare::Comparison& comparison) {
+  std::string beyond;
+  for (const compare::Row& row : comparison.rows) {
+    const auto asked = options.limits.find(row.limit_key);
+    if (asked == options.limits.end() || !asked->second) continue;
+    if (!row.gap) {
+      beyond += fmt::format("{}{}, {}: there is no number{}", beyond.empty() ? "" : "\n  ", row.stage, row.name,
+                            row.note.empty() ? "" : " (" + row.note + ")");
+    } else if (*row.gap > *asked->second) {
+      beyond += fmt::format("{}{}, {}: {:.4g} {}, limit {:g}", beyond.empty() ? "" : "\n  ", row.stage, row.name,
+                            *row.gap, row.unit, *asked->second);
+    }
+  }
+  if (!beyond.empty()) throw CommandFailed("beyond its limit: " + beyond);
+}
+
+void execute(Options options) {
+  check(options);
+  const std::atomic<bool>& stop = stop_on_signals();
+  compare::Settings& settings = options.settings;
+  settings.real = options.runs.back();
+  settings.simulated = options.runs.front();
+  settings.real_poses = options.poses;
+  settings.stop = &stop;
+  if (options.out.empty()) {
+    options.out = fmt::format("runs/compare-{}{}", name_of(settings.real),
+                              options.scene.empty() ? "-with-" + name_of(settings.simulated) : "-rendered");
+  }
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) throw CommandFailed(fmt::format("cannot make {}: {}", options.out.string(), error.message()));
+  if (!options.scene.empty()) {
+    settings.simulated = options.out / "simulated";
+    settings.is_rendered = true;
+    ProgressBar bar("render");
+    compare::RenderAgain again;
+    again.real = settings.real;
+    again.scene = options.scene;
+    again.poses = options.poses;
+    again.to = settings.simulated;
+    again.fit_frames = settings.fit_frames;
+    again.progress = [&bar](double done) { bar.show(done); };
+    again.stop = &stop;
+    if (const Status rendered = compare::render_again(again); !rendered) throw CommandFailed(rendered.error().message);
+  }
+  settings.work = options.out / "parts";
+  for (const auto& [key, value] : options.limits) {
+    if (value) settings.limits[key] = *value;
+  }
+  std::optional<compare::Outcome> outcome;
+  {
+    ProgressBar bar("compare");
+    settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
+    outcome = value_or_fail(compare::compare(settings));
+  }
+  compare::advise(outcome->comparison.sources);
+  fmt::print("{}\n", compare::table(outcome->comparison));
+  runs::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
+  fmt::print("numbers {}\n", (options.out / "compare.json").string());
+  if (options.page) {
+    const Status written = compare::write_page(outcome->comparison, options.out, {});
+    if (written) {
+      fmt::print("page    {}\n", (options.out / "compare.html").string());
+    } else {
+      fmt::print(stderr, "note: no page: {}\n", written.error().message);
+    }
+  }
+  if (!options.write_robot.empty()) write_robots(options, *outcome);
+  std::fflush(stdout);
+  judge(options, outcome->comparison);
+}
+
+}  // namespace
+
+void add_compare(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "compare", "Simulated against real: where two runs differ, by how much, why, and what to change");
+  command->add_option("RUN", options->runs, "SIM_DIR REAL_DIR, or REAL_DIR alone with --scene")
+      ->required()
+      ->expected(1, 2);
+  command->add_option("--scene", options->scene, "Map with a scene: render the real run's places again in it");
+  command->add_option("--poses", options->poses,
+                      "Where the real robot was, by another system: TUM, the run's clock (default: truth.tum, or what\n"
+                      "the corrected rig makes of the pictures)");
+  command->add_option("--out", options->out,
+                      "Folder for compare.html, compare.json and what is kept to go on from\n"
+                      "(default: runs/compare-REAL-with-SIM)");
+  command->add_option(
+      "--write-robot", options->write_robot,
+      "Robot file to write: the real one corrected; and FILE_sim.yaml, a simulation that behaves like it");
+  command->add_flag("--force", options->force, "Replace robot files that exist");
+  command->add_flag("!--no-page", options->page, "Table and numbers alone");
+  command->add_option("--frames", options->settings.fit_frames, "Frames of each run from which its rig is found")
+      ->check(CLI::Range(4, 100'000))
+      ->capture_default_str();
+  command->add_option("--every", options->settings.every, "Measure the pictures of every so many real frames")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--jobs", options->settings.jobs, "Threads that measure pictures")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command
+      ->add_option("--false-alarm", options->settings.false_alarm,
+                   "Share of comparisons without a difference that may name one")
+      ->capture_default_str();
+  for (const compare::LimitKind& kind : compare::limit_kinds()) {
+    command
+        ->add_option(fmt::format("--max-{}", kind.key), options->limits[kind.key],
+                     fmt::format("Fail beyond this: {} (light's limit: {:g})", kind.what, kind.by_default))
+        ->group("Limits");
+  }
+  command->callback([options] { execute(*options); });
+}
+
+}  // namespace twocone::cli

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/compare.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/compare/correct.h"
+#include "apps/files/file_error.h"
+#include "apps/runs/run_data.h"
+#include "tests/compare/synthetic_run.h"
+
+namespace twocone::compare {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing_support::TemporaryFolder;
+
+/// Runs that several tests look at; those that damage one make or copy their own.
+class Compare : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    simulated_ = make_run(*folder_, "simulated", {});
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  void SetUp() override {
+    if (!vision::can_calibrate()) GTEST_SKIP() << "needs Ceres, which this build has not";
+  }
+
+  static Settings settings_for(const std::filesystem::path& real, const std::string& work) {
+    Settings settings;
+    settings.simulated = simulated_;
+    settings.real = real;
+    settings.work = folder_->path() / work;
+    settings.fit_frames = kFitFrames;
+    return settings;
+  }
+
+  static std::vector<std::string> differing(const Comparison& comparison) {
+    std::vector<std::string> names;
+    for (const Source& source : comparison.sources) {
+      if (source.verdict == SourceVerdict::kDiffers) names.push_back(source.name());
+    }
+    return names;
+  }
+
+  static const Gap* gap_of(const Comparison& comparison, const std::string& of) {
+    const auto at =
+        std::find_if(comparison.gaps.begin(), comparison.gaps.end(), [&](const Gap& g) { return g.of == of; });
+    return at == comparison.gaps.end() ? nullptr : &*at;
+  }
+
+  /// Of the simulated run, to be damaged.
+  static std::filesystem::path copy_of(const std::string& name) {
+    std::filesystem::copy(simulated_, folder_->path() / name, std::filesystem::copy_options::recursive);
+    return folder_->path() / name;
+  }
+
+  static std::string error_with(const std::filesystem::path& run) {
+    Settings settings = settings_for(simulated_, "never");
+    settings.simulated = run;
+    try {
+      const auto outcome = compare(settings);
+      return outcome ? "an outcome" : outcome.error().message;
+    } catch (const files::FileError& error) {
+      return error.what();
+    }
+  }
+
+  static constexpr std::size_t kFrames = 12;  // of SyntheticDrive
+  static constexpr int kFitFrames = 6;
+  static inline TemporaryFolder* folder_ = nullptr;
+  static inline std::filesystem::path simulated_;
+};
+
+TEST_F(Compare, NothingPlantedNothingFound) {
+  const auto real = make_run(*folder_, "same", {.driver = "memory", .seed = 2});
+  Settings settings = settings_for(real, "same_work");
+  std::vector<double> told;
+  settings.progress = [&told](double done, std::string_view) { told.push_back(done); };
+  const auto outcome = compare(settings);
+  ASSERT_TRUE(outcome) << outcome.error().message;
+  const Comparison& c = outcome->comparison;
+  EXPECT_THAT(differing(c), testing::IsEmpty());
+  EXPECT_TRUE(c.is_within_limits()) << table(c);
+  EXPECT_THAT(c.notes, testing::IsEmpty());
+  EXPECT_EQ(c.matched_by_time, kFrames);
+  EXPECT_EQ(c.matched_by_pose, kFrames);
+  EXPECT_EQ(c.reference, "truth");
+  ASSERT_FALSE(c.exhibits.empty());
+  for (const Exhibit& exhibit : c.exhibits) {
+    EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
+    EXPECT_EQ(exhibit.apart_m, 0);
+  }
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.back(), 1);
+}
+
+TEST_F(Compare, AShiftedCentreIsNamedAndPutRight) {
+  constexpr double kShift_px = 0.3;  // more, and both views contradict each other: no ranges
+  const auto real =
+      make_run(*folder_, "shifted", {.driver = "memory", .lower_centre_off_px = {kShift_px, 0}, .seed = 3});
+  const auto outcome = compare(settings_for(real, "shifted_work"));
+  ASSERT_TRUE(outcome) << outcome.error().message;
+  const Comparison& c = outcome->comparison;
+  ASSERT_THAT(differing(c), testing::ElementsAre("lower centre"));
+  const auto centre =
+      std::find_if(c.sources.begin(), c.sources.end(), [](const Source& s) { return s.name() == "lower centre"; });
+  constexpr double kSigmas = 4;
+  EXPECT_NEAR(centre->components[0].difference(), kShift_px, kSigmas * centre->components[0].sigma);
+  EXPECT_NEAR(centre->components[1].difference(), 0, kSigmas * centre->components[1].sigma);
+  EXPECT_LT(centre->components[0].sigma, 0.1) << "px";
+
+  const Gap* const range = gap_of(c, "range");
+  ASSERT_NE(range, nullptr);
+  EXPECT_GT(range->before, 2) << "mm, or there is nothing to put right";
+  EXPECT_LT(range->after, 0.3 * range->before);
+  ASSERT_EQ(centre->shares.size(), 1U);
+  EXPECT_EQ(centre->shares[0].of, "range");
+  EXPECT_NEAR(centre->shares[0].share + *range->unexplained, 1, 1e-9);
+  EXPECT_GT(centre->shares[0].share, 0.5) << "the rest is noise, and where the old numbers alone give no range";
+  const files::Robot corrected = files::read_robot(
+      folder_->write("corrected.yaml", corrected_robot(*outcome, folder_->path() / "corrected.yaml")));
+  EXPECT_NEAR(corrected.rig.lower.centre_px[0], c.real_robot.rig.lower.centre_px[0] + kShift_px,
+              kSigmas * centre->components[0].sigma);
+}
+
+TEST_F(Compare, RunsOfOtherLengthRateAndSizeWithAHalfWrittenLastFrameAreComparedWithNotes) {
+  const auto real =
+      make_run(*folder_, "other", {.driver = "memory", .frames = 8, .rate_hz = 4, .width_px = 240, .height_px = 180});
+  const auto file = runs::upper_picture(real, 7);
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  const auto outcome = compare(settings_for(real, "other_work"));
+  ASSERT_TRUE(outcome) << outcome.error().message;
+  const Comparison& c = outcome->comparison;
+  EXPECT_THAT(c.notes, Contains(HasSubstr("different size (320 x 240 and 240 x 180 px)")));
+  EXPECT_THAT(c.notes, Contains(HasSubstr("frame 7 is left out: ")));
+  EXPECT_EQ(c.simulated_frames, kFrames);
+  EXPECT_EQ(c.real_frames, 7U);
+  EXPECT_THAT(differing(c), Contains("frame rate"));
+  EXPECT_FALSE(table(c).empty());
+}
+
+// One test, as each makes the run anew. All fail before anything is calibrated.
+TEST_F(Compare, WhatIsNoWholeRunIsToldInOneClearLine) {
+  auto run = copy_of("no_frames");
+  std::filesystem::remove(run / "frames.csv");
+  EXPECT_EQ(error_with(run), run.string() + ": there is no frames.csv, so no frame of it is known");
+
+  run = copy_of("few_frames");
+  std::ifstream in(run / "frames.csv");
+  std::string text, line;
+  for (int i = 0; i < 1 + 3 && std::getline(in, line); ++i) text += line + "\n";
+  std::ofstream(run / "frames.csv") << text;
+  EXPECT_EQ(error_with(run), run.string() + ": has 3 whole frames, a comparison needs 4 or more");
+
+  run = copy_of("no_sightings");
+  std::filesystem::remove(run / "sightings.csv");
+  std::filesystem::remove(run / "methods" / "full" / "sightings.csv");
+  EXPECT_EQ(error_with(run), fmt::format("{}: has no sightings of method full; make them with: twocone localise {} "
+                                         "--method full",
+                                         run.string(), run.string()));
+
+  const std::string message = error_with(folder_->path() / "nowhere");
+  EXPECT_THAT(message, HasSubstr("nowhere"));
+  EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
+}
+
+TEST_F(Compare, SettingsOutsideTheirDomainAreNamedTogether) {
+  Settings settings = settings_for(simulated_, "never");
+  settings.fit_frames = 3;
+  settings.false_alarm = 0;
+  try {
+    (void)compare(settings);
+    ADD_FAILURE() << "was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "compare: fit_frames is 3, must be >= 4; false_alarm is 0, must be within 0 and 1;");
+  }
+}
+
+}  // namespace
+}  // namespace twocone::compare

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/correct.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/compare/sources.h"
+#include "apps/files/robot_writer.h"
+#include "tests/compare/made_up_side.h"
+#include "tests/support/temporary_folder.h"
+#include "vision/picture_quality.h"
+
+namespace twocone::compare {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kFourDigits = 5e-4;  // relative: numbers are written so
+
+class Correct : public testing::Test {
+ protected:
+  Correct() {
+    Comparison& c = outcome_.comparison;
+    c.simulated = "runs/simulated", c.real = "runs/real";
+    c.simulated_robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+    c.real_robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/usb_camera.yaml");
+    outcome_.calibration = made_up_side("memory", made_up_result()).calibration;
+    calibrate::Report& report = *outcome_.calibration;
+    report.rig = c.real_robot.rig;
+    report.rig.lower.centre_px = {322.5, 238.25};
+    report.rig.upper.tilt_rad = {0.01, -0.02};
+    report.rig.mirror_separation_m = 0.3015;
+    report.drive = c.real_robot.drive;
+    report.drive.wheel_radius_m = 0.0512;
+    report.drive.wheel_separation_m = 0.297;
+  }
+  void add(const std::string& kind, const std::string& where, std::vector<Component> components,
+           SourceVerdict verdict = SourceVerdict::kDiffers) {
+    outcome_.comparison.sources.push_back(
+        {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)});
+  }
+  [[nodiscard]] files::Robot read(const std::string& text) const {
+    return files::read_robot(folder_.write("new.yaml", text));
+  }
+  [[nodiscard]] files::Robot like() const { return read(like_the_real(outcome_, folder_.path() / "new.yaml")); }
+
+  testing_support::TemporaryFolder folder_;
+  Outcome outcome_;
+};
+
+TEST_F(Correct, TheRealRobotReadsBackWithTheCalibrationsNumbers) {
+  add("centre", "lower", {{"lower.centre_px.column", "px", 319.5, 322.5, 0.1}});
+  const std::string text = corrected_robot(outcome_, folder_.path() / "new.yaml");
+  EXPECT_THAT(text, HasSubstr("runs/real"));
+  EXPECT_THAT(text, HasSubstr("Found to differ: lower centre."));
+  const files::Robot robot = read(text);
+  const calibrate::Report& report = *outcome_.calibration;
+  EXPECT_EQ(robot.rig.lower, report.rig.lower);
+  EXPECT_EQ(robot.rig.upper, report.rig.upper);
+  EXPECT_EQ(robot.rig.mirror_separation_m, 0.3015);
+  EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
+  EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
+  EXPECT_EQ(robot.lower.driver, "v4l2_camera") << "all else stays";
+}
+
+TEST_F(Correct, WithoutADifferenceTheSimulationStaysAsItIs) {
+  add("exposure and colour", "lower", {}, SourceVerdict::kCannotTell);
+  add("frames lost", "lower", {{"lost", "%", 0, 5, 1}}, SourceVerdict::kAgrees);
+  const std::string text = like_the_real(outcome_, folder_.path() / "new.yaml");
+  EXPECT_THAT(text, HasSubstr("No difference was found."));
+  files::Robot robot = read(text);
+  robot.file = outcome_.comparison.simulated_robot.file;
+  EXPECT_EQ(robot, outcome_.comparison.simulated_robot);
+}
+
+TEST_F(Correct, WhatDiffersBecomesAnEffect) {
+  add("exposure and colour", "lower",
+      {{"gain.red", "1", 1, 1.1, 0.01},
+       {"gain.green", "1", 1, 1.2, 0.01},
+       {"gain.blue", "1", 1, 1.3, 0.01},
+       {"vignetting", "1", 0, 0.3, 0.02}});
+  add("exposure and colour", "upper",
+      {{"gain.red", "1", 1, 0.8, 0.01},
+       {"gain.green", "1", 1, 0.8, 0.01},
+       {"gain.blue", "1", 1, 0.8, 0.01},
+       {"vignetting", "1", 0, 0.03, 0.02}});
+  add("frames lost", "upper", {{"lost", "%", 0, 5, 1}});
+  add("latency", "", {{"latency_s", "ms", 0, 40, 1}});
+  add("skew", "", {{"upper.skew_s", "ms", 0, -10, 1}});
+  add("rolling shutter", "lower", {{"lower.readout_s", "ms", 0, 25, 1}});
+  add("sharpness", "upper", {{"blur", "px", 0.4, 0.9, 0.05}});
+  add("frame rate", "", {{"rate_hz", "Hz", 15, 12.5, 0.1}});
+  add("slip", "", {{"slip", "%", 1, 2.5, 0.1}});
+  const files::Robot robot = like();
+  const auto &lower = robot.lower.effects, &upper = robot.upper.effects;
+  EXPECT_NEAR(lower.gain, std::cbrt(1.1 * 1.2 * 1.3), 1.2 * kFourDigits) << "the colours' mean";
+  EXPECT_NEAR(upper.gain, 0.8, 0.8 * kFourDigits);
+  EXPECT_EQ(lower.vignetting, 0.3);
+  EXPECT_EQ(upper.vignetting, 0) << "within three sigmas of none";
+  EXPECT_EQ(lower.drop_probability, 0);
+  EXPECT_EQ(upper.drop_probability, 0.05);
+  EXPECT_EQ(lower.stamp_late_s, 0.04);
+  EXPECT_EQ(upper.stamp_late_s, 0.05) << "exposed 10 ms before what its stamp says against the lower one's";
+  EXPECT_EQ(lower.readout_s, 0.025);
+  EXPECT_EQ(upper.readout_s, 0);
+  EXPECT_EQ(lower.defocus_px, 0);
+  EXPECT_NEAR(upper.defocus_px, vision::defocus_radius_px(0.4, 0.9), kFourDigits * upper.defocus_px);
+  EXPECT_GT(upper.defocus_px, 1) << "px";
+  EXPECT_EQ(robot.lower.rate_hz, 12.5);
+  EXPECT_EQ(robot.upper.rate_hz, 12.5);
+  EXPECT_EQ(robot.effects.slip, 0.025);
+  EXPECT_EQ(robot.rig, outcome_.comparison.simulated_robot.rig) << "that of the scene";
+}
+
+TEST_F(Correct, TheNoiseIsThatOfTheRealPictures) {
+  constexpr double kFullWell = 5000, kRead = 12;  // electrons
+  add("noise", "upper", {{"noise", "grey", 0, 3, 0.1}});
+  for (auto& block : outcome_.pictures.views[1].real_noise.blocks) {
+    for (std::size_t bin = 4; bin < 13; ++bin) {
+      const double light = 0.05 * double(bin), tiles = 100;
+      const double variance = light / kFullWell + std::pow(kRead / kFullWell, 2);
+      block[bin] = {tiles, tiles * light, tiles * variance};
+    }
+  }
+  outcome_.pictures.views[1].real_noise.pictures = 16;
+  const files::Robot robot = like();
+  EXPECT_NEAR(robot.upper.effects.full_well_electrons, kFullWell, 0.001 * kFullWell);
+  EXPECT_NEAR(robot.upper.effects.read_noise_electrons, kRead, 0.01 * kRead);
+  EXPECT_EQ(robot.lower.effects, outcome_.comparison.simulated_robot.lower.effects);
+}
+
+TEST_F(Correct, AVignetteThatIsSimulatedAlreadyStays) {
+  std::string text = files::robot_text(outcome_.comparison.simulated_robot.file, folder_.path() / "with.yaml",
+                                       [&] {
+                                         files::Robot robot = outcome_.comparison.simulated_robot;
+                                         robot.lower.effects.vignetting = 0.3;
+                                         return robot;
+                                       }(),
+                                       {});
+  outcome_.comparison.simulated_robot = files::read_robot(folder_.write("with.yaml", text));
+  ASSERT_EQ(outcome_.comparison.simulated_robot.lower.effects.vignetting, 0.3);
+  add("exposure and colour", "lower",
+      {{"gain.red", "1", 1, 1.2, 0.01},
+       {"gain.green", "1", 1, 1.2, 0.01},
+       {"gain.blue", "1", 1, 1.2, 0.01},
+       {"vignetting", "1", 0, 0.01, 0.02}});
+  EXPECT_EQ(like().lower.effects.vignetting, 0.3) << "both runs have it";
+}
+
+TEST_F(Correct, WheelsAreThoseOfTheCalibration) {
+  outcome_.comparison.simulated_robot.effects.wheel_radius_m = 0.049;
+  add("wheel radius", "", {{"wheel_radius_m", "mm", 50, 51.2, 0.1}});
+  const files::Robot robot = like();
+  EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
+  EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
+  EXPECT_FALSE(robot.effects.wheel_radius_m) << "belief and truth are one";
+}
+
+TEST(Advise, EverySourceThatDiffersGetsASentence) {
+  const Side a = made_up_side("sim_povray", made_up_result()), b = made_up_side("memory", made_up_result());
+  double level = 0;
+  std::vector<Source> sources = find_sources(a, b, {}, timing_of(a.run), timing_of(b.run), false, 1e-3, level);
+  Source landmark;
+  landmark.kind = "landmark", landmark.where = "red";
+  sources.push_back(landmark);
+  for (Source& source : sources) source.verdict = SourceVerdict::kDiffers;
+  sources.front().verdict = SourceVerdict::kAgrees;
+  advise(sources);
+  EXPECT_TRUE(sources.front().advice.empty());
+  for (std::size_t i = 1; i < sources.size(); ++i) EXPECT_FALSE(sources[i].advice.empty()) << sources[i].name();
+}
+
+}  // namespace
+}  // namespace twocone::compare

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "apps/compare/comparison.h"
+#include "apps/compare/side.h"
+#include "apps/compare/timing.h"
+
+namespace twocone::compare {
+
+inline files::Robot made_up_robot(const std::string& driver) {
+  files::Robot robot;
+  robot.drive = {driver, 0.30, 0.05, 0.5, 0.5};
+  robot.lower = robot.upper = {driver, 320, 240, 10, 1};
+  files::RigView view;
+  view.mirror_radius_m = 0.06;
+  view.lens_to_tip_m = 0.12;
+  view.centre_px = {159.5, 119.5};
+  view.rim_radius_px = 118;
+  robot.rig.lower = robot.rig.upper = view;
+  robot.rig.mirror_separation_m = 0.30;
+  robot.rig.lens_height_m = 0.25;
+  return robot;
+}
+
+inline vision::Rig made_up_rig() {
+  const auto view = [](double lens_height_m) {
+    vision::MirrorViewSettings settings;
+    settings.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12};
+    settings.lens_height_m = lens_height_m;
+    settings.centre_px = {159.5, 119.5};
+    settings.rim_radius_px = 118;
+    return vision::MirrorView(settings);
+  };
+  return {view(0.25), view(0.55)};
+}
+
+/// A calibration by hand: every number of a rig that sources ask for, each observed with `sigma` (SI) and apart from
+/// the others.
+inline vision::CalibrationResult made_up_result(double sigma = 1e-3) {
+  vision::CalibrationResult result;
+  result.verdict = vision::CalibrationVerdict::kOk;
+  result.wheel_scale = 1;
+  const auto add = [&](const std::string& name, double after) {
+    result.parameters.push_back({name, after, after, sigma, 1, true, false});
+  };
+  for (const std::string view : {"lower.", "upper."}) {
+    add(view + "rim_radius_px", 118);
+    add(view + "centre_px.column", 159.5);
+    add(view + "centre_px.row", 119.5);
+    add(view + "tilt_rad.x", 0);
+    add(view + "tilt_rad.y", 0);
+    add(view + "apex_rad", 1.57);
+    add(view + "mirror_radius_m", 0.06);
+    add(view + "lens_to_tip_m", 0.12);
+    add(view + "readout_s", 0);
+  }
+  add("upper.azimuth_minus_lower_rad", 0);
+  add("upper.axis_offset_minus_lower_m.x", 0);
+  add("upper.axis_offset_minus_lower_m.y", 0);
+  add("mirror_separation_m", 0.30);
+  add("lens_height_m", 0.25);
+  add("upper.skew_s", 0);
+  add("latency_s", 0);
+  add("wheel_radius_m", 0.05);
+  add("wheel_ratio", 1);
+  add("wheel_separation_m", 0.30);
+  const auto count = Eigen::Index(result.parameters.size());
+  result.covariance = Eigen::MatrixXd::Identity(count, count) * sigma * sigma;
+  return result;
+}
+
+/// A side on a straight line at 10 Hz, with no pictures on disk.
+inline Side made_up_side(const std::string& driver, const vision::CalibrationResult& result, std::size_t frames = 40) {
+  const vision::Rig rig = made_up_rig();
+  Side side{.name = driver == "sim_povray" ? "runs/simulated" : "runs/real",
+            .run = {},
+            .method = "full",
+            .calibration = std::nullopt,
+            .why_no_calibration = {},
+            .map_shifts = {},
+            .left_out = {},
+            .believed = rig,
+            .found = rig,
+            .reference = {},
+            .reference_is = "truth",
+            .is_reference_apart = true};
+  side.run.robot = made_up_robot(driver);
+  for (std::size_t i = 0; i < frames; ++i) {
+    runs::FrameRow row;
+    const double t_s = double(i) / 10, x_m = 0.05 * double(i);
+    row.frame = row.lower_sequence = row.upper_sequence = i;
+    row.t_s = row.lower_t_s = row.upper_t_s = t_s;
+    side.run.frames.push_back(row);
+    side.run.drive.push_back({t_s, {}, {}, x_m / 0.05, x_m / 0.05});
+    side.run.odometry.push_back({t_s, x_m, 0, 0});
+    side.reference.emplace_back(runs::PoseRow{t_s, x_m, 0, 0});
+  }
+  vision::CalibrationProblem problem{rig, vision::WheelBelief{0.05, 0.30}, {}, {}, {}, {}};
+  vision::CalibrationFrame frame;
+  frame.wheels.resize(2);
+  problem.frames.assign(frames, frame);
+  side.calibration = calibrate::Report{.runs = {side.name},
+                                       .robot = "robots/mine.yaml",
+                                       .result = result,
+                                       .problem = problem,
+                                       .circles = {},
+                                       .before = rig,
+                                       .after = rig,
+                                       .rig = side.run.robot.rig,
+                                       .drive = side.run.robot.drive,
+                                       .slip = 0.01};
+  return side;
+}
+
+inline vision::CalibratedParameter& parameter(vision::CalibrationResult& result, const std::string& name) {
+  for (vision::CalibratedParameter& p : result.parameters) {
+    if (p.name == name) return p;
+  }
+  throw std::out_of_range(name);
+}
+
+inline Eigen::Index index_of(const vision::CalibrationResult& result, const std::string& name) {
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    if (result.parameters[i].name == name) return Eigen::Index(i);
+  }
+  throw std::out_of_range(name);
+}
+
+inline Source source_of(const std::vector<Source>& sources, const std::string& name) {
+  for (const Source& source : sources) {
+    if (source.name() == name) return source;
+  }
+  throw std::out_of_range(name);
+}
+
+inline std::vector<std::string> names_of(const std::vector<Source>& sources, SourceVerdict verdict) {
+  std::vector<std::string> names;
+  for (const Source& source : sources) {
+    if (source.verdict == verdict) names.push_back(source.name());
+  }
+  return names;
+}
+
+}  // namespace twocone::compare

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/matching.h"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace twocone::compare {
+namespace {
+
+using Poses = std::vector<std::optional<runs::PoseRow>>;
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+Pairs pairs_of(const std::vector<Match>& matches) {
+  Pairs pairs;
+  for (const Match& match : matches) pairs.emplace_back(match.simulated, match.real);
+  return pairs;
+}
+
+Pairs by_time(const std::vector<double>& simulated, const std::vector<double>& real, double most_apart_s) {
+  return pairs_of(match_by_time(simulated, real, most_apart_s));
+}
+
+TEST(MatchByTime, TakesTheNearestOnEitherSide) {
+  EXPECT_EQ(by_time({0, 1, 2}, {0.4, 0.6, 1.9, 2.3}, 0.5), (Pairs{{0, 0}, {1, 1}, {2, 2}, {2, 3}}))
+      << "one may serve twice";
+}
+
+TEST(MatchByTime, OfTwoEquallyNearItIsAlwaysTheSame) {
+  // Halves are exact: both are just as near.
+  EXPECT_EQ(by_time({0, 1, 2}, {0.5, 1.5}, 0.5), (Pairs{{1, 0}, {2, 1}}));
+}
+
+TEST(MatchByTime, BeyondTheLimitThereIsNone) {
+  EXPECT_EQ(by_time({1}, {0.5, 0.499, 1.5, 1.501}, 0.5), (Pairs{{0, 0}, {0, 2}})) << "the limit itself is within";
+}
+
+TEST(MatchByTime, NothingMatchesNothing) {
+  EXPECT_TRUE(by_time({}, {1, 2}, 9).empty());
+  EXPECT_TRUE(by_time({1, 2}, {}, 9).empty());
+}
+
+TEST(MatchByPose, ARadianCountsAsAMetreTheShortWayRound) {
+  EXPECT_DOUBLE_EQ(distance_m({0, 1, 2, 0.5}, {7, 4, 6, 0.5}), 5);
+  EXPECT_DOUBLE_EQ(distance_m({0, 0, 0, 0}, {0, 0.3, 0, 0.4}), 0.5);
+  constexpr double kRounding = 1e-12;
+  EXPECT_NEAR(distance_m({0, 0, 0, std::numbers::pi - 0.1}, {0, 0, 0, 0.2 - std::numbers::pi}), 0.3, kRounding);
+}
+
+TEST(MatchByPose, NearestWinsAndHeadingsCount) {
+  // By place alone the first would be nearest; by both the third. The second is nearest of all and not known.
+  const Poses simulated{runs::PoseRow{0, 1.00, 0, 0.2}, std::nullopt, runs::PoseRow{2, 1.05, 0, 0.01},
+                        runs::PoseRow{3, 0.90, 0, 0}};
+  const Poses real{runs::PoseRow{0, 1.0, 0, 0}, std::nullopt, runs::PoseRow{0, 5, 0, 0}};
+  EXPECT_EQ(pairs_of(match_by_pose(simulated, real, 0.15)), (Pairs{{2, 0}}));
+  EXPECT_EQ(pairs_of(match_by_pose(simulated, real, 0.05)), Pairs{}) << "hypot(0.05, 0.01) is beyond";
+}
+
+TEST(MatchByPose, OfTwoAtOnePlaceTheFirst) {
+  const Poses simulated{runs::PoseRow{0, 0.1, 0, 0}, runs::PoseRow{1, -0.1, 0, 0}, runs::PoseRow{2, -0.1, 0, 0}};
+  // The sorted one of least x is looked at first, the run's order then decides.
+  EXPECT_EQ(pairs_of(match_by_pose(simulated, Poses{runs::PoseRow{0, -0.2, 0, 0}}, 0.15)), (Pairs{{1, 0}}));
+  EXPECT_TRUE(match_by_pose({}, simulated, 1).empty());
+  EXPECT_TRUE(match_by_pose(simulated, {}, 1).empty());
+}
+
+}  // namespace
+}  // namespace twocone::compare

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/compare/compare.h"
+#include "tests/compare/a_comparison.h"
+
+namespace twocone::compare {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// With numbers and names as long as they come.
+Comparison a_wide_comparison() {
+  Comparison c = a_comparison();
+  Source& wide = c.sources[2];
+  wide.kind = "mirrors' alignment", wide.where = "";
+  for (const char* const axis : {"x", "y"}) {
+    wide.components.push_back(
+        {std::string("upper.axis_offset_minus_lower_m.") + axis, "grey", -123456.789, 123456.789, 1234.567});
+  }
+  wide.confusable = {"lower rolling shutter", "upper rolling shutter", "lower focal length",
+                     "upper focal length",    "mirrors' heights",      "wheel separation"};
+  wide.advice = "put the real numbers into the real robot's `rig:` (--write-robot does), or move camera and mirror";
+  wide.shares = {{"range", 0.71}, {"odometry", -0.02}, {"brightness", 0.5}, {"noise", 1}};
+  c.sources.back().reason =
+      "the drive does not tell upper.azimuth_minus_lower_rad (both runs), upper.axis_offset_minus_lower_m.x (both "
+      "runs), upper.axis_offset_minus_lower_m.y (real run)";
+  c.notes.push_back(
+      "the pictures are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
+      "on and on, as notes of devices sometimes do");
+  Row row{"detection", "missed: ranged in the simulation at the same place only",
+          "mm/m",      -123456,
+          -123456,     3,
+          {},          "missed-percent",
+          0.125,       Light::kAmber,
+          ""};
+  c.rows.push_back(row);
+  return c;
+}
+
+TEST(CompareTable, FitsATerminal) {
+  constexpr std::size_t kColumns = 100;
+  for (const Comparison& comparison : {a_comparison(), a_wide_comparison(), Comparison{}}) {
+    std::istringstream lines(table(comparison));
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), kColumns) << line;
+  }
+}
+
+TEST(CompareTable, SaysWhatDiffersByHowMuchAndWhatDoesNotTell) {
+  const std::string text = table(a_comparison());
+  EXPECT_THAT(text, testing::ContainsRegex("lower.rim_radius_px +214.0 -> +216.0 +\\+2.000 \\+- 0.100 px"));
+  EXPECT_THAT(text, HasSubstr("explains 71 % of the gap in range, -2 % of the gap in odometry"));
+  EXPECT_THAT(text, HasSubstr("hardly tells it from lower tilt"));
+  EXPECT_THAT(text, HasSubstr("3 sources tested at 0.0003 each, 0.001 for all; 1 agree, 1 cannot be told."));
+  EXPECT_THAT(text, HasSubstr("cannot tell rolling shutter: the robot never turned fast enough"));
+  EXPECT_THAT(text, testing::ContainsRegex("range, mm +9.200 +1.100 +0.900 +3 %"));
+  EXPECT_THAT(text, testing::ContainsRegex("lower rim, radius, px +214.0 +216.0 +1 amber"));
+  EXPECT_THAT(text, Not(HasSubstr("gain.lower"))) << "what agrees is not listed";
+  EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+TEST(CompareTable, OfNoDifferenceSaysSo) {
+  Comparison c = a_comparison();
+  for (Source& source : c.sources) source.verdict = SourceVerdict::kAgrees;
+  EXPECT_THAT(table(c), HasSubstr("No difference found."));
+}
+
+TEST(CompareJson, HoldsEverySourceRowAndGap) {
+  const Comparison c = a_wide_comparison();
+  const auto json = nlohmann::json::parse(to_json(c));
+  ASSERT_EQ(json["sources"].size(), c.sources.size());
+  for (std::size_t i = 0; i < c.sources.size(); ++i) {
+    EXPECT_EQ(json["sources"][i]["name"], c.sources[i].name());
+    EXPECT_EQ(json["sources"][i]["verdict"], to_string(c.sources[i].verdict));
+    EXPECT_EQ(json["sources"][i]["p_value"].get<double>(), c.sources[i].p_value);
+    ASSERT_EQ(json["sources"][i]["components"].size(), c.sources[i].components.size());
+    for (std::size_t k = 0; k < c.sources[i].components.size(); ++k) {
+      const auto& component = json["sources"][i]["components"][k];
+      EXPECT_EQ(component["real"].get<double>() - component["simulated"].get<double>(),
+                component["difference"].get<double>());
+      EXPECT_EQ(component["sigma"].get<double>(), c.sources[i].components[k].sigma);
+    }
+    EXPECT_EQ(json["sources"][i]["shares"].size(), c.sources[i].shares.size());
+  }
+  ASSERT_EQ(json["rows"].size(), c.rows.size());
+  EXPECT_TRUE(json["rows"][3]["simulated"].is_null()) << "not known is not 0";
+  EXPECT_EQ(json["rows"][0]["light"], "amber");
+  EXPECT_EQ(json["limits"]["missed-percent"].get<double>(), 0.125);
+  ASSERT_EQ(json["gaps"].size(), c.gaps.size());
+  EXPECT_TRUE(json["gaps"][1]["unexplained"].is_null());
+  EXPECT_EQ(json["within_limits"], false);
+  EXPECT_EQ(json["level"].get<double>(), c.level);
+  EXPECT_EQ(json["simulated"], c.simulated) << "as it is, quotes and all";
+}
+
+TEST(CompareJson, IsWithinLimitsWhereNoLightIsAmberOrRed) {
+  Comparison c = a_comparison();
+  EXPECT_FALSE(c.is_within_limits());
+  for (Row& row : c.rows) row.light = Light::kGreen;
+  EXPECT_TRUE(c.is_within_limits());
+  c.rows.back().light = Light::kNone;
+  EXPECT_TRUE(c.is_within_limits()) << "no limit is not broken";
+  c.rows.back().light = Light::kAmber;
+  EXPECT_FALSE(c.is_within_limits());
+}
+
+}  // namespace
+}  // namespace twocone::compare

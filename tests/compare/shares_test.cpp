@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/shares.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/compare/made_up_side.h"
+
+namespace twocone::compare {
+namespace {
+
+constexpr double kRounding = 1e-9;
+
+Source source(const std::string& kind, const std::string& where, SourceVerdict verdict,
+              std::vector<Component> components = {}) {
+  return {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)};
+}
+
+const Gap& gap(const std::vector<Gap>& gaps, const std::string& of) {
+  const auto at = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.of == of; });
+  if (at == gaps.end()) throw std::out_of_range(of);
+  return *at;
+}
+
+class Shares : public testing::Test {
+ protected:
+  std::vector<Gap> gaps(std::vector<Source>& sources) {
+    return find_gaps(simulated_, real_, held_out_, pictures_, sources);
+  }
+  Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());
+  std::vector<HeldOutRange> held_out_;
+  Pictures pictures_;
+};
+
+TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
+  std::vector<Source> sources{source("centre", "lower", SourceVerdict::kDiffers),
+                              source("tilt", "lower", SourceVerdict::kAgrees),
+                              source("skew", "", SourceVerdict::kDiffers)};
+  held_out_ = {{0.003, 0.001, 0.001, {0.004, 0, -0.002}}, {-0.004, 0.001, 0.001, {-0.003, 0, 0.001}}};
+  const auto found = gaps(sources);
+  const Gap& range = gap(found, "range");
+  EXPECT_NEAR(range.before, std::sqrt((9 + 16) / 2.0), kRounding);
+  EXPECT_NEAR(range.after, 1, kRounding);
+  EXPECT_NEAR(range.floor, 1, kRounding);
+  // (3 4 + 4 3) / 25 and (-3 2 - 4 1) / 25
+  ASSERT_EQ(sources[0].shares.size(), 1U);
+  EXPECT_EQ(sources[0].shares[0].of, "range");
+  EXPECT_NEAR(sources[0].shares[0].share, 24.0 / 25, kRounding);
+  EXPECT_TRUE(sources[1].shares.empty());
+  ASSERT_EQ(sources[2].shares.size(), 1U);
+  EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kRounding) << "it hides a part of the other's";
+  EXPECT_NEAR(*range.unexplained + sources[0].shares[0].share + sources[2].shares[0].share, 1, kRounding);
+}
+
+TEST_F(Shares, WithoutRangesThereIsNoGapOfThem) {
+  std::vector<Source> none;
+  for (const Gap& g : gaps(none)) EXPECT_NE(g.of, "range");
+}
+
+TEST_F(Shares, OfOdometryGoToTheWheels) {
+  // The robot went 4 % farther than its wheels are believed to: so large they are.
+  constexpr double kMore = 1.04;
+  for (auto& pose : real_.reference) pose->x_m *= kMore;
+  real_.calibration->drive.wheel_radius_m *= kMore;
+  std::vector<Source> sources{source("wheel radius", "", SourceVerdict::kDiffers),
+                              source("wheel separation", "", SourceVerdict::kAgrees)};
+  const auto found = gaps(sources);
+  const Gap& odometry = gap(found, "odometry");
+  EXPECT_NEAR(odometry.after, 0, 1e-6);
+  EXPECT_NEAR(odometry.floor, 0, 1e-6);
+  // A metre and more of the reference's way, of 40 steps of 52 mm: 20 steps are 1.04 m, of which 40 mm are missing.
+  EXPECT_NEAR(odometry.before, 40, 1e-6);
+  ASSERT_EQ(sources[0].shares.size(), 1U);
+  EXPECT_NEAR(sources[0].shares[0].share, 1, kRounding);
+  EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
+}
+
+TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
+  const double log_gain = std::log(1.2);
+  vision::Transfer transfer;
+  for (const double off : {-0.01, 0.01}) {
+    transfer.log_gain = {log_gain + off, log_gain + off, log_gain + off};
+    pictures_.views[0].transfers.push_back(transfer);
+  }
+  std::vector<Source> sources{source("exposure and colour", "lower", SourceVerdict::kDiffers,
+                                     {{"gain.red", "1", 1, 1.2, 0.01},
+                                      {"gain.green", "1", 1, 1.2, 0.01},
+                                      {"gain.blue", "1", 1, 1.2, 0.01},
+                                      {"vignetting", "1", 0, 0, 0.02}})};
+  const auto found = gaps(sources);
+  const Gap& brightness = gap(found, "brightness");
+  EXPECT_NEAR(brightness.after, 1, kRounding) << "% of scatter";
+  EXPECT_NEAR(brightness.before, 100 * std::hypot(log_gain, 0.01), kRounding);
+  const double share = log_gain * log_gain / (log_gain * log_gain + 1e-4);
+  ASSERT_EQ(sources[0].shares.size(), 1U);
+  EXPECT_NEAR(sources[0].shares[0].share, share, kRounding);
+  EXPECT_NEAR(*brightness.unexplained, 1 - share, kRounding);
+}
+
+TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
+  std::vector<Source> sources{
+      source("noise", "lower", SourceVerdict::kDiffers, {{"noise", "grey", 1, 4, 0.3}}),
+      source("noise", "upper", SourceVerdict::kAgrees, {{"noise", "grey", 1, 2, 0.4}}),
+  };
+  const auto found = gaps(sources);
+  const Gap& noise = gap(found, "noise");
+  EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kRounding);
+  EXPECT_NEAR(noise.after, std::sqrt(1 / 2.0), kRounding);
+  EXPECT_NEAR(noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);
+  EXPECT_NEAR(sources[0].shares.at(0).share, 0.9, kRounding);
+  EXPECT_NEAR(*noise.unexplained, 0.1, kRounding);
+}
+
+TEST(OdometryBy, DrivesTheWheelsAnglesWithOtherSizes) {
+  runs::RunData run;
+  run.frames.resize(3);
+  run.frames[1].t_s = 0.1, run.frames[2].t_s = 0.2;
+  run.odometry = {{0, 1, 2, 0}, {}, {}};
+  // Two radians straight on, then a turn in place: the right wheel goes on, the left one back by one.
+  run.drive = {{0, {}, {}, 5, 5}, {0.1, {}, {}, 7, 7}, {0.2, {}, {}, 6, 8}};
+  const auto poses = odometry_by(run, {0.1, 0.4});
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_NEAR(poses[0].x_m, 1, kRounding) << "from the run's first odometry pose on";
+  EXPECT_NEAR(poses[1].x_m, 1.2, kRounding);
+  EXPECT_NEAR(poses[2].x_m, 1.2, kRounding);
+  EXPECT_NEAR(poses[2].y_m, 2, kRounding);
+  EXPECT_NEAR(poses[2].heading_rad, 0.1 * 2 / 0.4, kRounding);
+  EXPECT_EQ(poses[2].t_s, 0.2);
+  run.drive.clear();
+  EXPECT_TRUE(odometry_by(run, {0.1, 0.4}).empty()) << "nobody recorded the wheels";
+}
+
+}  // namespace
+}  // namespace twocone::compare
