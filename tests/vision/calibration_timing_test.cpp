@@ -207,6 +207,17 @@ TEST(CalibrationTiming, TakesStampsAtTheirWord) {
   EXPECT_NEAR(skew.after, world.upper_late_s, kSigmas * skew.sigma);
 }
 
+/// Twists are by believed wheels: half as large again as they are, they would make every time a third too short.
+TEST(CalibrationTiming, IsRightUnderWheelsOfAnotherSize) {
+  DriveSettings world;
+  world.duration_s = kShortDrive_s;
+  world.upper_skew_s = 0.03;
+  world.left_wheel_m = world.right_wheel_m = 0.075;
+  CalibrationProblem problem = timed_problem(world);
+  problem.priors.wheel_radius_share = 0.3;
+  expect_times(calibrate(problem), world);
+}
+
 /// Ways to and from a frame without a twist say nothing: taken without the latency they would pull it to 0.
 TEST(CalibrationTiming, LeavesOutWaysWithoutTwist) {
   DriveSettings world;

@@ -23,13 +23,20 @@ T within_half_a_turn(const T& angle, Plain plain) {
   return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
 }
 
-/// `pose` after `time_s` of that twist, along the arc's chord.
+/// `pose` after `time_s` of that twist, along the arc's chord. A twist is by the wheels as they are believed; by those
+/// of `numbers` it goes with their radius, its turn also against their separation.
 template <typename T>
-void move_along(const BodyTwist& twist, const T& time_s, const T* pose, T* moved) {
+void move_along(const SharedModel& model, const Numbers<T>& numbers, const BodyTwist& twist, const T& time_s,
+                const T* pose, T* moved) {
   using std::cos;
   using std::sin;
-  const T way = twist.forward_mps * time_s;
-  const T turn = twist.turn_radps * time_s;
+  T way = twist.forward_mps * time_s;
+  T turn = twist.turn_radps * time_s;
+  if (model.has_wheels) {
+    const T larger = numbers[kWheelRadius] / T(model.mean[kWheelRadius]);
+    way *= larger;
+    turn *= larger * T(model.mean[kWheelSeparation]) / numbers[kWheelSeparation];
+  }
   const T along = pose[2] + turn / T(2);
   moved[0] = pose[0] + way * cos(along);
   moved[1] = pose[1] + way * sin(along);
@@ -45,7 +52,7 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
   T late = row.late_s + row.readout_share * numbers[is_lower ? kLowerReadout : kUpperReadout];
   if (!is_lower) late += numbers[kSkew];
   T seen_from[3];
-  move_along(row.twist, late, pose, seen_from);
+  move_along(model, numbers, row.twist, late, pose, seen_from);
   const T place[2] = {row.landmark.place_m.x() + model.landmark_sigma_m * shift[0],
                       row.landmark.place_m.y() + model.landmark_sigma_m * shift[1]};
   T pixel[2];
@@ -64,8 +71,8 @@ void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unkn
   const Numbers<T> numbers = numbers_of(model, unknowns);
   T from[3];
   T to[3];
-  move_along(row.from_twist, numbers[kLatency], seen_from, from);
-  move_along(row.to_twist, numbers[kLatency], seen_to, to);
+  move_along(model, numbers, row.from_twist, numbers[kLatency], seen_from, from);
+  move_along(model, numbers, row.to_twist, numbers[kLatency], seen_to, to);
   const T relative[2] = {slips[0] * T(model.wheels.slip), slips[1] * T(model.wheels.slip)};
   T way[3];
   drive(numbers[kWheelRadius], numbers[kWheelRatio], numbers[kWheelSeparation], relative, row.turns_rad, way);
