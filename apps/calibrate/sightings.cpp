@@ -8,7 +8,7 @@
 
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
-#include "apps/runs/run_folder.h"
+#include "apps/runs/rgb_picture.h"
 #include "vision/full_ranging.h"
 
 namespace twocone::calibrate {
@@ -25,18 +25,9 @@ std::vector<vision::WheelReading> readings_between(const runs::RunData& run, std
   return readings;
 }
 
-/// A picture of a run as vision sees it; the cv::Mat owns its pixels.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
-  const auto image = runs::read_picture(file);
-  if (!image) return image.error();
-  const auto rgb = to_rgb8(*image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
-  // OpenCV's header for foreign pixels wants them writable; they are copied at once.
-  return cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data())).clone();
-}
-
+/// Also an error where it has not the camera's size.
 Result<cv::Mat> read_rgb(const std::filesystem::path& file, const files::CameraEntry& camera) {
-  auto rgb = read_rgb(file);
+  auto rgb = runs::read_rgb(file);
   if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
     return Error{ErrorCode::kBadData, fmt::format("{} has {} x {} pixels, the robot file says {} x {}", file.string(),
                                                   rgb->cols, rgb->rows, camera.width_px, camera.height_px)};
@@ -157,7 +148,7 @@ std::vector<cv::Mat> pictures_for_circles(const ChosenFrames& chosen, vision::Si
     const std::uint64_t number = frame.run->frames[frame.row].frame;
     const auto file = side == vision::Side::kLower ? runs::lower_picture(frame.run->folder, number)
                                                    : runs::upper_picture(frame.run->folder, number);
-    auto rgb = read_rgb(file);
+    auto rgb = runs::read_rgb(file);
     if (rgb && (pictures.empty() || rgb->size() == pictures.front().size())) pictures.push_back(std::move(*rgb));
   }
   return pictures;

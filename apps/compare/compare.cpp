@@ -10,19 +10,17 @@
 
 #include <fmt/format.h>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/held_out.h"
-#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 #include "apps/compare/shares.h"
-#include "apps/compare/side.h"
 #include "apps/compare/sources.h"
-#include "apps/compare/timing.h"
 #include "localisation/odometry.h"
 
 namespace twocone::compare {
 namespace {
 
-// Pictures of places farther apart than this do not show about the same: a landmark at 2 m is 6 px off.
+// Pictures of places farther apart than this do not show about the same: what is 2 m away is some ten pixels off.
 constexpr double kSamePlace_m = 0.15;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kExhibits = 6;
@@ -146,13 +144,16 @@ Result<Outcome> compare(const Settings& settings) {
   locate(*simulated);
   locate(*real);
   const std::vector<double> of_simulated = times_of(simulated->run), of_real = times_of(real->run);
-  const Timing simulated_timing = timing_of(simulated->run), real_timing = timing_of(real->run);
-  const double rate_hz = std::max(simulated_timing.rate_hz, 1.0);
-  const auto by_time = match_by_time(of_simulated, of_real, 0.5 / rate_hz);
-  const auto by_pose = match_by_pose(simulated->reference, real->reference, kSamePlace_m);
+  BothRuns both{.simulated = *simulated,
+                .real = *real,
+                .simulated_timing = timing_of(simulated->run),
+                .real_timing = timing_of(real->run),
+                .is_rendered = settings.is_rendered};
+  both.by_time = match_by_time(of_simulated, of_real, 0.5 / std::max(both.simulated_timing.rate_hz, 1.0));
+  both.by_pose = match_by_pose(simulated->reference, real->reference, kSamePlace_m);
 
   auto pictures = measure_pictures(
-      *simulated, *real, by_pose,
+      *simulated, *real, both.by_pose,
       {settings.work, key_of(*simulated, *real, settings), settings.every, settings.jobs,
        [&](double done) { tell(kLocated + (kMeasured - kLocated) * done, "pictures"); }, settings.stop});
   if (!pictures) return pictures.error();
@@ -164,8 +165,8 @@ Result<Outcome> compare(const Settings& settings) {
   found.reference = real->reference_is;
   found.simulated_frames = of_simulated.size();
   found.real_frames = of_real.size();
-  found.matched_by_time = by_time.size();
-  found.matched_by_pose = by_pose.size();
+  found.matched_by_time = both.by_time.size();
+  found.matched_by_pose = both.by_pose.size();
   found.false_alarm = settings.false_alarm;
   found.map = real->run.map;
   found.simulated_robot = simulated->run.robot;
@@ -176,21 +177,19 @@ Result<Outcome> compare(const Settings& settings) {
     found.notes.push_back(
         fmt::format("{} more pictures cannot be read", pictures->unreadable_count - pictures->unreadable.size()));
   }
-  found.sources = find_sources(*simulated, *real, *pictures, simulated_timing, real_timing, settings.is_rendered,
-                               settings.false_alarm, found.level);
+  found.sources = find_sources(both, *pictures, settings.false_alarm, found.level);
   const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames,
                                         [&](double done) { tell(kMeasured + (1 - kMeasured) * done, "ranges"); });
   if (!held_out) return held_out.error();
   found.gaps = find_gaps(*simulated, *real, *held_out, *pictures, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
-  found.rows = find_rows(*simulated, *real, residuals_simulated, residuals_real, by_time, by_pose, simulated_timing,
-                         real_timing, found.sources, settings.limits);
+  found.rows = find_rows(both, residuals_simulated, residuals_real, found.sources, settings.limits);
   found.simulated_residuals = std::move(residuals_simulated.points);
   found.real_residuals = std::move(residuals_real.points);
   found.simulated_path = thinned(simulated->reference);
   found.real_path = thinned(real->reference);
   found.real_odometry = thinned({real->run.odometry.begin(), real->run.odometry.end()});
-  found.exhibits = exhibits_of(*simulated, *real, by_pose);
+  found.exhibits = exhibits_of(*simulated, *real, both.by_pose);
   tell(1, "done");
   return Outcome{std::move(found), *std::move(pictures), std::move(real->calibration)};
 }

@@ -58,7 +58,6 @@ struct Frame {
   const Side& real;
   const std::vector<Source>& sources;
   const std::vector<vision::Rig>& put_back;  ///< the found rig with each source's numbers as believed
-  const vision::Rig& found;
   std::optional<vision::BodyTwist> twist;
   runs::PoseRow reference;
 
@@ -75,7 +74,7 @@ struct Frame {
       Seen seen = side == vision::Side::kLower ? lower : upper;
       for (const Source& source : sources) {
         if (!seen || !twist || !differs(source) || !is_of_time(source) || &source == left_as_it_is) continue;
-        const vision::MirrorView& view = side == vision::Side::kLower ? found.lower : found.upper;
+        const vision::MirrorView& view = side == vision::Side::kLower ? real.found.lower : real.found.upper;
         const files::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
         seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
       }
@@ -86,7 +85,7 @@ struct Frame {
                           in_time_but(left_as_it_is, vision::Side::kUpper), target);
     };
     const auto before_m = triangulated(real.believed, lower, upper, target);
-    const auto after_m = by(found, nullptr);
+    const auto after_m = by(real.found, nullptr);
     if (!before_m || !after_m) return std::nullopt;
     HeldOutRange range{*before_m - to_m.norm(), *after_m - to_m.norm(), *m.sigma_range_m, {}};
     const auto is_of_this = [&](const Source& s) {
@@ -104,7 +103,7 @@ struct Frame {
             1e3;
         range.after_m -= part_m;
       } else if (is_of_time(source)) {
-        part_m = by(found, &source).value_or(*after_m) - *after_m;
+        part_m = by(real.found, &source).value_or(*after_m) - *after_m;
       } else {
         part_m = by(put_back[s], nullptr).value_or(*after_m) - *after_m;
       }
@@ -172,6 +171,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
   const auto targets = files::to_targets(real.run.map);
   const auto landmarks_m = files::to_landmark_positions(real.run.map);
   std::vector<vision::Rig> rigs;
+  rigs.reserve(sources.size());
   for (const Source& source : sources) rigs.push_back(with_believed(real, source));
 
   const auto rows = rows_between(calibrate::chosen_rows(real.run.frames.size(), real.chosen), most);
@@ -186,7 +186,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     if (!lower || !upper) continue;  // pictures that cannot be read are told elsewhere
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return answer.error();
-    const Frame at{real, sources, rigs, real.found, calibrate::twist_at(real.run, row), *reference};
+    const Frame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const auto range = at.range_of(answer->ranges[k], targets[k], landmarks_m[k]);
       if (range) all.push_back(*range);

@@ -13,8 +13,7 @@
 #include "apps/files/file_error.h"
 #include "apps/files/text_file.h"
 #include "apps/runs/disk.h"
-#include "apps/runs/run_folder.h"
-#include "hal/image.h"
+#include "apps/runs/rgb_picture.h"
 #include "localisation/odometry.h"
 
 namespace twocone::compare {
@@ -23,15 +22,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMostNamed = 5;
-
-Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
-  const auto image = runs::read_picture(file);
-  if (!image) return image.error();
-  const auto rgb = to_rgb8(*image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
-  // OpenCV's header for foreign pixels wants them writable; they are copied at once.
-  return cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data())).clone();
-}
 
 vision::PictureRegion region_of(const vision::MirrorView& view) {
   return {view.settings().centre_px, view.settings().rim_radius_px};
@@ -182,7 +172,8 @@ class Measurer {
  private:
   static std::optional<cv::Mat> read(const runs::RunData& run, std::size_t index, bool is_lower, Pictures& part) {
     const std::uint64_t frame = run.frames[index].frame;
-    auto rgb = read_rgb(is_lower ? runs::lower_picture(run.folder, frame) : runs::upper_picture(run.folder, frame));
+    auto rgb =
+        runs::read_rgb(is_lower ? runs::lower_picture(run.folder, frame) : runs::upper_picture(run.folder, frame));
     if (rgb) return *std::move(rgb);
     ++part.unreadable_count;
     if (part.unreadable.size() < kMostNamed) part.unreadable.push_back(rgb.error().message);
@@ -238,6 +229,7 @@ Result<Pictures> measure_pictures(const Side& simulated, const Side& real, const
   };
   {
     std::vector<std::jthread> threads;
+    threads.reserve(std::size_t(work.jobs));
     for (int i = 0; i < work.jobs; ++i) threads.emplace_back(labour);
   }
   if (failure) std::rethrow_exception(failure);

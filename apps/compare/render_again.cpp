@@ -47,9 +47,9 @@ Result<std::vector<Place>> places_of(const Side& real) {
 }
 
 /// What the two cameras of the scene see from one place after the other.
-class Camera2 {
+class CamerasOfScene {
  public:
-  Camera2(const files::Robot& robot, const files::Map& map, const sim_povray::RenderSettings& render)
+  CamerasOfScene(const files::Robot& robot, const files::Map& map, const sim_povray::RenderSettings& render)
       : robot_(robot), place_(files::to_place(map)) {
     place_.render = render;
   }
@@ -114,11 +114,11 @@ Status keep(const std::filesystem::path& to, const Coming& coming) {
 
 Status render_all(const RenderAgain& settings, const Side& real, const files::Map& map,
                   const std::vector<Place>& places) {
-  Camera2 cameras(real.run.robot, map, settings.render);
+  CamerasOfScene cameras(real.run.robot, map, settings.render);
   if (auto opened = cameras.open(); !opened) return opened;
   std::deque<Coming> coming;
   const auto keep_first = [&]() -> Status {
-    const Status kept = keep(settings.to, coming.front());
+    Status kept = keep(settings.to, coming.front());
     coming.pop_front();
     return kept;
   };
@@ -146,6 +146,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const files::Ma
 /// Tables of what is known without looking: frames, wheels, poses. frames.csv last.
 void write_tables(const RenderAgain& settings, const Side& real, const std::vector<Place>& places) {
   std::vector<localisation::Pose> poses;
+  poses.reserve(places.size());
   for (const Place& place : places) poses.push_back({place.pose.x_m, place.pose.y_m, place.pose.heading_rad});
   const auto wheels = foreign::wheels_of(poses, files::to_wheels(real.run.robot));
   std::string truth, drive = runs::drive_header() + "\n", frames = runs::frames_header() + "\n";

@@ -64,10 +64,12 @@ void ask_the_map(Side& side) {
   calibrate::take(again, side.run.robot, report);
 }
 
-/// Leaves out last frames whose pictures are not whole: a recording that was cut off ends in one.
+/// Leaves out last frames whose pictures are not whole: a recording that was cut off ends in one. Where more than that
+/// are broken, something else is wrong with them, and they are told of one by one as they are looked at.
 void drop_broken_end(Side& side) {
+  constexpr int kMost = 2;
   runs::RunData& run = side.run;
-  while (!run.frames.empty()) {
+  for (int i = 0; i < kMost && !run.frames.empty(); ++i) {
     const std::uint64_t frame = run.frames.back().frame;
     const auto lower = runs::read_picture(runs::lower_picture(run.folder, frame));
     const auto upper = runs::read_picture(runs::upper_picture(run.folder, frame));
@@ -139,7 +141,6 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
     side.reference_is = "truth";
     side.is_reference_apart = true;
   }
-
   return side;
 }
 

@@ -3,10 +3,9 @@
 
 #include <vector>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/pictures.h"
-#include "apps/compare/side.h"
-#include "apps/compare/timing.h"
 
 namespace twocone::compare {
 
@@ -31,10 +30,8 @@ struct ModelSigmas {
 /// simulated under both covariances against `false_alarm` over the number of sources that can be told (Bonferroni), so
 /// that of comparisons without a difference at most that share names any. Of the numbers of one robot some are bound to
 /// each other by a drive's data: Source::confusable names those with a correlation beyond kConfusable.
-/// @param is_rendered the simulated run was made by render_again() @param level set to the level of each source
-std::vector<Source> find_sources(const Side& simulated, const Side& real, const Pictures& pictures,
-                                 const Timing& simulated_timing, const Timing& real_timing, bool is_rendered,
-                                 double false_alarm, double& level);
+/// @param level set to the level of each source
+std::vector<Source> find_sources(const BothRuns& runs, const Pictures& pictures, double false_alarm, double& level);
 constexpr double kConfusable = 0.9;
 
 }  // namespace twocone::compare

@@ -244,16 +244,14 @@ Light light_of(double gap, double limit) {
   return gap <= 2 * limit ? Light::kAmber : Light::kRed;
 }
 
-std::vector<Row> find_rows(const Side& simulated, const Side& real, const Residuals& of_simulated,
-                           const Residuals& of_real, const std::vector<Match>& by_time,
-                           const std::vector<Match>& by_pose, const Timing& simulated_timing, const Timing& real_timing,
+std::vector<Row> find_rows(const BothRuns& runs, const Residuals& of_simulated, const Residuals& of_real,
                            const std::vector<Source>& sources, const Limits& limits) {
   Table table(limits);
-  add_image(table, simulated, real, sources);
-  add_detection(table, simulated, real, of_simulated, of_real, by_pose);
+  add_image(table, runs.simulated, runs.real, sources);
+  add_detection(table, runs.simulated, runs.real, of_simulated, of_real, runs.by_pose);
   add_answers(table, of_simulated, of_real);
-  add_trajectories(table, simulated, real, by_time);
-  add_timing(table, simulated_timing, real_timing, sources);
+  add_trajectories(table, runs.simulated, runs.real, runs.by_time);
+  add_timing(table, runs.simulated_timing, runs.real_timing, sources);
   return table.take();
 }
 

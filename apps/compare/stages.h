@@ -5,11 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
-#include "apps/compare/side.h"
-#include "apps/compare/timing.h"
 
 namespace twocone::compare {
 
@@ -29,9 +27,7 @@ Light light_of(double gap, double limit);
 
 /// The table: each stage of the way from picture to pose, simulated and real, with lights. What sources say of their
 /// own numbers (rims, gains, noise, sharpness) comes from there.
-std::vector<Row> find_rows(const Side& simulated, const Side& real, const Residuals& of_simulated,
-                           const Residuals& of_real, const std::vector<Match>& by_time,
-                           const std::vector<Match>& by_pose, const Timing& simulated_timing, const Timing& real_timing,
+std::vector<Row> find_rows(const BothRuns& runs, const Residuals& of_simulated, const Residuals& of_real,
                            const std::vector<Source>& sources, const Limits& limits);
 
 }  // namespace twocone::compare

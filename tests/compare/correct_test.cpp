@@ -159,7 +159,7 @@ TEST_F(Correct, WheelsAreThoseOfTheCalibration) {
 TEST(Advise, EverySourceThatDiffersGetsASentence) {
   const Side a = made_up_side("sim_povray", made_up_result()), b = made_up_side("memory", made_up_result());
   double level = 0;
-  std::vector<Source> sources = find_sources(a, b, {}, timing_of(a.run), timing_of(b.run), false, 1e-3, level);
+  std::vector<Source> sources = find_sources({a, b, timing_of(a.run), timing_of(b.run)}, {}, 1e-3, level);
   Source landmark;
   landmark.kind = "landmark", landmark.where = "red";
   sources.push_back(landmark);

@@ -24,7 +24,7 @@ constexpr double kSigma = 1e-3;  // of made_up_result(), SI
 std::vector<Source> sources_of(const CalibrationResult& simulated, const CalibrationResult& real, double false_alarm,
                                double& level) {
   const Side a = made_up_side("sim_povray", simulated), b = made_up_side("memory", real);
-  return find_sources(a, b, {}, timing_of(a.run), timing_of(b.run), false, false_alarm, level);
+  return find_sources({a, b, timing_of(a.run), timing_of(b.run)}, {}, false_alarm, level);
 }
 std::vector<Source> sources_of(const CalibrationResult& simulated, const CalibrationResult& real) {
   double level = 0;
@@ -126,7 +126,7 @@ TEST(Sources, WithoutACalibrationNothingOfTheRigIsTold) {
   b.calibration.reset();
   b.why_no_calibration = "too dark";
   double level = 0;
-  const auto sources = find_sources(a, b, {}, timing_of(a.run), timing_of(b.run), false, 1e-3, level);
+  const auto sources = find_sources({a, b, timing_of(a.run), timing_of(b.run)}, {}, 1e-3, level);
   EXPECT_EQ(source_of(sources, "mirrors' alignment").verdict, SourceVerdict::kCannotTell);
   EXPECT_EQ(source_of(sources, "mirrors' alignment").reason, "too dark");
   EXPECT_EQ(source_of(sources, "frame rate").verdict, SourceVerdict::kAgrees);
@@ -148,7 +148,7 @@ TEST(Sources, LostFramesAreHeldAgainstWhatTheSimulationIsSetTo) {
   b.run.frames[5].lower_lost = 4;   // of 44: 9 %
   b.run.frames[5].upper_lost = 40;  // of 80: a half
   double level = 0;
-  const auto sources = find_sources(a, b, {}, timing_of(a.run), timing_of(b.run), false, 1e-3, level);
+  const auto sources = find_sources({a, b, timing_of(a.run), timing_of(b.run)}, {}, 1e-3, level);
   EXPECT_EQ(source_of(sources, "lower frames lost").verdict, SourceVerdict::kAgrees);
   EXPECT_EQ(source_of(sources, "upper frames lost").verdict, SourceVerdict::kDiffers);
   EXPECT_NEAR(source_of(sources, "upper frames lost").components[0].simulated, 10, 1e-9);
@@ -203,7 +203,7 @@ TEST(Sources, FalseAlarmsAreAsManyAsAsked) {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       parameters[i].after = simulated.parameters[i].after + difference[Eigen::Index(i)];
     }
-    const auto sources = find_sources(a, b, {}, timing_a, timing_b, false, kFalseAlarm, level);
+    const auto sources = find_sources({a, b, timing_a, timing_b}, {}, kFalseAlarm, level);
     const auto names = names_of(sources, SourceVerdict::kDiffers);
     alarms += int(names.size());
     comparisons_with += names.empty() ? 0 : 1;

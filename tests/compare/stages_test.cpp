@@ -53,10 +53,9 @@ class Rows : public testing::Test {
   }
 
   std::vector<Row> rows(const Limits& limits = {}) {
-    const Timing a = timing_of(simulated_.run), b = timing_of(real_.run);
+    const BothRuns runs{simulated_, real_, timing_of(simulated_.run), timing_of(real_.run), same_, same_};
     double level = 0;
-    const auto sources = find_sources(simulated_, real_, {}, a, b, false, 1e-3, level);
-    return find_rows(simulated_, real_, of_simulated_, of_real_, same_, same_, a, b, sources, limits);
+    return find_rows(runs, of_simulated_, of_real_, find_sources(runs, {}, 1e-3, level), limits);
   }
   static const Row& row(const std::vector<Row>& rows, const std::string& name) {
     const auto at = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });

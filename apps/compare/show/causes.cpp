@@ -103,6 +103,7 @@ std::string causes_html(const Comparison& comparison) {
   }
   if (!untold.empty()) {
     std::vector<std::string> reasons;
+    reasons.reserve(untold.size());
     for (const Source* source : untold) {
       reasons.push_back(source->name() + ": " + (source->reason.empty() ? "no reason is given" : source->reason));
     }

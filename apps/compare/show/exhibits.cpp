@@ -121,7 +121,10 @@ std::string exhibits_at(const Comparison& comparison, const std::vector<std::arr
       blends += blended(view, prefix);
       unrolled += strips(view, prefix, quality);
     }
-    text += html::element("div", notes + whole + html::element("div", blends, "class=\"pairs\"") + unrolled,
+    notes += whole;
+    notes += html::element("div", blends, "class=\"pairs\"");
+    notes += unrolled;
+    text += html::element("div", notes,
                           fmt::format("class=\"frame\" data-name=\"{}\"{}", escape(name_of(comparison.exhibits[i])),
                                       i == 0 ? "" : " hidden=\"hidden\""));
   }

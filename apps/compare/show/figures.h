@@ -20,9 +20,6 @@ struct Drawing {
   std::vector<std::string>& notes;  ///< what could not be drawn and why
 };
 
-/// Draws `plot` into `figure`.
-report::Figure drawn(const Drawing& drawing, report::Figure figure, report::Plot plot);
-
 /// Range residuals against time and against range: simulated, real as it was, real put right, on one scale. Those for
 /// which there are no residuals are left out.
 std::vector<report::Figure> draw_residuals(const Drawing& drawing);

@@ -102,7 +102,7 @@ std::optional<report::Figure> draw_paths(const Drawing& drawing, const sim_povra
   if (comparison.is_rendered) {
     figure.caption += " The simulated pictures were rendered at the real run's poses, so there is one path.";
   }
-  return drawn(drawing, std::move(figure), std::move(plot));
+  return report::drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
 }
 
 }  // namespace twocone::compare

@@ -189,22 +189,10 @@ std::optional<report::Figure> draw(const Drawing& drawing, Axis axis) {
     figure.caption += " Triangles: beyond the axis.";
   }
   if (stride > 1) figure.caption += fmt::format(" Of long runs one in {} points is drawn.", stride);
-  return drawn(drawing, std::move(figure), std::move(plot));
+  return report::drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
 }
 
 }  // namespace
-
-report::Figure drawn(const Drawing& drawing, report::Figure figure, report::Plot plot) {
-  plot.stem = figure.stem;
-  plot.title = figure.title;
-  Result<std::string> svg = drawing.gnuplot.draw(plot);
-  if (svg) {
-    figure.svg = std::move(*svg);
-  } else {
-    drawing.notes.push_back("The figure \"" + figure.title + "\" is missing: " + svg.error().message);
-  }
-  return figure;
-}
 
 std::vector<report::Figure> draw_residuals(const Drawing& drawing) {
   std::vector<report::Figure> figures;

@@ -51,10 +51,9 @@ std::string named_with_number(const Source& source) {
   const Component* component = most_certain(source);
   if (component == nullptr) return source.name();
   std::string what = short_name(source, *component);
-  // Seconds are told in milliseconds, and what the source is called already is not told again.
-  if (what == "s") what.clear();
-  if (what.ends_with(" s")) what.resize(what.size() - 2);
+  // What the source is called already is not told again.
   if (source.kind.find(what) != std::string::npos) what.clear();
+  if (what.ends_with(" " + source.kind)) what.resize(what.size() - source.kind.size() - 1);
   const std::string unit = component->unit.empty() || component->unit == "1" ? "" : "\u00a0" + component->unit;
   return fmt::format("{} ({}{}{}{})", source.name(), what, what.empty() ? "" : " ",
                      with_sigma(component->difference(), component->sigma), unit);
@@ -101,12 +100,13 @@ std::string short_name(const Source& source, const Component& component) {
     if (!front.empty() && name.starts_with(front)) name.erase(0, front.size());
   };
   drop_front(source.where + ".");
-  if (!component.unit.empty()) {
-    const std::string unit = "_" + component.unit;
-    // The unit ends the name or a part of it: centre_px.column.
-    const std::size_t at = name.find(unit);
-    const std::size_t end = at == std::string::npos ? at : at + unit.size();
-    if (end != std::string::npos && (end == name.size() || name[end] == '.')) name.erase(at, unit.size());
+  // A unit ends the name or a part of it: centre_px.column. Names have those of robot files, which are not those shown.
+  for (const std::string& unit :
+       {component.unit, std::string("px"), std::string("rad"), std::string("m"), std::string("s")}) {
+    const std::string suffix = "_" + unit;
+    const std::size_t at = unit.empty() ? std::string::npos : name.find(suffix);
+    const std::size_t end = at == std::string::npos ? at : at + suffix.size();
+    if (end != std::string::npos && (end == name.size() || name[end] == '.')) name.erase(at, suffix.size());
   }
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == '_' || c == '.'; }, ' ');

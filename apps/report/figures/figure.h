@@ -30,16 +30,20 @@ struct Drawing {
 };
 
 /// Draws `plot` into `figure`; a failure becomes a note and an empty figure.
-inline Figure drawn(const Drawing& drawing, Figure figure, Plot plot) {
+inline Figure drawn(const Gnuplot& gnuplot, std::vector<std::string>& notes, Figure figure, Plot plot) {
   plot.stem = figure.stem;
   plot.title = figure.title;
-  Result<std::string> svg = drawing.gnuplot.draw(plot);
+  Result<std::string> svg = gnuplot.draw(plot);
   if (svg) {
     figure.svg = std::move(*svg);
   } else {
-    drawing.notes.push_back("The figure \"" + figure.title + "\" is missing: " + svg.error().message);
+    notes.push_back("The figure \"" + figure.title + "\" is missing: " + svg.error().message);
   }
   return figure;
+}
+
+inline Figure drawn(const Drawing& drawing, Figure figure, Plot plot) {
+  return drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
 }
 
 }  // namespace twocone::report
