@@ -66,8 +66,7 @@ struct Frame {
   [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const vision::Target& target,
                                                      const Eigen::Vector2d& landmark_m) const {
     if (!m.range_m || !m.sigma_range_m) return std::nullopt;
-    const Eigen::Rotation2Dd to_body(-reference.heading_rad);
-    const Eigen::Vector2d to_m = to_body * (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m));
+    const Eigen::Vector2d to_m = in_body(reference, landmark_m);
     const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
     const auto differs = [](const Source& s) { return s.verdict == SourceVerdict::kDiffers; };
     const auto in_time_but = [&](const Source* left_as_it_is, vision::Side side) {
@@ -98,9 +97,8 @@ struct Frame {
         // adds nothing
       } else if (is_of_this(source)) {
         // The map's distance is too short by what the landmark stands farther away.
-        part_m =
-            to_m.normalized().dot(to_body * Eigen::Vector2d(source.components[0].real, source.components[1].real)) /
-            1e3;
+        const Eigen::Vector2d shift_m = Eigen::Vector2d(source.components[0].real, source.components[1].real) / 1e3;
+        part_m = (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m)).normalized().dot(shift_m);
         range.after_m -= part_m;
       } else if (is_of_time(source)) {
         part_m = by(real.found, &source).value_or(*after_m) - *after_m;
@@ -139,8 +137,7 @@ std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, in
   return thinned;
 }
 
-}  // namespace
-
+/// The rig that the calibration found, with the numbers of one source as they were believed.
 vision::Rig with_believed(const Side& side, const Source& source) {
   vision::Rig rig = side.found;
   MirrorViewSettings lower = rig.lower.settings(), upper = rig.upper.settings();
@@ -159,6 +156,8 @@ vision::Rig with_believed(const Side& side, const Source& source) {
   rig.upper = vision::MirrorView(upper);
   return rig;
 }
+
+}  // namespace
 
 Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::vector<Source>& sources, int most,
                                                   const std::function<void(double)>& progress) {

@@ -28,7 +28,4 @@ struct HeldOutRange {
 Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::vector<Source>& sources, int most,
                                                   const std::function<void(double)>& progress);
 
-/// The rig that the calibration found, with the numbers of one source as they were believed.
-vision::Rig with_believed(const Side& side, const Source& source);
-
 }  // namespace twocone::compare

@@ -72,11 +72,11 @@ std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d
   return radius_px[0] - radius_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
 }
 
-Eigen::Vector2d seen_from(const PoseRow& pose, const Eigen::Vector2d& place_m) {
+}  // namespace
+
+Eigen::Vector2d in_body(const PoseRow& pose, const Eigen::Vector2d& place_m) {
   return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
 }
-
-}  // namespace
 
 void Moments::add(double value) {
   ++count;
@@ -147,12 +147,11 @@ Residuals residuals_of(const Side& side) {
       ++all.ranged;
       all.has_range[i * count + k] = true;
       if (!reference) continue;
-      const Eigen::Vector2d to_m = seen_from(*reference, landmarks_m[k]);
+      const Eigen::Vector2d to_m = in_body(*reference, landmarks_m[k]);
       ResidualPoint point{frame.t_s, k, to_m.norm(), *row.range_m - to_m.norm(), std::nullopt};
       all.range_m.add(point.before_m);
       if (after[k].range_m) {
         point.after_m = *after[k].range_m - to_m.norm();
-        all.range_after_m.add(*point.after_m);
       }
       if (row.bearing_rad) {
         all.bearing_rad.add(localisation::wrap_angle_rad(*row.bearing_rad - std::atan2(to_m.y(), to_m.x())));

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "apps/compare/comparison.h"
 #include "apps/compare/side.h"
 #include "apps/runs/estimator.h"
@@ -25,7 +27,6 @@ struct Moments {
 /// What a run's answers are against its reference, over all its frames.
 struct Residuals {
   Moments range_m, bearing_rad, disparity_px;  ///< measured less that of the reference pose, as the run had it
-  Moments range_after_m;                       ///< the same of ranges made with Side::found
   Moments fix_m;                               ///< distance of fix and reference; none where that is not apart
   std::size_t frames = 0, with_fix = 0;
   std::size_t looked_for = 0, ranged = 0, outliers = 0;  ///< landmarks times frames
@@ -40,6 +41,9 @@ void locate(Side& side);
 
 /// @throws files::FileError as TableReader
 Residuals residuals_of(const Side& side);
+
+/// Where a place of the world is in the body's frame.
+Eigen::Vector2d in_body(const runs::PoseRow& pose, const Eigen::Vector2d& place_m);
 
 /// What each landmark's sightings of a frame tell under `rig`, in the map's order; with verdict kNotSeen where there
 /// are none.

@@ -10,6 +10,7 @@
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
 #include "apps/runs/run_folder.h"
+#include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
 
 namespace twocone::compare {
@@ -93,9 +94,8 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
     return Error{ErrorCode::kBadData,
                  fmt::format("{}: there is no frames.csv, so no frame of it is known", folder.string())};
   }
-  runs::RunData run = runs::read_run(folder, "", runs::Tables::kFrames);
-  const std::string method = full_method_of(folder, run.info);
-  if (!method.empty()) run = runs::read_run(folder, method, runs::Tables::kFrames);
+  const std::string method = full_method_of(folder, runs::read_run_yaml(folder).info);
+  runs::RunData run = runs::read_run(folder, method, runs::Tables::kFrames);
   const vision::Rig believed = files::to_rig(run.robot);
   Side side{.name = folder.string(),
             .run = std::move(run),

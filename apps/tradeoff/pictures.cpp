@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -39,11 +38,7 @@ Status write_pictures(const Sweep& sweep, const Choice* choice, const std::files
   constexpr std::chrono::milliseconds kTimeout{30'000};
   const std::filesystem::path figures = folder / "figures";
   const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
-  if (const Status there = gnuplot.check(); !there) return there.error();
-  std::error_code error;
-  std::filesystem::create_directories(figures, error);
-  if (error)
-    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", figures.string(), error.message())};
+  if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<PagePicture> pictures;
   for (const Cost cost : {Cost::kSimulationTime, Cost::kRobotTime}) {

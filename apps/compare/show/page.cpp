@@ -79,12 +79,7 @@ Status write_page(const Comparison& comparison, const std::filesystem::path& fol
   constexpr std::chrono::milliseconds kTimeout{30'000};
   const std::filesystem::path figures = folder / "figures";
   const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
-  if (const Status there = gnuplot.check(); !there) return there.error();
-  std::error_code error;
-  std::filesystem::create_directories(figures, error);
-  if (error) {
-    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", figures.string(), error.message())};
-  }
+  if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<std::string> notes;
   const Drawing drawing{comparison, gnuplot, figures, notes};

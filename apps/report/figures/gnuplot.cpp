@@ -64,6 +64,16 @@ Status Gnuplot::check() const {
                            why)};
 }
 
+Status Gnuplot::prepare() const {
+  if (Status there = check(); !there) return there;
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) {
+    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder_.string(), error.message())};
+  }
+  return {};
+}
+
 Result<std::string> Gnuplot::draw(const Plot& plot) const {
   const std::filesystem::path script = folder_ / (plot.stem + ".gp");
   if (const Status written = write_file(script, preamble(plot) + plot.commands); !written) return written.error();

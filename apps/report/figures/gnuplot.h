@@ -33,12 +33,16 @@ struct Plot {
 class Gnuplot {
  public:
   /// @param program a path, or a name looked up in PATH
-  /// @param folder for the scripts, which stay beside the figures so that one can be redrawn by hand; must exist
+  /// @param folder for the scripts, which stay beside the figures so that one can be redrawn by hand; draw() wants it
+  /// to exist
   /// @param timeout for one figure, > 0
   Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout);
 
   /// It is there. Error kUnavailable: says what to install.
   [[nodiscard]] Status check() const;
+
+  /// check(), and makes the folder. Error kUnavailable.
+  [[nodiscard]] Status prepare() const;
 
   /// Writes STEM.gp, draws it and writes STEM.svg; returns the SVG's text.
   /// Errors: those of run_program and write_file; kBadData with gnuplot's own words.
