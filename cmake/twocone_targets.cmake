@@ -34,6 +34,17 @@ function(twocone_library name)
   install(FILES ${ARG_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/twocone/${folder} COMPONENT development)
 endfunction()
 
+# What nearly every test includes, compiled once: two thirds of many a test's own time. Only for tests: a forgotten #include of the
+# product shall not compile. CMAKE_DISABLE_PRECOMPILE_HEADERS turns it off.
+function(twocone_precompile_for_tests)
+  set(empty ${CMAKE_CURRENT_BINARY_DIR}/precompiled.cpp)
+  file(CONFIGURE OUTPUT ${empty} CONTENT "")
+  add_library(twocone_tests_precompiled OBJECT ${empty})
+  target_link_libraries(twocone_tests_precompiled PRIVATE Eigen3::Eigen GTest::gtest GTest::gmock)
+  twocone_set_up(twocone_tests_precompiled)
+  target_precompile_headers(twocone_tests_precompiled PRIVATE <Eigen/Dense> <gmock/gmock.h> <gtest/gtest.h>)
+endfunction()
+
 # twocone_test(NAME SOURCES a_test.cpp ... DEPENDS twocone::hal ... [LABEL slow] [TIMEOUT seconds])
 # One label only: gtest_discover_tests of CMake 3.25 drops the time-out behind a second one.
 function(twocone_test name)
@@ -49,5 +60,6 @@ function(twocone_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_definitions(${name} PRIVATE TWOCONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   twocone_set_up(${name})
+  target_precompile_headers(${name} REUSE_FROM twocone_tests_precompiled)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${ARG_LABEL})
 endfunction()

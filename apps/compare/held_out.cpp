@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "apps/files/to_layers.h"
+#include "apps/runs/adaptive.h"
 #include "apps/runs/estimator.h"
 #include "apps/runs/run_folder.h"
 #include "vision/triangulation.h"
@@ -63,25 +64,45 @@ struct Frame {
 
   using Seen = std::optional<vision::Sighting>;
 
+  /// A sighting, as it would be had it been exposed at the frame's time: with all that was found of times but
+  /// `left_as_it_is`.
+  [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, Seen seen, const Eigen::Vector2d& to_m,
+                                 const vision::Target& target) const {
+    for (const Source& source : sources) {
+      if (!seen || !twist || source.verdict != SourceVerdict::kDiffers || !is_of_time(source) ||
+          &source == left_as_it_is)
+        continue;
+      const vision::MirrorView& view = side == vision::Side::kLower ? real.found.lower : real.found.upper;
+      const files::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
+      seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
+    }
+    return seen;
+  }
+
+  /// Where the body was at the frame's time, by `ranges` of the found rig that were sighted from `reference` or nearby.
+  [[nodiscard]] std::optional<runs::PoseRow> fixed_in_time(const std::vector<vision::RangeMeasurement>& ranges,
+                                                           const std::vector<vision::Target>& targets,
+                                                           const std::vector<Eigen::Vector2d>& landmarks_m) const {
+    std::vector<vision::RangeMeasurement> anew(ranges.size());
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      if (!ranges[k].range_m) continue;
+      const Eigen::Vector2d to_m = in_body(reference, landmarks_m[k]);
+      const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, to_m, targets[k]);
+      const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, to_m, targets[k]);
+      anew[k] = range_under(real.found, lower ? &*lower : nullptr, upper ? &*upper : nullptr, targets[k]);
+    }
+    return pose_of(runs::fix_of_full(anew, landmarks_m, true), reference.t_s);
+  }
+
   [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const vision::Target& target,
                                                      const Eigen::Vector2d& landmark_m) const {
     if (!m.range_m || !m.sigma_range_m) return std::nullopt;
     const Eigen::Vector2d to_m = in_body(reference, landmark_m);
     const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
     const auto differs = [](const Source& s) { return s.verdict == SourceVerdict::kDiffers; };
-    const auto in_time_but = [&](const Source* left_as_it_is, vision::Side side) {
-      Seen seen = side == vision::Side::kLower ? lower : upper;
-      for (const Source& source : sources) {
-        if (!seen || !twist || !differs(source) || !is_of_time(source) || &source == left_as_it_is) continue;
-        const vision::MirrorView& view = side == vision::Side::kLower ? real.found.lower : real.found.upper;
-        const files::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
-        seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
-      }
-      return seen;
-    };
     const auto by = [&](const vision::Rig& rig, const Source* left_as_it_is) {
-      return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower),
-                          in_time_but(left_as_it_is, vision::Side::kUpper), target);
+      return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower, lower, to_m, target),
+                          in_time_but(left_as_it_is, vision::Side::kUpper, upper, to_m, target), target);
     };
     const auto before_m = triangulated(real.believed, lower, upper, target);
     const auto after_m = by(real.found, nullptr);
@@ -178,14 +199,19 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     progress(double(n) / double(rows.size()));
     const std::size_t row = rows[n];
     const runs::FrameRow& frame = real.run.frames[row];
-    const auto& reference = real.reference[row];
-    if (!reference) continue;
     const auto lower = runs::read_picture(runs::lower_picture(real.run.folder, frame.frame));
     const auto upper = runs::read_picture(runs::upper_picture(real.run.folder, frame.frame));
     if (!lower || !upper) continue;  // pictures that cannot be read are told elsewhere
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return answer.error();
-    const Frame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
+    auto reference = real.is_reference_apart ? real.reference[row] : pose_of(answer->fix, frame.t_s);
+    if (!reference) continue;
+    Frame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
+    if (!real.is_reference_apart) {
+      reference = at.fixed_in_time(answer->ranges, targets, landmarks_m);
+      if (!reference) continue;
+      at.reference = *reference;
+    }
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const auto range = at.range_of(answer->ranges[k], targets[k], landmarks_m[k]);
       if (range) all.push_back(*range);

@@ -23,8 +23,8 @@ struct HeldOutRange {
 /// also for ranges that the run withheld, because both views contradict each other under the believed rig. The part of
 /// a source is what becomes of the new range when that source alone is put back to what the robot believes: its numbers
 /// of the rig, a landmark's place, or the time of the upper view or of a row. 0 for a source that does not differ or
-/// does not act on ranges. Errors: kBadData (pictures of another size). Empty where there is no calibration or no
-/// reference.
+/// does not act on ranges. Where no reference stands apart, it is the frame's own fix by the sightings made anew, at
+/// its time. Errors: kBadData (pictures of another size). Empty where there is no calibration or no reference.
 Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::vector<Source>& sources, int most,
                                                   const std::function<void(double)>& progress);
 

@@ -88,6 +88,23 @@ std::optional<double> Moments::rms() const {
   return count == 0 ? std::nullopt : std::optional(std::sqrt(squares / double(count)));
 }
 
+std::optional<PoseRow> pose_of(const localisation::Fix& fix, double t_s) {
+  if (fix.verdict != localisation::FixVerdict::kOk || !fix.position_m || !fix.heading_rad) return std::nullopt;
+  return PoseRow{t_s, fix.position_m->x(), fix.position_m->y(), *fix.heading_rad};
+}
+
+vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
+                                     const vision::Sighting* upper, const vision::Target& target) {
+  const vision::Triangulation t = vision::triangulate(rig, lower, upper, target.radius_m, target.top_m);
+  vision::RangeMeasurement m;
+  m.verdict = t.verdict;
+  m.range_m = t.range_m;
+  m.bearing_rad = t.bearing_rad;
+  m.covariance = t.covariance;
+  m.disparity_px = t.disparity_px;
+  return m;
+}
+
 std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const files::Map& map,
                                                    const runs::AnswerRows& rows) {
   const auto targets = files::to_targets(map);
@@ -95,15 +112,8 @@ std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const
   std::vector<vision::RangeMeasurement> ranges(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
-    const vision::Triangulation t =
-        vision::triangulate(rig, seen[i].lower ? &*seen[i].lower : nullptr, seen[i].upper ? &*seen[i].upper : nullptr,
-                            targets[i].radius_m, targets[i].top_m);
-    vision::RangeMeasurement& m = ranges[i];
-    m.verdict = t.verdict;
-    m.range_m = t.range_m;
-    m.bearing_rad = t.bearing_rad;
-    m.covariance = t.covariance;
-    m.disparity_px = t.disparity_px;
+    ranges[i] = range_under(rig, seen[i].lower ? &*seen[i].lower : nullptr, seen[i].upper ? &*seen[i].upper : nullptr,
+                            targets[i]);
   }
   return ranges;
 }
@@ -117,9 +127,7 @@ void locate(Side& side) {
   for (std::size_t i = 0; i < side.run.frames.size(); ++i) {
     const runs::FrameRow& frame = side.run.frames[i];
     const auto ranges = ranges_under(side.found, side.run.map, reader.of(frame.frame));
-    const localisation::Fix fix = runs::fix_of_full(ranges, landmarks_m, true);
-    if (fix.verdict != localisation::FixVerdict::kOk || !fix.position_m || !fix.heading_rad) continue;
-    side.reference[i] = PoseRow{frame.t_s, fix.position_m->x(), fix.position_m->y(), *fix.heading_rad};
+    side.reference[i] = pose_of(runs::fix_of_full(ranges, landmarks_m, true), frame.t_s);
   }
 }
 

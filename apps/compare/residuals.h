@@ -45,6 +45,13 @@ Residuals residuals_of(const Side& side);
 /// Where a place of the world is in the body's frame.
 Eigen::Vector2d in_body(const runs::PoseRow& pose, const Eigen::Vector2d& place_m);
 
+/// The pose that a fix tells, if it is one that can be trusted.
+std::optional<runs::PoseRow> pose_of(const localisation::Fix& fix, double t_s);
+
+/// What two sightings of a landmark tell under `rig`; null where a view has none.
+vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
+                                     const vision::Sighting* upper, const vision::Target& target);
+
 /// What each landmark's sightings of a frame tell under `rig`, in the map's order; with verdict kNotSeen where there
 /// are none.
 std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const files::Map& map,
