@@ -114,7 +114,7 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
   for (const Side* const side : {&simulated, &real}) {
     if (!side->run.info.finished) notes.push_back(side->name + ": the run was cut off");
     for (const std::string& left_out : side->left_out) notes.push_back(left_out);
-    if (!side->calibration) notes.push_back("its rig is not told: " + side->why_no_calibration);
+    if (!side->calibration) notes.push_back(side->name + ": its rig is not told: " + side->why_no_calibration);
   }
 }
 

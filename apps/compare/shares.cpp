@@ -149,6 +149,7 @@ void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
     projection.add(c.difference());
     if (source.verdict == SourceVerdict::kDiffers) {
       projection.add(c.difference(), k, c.difference());
+      after += c.sigma * c.sigma;  // with what was found put in, its doubt is left
     } else {
       after += c.difference() * c.difference();
     }

@@ -19,11 +19,10 @@ namespace twocone::compare {
 /// Shares and what is unexplained add to 1; one is below 0 where a source hides a part of another's effect. Noise is a
 /// part of e, so it stays unexplained.
 ///   range      held-out ranges; e the range under the believed rig less the distance to the reference
-///   odometry   what the wheels tell of each metre, in place, against the reference; e_k by the wheels' sizes and by
-///   how
-///              old pictures are
+///   odometry   what the wheels tell of each metre, in place, against the reference; e_k by the wheels' sizes and the
+///              pictures' age
 ///   brightness log ratios of the pictures' colours; e_k is the gain that was found
-///   noise      squares of grey levels
+///   noise      squares of grey levels; after: the doubt of what was found
 std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
                            const Pictures& pictures, std::vector<Source>& sources);
 

@@ -107,7 +107,7 @@ TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
   const auto found = gaps(sources);
   const Gap& noise = gap(found, "noise");
   EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kRounding);
-  EXPECT_NEAR(noise.after, std::sqrt(1 / 2.0), kRounding);
+  EXPECT_NEAR(noise.after, std::sqrt((0.09 + 1) / 2), kRounding) << "one sigma of the view that was found to differ";
   EXPECT_NEAR(noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);
   EXPECT_NEAR(sources[0].shares.at(0).share, 0.9, kRounding);
   EXPECT_NEAR(*noise.unexplained, 0.1, kRounding);

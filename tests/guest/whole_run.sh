@@ -109,6 +109,7 @@ cp "$work/world.csv" "$out/"
 cat "$out/run.figures"
 figure() { awk -v name="$2" '$1 == name { print $2 }' "$out/$1.figures"; }
 ratio() { awk "BEGIN { printf \"%.2f\", $(figure run "$1_mean_m") / $(figure sim "$1_mean_m") }"; }
+metres() { awk "BEGIN { printf \"%.2f\", $(figure "$1" travelled_m) }"; }
 mm() { awk "BEGIN { printf \"%.2f\", 1000 * $(figure "$1" "$2") }"; }
 got=$(figure run frames)
 fixes=$(figure run fixes)
@@ -118,8 +119,8 @@ row 'frames whose two pictures are those of one instant, bit by bit' "$(figure r
 row 'frames with a fix that is not ambiguous' "$(awk "BEGIN { printf \"%.1f %%\", 100 * $fixes / $got }")" '>= 90 %' "$(is "$fixes >= 0.9 * $got")"
 row 'mean error of a fix on devices, simulated, and their ratio' \
     "$(mm run fix_mean_m) mm, $(mm sim fix_mean_m) mm, $(ratio fix)" '<= 1.5' "$(is "$(ratio fix) <= 1.5")"
-row 'driven, wandering, without touching anything' "$(figure run travelled_m) m, $(figure run frames_in_touch) frames in touch" \
-    ">= half of the simulated $(figure sim travelled_m) m, 0" \
+row 'driven, wandering, without touching anything' "$(metres run) m, $(figure run frames_in_touch) frames in touch" \
+    ">= half of the simulated $(metres sim) m, 0" \
     "$(is "$(figure run travelled_m) >= 0.5 * $(figure sim travelled_m) && $(figure run frames_in_touch) == 0")"
 row 'greatest skew of a pair' "$(mm run worst_skew_s) ms" "<= max_skew_s, 125 ms" "$(is "$(figure run worst_skew_s) <= 0.1251")"
 echo "pairs that the run did not get: $(figure run lost); both cameras told $(figure run lost_told) as lost, and" \
