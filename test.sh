@@ -14,7 +14,7 @@ case "${1:-dev}" in
     cmake/setup.sh --lint
     git ls-files '*.cpp' '*.h' | grep -v '^tests/layers/bad/' | xargs clang-format --dry-run --Werror
     # Clang cannot read what GCC has precompiled.
-    cmake --preset dev -B build/lint -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+    cmake --preset dev -B build/lint -DTWOCONE_PRECOMPILE=OFF
     git ls-files '*.cpp' | grep -v '^examples/\|^tests/layers/bad/' | xargs -P "$(nproc)" -n 4 clang-tidy -p build/lint --quiet --extra-arg=-Wno-unknown-warning-option
     ;;
   *)

@@ -93,11 +93,19 @@ void calibrate_both(Side& simulated, Side& real, int frames, const std::function
 
 /// What is compared, as parts that were measured before are asked for it.
 std::string key_of(const Side& simulated, const Side& real, const Settings& settings) {
-  const auto one = [](const Side& side) {
-    return fmt::format("{} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(), side.run.frames.size(),
-                       side.run.frames.back().t_s, side.run.info.commit, side.run.info.seed);
+  const auto when = [](const std::filesystem::path& picture) {
+    std::error_code none;
+    return std::filesystem::last_write_time(picture, none).time_since_epoch().count();
   };
-  return fmt::format("1|{}|{}|every {}", one(simulated), one(real), settings.every);
+  const auto one = [&when](const Side& side) {
+    const auto &first = side.run.frames.front(), &last = side.run.frames.back();
+    return fmt::format("{} {} {} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(),
+                       side.run.frames.size(), last.t_s, side.run.info.commit, side.run.info.seed,
+                       when(runs::lower_picture(side.run.folder, first.frame)),
+                       when(runs::upper_picture(side.run.folder, last.frame)));
+  };
+  return fmt::format("2|{}|{}|every {} fit {} poses {}", one(simulated), one(real), settings.every, settings.fit_frames,
+                     settings.real_poses.string());
 }
 
 void note_differences(const Side& simulated, const Side& real, std::vector<std::string>& notes) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/render_again.h"
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 
@@ -9,6 +10,7 @@
 #include "apps/compare/residuals.h"
 #include "apps/compare/side.h"
 #include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
 #include "apps/files/to_layers.h"
 #include "apps/foreign/motion.h"
 #include "apps/runs/disk.h"
@@ -94,6 +96,39 @@ class CamerasOfScene {
   sim_povray::PlaceSettings place_;
   std::optional<sim_povray::Venue> venue_;
 };
+
+/// What the pictures are made of: the map, its scene with what stands beside it to be included, the cameras, the
+/// places.
+std::string recipe_of(const files::Robot& robot, const files::Map& map, const std::vector<Place>& places) {
+  std::string recipe = files::read_text(map.file);
+  std::vector<std::filesystem::path> sources;
+  for (const auto& entry : std::filesystem::directory_iterator(map.scene->parent_path())) {
+    const auto kind = entry.path().extension();
+    if (kind == ".pov" || kind == ".inc") sources.push_back(entry.path());
+  }
+  std::sort(sources.begin(), sources.end());
+  for (const auto& source : sources) recipe += fmt::format("\n{}:\n{}", source.string(), files::read_text(source));
+  for (const files::CameraEntry* const camera : {&robot.lower, &robot.upper}) {
+    recipe += fmt::format("\n{} x {} px, antialias {}", camera->width_px, camera->height_px, camera->antialias);
+  }
+  for (const Place& place : places) {
+    recipe += fmt::format("\n{} {:.6f} {:.6f} {:.6f}", place.frame.frame, place.pose.x_m, place.pose.y_m,
+                          place.pose.heading_rad);
+  }
+  return recipe;
+}
+
+/// Removes pictures of another scene or of other places.
+void keep_those_of(const std::string& recipe, const std::filesystem::path& folder) {
+  const auto kept = folder / "rendered_from.txt";
+  std::error_code error;
+  if (!std::filesystem::exists(kept, error) || files::read_text(kept) != recipe) {
+    for (const char* const view : {"lower", "upper"}) std::filesystem::remove_all(folder / view, error);
+  }
+  for (const char* const view : {"lower", "upper"}) std::filesystem::create_directories(folder / view, error);
+  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  runs::write_whole(kept, recipe);
+}
 
 struct Coming {
   Place place;
@@ -191,9 +226,7 @@ Status render_again(const RenderAgain& settings) {
   locate(*real);
   const auto places = places_of(*real);
   if (!places) return places.error();
-  std::error_code error;
-  for (const char* const view : {"lower", "upper"}) std::filesystem::create_directories(settings.to / view, error);
-  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", settings.to.string(), error.message()));
+  keep_those_of(recipe_of(real->run.robot, map, *places), settings.to);
   if (auto rendered = render_all(told, *real, map, *places); !rendered) return rendered;
   write_tables(settings, *real, *places);
   const auto localised = runs::localise(settings.to, runs::Method::kFull,

@@ -24,7 +24,8 @@ struct RenderAgain {
 
 /// The real run's frames as an ideal camera in the scene shows them from where the real robot was: a run folder with
 /// method full's answers, whose truth is those poses, and whose wheels turned exactly as those poses ask for. Frames
-/// whose pose is not known are left out. Pictures that are there already are not rendered again.
+/// whose pose is not known are left out. Pictures that are there already are not rendered again, unless the map, a .pov
+/// or .inc file in the scene's folder, the cameras or the places have changed since.
 ///
 /// The scene must show the robot standing at the run's `start:` (the world's origin where it has none), with cameras of
 /// the names lower and upper; pictures get the real ones' size, no effects.
