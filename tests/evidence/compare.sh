@@ -6,10 +6,12 @@
 
 # TWOCONE_COMPARE_FRAMES=40 tries all rows on short runs and few seeds, in a folder of its own, and writes the page there: that is
 # no evidence.
-frames=450 few_frames=150 long_frames=300 seeds=20 times=20
-looked=150 # frames from which a rig is found
+frames=450 few_frames=120 long_frames=300 null_frames=80 seeds=20 times=20
+looked=150       # frames from which a rig is found
+little_looked=40 # where pictures are asked about, and nothing of the rig
 if [ -n "${TWOCONE_COMPARE_FRAMES:-}" ]; then
-  frames=$TWOCONE_COMPARE_FRAMES few_frames=$TWOCONE_COMPARE_FRAMES long_frames=$TWOCONE_COMPARE_FRAMES seeds=2 times=4 looked=30
+  frames=$TWOCONE_COMPARE_FRAMES few_frames=$TWOCONE_COMPARE_FRAMES long_frames=$TWOCONE_COMPARE_FRAMES null_frames=$TWOCONE_COMPARE_FRAMES
+  seeds=2 times=4 looked=30 little_looked=20
   work+=_$TWOCONE_COMPARE_FRAMES
   pages=$work
   mkdir -p "$work"
@@ -138,7 +140,7 @@ done
 # ---------------------------------------------------------------------- nothing planted ----
 nothing() {
   local seed=$1
-  drive "nothing_$seed" none "$seed" "$few_frames" && as_real "nothing_$seed" &&
+  drive "nothing_$seed" none "$seed" "$null_frames" && as_real "nothing_$seed" &&
     compared "nothing_$seed" "$work/sim/run" "$work/nothing_$seed/real" --no-page --jobs 1 || return 1
   # 80 MB of pictures each
   if [ "$seed" != 2 ]; then rm -rf "$work/nothing_$seed"/{run,real}; fi
@@ -347,7 +349,7 @@ row "--max-range-mm: exit status within and beyond the limit" "$(grep -hE '^(wit
 # --------------------------------------------------------------------------- ten minutes ----
 many=$((frames * times))
 measured_compare() { # NAME SIM REAL: in a terminal; peak memory in KiB and seconds into NAME.cost, what the terminal showed into NAME.bar
-  script -qefc "/usr/bin/time -f '%M %e' -o $work/$1.cost $twocone compare $2 $3 --out $work/$1/compare --frames $looked --no-page" "$work/$1.bar" </dev/null
+  script -qefc "/usr/bin/time -f '%M %e' -o $work/$1.cost $twocone compare $2 $3 --out $work/$1/compare --frames $little_looked --no-page" "$work/$1.bar" </dev/null
 }
 short_compare() { measured_compare short_memory "$work/sim/run" "$work/all/real"; }
 once short_memory short_compare
@@ -360,14 +362,14 @@ once long_memory long_compare
 killed_compare() {
   local begin half pid out=$work/killed/compare
   half=$(($(find "$work/long_memory/compare/parts" -type f | wc -l) / 2))
-  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$looked" --no-page &
+  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$little_looked" --no-page &
   pid=$!
   while kill -0 $pid 2>/dev/null && [ "$(find "$out/parts" -type f 2>/dev/null | wc -l)" -lt "$half" ]; do sleep 0.2; done
   kill -9 $pid || { echo "it had ended before it was killed"; return 1; }
   wait $pid || true
   echo "killed with $(find "$out/parts" -type f | wc -l) parts done"
   begin=$(date +%s%N)
-  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$looked" --no-page >/dev/null
+  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$little_looked" --no-page >/dev/null
   awk "BEGIN { printf \"again: %.0f s\n\", $(($(date +%s%N) - begin)) / 1e9 }"
   cmp "$out/compare.json" "$work/long_memory/compare/compare.json" && echo "byte-equal"
 }
