@@ -26,8 +26,14 @@ last() { tail -n 1 "$work/$1.log"; }
 joined() { paste -sd, | sed 's/,/, /g'; }
 # once NAME COMMAND...: a step that makes the folder $work/NAME; what a broken-off one left there goes first
 once() {
-  if [ ! -f "$work/$1.status" ]; then rm -rf "${work:?}/$1"; fi
-  step "$@"
+  local name=$1
+  shift
+  step "$name" anew "$name" "$@"
+}
+anew() {
+  rm -rf "${work:?}/$1"
+  shift
+  "$@"
 }
 
 # ---------------------------------------------------------------------- what is planted ----
@@ -360,18 +366,18 @@ once long_runs long_runs
 long_compare() { measured_compare long_memory "$work/long_runs/sim" "$work/long_runs/real"; }
 once long_memory long_compare
 killed_compare() {
-  local begin half pid out=$work/killed/compare
-  half=$(($(find "$work/long_memory/compare/parts" -type f | wc -l) / 2))
-  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$little_looked" --no-page &
+  local begin half pid out=$work/killed/compare settings=("$work/sim/run" "$work/all/real" --out "$work/killed/compare" --frames "$little_looked" --no-page)
+  half=$(($(find "$work/short_memory/compare/parts" -type f | wc -l) / 2))
+  "$twocone" compare "${settings[@]}" &
   pid=$!
   while kill -0 $pid 2>/dev/null && [ "$(find "$out/parts" -type f 2>/dev/null | wc -l)" -lt "$half" ]; do sleep 0.2; done
   kill -9 $pid || { echo "it had ended before it was killed"; return 1; }
   wait $pid || true
-  echo "killed with $(find "$out/parts" -type f | wc -l) parts done"
+  echo "killed with $(find "$out/parts" -type f | wc -l) of $((2 * half)) parts done"
   begin=$(date +%s%N)
-  "$twocone" compare "$work/long_runs/sim" "$work/long_runs/real" --out "$out" --frames "$little_looked" --no-page >/dev/null
+  "$twocone" compare "${settings[@]}" >/dev/null
   awk "BEGIN { printf \"again: %.0f s\n\", $(($(date +%s%N) - begin)) / 1e9 }"
-  cmp "$out/compare.json" "$work/long_memory/compare/compare.json" && echo "byte-equal"
+  cmp "$out/compare.json" "$work/short_memory/compare/compare.json" && echo "byte-equal"
 }
 once killed killed_compare
 read -r short_kib short_s <<<"$(tail -n 1 "$work/short_memory.cost" 2>/dev/null || echo 0 0)"
@@ -380,7 +386,7 @@ row "peak memory for $many frames over that for $frames" "$(awk "BEGIN { printf 
 bars=$(tr '\r' '\n' <"$work/long_memory.bar" 2>/dev/null | grep -c 'compare.*%' || true)
 row "progress bar in a terminal, $many frames" "drawn $bars times" "at least 10 times" "$(holds "$bars >= 10")"
 again_s=$(sed -n 's/^again: \([0-9]*\) s$/\1/p' "$work/killed.log")
-row "killed (kill -9) half-way and run again" "$(grep -E '^(killed|again|byte)' "$work/killed.log" | paste -sd';' | sed 's/;/; /g'); unbroken: $long_s s" "compare.json as of an unbroken one, to the byte, in less time" "$(both "$(passed killed)" "$(holds "${again_s:-1e9} < $long_s")")"
+row "killed (kill -9) half-way and run again, $frames frames" "$(grep -E '^(killed|again|byte)' "$work/killed.log" | paste -sd';' | sed 's/;/; /g'); unbroken: $short_s s" "compare.json as of an unbroken one, to the byte, in less time" "$(both "$(passed killed)" "$(holds "${again_s:-1e9} < $short_s")")"
 
 block "All eight planted" "$(cat "$work/all.log")"
 block "Nothing planted: differences over their sigmas, root mean square of each kind of source, $clean runs" "$sigmas"
