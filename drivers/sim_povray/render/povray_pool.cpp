@@ -27,8 +27,8 @@ namespace {
 
 /// How often a picture is begun again that was lost with its process.
 constexpr int kMaxRetries = 2;
-/// The same where the process had read an old pose, as on a machine so busy that a door was not closed in time: no fault
-/// of the picture's.
+/// The same where the process had read an old pose, as on a machine so busy that a door was not closed in time: no
+/// fault of the picture's.
 constexpr int kMaxStale = 50;
 /// Between two attempts to close a door: POV-Ray sleeps a hundred times as long.
 constexpr auto kRetakeAfter = std::chrono::milliseconds(2);
