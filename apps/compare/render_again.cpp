@@ -102,7 +102,9 @@ class CamerasOfScene {
 std::string recipe_of(const files::Robot& robot, const files::Map& map, const std::vector<Place>& places) {
   std::string recipe = files::read_text(map.file);
   std::vector<std::filesystem::path> sources;
-  for (const auto& entry : std::filesystem::directory_iterator(map.scene->parent_path())) {
+  std::error_code none;  // what is wrong with a scene's place is told when it is opened
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::absolute(*map.scene).parent_path(), none)) {
     const auto kind = entry.path().extension();
     if (kind == ".pov" || kind == ".inc") sources.push_back(entry.path());
   }

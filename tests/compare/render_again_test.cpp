@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/render_again.h"
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/tables.h"
 #include "tests/compare/synthetic_run.h"
