@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what twocone needs from Debian 12, and nothing that is there already. Run by demo.sh, test.sh and evidence.sh.
+# Installs what twocone needs from Debian 12 or 13, and nothing that is there already. Run by demo.sh, test.sh and evidence.sh.
 #   cmake/setup.sh [--lint | --evidence]      with clang-format and clang-tidy, or with what evidence.sh needs
 set -euo pipefail
 

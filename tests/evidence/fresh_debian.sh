@@ -1,42 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# ./demo.sh and ./test.sh, each twice, on a Debian 12 that holds nothing but what debootstrap's smallest variant brings, in a fresh clone.
-# Needs root, and the package mirror that this machine itself is set up with.
+# ./demo.sh and ./test.sh, each twice, on a Debian that holds nothing but what debootstrap's smallest variant brings, in a fresh clone.
+#   tests/evidence/fresh_debian.sh [SUITE [COMPILER [DIR]]]
+# SUITE is bookworm (default) or trixie; COMPILER is g++ (default) or clang++; into DIR go the Debian package that was built there
+# and twocone.sha256, the sum of the program inside.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-[ "$(id -u)" -eq 0 ] || { echo "fresh_debian: needs root, to make a file system of its own" >&2; exit 1; }
-
-root=$(mktemp -d "${TMPDIR:-/var/tmp}/twocone_debian_XXXXXX")
-clean_up() {
-  for mount in proc dev ""; do umount -l "$root/$mount" 2>/dev/null || true; done
-  rm -rf --one-file-system "$root"
-}
-trap clean_up EXIT
-
-mirror=$(apt-get indextargets --format '$(SITE)' 'Codename: bookworm' 'Created-By: Packages' | head -n 1)
-[ -n "$mirror" ] || { echo "fresh_debian: this machine's apt knows no mirror of bookworm" >&2; exit 1; }
-debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { tail -n 5 "$root.log" >&2; exit 1; }
-rm -f "$root.log"
-rm -f "$root/etc/apt/sources.list"  # debootstrap's own: this machine's set-up names the same mirror
-cp -r /etc/apt/. "$root/etc/apt/"
-cp /etc/resolv.conf /etc/hosts "$root/etc/" 2>/dev/null || true
-# A mount point of its own and nobody's peer, so that a test may make a mount namespace inside.
-mount --bind "$root" "$root"
-mount --make-rprivate "$root"
-mount -t proc proc "$root/proc"
-mount --rbind /dev "$root/dev"
-mount --make-rslave "$root/dev"
+suite=${1:-bookworm}
+compiler=${2:-g++}
+out=${3:-}
+export CXX=$compiler
+. tests/evidence/debian_tree.sh
 git clone -q --no-hardlinks . "$root/root/twocone"
 git -C "$root/root/twocone" remote remove origin
+if [ "$compiler" = clang++ ]; then in_debian 'apt-get -qq update && apt-get -qq install -y --no-install-recommends clang >/dev/null'; fi
 
-in_debian() {
-  env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
-    ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} \
-    chroot "$root" bash -c "cd /root/twocone && $1"
-}
 timed() { # timed NAME COMMAND
   local begin=$SECONDS
-  in_debian "$2"
+  in_debian "cd twocone && $2"
   echo "took $1: $((SECONDS - begin))"
 }
 echo "begin demo"
@@ -45,3 +26,10 @@ echo "end demo"
 timed 'second demo' './demo.sh --frames 10'
 timed 'first test' ./test.sh
 timed 'second test' ./test.sh
+echo "compiler: $(in_debian '$CXX --version' | head -n 1)"
+if [ -n "$out" ]; then
+  in_debian 'cd twocone/build/release && cpack' | tail -n 1
+  mkdir -p "$out"
+  cp "$root"/root/twocone/build/release/twocone_*.deb "$out/"
+  sha256sum "$root/root/twocone/build/release/twocone" | cut -c1-64 >"$out/twocone.sha256"
+fi
