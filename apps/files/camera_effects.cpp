@@ -2,6 +2,7 @@
 #include "apps/files/camera_effects.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <string_view>
 
@@ -43,8 +44,18 @@ bool read_camera_effects(Section& section, sim_povray::CameraEffects& effects) {
   constexpr std::size_t kCounts[] = {0, 4, 5};
   good &= section.number_list("distortion", {"k1 k2 p1 p2 [k3]", kNoUnit, kAnyNumber}, kCounts, effects.distortion,
                               Need::kOptional);
-  read("distortion_focal_px", {"focal length that the distortion is for", kPixels, kZeroOrMore},
-       effects.distortion_focal_px);
+  // A pair, as in `rig:`, where it is one focal length: a simulated lens has no other.
+  std::array<double, 2> focal_px{effects.distortion_focal_px, effects.distortion_focal_px};
+  if (section.number_or_pair("distortion_focal_px", {"focal length that the distortion is for", kPixels, kZeroOrMore},
+                             focal_px, Need::kOptional)) {
+    effects.distortion_focal_px = focal_px[0];
+    if (focal_px[0] != focal_px[1]) {
+      section.complain("distortion_focal_px", kPixels, "one number, or twice the same: a simulated lens has one");
+      good = false;
+    }
+  } else {
+    good = false;
+  }
   read("drop_probability", {"share of frames that are lost", kNoUnit, kLossRange}, effects.drop_probability);
   read("late_probability", {"share of frames that come one period late", kNoUnit, kLossRange},
        effects.late_probability);

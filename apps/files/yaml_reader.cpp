@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -13,6 +12,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/files/file_error.h"
+#include "apps/files/suggestion.h"
 #include "apps/files/text_file.h"
 
 namespace twocone::files {
@@ -112,35 +112,17 @@ bool is_in(const Range& range, double value) {
                             : range.least <= value && value <= range.greatest;
 }
 
-/// Levenshtein distance: letters to insert, delete or replace.
-std::size_t edit_distance(std::string_view from, std::string_view to) {
-  std::vector<std::size_t> row(to.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < to.size(); ++j) {
-      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
+/// The first line that is indented by a tab, from 1; 0: none. In a block scalar a tab is text, so this only explains
+/// what cannot be read.
+int tab_indented_line(std::string_view text) {
+  int line = 1;
+  bool in_indent = true;
+  for (const char c : text) {
+    if (in_indent && c == '\t') return line;
+    if (c == '\n') ++line;
+    in_indent = c == '\n' || (in_indent && c == ' ');
   }
-  return row.back();
-}
-
-/// The known key that was probably meant: a third of its letters may be wrong, or its unit be missing.
-std::optional<std::string> nearest(std::string_view key, const std::vector<std::string>& known) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
-  for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(key, candidate);
-    const bool near = distance * 3 <= candidate.size() || candidate.starts_with(fmt::format("{}_", key));
-    if (near && distance < best_distance) {
-      best = candidate;
-      best_distance = distance;
-    }
-  }
-  return best;
+  return 0;
 }
 
 /// Counts documents without keeping them.
@@ -300,6 +282,19 @@ bool Section::numbers(std::string_view key, const Quantity& quantity, std::span<
   return good;
 }
 
+bool Section::number_or_pair(std::string_view key, const Quantity& quantity, std::span<double, 2> values, Need need) {
+  const Entry* entry = find(key, quantity.what, quantity.unit, need);
+  if (entry == nullptr) return need == Need::kOptional;
+  if (entry->value.IsSequence()) return numbers(key, quantity, values, need);
+  if (!number_in(entry->value)) {
+    return complain(key, quantity.unit, with_unit("a number or a list of 2 numbers", quantity.unit)), false;
+  }
+  double value = 0;
+  if (!take_number(entry->value, entry->line, path_of(key), quantity, value)) return false;
+  values[0] = values[1] = value;
+  return true;
+}
+
 bool Section::number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
                           std::vector<double>& values, Need need) {
   const Entry* entry = find(key, quantity.what, quantity.unit, need);
@@ -441,6 +436,10 @@ YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file
     has_second = has_first && parser.HandleNextDocument(deaf);
     document = YAML::Load(text);
   } catch (const YAML::Exception& error) {
+    const int last_line = error.mark.is_null() ? std::numeric_limits<int>::max() : error.mark.line + 1;
+    if (const int line = tab_indented_line(text); line > 0 && line <= last_line) {
+      throw FileError(fmt::format("{}:{}: the line is indented by a tab, must be by spaces", file.string(), line));
+    }
     const std::string why = on_one_line(error.msg);  // it may quote the file
     if (error.mark.is_null()) throw FileError(fmt::format("{}: {}", file.string(), why));
     throw FileError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why));

@@ -69,6 +69,9 @@ class Section {
   bool flag(std::string_view key, std::string_view what, bool& value, Need need = Need::kRequired);
   /// A list of exactly values.size() numbers.
   bool numbers(std::string_view key, const Quantity& quantity, std::span<double> values, Need need = Need::kRequired);
+  /// A number, which counts twice, or a list of two.
+  bool number_or_pair(std::string_view key, const Quantity& quantity, std::span<double, 2> values,
+                      Need need = Need::kRequired);
   /// A list of one of `counts` numbers.
   bool number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
                    std::vector<double>& values, Need need = Need::kRequired);

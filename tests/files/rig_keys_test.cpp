@@ -42,6 +42,8 @@ TEST(RigKeys, ALensComesWithItsFocalLengthAndMiddle) {
   EXPECT_EQ(rig.upper.distortion_focal_px, (std::array{701.25, 698.5}));
   EXPECT_EQ(rig.upper.distortion_principal_px, (std::array{162.5, 121.5}));
   EXPECT_TRUE(rig.lower.distortion.empty());
+  const Rig square = parse(with_upper("    distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: 701.25\n")).rig;
+  EXPECT_EQ(square.upper.distortion_focal_px, (std::array{701.25, 701.25})) << "as in effects, one number is for both";
   EXPECT_TRUE(parse(with_upper("    distortion: []\n")).rig.upper.distortion.empty());
 }
 
@@ -110,6 +112,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"NoFocalLength", "tilt_rad: [0.011, -0.007]",
                 "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: [700, 0]",
                 "robot.yaml:35: rig.upper.distortion_focal_px[1] is 0 px, must be > 0"},
+        BadCase{"FocalLengthOfAWord", "tilt_rad: [0.011, -0.007]",
+                "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: long",
+                "robot.yaml:35: rig.upper.distortion_focal_px is 'long', must be a number or a list of 2 numbers "
+                "(pixels)"},
         BadCase{"TwoLenses", "tilt_rad: [0.011, -0.007]",
                 "distortion: [0.1, 0, 0, 0]\n    camera_info: good_camera_info.yaml",
                 "robot.yaml:35: rig.upper.camera_info is 'good_camera_info.yaml', must be absent beside distortion"},

@@ -439,6 +439,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "without distortion_focal_px"},
         BadCase{"DistortionOfNoFocalLength", "distortion_focal_px: 512.5", "distortion_focal_px: 0",
                 "robot.yaml:51: effects.camera.distortion_focal_px is 0 px, must be > 0 where there is a distortion"},
+        BadCase{"DistortionOfTwoFocalLengths", "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 510]",
+                "robot.yaml:51: effects.camera.distortion_focal_px is [512.5, 510] px, must be one number, or twice "
+                "the same: a simulated lens has one"},
         BadCase{"CertainLoss", "drop_probability: 0.01", "drop_probability: 1",
                 "robot.yaml:52: effects.camera.drop_probability is 1, must be 0 to below 1"},
         BadCase{"CertainDelay", "late_probability: 0.02", "late_probability: -0.02",
@@ -448,6 +451,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"StampBeforeTheExposure", "gain: 1.3", "stamp_late_s: -0.008",
                 "robot.yaml:15: cameras.upper.effects.stamp_late_s is -0.008 s, must be 0 to 0.5"}),
     name_of<BadCase>);
+
+TEST(RobotFile, TakesTheFocalLengthOfASimulatedLensAsAPairToo) {
+  const std::string pair = with(good_text(), "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 512.5]");
+  EXPECT_EQ(parse(pair), parse(good_text()));
+}
 
 TEST(RobotFile, TellsOfAFocalLengthWithoutDistortion) {
   std::string text = with(good_text(), "    distortion: [-0.11, 0.02, 0.001, -0.002]\n", "");

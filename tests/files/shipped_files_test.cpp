@@ -12,7 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "apps/behaviours/behaviour.h"
+#include "apps/files/text_file.h"
 #include "apps/files/to_layers.h"
+#include "drivers/backends.h"
 #include "tests/files/fixtures.h"
 #include "vision/hue_labels.h"
 
@@ -41,6 +43,16 @@ TEST(ShippedFiles, EveryMapCanBeReadAndHasItsScene) {
       EXPECT_TRUE(fs::is_regular_file(*map.scene)) << *map.scene;
     }
     EXPECT_GE(map.landmarks.size(), 3u) << "a position needs three";
+  }
+}
+
+TEST(ShippedFiles, EveryDriverStandsWhereTheExplainedRobotFileSays) {
+  const std::string robot = read_text(fs::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml");
+  ASSERT_NE(robot.find("driver: sim_povray                # docs/drivers.md lists"), std::string::npos);
+  const std::string list = read_text(fs::path(TWOCONE_SOURCE_DIR) / "docs/drivers.md");
+  for (const drivers::Backend& backend : drivers::backends()) {
+    if (backend.name == drivers::kSimPovray || backend.name == drivers::kMemory) continue;  // not of real robots
+    EXPECT_NE(list.find(backend.name), std::string::npos) << backend.name;
   }
 }
 

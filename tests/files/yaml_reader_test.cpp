@@ -93,7 +93,9 @@ TEST_F(ReadingFiles, SyntaxErrorsHaveLineAndColumn) {
   const fs::path file = write("broken.yaml", "name: lab\ndrive: {driver: sim_povray\nmap: x\n");
   EXPECT_EQ(refusal(file), file.string() + ":3:4: end of map flow not found") << "the colon behind map";
   const fs::path tab = write("tab.yaml", "drive:\n\tdriver: a\n");
-  EXPECT_EQ(refusal(tab).rfind(tab.string() + ":2:", 0), 0u) << refusal(tab);
+  EXPECT_EQ(refusal(tab), tab.string() + ":2: the line is indented by a tab, must be by spaces");
+  const fs::path later = write("tab_later.yaml", "drive: [1,\nname: a: b\n\nlate:\n\tx: 1\n");
+  EXPECT_EQ(refusal(later).find("tab,"), std::string::npos) << "the error stands before the tab: " << refusal(later);
 }
 
 TEST_F(ReadingFiles, DepthBeyondReasonIsASyntaxError) {
