@@ -36,6 +36,17 @@ void refuse_other_robots(const RunData& run, const files::Robot& robot) {
   }
 }
 
+/// What localisation takes from a map is compared, not the files' names: a twin's map differs in its scene alone.
+void refuse_other_maps(const RunData& run, const files::Robot& robot) {
+  const files::Map map = files::read_map(robot.map);
+  if (map.landmarks == run.map.landmarks && map.bounds == run.map.bounds) return;
+  throw files::FileError(
+      fmt::format("{}: map: {} has other {} than {}, the map of {}, as it was when the run was made: name a robot file "
+                  "with that map",
+                  robot.file.string(), map.file.string(), map.landmarks == run.map.landmarks ? "bounds" : "landmarks",
+                  run.map.file.string(), run.folder.string()));
+}
+
 std::string odometry_text(const RunData& run, const files::Robot& robot) {
   localisation::Odometry odometry(files::to_wheels(robot), files::to_start_pose(robot));
   std::string text;
@@ -53,6 +64,7 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   const RunData run = read_run(from);
   const files::Robot robot = files::read_robot(robot_file);
   refuse_other_robots(run, robot);
+  refuse_other_maps(run, robot);
   files::check_landmarks(robot, run.map);
   if (has_odometry(run) && run.drive.size() < run.frames.size()) {
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),

@@ -10,7 +10,8 @@ namespace twocone::runs {
 /// is.
 ///
 /// Pictures are hard links where the disk can have them, copies else. The odometry is reckoned anew from the recorded
-/// angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still `from`'s.
+/// angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still `from`'s, so a
+/// file that names a map with other landmarks or bounds is refused.
 /// @param from also a run that was cut off
 /// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
 /// @param to a folder without a run

@@ -90,6 +90,30 @@ TEST_F(OtherRobot, ThatCannotHaveMadeTheRunIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
 }
 
+TEST_F(OtherRobot, ThatNamesAMapOfOtherLandmarksIsRefusedWithBothNamed) {
+  std::string text = files::read_text(kLab);
+  const std::string key = "map: ../scenes/lab.map.yaml";
+  const auto naming = [&](const std::filesystem::path& map) {
+    std::string changed = text;
+    return temporary_.write("other.yaml", changed.replace(changed.find(key), key.size(), "map: " + map.string()));
+  };
+  const std::string hall = TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml";
+  try {
+    copy_run_for_robot(from_, naming(hall), to_);
+    FAIL() << "a map of another place was accepted";
+  } catch (const files::FileError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find(hall + " has other landmarks than " + kMap), std::string::npos) << what;
+  }
+  EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
+
+  // The same landmarks in a file of another name, and another scene: a twin's.
+  std::string map = files::read_text(kMap);
+  map.replace(map.find("scene: lab.pov"), 14, "scene: " TWOCONE_SOURCE_DIR "/scenes/hall.pov");
+  copy_run_for_robot(from_, naming(temporary_.write("twin.map.yaml", map)), to_);
+  EXPECT_EQ(read_run(to_).frames.size(), 2U);
+}
+
 TEST_F(OtherRobot, NoRunIsLostToAnother) {
   EXPECT_THROW(copy_run_for_robot(from_, kLab, from_), DiskError);
   copy_run_for_robot(from_, kLab, to_);
