@@ -50,7 +50,7 @@ void add_setting(Table& table, const Setting& setting) {
   table.add("estimator", name(setting.level));
   table.add("enough_m", setting.level == Level::kAdaptive ? std::optional(setting.enough_m) : std::nullopt);
   table.add("landmarks", setting.landmarks);
-  table.add("bearings", setting.bearings ? 1 : 0);
+  table.add("bearings", setting.uses_bearings() ? 1 : 0);
   table.add("rate_hz", std::optional(setting.rate_hz));
   table.add("frames", setting.frames);
 }

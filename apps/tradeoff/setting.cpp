@@ -89,7 +89,7 @@ std::string value(const Setting& setting, Axis axis) {
     case Axis::kLandmarks:
       return fmt::format("{}", setting.landmarks);
     case Axis::kBearings:
-      return setting.bearings && setting.level != Level::kPaper ? "ranges and bearings" : "ranges";
+      return setting.uses_bearings() ? "ranges and bearings" : "ranges";
     case Axis::kRate:
       return fmt::format("{:g} Hz", setting.rate_hz);
     case Axis::kFrames:

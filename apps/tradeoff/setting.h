@@ -52,6 +52,9 @@ struct Setting {
   double rate_hz = 0;    ///< of the frames that are looked at
   int frames = 1;        ///< 1: fixes of single frames; more: the filter's estimate after so many frames
 
+  /// Whether fixes take bearings: those of method paper never do.
+  [[nodiscard]] bool uses_bearings() const { return bearings && level != Level::kPaper; }
+
   friend auto operator<=>(const Setting&,
                           const Setting&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };

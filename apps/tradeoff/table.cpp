@@ -84,7 +84,7 @@ std::string row(const SettingResult& result) {
   add(setting.level == Level::kAdaptive ? fmt::format("ad {}mm", fitting(setting.enough_m / kMm, 3))
                                         : std::string(name(setting.level)));
   add(fmt::to_string(setting.landmarks));
-  add(setting.bearings ? "yes" : "no");
+  add(setting.uses_bearings() ? "yes" : "no");
   add(fmt::format("{:g}x{}", setting.rate_hz, setting.frames));
   if (const auto& error = result.position_m) {
     number(error->mean.value, kMm);

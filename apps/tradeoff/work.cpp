@@ -60,12 +60,13 @@ void on_signal(int signal) {
   if (signal == SIGTERM) child_stop = true;
 }
 
-/// SIGINT comes from the terminal to parent and children alike: the parent decides, and tells by SIGTERM.
+/// SIGINT and SIGHUP come from the terminal to parent and children alike: the parent decides, and notifies by SIGTERM.
 void take_signals() {
   child_stop = false;
   struct sigaction action {};
   action.sa_handler = on_signal;
   ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGHUP, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
@@ -159,11 +160,12 @@ class Crew {
     std::fflush(stderr);
     const pid_t parent = ::getpid();
     // A signal between fork and the child's own handlers would be noted by the parent's, to no effect.
-    sigset_t both, before;
-    ::sigemptyset(&both);
-    ::sigaddset(&both, SIGINT);
-    ::sigaddset(&both, SIGTERM);
-    ::sigprocmask(SIG_BLOCK, &both, &before);
+    sigset_t handled, before;
+    ::sigemptyset(&handled);
+    ::sigaddset(&handled, SIGINT);
+    ::sigaddset(&handled, SIGHUP);
+    ::sigaddset(&handled, SIGTERM);
+    ::sigprocmask(SIG_BLOCK, &handled, &before);
     const pid_t pid = ::fork();
     if (pid == 0) {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);

@@ -87,6 +87,15 @@ TEST(Csv, NumbersComeBackAsTheSameDouble) {
   EXPECT_EQ(row["estimator"], "fine");
 }
 
+TEST(Csv, BearingsOfMethodPaperAreNotUsed) {
+  const std::vector<Row> rows = rows_of(errors_csv(a_sweep()));
+  auto paper = named(rows, 1), fine = named(rows, 4);
+  ASSERT_EQ(paper["estimator"], "paper");
+  EXPECT_EQ(paper["bearings"], "0");
+  ASSERT_EQ(fine["estimator"], "fine");
+  EXPECT_EQ(fine["bearings"], "1");
+}
+
 TEST(Csv, WhatIsNotThereIsEmpty) {
   Sweep sweep = a_sweep();
   sweep.settings[0].position_m->mean.high = std::numeric_limits<double>::infinity();

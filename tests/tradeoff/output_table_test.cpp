@@ -81,6 +81,10 @@ TEST(Table, ShowsEverySettingOfAFrontierByRisingSimulationTime) {
   }
 }
 
+TEST(Table, BearingsOfMethodPaperAreNotUsed) {
+  EXPECT_THAT(line_after(table(a_sweep()), "method paper, as measured here:"), HasSubstr("scene paper     6 no "));
+}
+
 TEST(Table, ShowsTheBaselineAtTheRobotsOwnSizeAndTheRobotFileAsItIs) {
   Sweep sweep = a_sweep();
   const std::string text = table(sweep);

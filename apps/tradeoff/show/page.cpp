@@ -89,7 +89,7 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
           words(double(pictures.effects), name(pictures.effects)),
           words(double(setting.level) + setting.enough_m, looks),
           words(setting.landmarks, fmt::to_string(setting.landmarks)),
-          words(setting.bearings, setting.bearings ? "yes" : "no"),
+          words(setting.uses_bearings(), setting.uses_bearings() ? "yes" : "no"),
           words(setting.rate_hz, fmt::format("{:g}", setting.rate_hz)),
           words(setting.frames, fmt::to_string(setting.frames)),
           number(of(result.position_m, &ErrorFigures::mean), kMm),
