@@ -146,6 +146,12 @@ Result<Outcome> compare(const Settings& settings) {
   if (!simulated) return simulated.error();
   auto real = read_side(settings.real, settings.real_poses);
   if (!real) return real.error();
+  if (const std::string why = why_other_rooms(simulated->run.map, real->run.map); !why.empty()) {
+    return Error{ErrorCode::kBadData,
+                 fmt::format("{} ({}) and {} ({}) are not of one room: {}; compare runs among the same landmarks",
+                             settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
+                             real->run.map.file.string(), why)};
+  }
   calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { tell(done * kFitted, "rigs"); });
   if (is_stopped()) return stopped;
   tell(kFitted, "references");
@@ -189,7 +195,7 @@ Result<Outcome> compare(const Settings& settings) {
   const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames,
                                         [&](double done) { tell(kMeasured + (1 - kMeasured) * done, "ranges"); });
   if (!held_out) return held_out.error();
-  found.gaps = find_gaps(*simulated, *real, *held_out, *pictures, found.sources);
+  found.gaps = find_gaps(*simulated, *real, *held_out, *pictures, settings.is_rendered, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
   found.rows = find_rows(both, residuals_simulated, residuals_real, found.sources, settings.limits);
   found.simulated_residuals = std::move(residuals_simulated.points);

@@ -16,6 +16,8 @@ std::string_view to_string(Light light) {
       return "amber";
     case Light::kRed:
       return "red";
+    case Light::kCannotTell:
+      return "cannot tell";
   }
   assert(false);
   return "";

@@ -20,12 +20,13 @@ namespace twocone::compare {
 // ---- stage by stage
 
 enum class Light {
-  kNone,   ///< no limit, or no number to hold against it
-  kGreen,  ///< within the limit
-  kAmber,  ///< within twice the limit
-  kRed,    ///< beyond
+  kNone,        ///< no limit, or no number to hold against it
+  kGreen,       ///< within the limit
+  kAmber,       ///< within twice the limit
+  kRed,         ///< beyond
+  kCannotTell,  ///< the number's sigma exceeds the limit, and the number is not beyond it for certain
 };
-/// none, green, amber, red.
+/// none, green, amber, red, cannot tell.
 std::string_view to_string(Light light);
 
 /// One quantity of one stage, on both sides. Fields that do not apply, or are not known, are empty.
@@ -88,10 +89,14 @@ struct Source {
 struct Gap {
   std::string of;  ///< range, odometry, brightness, noise, sharpness, lost frames
   std::string unit;
-  double before = 0;                    ///< as it is, root mean square where it is of many
-  double after = 0;                     ///< with what was found put right
-  double floor = 0;                     ///< of the simulation, or what noise leaves
-  std::optional<double> unexplained{};  ///< share, 0 to 1 and rarely beyond
+  double before = 0;              ///< as it is, root mean square where it is of many
+  double after = 0;               ///< with what was found put right
+  std::optional<double> floor{};  ///< of the simulation, or what noise leaves; none: the simulation has no such gap
+  /// Share that is left `after`, floor included: the projection of what is left on the gap. 0 to 1 and rarely beyond.
+  std::optional<double> unexplained{};
+  /// Share that is put right, but by numbers that no source names as different, since both runs have them, or one
+  /// alone cannot be told. With `unexplained` and the sources' shares it adds to 1.
+  std::optional<double> unnamed{};
 };
 
 // ---- what is drawn

@@ -3,10 +3,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "localisation/odometry.h"
 
 namespace twocone::compare {
+
+std::string why_other_rooms(const files::Map& a, const files::Map& b) {
+  // Far above what a survey errs by, and below what rooms of some metres differ by.
+  constexpr double kOtherRoom_m = 0.5;
+  std::vector<std::pair<const files::Landmark*, const files::Landmark*>> both;
+  for (const files::Landmark& of_a : a.landmarks) {
+    for (const files::Landmark& of_b : b.landmarks) {
+      if (of_a.name == of_b.name) both.emplace_back(&of_a, &of_b);
+    }
+  }
+  if (both.size() < 2) {
+    if (a.landmarks.size() < 2 && b.landmarks.size() < 2) return "";
+    return fmt::format("their maps have {} of the same name", both.empty() ? "no landmark" : "one landmark");
+  }
+  std::vector<double> differences_m;
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const auto apart_m = [](const files::Landmark& p, const files::Landmark& q) {
+        return std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
+      };
+      differences_m.push_back(
+          std::abs(apart_m(*both[i].first, *both[k].first) - apart_m(*both[i].second, *both[k].second)));
+    }
+  }
+  // A landmark that was moved spoils its own pairs, at most two thirds of all: the lower quartile does not see it.
+  const auto quartile = differences_m.begin() + std::ptrdiff_t(differences_m.size() / 4);
+  std::nth_element(differences_m.begin(), quartile, differences_m.end());
+  if (*quartile <= kOtherRoom_m) return "";
+  return fmt::format("the distances between landmarks of the same name differ by {:.1f} m and more in most cases",
+                     *quartile);
+}
 
 std::vector<Match> match_by_time(std::span<const double> simulated, std::span<const double> real, double most_apart_s) {
   std::vector<Match> matches;

@@ -5,11 +5,17 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "apps/files/map_file.h"
 #include "apps/runs/run_data.h"
 
 namespace twocone::compare {
+
+/// Why two maps cannot be of one room, for a message; empty: they can. Judged by the distances between landmarks of the
+/// same name, so that another origin, a landmark that was moved, and one that is missing count for nothing.
+std::string why_other_rooms(const files::Map& a, const files::Map& b);
 
 /// Which frame of one run stands for which of the other.
 struct Match {

@@ -29,6 +29,9 @@ std::string lines(const std::string& first, const std::string& text) {
   return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
 }
 
+/// A share of a gap below this is not worth a line of its own.
+constexpr double kWorthALine = 0.05;
+
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 std::string source_lines(const Source& source) {
@@ -107,19 +110,25 @@ std::string table(const Comparison& comparison) {
   for (const Gap& gap : comparison.gaps) {
     text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", gap.of + ", " + gap.unit, number(gap.before),
                         number(gap.after), number(gap.floor), gap.unexplained ? percent(*gap.unexplained) : "-");
+    if (gap.unnamed && std::abs(*gap.unnamed) >= kWorthALine) {
+      text += lines("  ", fmt::format("{} of it goes with numbers of the calibration that no source names as different",
+                                      percent(*gap.unnamed)));
+    }
   }
 
   std::string stage;
-  text += fmt::format("\n{:<62} {:>10} {:>10} {:>8}\n", "", "simulated", "real", "limit");
+  // At most 100 columns.
+  text += fmt::format("\n{:<52} {:>9} {:>9} {:>8} {:>6}\n", "", "simulated", "real", "+-", "limit");
   for (const Row& row : comparison.rows) {
     if (row.stage != stage) text += row.stage + "\n";
     stage = row.stage;
     const bool is_gap_alone = !row.simulated && !row.real && row.gap;
-    text += fmt::format("  {:<60} {:>10} {:>10} {:>8} {}\n",
-                        fmt::format("{}{}", row.name, row.unit == "1" ? "" : ", " + row.unit), number(row.simulated),
-                        number(is_gap_alone ? row.gap : row.real), row.limit ? fmt::format("{:g}", *row.limit) : "",
-                        row.light == Light::kNone ? "" : to_string(row.light));
+    text += fmt::format(
+        "  {:<50} {:>9} {:>9} {:>8} {:>6} {}\n", fmt::format("{}{}", row.name, row.unit == "1" ? "" : ", " + row.unit),
+        number(row.simulated), number(is_gap_alone ? row.gap : row.real), row.gap_sigma ? number(row.gap_sigma) : "",
+        row.limit ? fmt::format("{:g}", *row.limit) : "", row.light == Light::kNone ? "" : to_string(row.light));
   }
+  text += lines("", "+-: standard deviation of real less simulated; cannot tell: it exceeds the limit");
   return text;
 }
 
@@ -144,8 +153,9 @@ std::string to_json(const Comparison& comparison) {
                     {"unit", gap.unit},
                     {"before", gap.before},
                     {"after", gap.after},
-                    {"floor", gap.floor},
-                    {"unexplained", or_null(gap.unexplained)}});
+                    {"floor", or_null(gap.floor)},
+                    {"unexplained", or_null(gap.unexplained)},
+                    {"unnamed", or_null(gap.unnamed)}});
   }
   const Json json{{"simulated", comparison.simulated},
                   {"real", comparison.real},

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 #include "apps/compare/side.h"
 #include "apps/files/file_error.h"
@@ -222,6 +223,11 @@ Status render_again(const RenderAgain& settings) {
   told.progress = tell;
   auto real = read_side(settings.real, settings.poses);
   if (!real) return real.error();
+  if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
+    return Error{ErrorCode::kBadData,
+                 fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks",
+                             settings.scene.string(), settings.real.string(), real->run.map.file.string(), why)};
+  }
   calibrate_side(*real, settings.fit_frames, [&](double done) { tell(kPosesShare * done); });
   // Truth of a simulated "real" run counts as none: what a camera saw from where is what is asked here.
   if (settings.poses.empty()) real->is_reference_apart = false;

@@ -16,42 +16,45 @@ namespace {
 /// Measurements of a gap, with what each source adds to each.
 class Projection {
  public:
-  Projection(std::string of, std::size_t sources) : of_(std::move(of)), along_(sources, 0) {}
+  explicit Projection(std::size_t sources) : along_(sources, 0) {}
 
   void add(double gap, std::size_t source, double part) { along_[source] += gap * part; }
-  void add(double gap) { squares_ += gap * gap; }
+  /// @param after what is left of `gap` with what was found put right
+  void add(double gap, double after) {
+    squares_ += gap * gap;
+    left_ += gap * after;
+  }
 
-  /// Shares into the sources; what is left.
-  std::optional<double> tell(std::vector<Source>& sources) const {
-    if (!(squares_ > 0)) return std::nullopt;
-    double left = 1;
+  /// Shares into the sources, what remains into the gap.
+  void put_into(Gap& gap, std::vector<Source>& sources) const {
+    if (!(squares_ > 0)) return;
+    gap.unexplained = left_ / squares_;
+    gap.unnamed = 1 - *gap.unexplained;
     for (std::size_t k = 0; k < sources.size(); ++k) {
       if (sources[k].verdict != SourceVerdict::kDiffers || along_[k] == 0) continue;
-      sources[k].shares.push_back({of_, along_[k] / squares_});
-      left -= along_[k] / squares_;
+      sources[k].shares.push_back({gap.of, along_[k] / squares_});
+      *gap.unnamed -= along_[k] / squares_;
     }
-    return left;
   }
 
  private:
-  std::string of_;
   std::vector<double> along_;
-  double squares_ = 0;
+  double squares_ = 0, left_ = 0;
 };
 
 void add_range_gap(const std::vector<HeldOutRange>& held_out, std::vector<Source>& sources, std::vector<Gap>& gaps) {
   if (held_out.empty()) return;
   Moments before, after, floor;
-  Projection projection("range", sources.size());
+  Projection projection(sources.size());
   for (const HeldOutRange& range : held_out) {
     before.add(range.before_m);
     after.add(range.after_m);
     floor.add(range.sigma_m);
-    projection.add(range.before_m);
+    projection.add(range.before_m, range.after_m);
     for (std::size_t k = 0; k < sources.size(); ++k) projection.add(range.before_m, k, range.parts_m[k]);
   }
-  gaps.push_back(
-      {"range", "mm", 1e3 * *before.rms(), 1e3 * *after.rms(), 1e3 * *floor.rms(), projection.tell(sources)});
+  gaps.push_back({"range", "mm", 1e3 * *before.rms(), 1e3 * *after.rms(), 1e3 * *floor.rms()});
+  projection.put_into(gaps.back(), sources);
 }
 
 /// What the wheels tell of each stretch of the reference's way, less what it was: along and across, metres.
@@ -73,7 +76,8 @@ double rms(const std::vector<Eigen::Vector2d>& errors) {
   return errors.empty() ? 0 : std::sqrt(sum / double(errors.size()));
 }
 
-void add_odometry_gap(const Side& simulated, const Side& real, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered, std::vector<Source>& sources,
+                      std::vector<Gap>& gaps) {
   if (!real.calibration || real.run.drive.size() < real.run.frames.size()) return;
   const auto find = [&](const char* kind) {
     return std::find_if(sources.begin(), sources.end(),
@@ -88,12 +92,10 @@ void add_odometry_gap(const Side& simulated, const Side& real, std::vector<Sourc
     return stretch_errors(pairs_with(real.reference, odometry_by(real.run, wheels)));
   };
   const auto before = errors(believed), after = errors(found);
-  const auto floor = stretch_errors(pairs_with(simulated.reference, simulated.run.odometry));
-  if (before.empty()) return;
-  Projection projection("odometry", sources.size());
-  for (const Eigen::Vector2d& e : before) {
-    projection.add(e.x());
-    projection.add(e.y());
+  if (before.size() != after.size() || before.empty()) return;
+  Projection projection(sources.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    for (const int axis : {0, 1}) projection.add(before[i][axis], after[i][axis]);
   }
   using Put = double WheelsAs::*;
   for (const auto& [kind, number] : {std::pair<const char*, Put>{"wheel radius", &WheelsAs::radius_m},
@@ -110,13 +112,17 @@ void add_odometry_gap(const Side& simulated, const Side& real, std::vector<Sourc
       projection.add(before[i].y(), std::size_t(source - sources.begin()), part.y());
     }
   }
-  gaps.push_back({"odometry", "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m,
-                  1e3 * rms(floor) / kOdometryStretch_m, projection.tell(sources)});
+  gaps.push_back({"odometry", "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m});
+  if (!is_rendered) {
+    const auto floor = stretch_errors(pairs_with(simulated.reference, simulated.run.odometry));
+    gaps.back().floor = 1e3 * rms(floor) / kOdometryStretch_m;
+  }
+  projection.put_into(gaps.back(), sources);
 }
 
 void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, std::vector<Gap>& gaps) {
   Moments before, after;
-  Projection projection("brightness", sources.size());
+  Projection projection(sources.size());
   for (const std::size_t view : {0, 1}) {
     const char* const where = view == 0 ? "lower" : "upper";
     const auto source = std::find_if(sources.begin(), sources.end(), [&](const Source& s) {
@@ -127,18 +133,19 @@ void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, 
         const double found = source == sources.end() ? 0 : std::log(std::max(1e-9, source->components[c].real));
         before.add(t.log_gain[c]);
         after.add(t.log_gain[c] - found);
-        projection.add(t.log_gain[c]);
+        projection.add(t.log_gain[c], t.log_gain[c] - found);
         if (source != sources.end()) projection.add(t.log_gain[c], std::size_t(source - sources.begin()), found);
       }
     }
   }
   if (before.count == 0) return;
-  gaps.push_back({"brightness", "%", 100 * *before.rms(), 100 * *after.rms(), 0, projection.tell(sources)});
+  gaps.push_back({"brightness", "%", 100 * *before.rms(), 100 * *after.rms(), 0});
+  projection.put_into(gaps.back(), sources);
 }
 
 void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
   double before = 0, after = 0, floor = 0, told = 0;
-  Projection projection("noise", sources.size());
+  Projection projection(sources.size());
   for (std::size_t k = 0; k < sources.size(); ++k) {
     const Source& source = sources[k];
     if (source.kind != "noise" || source.components.empty()) continue;
@@ -146,7 +153,7 @@ void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
     ++told;
     before += c.difference() * c.difference();
     floor += c.sigma * c.sigma;
-    projection.add(c.difference());
+    projection.add(c.difference(), source.verdict == SourceVerdict::kDiffers ? 0 : c.difference());
     if (source.verdict == SourceVerdict::kDiffers) {
       projection.add(c.difference(), k, c.difference());
       after += c.sigma * c.sigma;  // with what was found put in, its doubt is left
@@ -155,8 +162,8 @@ void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
     }
   }
   if (told == 0) return;
-  gaps.push_back({"noise", "grey", std::sqrt(before / told), std::sqrt(after / told), std::sqrt(floor / told),
-                  projection.tell(sources)});
+  gaps.push_back({"noise", "grey", std::sqrt(before / told), std::sqrt(after / told), std::sqrt(floor / told)});
+  projection.put_into(gaps.back(), sources);
 }
 
 }  // namespace
@@ -193,10 +200,10 @@ std::vector<runs::PoseRow> odometry_by(const runs::RunData& run, const WheelsAs&
 }
 
 std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
-                           const Pictures& pictures, std::vector<Source>& sources) {
+                           const Pictures& pictures, bool is_rendered, std::vector<Source>& sources) {
   std::vector<Gap> gaps;
   add_range_gap(held_out, sources, gaps);
-  add_odometry_gap(simulated, real, sources, gaps);
+  add_odometry_gap(simulated, real, is_rendered, sources, gaps);
   add_brightness_gap(pictures, sources, gaps);
   add_noise_gap(sources, gaps);
   return gaps;

@@ -16,15 +16,16 @@ namespace twocone::compare {
 /// filled).
 ///
 /// A share is a projection: with e the gap of each measurement and e_k what source k adds to it, sum(e_k e) / sum(e^2).
-/// Shares and what is unexplained add to 1; one is below 0 where a source hides a part of another's effect. Noise is a
-/// part of e, so it stays unexplained.
+/// What is unexplained is the same of what is left, with all of the calibration's numbers put in; Gap::unnamed is what
+/// these put right without a source that differs. All add to 1; a share is below 0 where a source hides a part of
+/// another's effect. Noise is a part of e, so it stays unexplained.
 ///   range      held-out ranges; e the range under the believed rig less the distance to the reference
 ///   odometry   what the wheels tell of each metre, in place, against the reference; e_k by the wheels' sizes and the
-///              pictures' age
+///              pictures' age; no floor where the simulated places were rendered again: nothing was driven there
 ///   brightness log ratios of the pictures' colours; e_k is the gain that was found
 ///   noise      squares of grey levels; after: the doubt of what was found
 std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
-                           const Pictures& pictures, std::vector<Source>& sources);
+                           const Pictures& pictures, bool is_rendered, std::vector<Source>& sources);
 
 /// What is believed, or was found, of the wheels: their sizes, and how much later they are read than pictures are
 /// taken.

@@ -30,14 +30,15 @@ class Table {
 
   /// @param gap none: the difference of both, where there are both
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
-           const char* limit_key = "", std::optional<double> gap = std::nullopt) {
+           const char* limit_key = "", std::optional<double> gap = std::nullopt,
+           std::optional<double> gap_sigma = std::nullopt) {
     Row row{.stage = stage_,
             .name = std::move(name),
             .unit = std::move(unit),
             .simulated = simulated,
             .real = real,
             .gap = gap,
-            .gap_sigma = std::nullopt};
+            .gap_sigma = gap_sigma};
     if (!row.gap && simulated && real) row.gap = std::abs(*real - *simulated);
     row.limit_key = limit_key;
     if (*limit_key != '\0') {
@@ -45,7 +46,7 @@ class Table {
       const auto kind = std::find_if(limit_kinds().begin(), limit_kinds().end(),
                                      [&](const LimitKind& k) { return row.limit_key == k.key; });
       row.limit = own != limits_.end() ? own->second : kind->by_default;
-      if (row.gap) row.light = light_of(*row.gap, *row.limit);
+      if (row.gap) row.light = light_of(*row.gap, row.gap_sigma, *row.limit);
     }
     return rows_.emplace_back(std::move(row));
   }
@@ -60,7 +61,7 @@ class Table {
       }
     }
     if (found) {
-      add(std::move(name), found->unit, found->simulated, found->real, limit_key).gap_sigma = found->sigma;
+      add(std::move(name), found->unit, found->simulated, found->real, limit_key, std::nullopt, found->sigma);
     } else {
       add(std::move(name), unit, std::nullopt, std::nullopt, limit_key).note = source ? source->reason : "not measured";
     }
@@ -98,7 +99,7 @@ void add_image(Table& table, const Side& simulated, const Side& real, const std:
     const auto edges = [k](const Side& side) {
       return side.calibration ? std::optional(side.calibration->result.rms_before_px[k]) : std::nullopt;
     };
-    table.add(view + " edges of landmarks off the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
+    table.add(view + " edges off the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
   }
 }
 
@@ -125,8 +126,7 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
   }
   const auto missed_percent = share_percent(missed, both);
   table
-      .add("missed: ranged in the simulation at the same place only", "%", std::nullopt, missed_percent,
-           "missed-percent", missed_percent)
+      .add("missed: ranged in the simulation only", "%", std::nullopt, missed_percent, "missed-percent", missed_percent)
       .note = missed_percent ? "" : "no frames at one place";
   table.add("besides: ranged in the real run only", "%", std::nullopt, share_percent(more, both));
   const auto false_a = share_percent(a.outliers, a.ranged), false_b = share_percent(b.outliers, b.ranged);
@@ -239,7 +239,8 @@ const std::vector<LimitKind>& limit_kinds() {
   return kinds;
 }
 
-Light light_of(double gap, double limit) {
+Light light_of(double gap, std::optional<double> sigma, double limit) {
+  if (sigma && *sigma > limit && gap <= limit + kCertain * *sigma) return Light::kCannotTell;
   if (gap <= limit) return Light::kGreen;
   return gap <= 2 * limit ? Light::kAmber : Light::kRed;
 }

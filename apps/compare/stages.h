@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,11 @@ const std::vector<LimitKind>& limit_kinds();
 /// By LimitKind::key. Others are as by default.
 using Limits = std::map<std::string, double>;
 
-/// Green within the limit, amber within twice, red beyond.
-Light light_of(double gap, double limit);
+/// Green within the limit, amber within twice, red beyond. A gap whose sigma exceeds the limit cannot tell, unless it
+/// is beyond the limit by kCertain of its sigmas. @param sigma of the gap; none: it is taken as exact
+Light light_of(double gap, std::optional<double> sigma, double limit);
+/// A gap that just keeps its limit is so far beyond it once in 370 times, by noise.
+inline constexpr double kCertain = 3;
 
 /// The table: each stage of the way from picture to pose, simulated and real, with lights. What sources say of their
 /// own numbers (rims, gains, noise, sharpness) comes from there.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/matching.h"
 
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -62,6 +63,37 @@ TEST(MatchByPose, OfTwoAtOnePlaceTheFirst) {
   EXPECT_EQ(pairs_of(match_by_pose(simulated, Poses{runs::PoseRow{0, -0.2, 0, 0}}, 0.15)), (Pairs{{1, 0}}));
   EXPECT_TRUE(match_by_pose({}, simulated, 1).empty());
   EXPECT_TRUE(match_by_pose(simulated, {}, 1).empty());
+}
+
+TEST(WhyOtherRooms, RoomsAreToldApartByTheirLandmarks) {
+  const files::Map lab = files::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  const files::Map hall = files::read_map(TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml");
+  const files::Map workshop = files::read_map(TWOCONE_SOURCE_DIR "/scenes/workshop.map.yaml");
+  EXPECT_NE(why_other_rooms(lab, hall), "");
+  EXPECT_NE(why_other_rooms(hall, lab), "");
+  EXPECT_NE(why_other_rooms(workshop, lab), "");
+  EXPECT_NE(why_other_rooms(workshop, hall), "");
+  EXPECT_EQ(why_other_rooms(lab, lab), "");
+  files::Map alone = lab;
+  for (files::Landmark& landmark : alone.landmarks) landmark.name += "_of_another";
+  EXPECT_EQ(why_other_rooms(lab, alone), "their maps have no landmark of the same name");
+}
+
+TEST(WhyOtherRooms, AnotherOriginAMovedAndAMissingLandmarkAreOfOneRoom) {
+  const files::Map lab = files::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  files::Map other = lab;
+  constexpr double kTurn_rad = 0.77;
+  for (files::Landmark& landmark : other.landmarks) {
+    const double x_m = landmark.x_m, y_m = landmark.y_m;
+    landmark.x_m = std::cos(kTurn_rad) * x_m - std::sin(kTurn_rad) * y_m + 13.1;
+    landmark.y_m = std::sin(kTurn_rad) * x_m + std::cos(kTurn_rad) * y_m - 4.2;
+  }
+  EXPECT_EQ(why_other_rooms(lab, other), "");
+  other.landmarks[2].x_m += 1.7;
+  EXPECT_EQ(why_other_rooms(lab, other), "") << "a landmark that was moved is what a comparison finds";
+  other.landmarks.pop_back();
+  EXPECT_EQ(why_other_rooms(lab, other), "");
+  EXPECT_EQ(why_other_rooms(other, lab), "");
 }
 
 }  // namespace

@@ -33,13 +33,14 @@ Comparison a_wide_comparison() {
   c.notes.push_back(
       "the pictures are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
       "on and on, as notes of devices sometimes do");
-  Row row{"detection", "missed: ranged in the simulation at the same place only",
-          "mm/m",      -123456,
-          -123456,     3,
-          {},          "missed-percent",
-          0.125,       Light::kAmber,
+  Row row{"detection", "both paths apart, aligned (APE, Umeyama), rms",
+          "mm",        -12345678,
+          -12345678,   3,
+          1234567,     "missed-percent",
+          0.125,       Light::kCannotTell,
           ""};
   c.rows.push_back(row);
+  c.gaps.back().unnamed = 0.83;
   return c;
 }
 
@@ -59,7 +60,8 @@ TEST(CompareTable, SaysWhatDiffersByHowMuchAndWhatDoesNotTell) {
   EXPECT_THAT(text, HasSubstr("3 sources tested at 0.0003 each, 0.001 for all; 1 agree, 1 cannot be told."));
   EXPECT_THAT(text, HasSubstr("cannot tell rolling shutter: the robot never turned fast enough"));
   EXPECT_THAT(text, testing::ContainsRegex("range, mm +9.200 +1.100 +0.900 +3 %"));
-  EXPECT_THAT(text, testing::ContainsRegex("lower rim, radius, px +214.0 +216.0 +1 amber"));
+  EXPECT_THAT(text, testing::ContainsRegex("lower rim, radius, px +214.0 +216.0 +0.080 +1 amber"));
+  EXPECT_THAT(table(a_wide_comparison()), HasSubstr("83 % of it goes with numbers of the calibration that no source"));
   EXPECT_THAT(text, Not(HasSubstr("gain.lower"))) << "what agrees is not listed";
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
@@ -90,9 +92,11 @@ TEST(CompareJson, HoldsEverySourceRowAndGap) {
   ASSERT_EQ(json["rows"].size(), c.rows.size());
   EXPECT_TRUE(json["rows"][3]["simulated"].is_null()) << "not known is not 0";
   EXPECT_EQ(json["rows"][0]["light"], "amber");
+  EXPECT_EQ(json["rows"].back()["light"], "cannot tell");
   EXPECT_EQ(json["limits"]["missed-percent"].get<double>(), 0.125);
   ASSERT_EQ(json["gaps"].size(), c.gaps.size());
   EXPECT_TRUE(json["gaps"][1]["unexplained"].is_null());
+  EXPECT_EQ(json["gaps"][1]["unnamed"], 0.83);
   EXPECT_EQ(json["within_limits"], false);
   EXPECT_EQ(json["level"].get<double>(), c.level);
   EXPECT_EQ(json["simulated"], c.simulated) << "as it is, quotes and all";

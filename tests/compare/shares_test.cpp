@@ -27,11 +27,12 @@ const Gap& gap(const std::vector<Gap>& gaps, const std::string& of) {
 class Shares : public testing::Test {
  protected:
   std::vector<Gap> gaps(std::vector<Source>& sources) {
-    return find_gaps(simulated_, real_, held_out_, pictures_, sources);
+    return find_gaps(simulated_, real_, held_out_, pictures_, is_rendered_, sources);
   }
   Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());
   std::vector<HeldOutRange> held_out_;
   Pictures pictures_;
+  bool is_rendered_ = false;
 };
 
 TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
@@ -43,7 +44,7 @@ TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
   const Gap& range = gap(found, "range");
   EXPECT_NEAR(range.before, std::sqrt((9 + 16) / 2.0), kRounding);
   EXPECT_NEAR(range.after, 1, kRounding);
-  EXPECT_NEAR(range.floor, 1, kRounding);
+  EXPECT_NEAR(*range.floor, 1, kRounding);
   // (3 4 + 4 3) / 25 and (-3 2 - 4 1) / 25
   ASSERT_EQ(sources[0].shares.size(), 1U);
   EXPECT_EQ(sources[0].shares[0].of, "range");
@@ -51,7 +52,9 @@ TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
   EXPECT_TRUE(sources[1].shares.empty());
   ASSERT_EQ(sources[2].shares.size(), 1U);
   EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kRounding) << "it hides a part of the other's";
-  EXPECT_NEAR(*range.unexplained + sources[0].shares[0].share + sources[2].shares[0].share, 1, kRounding);
+  EXPECT_NEAR(*range.unexplained, -1.0 / 25, kRounding) << "(3 1 - 4 1) / 25";
+  EXPECT_NEAR(*range.unexplained + *range.unnamed + sources[0].shares[0].share + sources[2].shares[0].share, 1,
+              kRounding);
 }
 
 TEST_F(Shares, WithoutRangesThereIsNoGapOfThem) {
@@ -69,12 +72,34 @@ TEST_F(Shares, OfOdometryGoToTheWheels) {
   const auto found = gaps(sources);
   const Gap& odometry = gap(found, "odometry");
   EXPECT_NEAR(odometry.after, 0, 1e-6);
-  EXPECT_NEAR(odometry.floor, 0, 1e-6);
+  EXPECT_NEAR(*odometry.floor, 0, 1e-6);
   // A metre and more of the reference's way, of 40 steps of 52 mm: 20 steps are 1.04 m, of which 40 mm are missing.
   EXPECT_NEAR(odometry.before, 40, 1e-6);
   ASSERT_EQ(sources[0].shares.size(), 1U);
   EXPECT_NEAR(sources[0].shares[0].share, 1, kRounding);
   EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
+  EXPECT_NEAR(*odometry.unnamed, 0, kRounding);
+}
+
+TEST_F(Shares, WhatTheCalibrationPutsRightWithoutASourceIsNotUnexplained) {
+  // As above, but the simulated robot has the same error: no source differs.
+  constexpr double kMore = 1.04;
+  for (auto& pose : real_.reference) pose->x_m *= kMore;
+  real_.calibration->drive.wheel_radius_m *= kMore;
+  std::vector<Source> sources{source("wheel radius", "", SourceVerdict::kAgrees)};
+  const auto found = gaps(sources);
+  const Gap& odometry = gap(found, "odometry");
+  EXPECT_NEAR(odometry.after, 0, 1e-6);
+  EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
+  EXPECT_NEAR(*odometry.unnamed, 1, kRounding);
+  EXPECT_TRUE(sources[0].shares.empty());
+}
+
+TEST_F(Shares, PlacesThatAreRenderedAgainHaveNoWheelsAndNoFloorOfThem) {
+  is_rendered_ = true;
+  for (auto& pose : real_.reference) pose->x_m *= 1.04;
+  std::vector<Source> none;
+  EXPECT_FALSE(gap(gaps(none), "odometry").floor.has_value());
 }
 
 TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
@@ -108,7 +133,7 @@ TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
   const Gap& noise = gap(found, "noise");
   EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kRounding);
   EXPECT_NEAR(noise.after, std::sqrt((0.09 + 1) / 2), kRounding) << "one sigma of the view that was found to differ";
-  EXPECT_NEAR(noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);
+  EXPECT_NEAR(*noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);
   EXPECT_NEAR(sources[0].shares.at(0).share, 0.9, kRounding);
   EXPECT_NEAR(*noise.unexplained, 0.1, kRounding);
 }

@@ -19,13 +19,22 @@ constexpr double kRounding = 1e-9;
 TEST(Light, GreenWithinTheLimitAmberWithinTwiceRedBeyond) {
   constexpr double kLimit = 0.3;
   const auto above = [](double value) { return std::nextafter(value, 1e9); };
-  EXPECT_EQ(light_of(0, kLimit), Light::kGreen);
-  EXPECT_EQ(light_of(kLimit, kLimit), Light::kGreen);
-  EXPECT_EQ(light_of(above(kLimit), kLimit), Light::kAmber);
-  EXPECT_EQ(light_of(2 * kLimit, kLimit), Light::kAmber);
-  EXPECT_EQ(light_of(above(2 * kLimit), kLimit), Light::kRed);
-  EXPECT_EQ(light_of(0, 0), Light::kGreen) << "a limit of nothing can be kept";
-  EXPECT_EQ(light_of(1e-300, 0), Light::kRed);
+  EXPECT_EQ(light_of(0, std::nullopt, kLimit), Light::kGreen);
+  EXPECT_EQ(light_of(kLimit, std::nullopt, kLimit), Light::kGreen);
+  EXPECT_EQ(light_of(above(kLimit), std::nullopt, kLimit), Light::kAmber);
+  EXPECT_EQ(light_of(2 * kLimit, std::nullopt, kLimit), Light::kAmber);
+  EXPECT_EQ(light_of(above(2 * kLimit), std::nullopt, kLimit), Light::kRed);
+  EXPECT_EQ(light_of(0, std::nullopt, 0), Light::kGreen) << "a limit of nothing can be kept";
+  EXPECT_EQ(light_of(1e-300, std::nullopt, 0), Light::kRed);
+}
+
+TEST(Light, ASigmaAboveTheLimitCannotTellUnlessTheGapIsFarBeyond) {
+  // The age of pictures in a comparison of two equal robots.
+  EXPECT_EQ(light_of(23.84, 45.0, 20), Light::kCannotTell);
+  EXPECT_EQ(light_of(0.1, 45.0, 20), Light::kCannotTell) << "within the limit by chance";
+  EXPECT_EQ(light_of(23.84, 20.0, 20), Light::kAmber) << "as large as the limit still tells";
+  EXPECT_EQ(light_of(20 + kCertain * 45 - 1, 45.0, 20), Light::kCannotTell);
+  EXPECT_EQ(light_of(20 + kCertain * 45 + 1, 45.0, 20), Light::kRed);
 }
 
 TEST(Limits, EachHasAKeyOfItsOwnADefaultAndWords) {
@@ -110,13 +119,21 @@ TEST_F(Rows, TellGapsOfNumbersThatDiffer) {
   const Row& range = row(all, "off the distance from the reference pose, rms");
   EXPECT_NEAR(*range.gap, 46, kRounding);
   EXPECT_EQ(range.light, Light::kRed) << "limit 20 mm";
-  const Row& missed = row(all, "missed: ranged in the simulation at the same place only");
+  const Row& missed = row(all, "missed: ranged in the simulation only");
   EXPECT_NEAR(*missed.gap, 7.5, kRounding) << "3 of 40";
   EXPECT_EQ(missed.light, Light::kGreen) << "limit 10 %: frames at one place are not quite at one";
   EXPECT_NEAR(*row(all, "false: ranges that the fix left out as wrong").gap, 100.0 / 37, kRounding);
   EXPECT_NEAR(*row(all, "both paths apart at one time (APE), rms").gap, 300, 1e-6);
   EXPECT_NEAR(*row(all, "both paths apart, aligned (APE, Umeyama), rms").gap, 0, 1e-6);
   EXPECT_EQ(row(all, "both paths apart at one time (APE), rms").light, Light::kAmber) << "limit 200 mm";
+}
+
+TEST_F(Rows, ANumberWhoseSigmaExceedsItsLimitIsToldToBeUnknown) {
+  const Row sure = row(rows(), "lower rim, radius");
+  ASSERT_TRUE(sure.gap_sigma);
+  ASSERT_EQ(sure.light, Light::kGreen);
+  const auto all = rows({{"rim-px", *sure.gap_sigma / 2}});
+  EXPECT_EQ(row(all, "lower rim, radius").light, Light::kCannotTell);
 }
 
 TEST_F(Rows, AnOwnLimitTakesThePlaceOfTheDefault) {
@@ -136,7 +153,7 @@ TEST_F(Rows, WhatIsNotKnownSaysWhyAndHasNoLight) {
   EXPECT_EQ(rim.note, "too dark");
   EXPECT_EQ(rim.light, Light::kNone);
   EXPECT_FALSE(rim.real);
-  EXPECT_EQ(row(all, "missed: ranged in the simulation at the same place only").note, "no frames at one place");
+  EXPECT_EQ(row(all, "missed: ranged in the simulation only").note, "no frames at one place");
   EXPECT_EQ(row(all, "both paths apart at one time (APE), rms").note, "too few frames at one time with a reference");
 }
 

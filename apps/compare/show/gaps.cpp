@@ -35,7 +35,8 @@ double drawable(double value) { return std::isfinite(value) ? std::max(value, 0.
 
 /// Each gap on its own scale: their units differ.
 std::string bars_of(const Gap& gap, double y) {
-  const double most = std::max({drawable(gap.before), drawable(gap.after), drawable(gap.floor)});
+  const double floor = drawable(gap.floor.value_or(0));
+  const double most = std::max({drawable(gap.before), drawable(gap.after), floor});
   const double scale = most > 0 ? (kBarsEnd - kNamesEnd) / most : 0;
   const std::string unit = gap.unit.empty() || gap.unit == "1" ? "" : " " + gap.unit;
   std::string svg = svg_text(kNamesEnd - 12, y + kBarStep + 4, "end", gap.of, "font-weight=\"600\"");
@@ -44,15 +45,15 @@ std::string bars_of(const Gap& gap, double y) {
        {std::pair{gap.before, report::kFixColour}, std::pair{gap.after, report::kOdometryColour}}) {
     const double width = drawable(value) * scale;
     svg += svg_bar(kNamesEnd, top, width, kBar, colour);
-    svg += svg_text(std::max(kNamesEnd + width, kNamesEnd + drawable(gap.floor) * scale) + 8, top + kBar - 2, "start",
+    svg += svg_text(std::max(kNamesEnd + width, kNamesEnd + floor * scale) + 8, top + kBar - 2, "start",
                     plain_number(value) + unit);
     top += kBarStep;
   }
-  const double floor_x = kNamesEnd + drawable(gap.floor) * scale;
+  if (!gap.floor) return svg;
   return svg + fmt::format(
                    "<path d=\"M{0:.1f},{1:.1f}V{2:.1f}\" stroke=\"{3}\" stroke-width=\"2\" "
                    "stroke-dasharray=\"4 3\"/>\n",
-                   floor_x, y - 5, y + kBarStep + kBar + 5, report::kTruthColour);
+                   kNamesEnd + floor * scale, y - 5, y + kBarStep + kBar + 5, report::kTruthColour);
 }
 
 std::string legend() {
@@ -86,16 +87,21 @@ std::string drawing_of(const std::vector<Gap>& gaps) {
 
 std::string gaps_html(const Comparison& comparison) {
   if (comparison.gaps.empty()) return html::text("p", "No gap was measured.");
-  html::Table table("The same in numbers", html::head_row({"gap", "unit", "before", "after", "floor", "unexplained"}));
+  html::Table table("The same in numbers",
+                    html::head_row({"gap", "unit", "before", "after", "floor", "unexplained", "unnamed"}));
+  const auto share = [](const std::optional<double>& value) {
+    return value ? escape(percent(*value)) : std::string("\u2013");
+  };
   for (const Gap& gap : comparison.gaps) {
     table.add({escape(gap.of), escape(gap.unit), escape(plain_number(gap.before)), escape(plain_number(gap.after)),
-               escape(plain_number(gap.floor)), gap.unexplained ? escape(percent(*gap.unexplained)) : "\u2013"});
+               escape(plain_number(gap.floor)), share(gap.unexplained), share(gap.unnamed)});
   }
   const std::string caption =
       html::text("strong", "How far the real run is from what it would be without any difference.") +
       escape(
           " Each gap has its own scale. Floor: what the simulation has, or what noise leaves. Unexplained: the "
-          "part of the gap that no source that was found accounts for.");
+          "part of the gap that is left after the correction. Unnamed: the part that the correction takes away by "
+          "numbers that no source names as different.");
   return html::element("figure", drawing_of(comparison.gaps) + html::element("figcaption", caption),
                        "class=\"wide\" id=\"gap-bars\"") +
          table.str();

@@ -31,9 +31,10 @@ std::string lights_sentence(const Comparison& comparison) {
     return std::count_if(comparison.rows.begin(), comparison.rows.end(),
                          [&](const Row& row) { return row.light == light; });
   };
-  const std::array<std::pair<Light, const char*>, 3> kMeanings{{{Light::kGreen, "within the limit"},
+  const std::array<std::pair<Light, const char*>, 4> kMeanings{{{Light::kGreen, "within the limit"},
                                                                 {Light::kAmber, "within twice the limit"},
-                                                                {Light::kRed, "beyond twice the limit"}}};
+                                                                {Light::kRed, "beyond twice the limit"},
+                                                                {Light::kCannotTell, "with a sigma above the limit"}}};
   std::string text;
   for (const auto& [light, meaning] : kMeanings) {
     text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ", light_html(light), count(light), meaning);

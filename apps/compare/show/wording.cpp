@@ -164,6 +164,8 @@ std::string light_html(Light light) {
       return "<span class=\"light amber\">\u25b2\u00a0amber</span>";
     case Light::kRed:
       return "<span class=\"light red\">\u25a0\u00a0red</span>";
+    case Light::kCannotTell:
+      return "<span class=\"light\">?\u00a0cannot\u00a0tell</span>";
     case Light::kNone:
       break;
   }
