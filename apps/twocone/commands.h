@@ -16,6 +16,12 @@ class CommandFailed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// All was done, but the data do not tell what was asked: main() prints the lines and exits with 3.
+class CannotTell : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// The call itself is wrong: main() prints the line and exits with 2.
 class BadUsage : public std::runtime_error {
  public:

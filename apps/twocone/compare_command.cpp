@@ -17,6 +17,7 @@
 #include "apps/runs/disk.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
 
 namespace twocone::cli {
@@ -83,19 +84,28 @@ void write_robots(const Options& options, const compare::Outcome& outcome) {
 }
 
 void judge(const Options& options, const compare::Comparison& comparison) {
-  std::string beyond;
+  std::string beyond, untold;
+  const auto add = [](std::string& to, const compare::Row& row, const std::string& what) {
+    to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", row.stage, row.name, what);
+  };
   for (const compare::Row& row : comparison.rows) {
     const auto asked = options.limits.find(row.limit_key);
     if (asked == options.limits.end() || !asked->second) continue;
     if (!row.gap) {
-      beyond += fmt::format("{}{}, {}: there is no number{}", beyond.empty() ? "" : "\n  ", row.stage, row.name,
-                            row.note.empty() ? "" : " (" + row.note + ")");
+      add(untold, row, "there is no number" + (row.note.empty() ? "" : " (" + row.note + ")"));
+    } else if (row.light == compare::Light::kCannotTell) {
+      add(untold, row,
+          fmt::format("{:.4g} +- {:.4g} {}, limit {:g}", *row.gap, *row.gap_sigma, row.unit, *asked->second));
     } else if (*row.gap > *asked->second) {
-      beyond += fmt::format("{}{}, {}: {:.4g} {}, limit {:g}", beyond.empty() ? "" : "\n  ", row.stage, row.name,
-                            *row.gap, row.unit, *asked->second);
+      const std::string sigma = row.gap_sigma ? fmt::format(" +- {:.4g}", *row.gap_sigma) : "";
+      add(beyond, row, fmt::format("{:.4g}{} {}, limit {:g}", *row.gap, sigma, row.unit, *asked->second));
     }
   }
-  if (!beyond.empty()) throw CommandFailed("beyond its limit: " + beyond);
+  if (!untold.empty()) untold = "cannot be told: " + untold;
+  if (!beyond.empty()) {
+    throw CommandFailed("beyond its limit: " + beyond + (untold.empty() ? "" : "\n" + untold));
+  }
+  if (!untold.empty()) throw CannotTell(untold);
 }
 
 void execute(Options options) {
@@ -146,7 +156,7 @@ void execute(Options options) {
     if (written) {
       fmt::print("page    {}\n", (options.out / "compare.html").string());
     } else {
-      fmt::print(stderr, "note: no page: {}\n", written.error().message);
+      say(fmt::format("note: no page: {}", written.error().message));
     }
   }
   if (!options.write_robot.empty()) write_robots(options, *outcome);
@@ -194,6 +204,10 @@ void add_compare(CLI::App& program) {
                      fmt::format("Fail beyond this: {} (light's limit: {:g})", kind.what, kind.by_default))
         ->group("Limits");
   }
+  command->footer(
+      "Exit status: 0 done, each --max kept; 1 failed, or a gap is beyond its --max; 2 bad usage; 3 no gap is beyond "
+      "its\n"
+      "--max, but one cannot be told: there is no number, or its sigma exceeds the limit.");
   command->callback([options] { execute(*options); });
 }
 

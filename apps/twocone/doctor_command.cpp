@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/doctor.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/stop_signals.h"
@@ -55,8 +56,7 @@ class Terminal {
     bar_.reset();
     // What was typed before the question is no answer to it.
     ::tcflush(STDIN_FILENO, TCIFLUSH);
-    fmt::print(stderr, "{}", question);
-    std::fflush(stderr);
+    std::fputs(question.c_str(), stderr);
     return read_answer(stop);
   }
   void show(const std::string& what, double share) {
@@ -106,7 +106,7 @@ void add_doctor(CLI::App& program) {
       "doctor", "Check a robot part by part: cameras, pair, drive, stop time; what is wrong, and what to do");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   command->add_option("--seconds", options->doctor.seconds, "How long each camera, and the pair, is measured")
-      ->check(CLI::Range(0.5, 3600.0))
+      ->check(number_within(0.5, 3600))
       ->capture_default_str();
   command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,
                     "Both wheels hang free: turn them without asking. Else it is asked for on the terminal, and\n"

@@ -10,6 +10,7 @@
 #include "apps/foreign/import_run.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 
 namespace twocone::cli {
 namespace {
@@ -38,9 +39,9 @@ void execute(Options options) {
     ProgressBar bar("import");
     imported = foreign::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
   }
-  for (const std::string& event : imported.events) fmt::print(stderr, "{}\n", event);
-  fmt::print(stderr, "{} frames are in {}; next: twocone localise {}\n", imported.frames, options.out.string(),
-             options.out.string());
+  for (const std::string& event : imported.events) say(event);
+  say(fmt::format("{} frames are in {}; next: twocone localise {}", imported.frames, options.out.string(),
+                  options.out.string()));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "apps/runs/run_yaml.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 
 namespace twocone::cli {
 namespace {
@@ -44,7 +45,7 @@ void execute(const Options& options) {
   }
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(*data, notes));
-  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : notes) say(fmt::format("note: {}", note));
 }
 
 }  // namespace

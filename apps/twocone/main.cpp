@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <string>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/runs/version.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
+#include "apps/twocone/standard_streams.h"
 
 namespace {
 
 constexpr int kFailed = 1;
 constexpr int kBadUsage = 2;
+constexpr int kCannotTell = 3;
 
 int complain(const char* what, int status) noexcept {
   std::fputs("twocone: ", stderr);
@@ -24,12 +28,8 @@ int complain(const char* what, int status) noexcept {
 /// CLI11 would only say that a subcommand is required.
 void check_subcommand(const CLI::App& program, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
-  std::string known;
-  for (const CLI::App* command : program.get_subcommands({})) {
-    if (command->get_name() == argv[1]) return;
-    known += (known.empty() ? "" : ", ") + command->get_name();
-  }
-  throw twocone::cli::BadUsage(fmt::format("no subcommand '{}'; there are: {}", argv[1], known));
+  const auto named = program.get_subcommands([&](const CLI::App* c) { return c->get_name() == argv[1]; });
+  if (named.empty()) throw twocone::cli::BadUsage(twocone::cli::no_such_subcommand(program, argv[1]));
 }
 
 int run_program(int argc, char** argv) {
@@ -37,6 +37,7 @@ int run_program(int argc, char** argv) {
   program.set_version_flag("--version", fmt::format("twocone {} ({}) {}", twocone::runs::version(),
                                                     twocone::runs::commit(), twocone::runs::compiler()));
   program.require_subcommand(1);
+  program.formatter(std::make_shared<twocone::cli::HelpFormatter>());  // subcommands inherit it
   twocone::cli::add_run(program);
   twocone::cli::add_localise(program);
   twocone::cli::add_report(program);
@@ -48,27 +49,39 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_doctor(program);
   twocone::cli::add_tradeoff(program);
   twocone::cli::add_compare(program);
+  twocone::cli::add_help(program);
   try {
     check_subcommand(program, argc, argv);
     program.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return program.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return complain(fmt::format("{} (twocone --help tells more)", error.what()).c_str(), kBadUsage);
+    return complain(twocone::cli::explain(program, error).c_str(), kBadUsage);
   }
   return 0;
+}
+
+int run_and_catch(int argc, char** argv) {
+  try {
+    return run_program(argc, argv);
+  } catch (const twocone::cli::BadUsage& error) {
+    return complain(error.what(), kBadUsage);
+  } catch (const twocone::cli::CannotTell& error) {
+    return complain(error.what(), kCannotTell);
+  } catch (const std::exception& error) {
+    // What could not be written is named by main().
+    if (std::ferror(stdout) != 0) return kFailed;
+    return complain(error.what(), kFailed);
+  } catch (...) {
+    return complain("something was thrown that is no exception", kFailed);
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run_program(argc, argv);
-  } catch (const twocone::cli::BadUsage& error) {
-    return complain(error.what(), kBadUsage);
-  } catch (const std::exception& error) {
-    return complain(error.what(), kFailed);
-  } catch (...) {
-    return complain("something was thrown that is no exception", kFailed);
-  }
+  twocone::cli::open_missing_streams();
+  const int status = run_and_catch(argc, argv);
+  const std::string lost = twocone::cli::lost_output();
+  return lost.empty() ? status : complain(lost.c_str(), status == 0 ? kFailed : status);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/twocone/progress_bar.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,26 +11,60 @@
 
 #include <fmt/format.h>
 
+#include "apps/twocone/standard_streams.h"
+
 namespace twocone::cli {
 namespace {
 
-constexpr int kWidth = 30;
+constexpr std::size_t kWidth = 30;
+constexpr std::size_t kLeastWidth = 5;  ///< of a bar that still shows something
+constexpr int kUsualColumns = 80;
 constexpr std::chrono::seconds kQuiet{2};
 constexpr std::chrono::milliseconds kInterval{200};
 
+/// Looked up anew each time: a window may be made narrower while the bar is shown.
+int terminal_columns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsualColumns;
+}
+
 }  // namespace
+
+std::string progress_line(const std::string& what, double done, double spent_s, int columns) {
+  const double share = std::clamp(done, 0.0, 1.0);
+  const std::string percent = fmt::format(" {:3.0f} %", 100 * share);
+  std::string left;
+  // Before a fiftieth is done, an estimate would jump about.
+  if (share > 0.02) {
+    const auto left_s = std::lround(spent_s / share * (1 - share));
+    left = fmt::format(" {}:{:02} left", left_s / 60, left_s % 60);
+  }
+  // A terminal goes to its next line after the last column, where the carriage return does not take it back.
+  const std::size_t room = std::size_t(std::max(columns, 2)) - 1;
+  if (what.size() + percent.size() + left.size() > room) left.clear();
+  if (what.size() + percent.size() > room) return (what + percent).substr(0, room);
+  std::string line = what;
+  const std::size_t spare = room - what.size() - percent.size() - left.size();
+  constexpr std::size_t kBrackets = 3;  // " []"
+  if (spare >= kLeastWidth + kBrackets) {
+    const std::size_t bar = std::min(kWidth, spare - kBrackets);
+    const auto filled = std::size_t(share * double(bar));
+    line += fmt::format(" [{}{}]", std::string(filled, '#'), std::string(bar - filled, '.'));
+  }
+  return line + percent + left;
+}
 
 ProgressBar::ProgressBar(std::string what) : what_(std::move(what)), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 ProgressBar::~ProgressBar() { clear(); }
 
 void ProgressBar::clear() {
-  if (std::exchange(shown_, false)) fmt::print(stderr, "\r\x1b[K");
+  if (std::exchange(shown_, false)) std::fputs("\r\x1b[K", stderr);
 }
 
 void ProgressBar::say(const std::string& line) {
   clear();
-  fmt::print(stderr, "{}\n", line);
+  cli::say(line);
 }
 
 void ProgressBar::show(double done) {
@@ -37,18 +72,8 @@ void ProgressBar::show(double done) {
   if (!terminal_ || now - begin_ < kQuiet || now - last_ < kInterval) return;
   last_ = now;
   shown_ = true;
-  const double share = std::clamp(done, 0.0, 1.0);
   const double spent_s = std::chrono::duration<double>(now - begin_).count();
-  const int filled = static_cast<int>(share * kWidth);
-  // Before a fiftieth is done, an estimate would jump about.
-  std::string left;
-  if (share > 0.02) {
-    const int left_s = static_cast<int>(std::lround(spent_s / share * (1 - share)));
-    left = fmt::format("{}:{:02} left", left_s / 60, left_s % 60);
-  }
-  fmt::print(stderr, "\r{} [{}{}] {:3.0f} % {}\x1b[K", what_, std::string(std::size_t(filled), '#'),
-             std::string(std::size_t(kWidth - filled), '.'), 100 * share, left);
-  std::fflush(stderr);
+  std::fputs(fmt::format("\r{}\x1b[K", progress_line(what_, done, spent_s, terminal_columns())).c_str(), stderr);
 }
 
 }  // namespace twocone::cli

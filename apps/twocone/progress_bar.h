@@ -6,6 +6,10 @@
 
 namespace twocone::cli {
 
+/// "render [######....]  61 % 0:12 left": shorter than `columns`, with a shorter bar or none where that is little.
+/// @param done share, clamped to [0, 1]
+[[nodiscard]] std::string progress_line(const std::string& what, double done, double spent_s, int columns);
+
 /// One line on stderr with a bar and the time left, from two seconds on. Quiet when stderr is no terminal.
 class ProgressBar {
  public:

@@ -11,6 +11,7 @@
 #include "apps/runs/run.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 
 namespace twocone::cli {
 namespace {
@@ -28,7 +29,7 @@ void execute(const std::filesystem::path& folder) {
     settings.progress = [&bar](double done, std::string_view /*next*/) { bar.show(done); };
     result = value_or_fail(report::write_report(data, settings));
   }
-  for (const std::string& note : result->notes) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : result->notes) say(fmt::format("note: {}", note));
   fmt::print("\nreport  {}\n", result->html.string());
 }
 

@@ -13,8 +13,10 @@
 #include "apps/report/table.h"
 #include "apps/runs/effort.h"
 #include "apps/runs/run.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
 
 namespace twocone::cli {
@@ -64,7 +66,7 @@ void execute(Options options) {
   const runs::RunData data = runs::read_run(options.run.out);
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(data, notes));
-  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : notes) say(fmt::format("note: {}", note));
   fmt::print("\nrun folder  {}\n", options.run.out.string());
 }
 
@@ -88,12 +90,14 @@ void add_run(CLI::App& program) {
       ->check(CLI::IsMember(runs::method_names()));
   command->add_option("--budget-ms", options->budget_ms,
                       "Milliseconds for looking and locating, of each frame: method full refines no longer than that");
-  command->add_option("--seed", options->run.seed, "Of everything random in the run")->capture_default_str();
+  command->add_option("--seed", options->run.seed, "Of everything random in the run")
+      ->check(whole_number())
+      ->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
   command
       ->add_option("--patience", options->patience_s,
                    "Seconds for which a device that fails is put up with, the wheels at rest (real robots)")
-      ->check(CLI::Range(0.0, 86'400.0))
+      ->check(number_within(0, 86'400))
       ->capture_default_str();
   command->add_flag("--truth", options->run.truth,
                     "Also write what each mirror pixel really shows (simulation; 6 renderings a frame)");

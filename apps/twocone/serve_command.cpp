@@ -9,6 +9,7 @@
 #include "apps/files/map_file.h"
 #include "apps/files/to_layers.h"
 #include "apps/twocone/commands.h"
+#include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
 #include "drivers/sim_povray/serve.h"
 
@@ -33,8 +34,8 @@ void execute(const Options& options) {
   const std::atomic<bool>& stop = stop_on_signals();
 
   const Status served = sim_povray::serve_world(
-      place, options.name.empty() ? name_of(options.map) : options.name,
-      [](const std::string& line) { fmt::print(stderr, "{}\n", line); }, stop);
+      place, options.name.empty() ? name_of(options.map) : options.name, [](const std::string& line) { say(line); },
+      stop);
   if (!served) throw CommandFailed(served.error().message);
 }
 

@@ -5,8 +5,8 @@
 
 namespace twocone::cli {
 
-/// From now on SIGINT and SIGTERM set what is returned, so that the work can end in good order; a second one ends the
-/// program at once.
+/// From now on SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set what is returned, so that the work
+/// can end in good order; a second one ends the program at once.
 const std::atomic<bool>& stop_on_signals();
 
 }  // namespace twocone::cli

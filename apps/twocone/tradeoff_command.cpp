@@ -18,8 +18,10 @@
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/sweep_folder.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
+#include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
 
 namespace twocone::cli {
@@ -150,7 +152,7 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
   if (drawn) {
     fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
   } else if (drawn.error().code == ErrorCode::kUnavailable) {
-    fmt::print(stderr, "note: no pictures: {}\n", drawn.error().message);
+    say(fmt::format("note: no pictures: {}", drawn.error().message));
     fmt::print("\ntable   {}\n", (folder.path() / "tradeoff.csv").string());
   } else {
     throw CommandFailed(drawn.error().message);
@@ -192,7 +194,7 @@ void execute(Options options) {
                                     ranges_of(missing)));
   }
   if (!missing.empty() && missing.size() < all) {
-    fmt::print(stderr, "{} of {} shards are there already\n", all - missing.size(), all);
+    say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
   }
   run_missing(options, subject, folder, missing, stop);
   sweep_and_choose(options, subject, folder, stop);
@@ -208,7 +210,9 @@ void add_tradeoff(CLI::App& program) {
   command->add_option("--out", options->out,
                       "Folder of the sweep; one that holds a part of it is gone on with\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");
-  command->add_option("--seed", options->plan.seed, "Of everything random in the sweep")->capture_default_str();
+  command->add_option("--seed", options->plan.seed, "Of everything random in the sweep")
+      ->check(whole_number())
+      ->capture_default_str();
   command->add_option("--legs", options->plan.legs, "Places at which the cheapest pictures are taken")
       ->check(CLI::Range(3, 100'000))
       ->capture_default_str();

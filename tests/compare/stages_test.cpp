@@ -91,7 +91,11 @@ TEST_F(Rows, EveryLimitIsUsedAndEveryKeyIsALimit) {
 TEST_F(Rows, OfTwoEqualRunsNoLightIsBeyondGreen) {
   const auto all = rows();
   EXPECT_GT(std::count_if(all.begin(), all.end(), [](const Row& r) { return r.light == Light::kGreen; }), 10);
-  for (const Row& r : all) EXPECT_TRUE(r.light == Light::kGreen || r.light == Light::kNone) << r.name;
+  for (const Row& r : all) {
+    // Of so few frames, no share of a hundredth can be told.
+    const bool is_share = r.limit_key == "lost-percent";
+    EXPECT_TRUE(r.light == Light::kNone || r.light == (is_share ? Light::kCannotTell : Light::kGreen)) << r.name;
+  }
 }
 
 TEST_F(Rows, StagesFollowTheWayFromPictureToPose) {

@@ -136,6 +136,14 @@ expect 'compare with too few frames' 2 'frames: Value 3 not in range' bash -c 'c
 expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none --out "$work/file"
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
+expect 'misspelt option' 2 "unknown option '--frame', did you mean --frames\\? \\(see twocone run --help\\)" "$twocone" run --robot robots/small.yaml --frame 3
+expect 'words that nothing takes' 2 "nothing is expected at 'one' 'two' 'three'" "$twocone" run --robot robots/small.yaml one two three
+expect 'misspelt subcommand' 2 "no subcommand 'calibrat', did you mean calibrate\\?" "$twocone" calibrat
+expect 'negative seed' 2 "seed: '-1' must be a whole number from 0 to 18446744073709551615" "$twocone" run --robot robots/small.yaml --seed -1
+expect 'seed that no type holds' 2 "seed: '9{23}' must be a whole number" "$twocone" tradeoff --robot robots/small.yaml --seed 99999999999999999999999
+expect 'patience that is no number' 2 "patience: 'nan' must be a number from 0" "$twocone" run --robot robots/small.yaml --patience nan
+printf 'name: tab\n\tmap: x\n' >robots/tab.yaml
+expect 'robot file indented by a tab' 1 'tab.yaml:2: the line is indented by a tab' bash -c 'run --robot robots/tab.yaml'
 expect 'no robot' 2 'robot' "$twocone" run
 expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many
 expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 0

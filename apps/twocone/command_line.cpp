@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/twocone/command_line.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/files/suggestion.h"
+#include "apps/twocone/commands.h"
+
+namespace twocone::cli {
+namespace {
+
+/// files::nearest() takes an underscore for the sign before a unit.
+std::string underscored(std::string_view name) {
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '-', '_');
+  return text;
+}
+
+/// The option of `command` that was probably meant by `word`: --budget_ms, -seed.
+std::optional<std::string> option_meant(const CLI::App& command, std::string_view word) {
+  word = word.substr(0, word.find('='));
+  word.remove_prefix(std::min(word.find_first_not_of('-'), word.size()));
+  std::vector<std::string> names, known;
+  for (const CLI::Option* const option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      names.push_back(name);
+      known.push_back(underscored(name));
+    }
+  }
+  const std::optional<std::string> found = files::nearest(underscored(word), known);
+  if (!found) return std::nullopt;
+  return "--" + names[std::size_t(std::find(known.begin(), known.end(), *found) - known.begin())];
+}
+
+/// CLI11's words, but for "--robot: 1 required TEXT missing".
+std::string what_of(const CLI::ParseError& error) {
+  std::string what = error.what();
+  const std::size_t at = what.find(": 1 required ");
+  if (at == std::string::npos || !what.ends_with(" missing")) return what;
+  return what.substr(0, at) + " needs a value";
+}
+
+bool is_option(const std::string& word) { return word.size() > 1 && word.starts_with('-') && word != "--"; }
+
+std::vector<std::string> subcommand_names(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const CLI::App* const command : program.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+}  // namespace
+
+std::string HelpFormatter::make_option_usage(const CLI::Option* option) const {
+  const std::string name = make_option_name(option, true);
+  const int least = option->get_required() ? std::max(1, option->get_expected_min()) : 0;
+  std::string text;
+  const auto add = [&text](const std::string& word) { text += (text.empty() ? "" : " ") + word; };
+  if (option->get_expected_max() >= CLI::detail::expected_max_vector_size) {
+    add(least > 0 ? name + "..." : "[" + name + "...]");
+    return text;
+  }
+  for (int i = 0; i < std::max(1, option->get_expected_max()); ++i) add(i < least ? name : "[" + name + "]");
+  return text;
+}
+
+std::string explain(const CLI::App& program, const CLI::ParseError& error) {
+  const auto chosen = program.get_subcommands();
+  const bool is_program = chosen.empty() || program.remaining_size() > 0;
+  const CLI::App& command = is_program ? program : *chosen.front();
+  std::string text, words;
+  for (const std::string& word : command.remaining()) {
+    if (is_option(word)) {
+      const auto meant = option_meant(command, word);
+      text += fmt::format("{}unknown option '{}'{}", text.empty() ? "" : "; ", word,
+                          meant ? fmt::format(", did you mean {}?", *meant) : "");
+    } else {
+      words += fmt::format(" '{}'", word);
+    }
+  }
+  // What stands behind an unknown option is probably its value.
+  if (text.empty() && !words.empty()) text = "nothing is expected at" + words;
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) {
+    text += fmt::format("{}{}", text.empty() ? "" : "; ", what_of(error));
+  }
+  return fmt::format("{} (see twocone {}--help)", text, is_program ? "" : command.get_name() + " ");
+}
+
+std::string no_such_subcommand(const CLI::App& program, std::string_view word) {
+  const std::vector<std::string> known = subcommand_names(program);
+  const auto meant = files::nearest(word, known);
+  return fmt::format("no subcommand '{}'{}; there are: {}", word,
+                     meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", "));
+}
+
+void add_help(CLI::App& program) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* command = program.add_subcommand("help", "Print what a subcommand does, and its options");
+  command->add_option("COMMAND", *name, "Subcommand; none: what there is");
+  command->callback([&program, name] {
+    const CLI::App* asked = &program;
+    std::string usage = "twocone";
+    if (!name->empty()) {
+      const auto commands = program.get_subcommands([&name](const CLI::App* c) { return c->get_name() == *name; });
+      if (commands.empty()) throw BadUsage(no_such_subcommand(program, *name));
+      asked = commands.front();
+      usage += " " + *name;
+    }
+    fmt::print("{}", program.get_formatter()->make_help(asked, usage, CLI::AppFormatMode::Normal));
+  });
+}
+
+CLI::Validator whole_number() {
+  return CLI::Validator(
+      [](std::string& text) {
+        std::uint64_t number = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error == std::errc() && end == text.data() + text.size()) return std::string();
+        return fmt::format("'{}' must be a whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
+      },
+      "");
+}
+
+CLI::Validator number_within(double least, double greatest) {
+  return CLI::Validator(
+      [least, greatest](std::string& text) {
+        double number = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, number);
+        if (is_number && number >= least && number <= greatest) return std::string();
+        return fmt::format("'{}' must be a number from {} to {}", text, least, greatest);
+      },
+      fmt::format("in [{} - {}]", least, greatest));
+}
+
+}  // namespace twocone::cli

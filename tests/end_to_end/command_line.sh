@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# What a person meets on the command line besides wrong input: help, output that cannot be written, a terminal that is
+# closed, what of two equal runs is the same.
+#   command_line.sh TWOCONE SOURCE_DIR
+. "$(dirname "$0")/common.sh"
+small=$source_dir/tests/end_to_end/data/small.yaml
+
+# gives NAME STATUS PATTERN COMMAND...: the pattern, in what is said on stdout and stderr together
+gives() {
+  local name=$1 status=$2 pattern=$3 got=0
+  shift 3
+  timeout 100 "$@" >"$work/said" 2>&1 </dev/null || got=$?
+  printf '%-34s exit %d  %s\n' "$name" "$got" "$(head -n 1 "$work/said" | sed "s|$work|...|g")"
+  [ "$got" -eq "$status" ] || fail "$name: exit $got, wanted $status: $(cat "$work/said")"
+  grep -qE -- "$pattern" "$work/said" || fail "$name: nothing matches '$pattern': $(cat "$work/said")"
+}
+
+# ---- help
+gives 'help' 0 '^Usage: twocone \[OPTIONS\] SUBCOMMAND' "$twocone" help
+gives 'help of a command' 0 '^Usage: twocone compare \[OPTIONS\] RUN \[RUN\]$' "$twocone" help compare
+gives 'help of no command' 2 "no subcommand 'localize', did you mean localise\?" "$twocone" help localize
+for command in run localise report serve effects calibrate import devices doctor tradeoff compare; do
+  "$twocone" help "$command" >"$work/help" || fail "help $command: exit $?"
+  "$twocone" "$command" --help | cmp -s - "$work/help" || fail "help $command is not what $command --help prints"
+done
+
+# ---- output that cannot be written
+gives 'help onto a full disk' 1 'cannot write to standard output: No space left' bash -c '"$1" help >/dev/full' _ "$twocone"
+gives 'help onto nothing' 1 'cannot write to standard output' bash -c '"$1" help >&-' _ "$twocone"
+gives 'run onto a full disk' 1 'cannot write to standard output: No space left' \
+  bash -c '"$1" run --robot "$2" --frames 4 --behaviour still --seed 7 --out "$3/full" >/dev/full' _ "$twocone" "$small" "$work"
+[ "$(wc -l <"$work/full/ranges.csv")" -gt 12 ] || fail 'run onto a full disk: its folder lacks tables'
+# Standard output and error are closed: no file of the run may take their numbers.
+bash -c '"$1" run --robot "$2" --frames 4 --behaviour still --seed 7 --out "$3/closed" >&- 2>&- <&-' _ "$twocone" "$small" "$work"
+[ $? -eq 1 ] || fail 'run onto nothing: exit status is not 1'
+
+# ---- of two equal runs, only times of the machine differ
+for run in full closed; do
+  cp -r "$work/$run" "$work/$run.timeless"
+  find "$work/$run.timeless" -name effort.csv -delete
+  sed -i 's/,[^,]*$//' "$work/$run.timeless/frames.csv"
+  find "$work/$run.timeless" \( -name run.yaml -o -name summary.json \) -exec sed -i -E '/(wall_s|render_wait_s|own_cpu_s|render_cpu_s)"?:/d' {} +
+done
+diff -r "$work/full.timeless" "$work/closed.timeless" >"$work/differences" || fail "equal runs differ: $(head "$work/differences")"
+
+# ---- README shows each kind of line that a run prints
+"$twocone" localise "$work/full" >"$work/table" 2>&1 || fail "localise: $(cat "$work/table")"
+grep -oE '^[A-Z][A-Za-z -]+' "$work/table" | sort -u | while read -r label; do
+  grep -qF -- "$label" "$source_dir/README.md" || echo "$label"
+done >"$work/labels"
+[ -s "$work/labels" ] && fail "README does not show these lines of a run's table: $(cat "$work/labels")"
+[ "$(grep -cE '^[A-Z]' "$work/table")" -gt 5 ] || fail "a table of few lines: $(cat "$work/table")"
+
+# ---- what belongs to another place
+sed "s|^map: .*|map: $source_dir/scenes/hall.map.yaml|" "$small" >"$work/elsewhere.yaml"
+gives 'localise by another map' 1 'hall.map.yaml has other landmarks than .*lab.map.yaml' \
+  "$twocone" localise "$work/full" --robot "$work/elsewhere.yaml" --out "$work/localised"
+[ -e "$work/localised" ] && fail 'localise by another map: something was left behind'
+sed -E "s|^map: .*|map: $source_dir/scenes/hall.map.yaml|; s/width_px: [0-9]+/width_px: 160/; s/height_px: [0-9]+/height_px: 120/" \
+  "$source_dir/robots/hall_sim.yaml" >"$work/hall.yaml"
+"$twocone" run --robot "$work/hall.yaml" --frames 4 --behaviour still --out "$work/hall" >"$work/said" 2>&1 ||
+  fail "a run in the hall: $(cat "$work/said")"
+gives 'compare of two rooms' 1 'lab.map.yaml.* and .*hall.map.yaml.* are not of one room' \
+  "$twocone" compare "$work/full" "$work/hall" --out "$work/comparison"
+gives 'compare with another room' 1 'hall.map.yaml is not of the room of .*lab.map.yaml' \
+  "$twocone" compare "$work/full" --scene "$source_dir/scenes/hall.map.yaml" --out "$work/rendered"
+
+# ---- a terminal that is closed
+# hang_up FOLDER COMMAND...: SIGHUP after the first finished frame; leaves the exit status in $status
+hang_up() {
+  local folder=$1
+  shift
+  "$@" >"$work/said" 2>&1 &
+  local pid=$!
+  for _ in $(seq 600); do [ "$(cat "$folder/frames.csv" 2>/dev/null | wc -l)" -ge 2 ] && break; sleep 0.1; done
+  kill -HUP "$pid"
+  for _ in $(seq 300); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
+  kill -0 "$pid" 2>/dev/null && { fail "hang-up: not over within 30 s"; kill -9 "$pid"; }
+  wait "$pid"
+  status=$?
+}
+# Who runs this may ignore the signal, and that is inherited.
+hang_up "$work/hung" env --default-signal=HUP "$twocone" run --robot "$small" --frames 100000 --behaviour still --out "$work/hung"
+[ "$status" -ne 0 ] || fail 'hang-up: exit status 0'
+# A program that the signal itself ends has no last word.
+grep -q 'twocone: .*[0-9] frames' "$work/said" || fail "hang-up: the run did not end in good order: $(cat "$work/said")"
+hang_up "$work/nohup" nohup "$twocone" run --robot "$small" --frames 30 --behaviour still --out "$work/nohup"
+[ "$status" -eq 0 ] || fail "hang-up, ignored: exit $status: $(cat "$work/said")"
+grep -q '30 of 30 frames' "$work/said" || fail "hang-up, ignored: the run was cut off: $(cat "$work/said")"
+finish
