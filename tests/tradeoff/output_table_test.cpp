@@ -82,7 +82,7 @@ TEST(Table, ShowsEverySettingOfAFrontierByRisingSimulationTime) {
 }
 
 TEST(Table, BearingsOfMethodPaperAreNotUsed) {
-  EXPECT_THAT(line_after(table(a_sweep()), "method paper, as measured here:"), HasSubstr("scene paper     6 no "));
+  EXPECT_THAT(line_after(table(a_sweep()), "method paper, as measured here:"), HasSubstr("scene paper     6  no "));
 }
 
 TEST(Table, ShowsTheBaselineAtTheRobotsOwnSizeAndTheRobotFileAsItIs) {
