@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/files/file_error.h"
 #include "apps/files/polygon.h"
 #include "apps/files/text_file.h"
 #include "apps/files/yaml_reader.h"
@@ -159,6 +160,10 @@ void read_effects(Section& map, SceneEffects& effects) {
 }  // namespace
 
 Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
+  if (node.IsDefined() && node.IsMap() && node["rig"] && !node["landmarks"]) {
+    throw FileError(
+        fmt::format("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string()));
+  }
   Reading reading(node, file);
   Section& root = reading.root();
   Map map;

@@ -175,6 +175,10 @@ Section* read_effects(Section& root, Effects& effects) {
 }  // namespace
 
 Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
+  if (node.IsDefined() && node.IsMap() && node["landmarks"] && !node["rig"]) {
+    throw FileError(fmt::format("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
+                                file.filename().string()));
+  }
   Reading reading(node, file);
   Section& root = reading.root();
   Robot robot;

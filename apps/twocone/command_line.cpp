@@ -88,7 +88,9 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   }
   // What stands behind an unknown option is probably its value.
   if (text.empty() && !words.empty()) text = "nothing is expected at" + words;
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr) {
+  // Words that follow an unknown option may be what another one complains about.
+  const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  if (text.empty() || is_missing) {
     text += fmt::format("{}{}", text.empty() ? "" : "; ", what_of(error));
   }
   return fmt::format("{} (see twocone {}--help)", text, is_program ? "" : command.get_name() + " ");

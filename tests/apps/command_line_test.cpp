@@ -56,6 +56,8 @@ TEST(CommandLine, AnUnknownOptionNamesTheOneThatWasMeantAndTheRightHelp) {
   EXPECT_EQ(answer("run --robot f --teleport 7"), "unknown option '--teleport' (see twocone run --help)");
   EXPECT_EQ(answer("run --robt f"),
             "unknown option '--robt', did you mean --robot?; --robot is required (see twocone run --help)");
+  EXPECT_EQ(answer("compare a b --job 3"), "unknown option '--job' (see twocone compare --help)")
+      << "the 3 is its value, not a third run";
   EXPECT_EQ(answer("--quick run --robot f"), "unknown option '--quick' (see twocone --help)");
 }
 

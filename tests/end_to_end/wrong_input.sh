@@ -142,6 +142,8 @@ expect 'misspelt subcommand' 2 "no subcommand 'calibrat', did you mean calibrate
 expect 'negative seed' 2 "seed: '-1' must be a whole number from 0 to 18446744073709551615" "$twocone" run --robot robots/small.yaml --seed -1
 expect 'seed that no type holds' 2 "seed: '9{23}' must be a whole number" "$twocone" tradeoff --robot robots/small.yaml --seed 99999999999999999999999
 expect 'patience that is no number' 2 "patience: 'nan' must be a number from 0" "$twocone" run --robot robots/small.yaml --patience nan
+expect 'a map for a robot file' 1 'lab.map.yaml: is a map; a robot file is wanted' bash -c 'run --robot scenes/lab.map.yaml'
+expect 'a robot file for a map' 1 'small.yaml: is a robot file; a map is wanted' "$twocone" serve --scene robots/small.yaml
 printf 'name: tab\n\tmap: x\n' >robots/tab.yaml
 expect 'robot file indented by a tab' 1 'tab.yaml:2: the line is indented by a tab' bash -c 'run --robot robots/tab.yaml'
 expect 'no robot' 2 'robot' "$twocone" run

@@ -32,7 +32,7 @@ class Table {
   // ---- rendering
 
   void rendering() {
-    called(Feature::kReflection, "reflection depth", "reflection", "map effects.reflection_depth",
+    called(Feature::kReflection, "reflection depth", "`reflection`", "map effects.reflection_depth",
            "a ray per mirroring");
     if (rows_.back().on) {
       const bool changed = place_.switches.reflection_depth.has_value();
@@ -41,18 +41,19 @@ class Table {
       rows_.back().reason +=
           fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
     }
-    called(Feature::kShadows, "shadows", "light_source` with shadows", "map effects.shadows", "a ray per light",
+    called(Feature::kShadows, "shadows", "`light_source` with shadows", "map effects.shadows", "a ray per light",
            "map.effects.shadows");
-    called(Feature::kTransparency, "refraction, transparency", "transmit`, `filter` or `ior", "the scene",
+    called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "the scene",
            "a ray per surface");
-    called(Feature::kAreaLights, "area lights", "area_light", "map effects.area_lights", "many rays per light",
+    called(Feature::kAreaLights, "area lights", "`area_light`", "map effects.area_lights", "many rays per light",
            "map.effects.area_lights");
-    called(Feature::kMedia, "media", "media` or `fog", "map effects.media", "samples on each ray", "map.effects.media");
-    called(Feature::kPhotons, "photons", "photons", "map effects.photons", "photons per picture",
+    called(Feature::kMedia, "media", "`media` or `fog`", "map effects.media", "samples on each ray",
+           "map.effects.media");
+    called(Feature::kPhotons, "photons", "`photons`", "map effects.photons", "photons per picture",
            "map.effects.photons");
-    called(Feature::kRadiosity, "radiosity", "radiosity", "map effects.radiosity", "light is gathered",
+    called(Feature::kRadiosity, "radiosity", "`radiosity`", "map effects.radiosity", "light is gathered",
            "map.effects.radiosity");
-    called(Feature::kSubsurface, "subsurface light", "subsurface", "the scene", "many rays per point");
+    called(Feature::kSubsurface, "subsurface light", "`subsurface`", "the scene", "many rays per point");
 
     EffectRow row{"rendering", "anti-aliasing", false, "", "robot cameras", "n x n rays at edges"};
     std::vector<std::string> names;
@@ -82,7 +83,7 @@ class Table {
       row.on = true;
       row.reason = choice_.calls.unread.front();
     } else {
-      row.reason = fmt::format("no `{}` in {}", words, place_.scene.string());
+      row.reason = fmt::format("no {} in {}", words, place_.scene.string());
     }
     rows_.push_back(std::move(row));
   }
