@@ -64,6 +64,11 @@ gives 'compare of two rooms' 1 'lab.map.yaml.* and .*hall.map.yaml.* are not of 
 gives 'compare with another room' 1 'hall.map.yaml is not of the room of .*lab.map.yaml' \
   "$twocone" compare "$work/full" --scene "$source_dir/scenes/hall.map.yaml" --out "$work/rendered"
 
+# ---- what so few frames cannot tell
+gives 'compare, a row that cannot be told' 3 'twocone: cannot be told: timing, lower frames lost: 0 \+- [0-9.]+ %, limit 1' \
+  "$twocone" compare "$work/full" "$work/closed" --no-page --max-lost-percent 1 --out "$work/untold"
+grep -qE 'lower frames lost, % +0.000 +0.000 +[0-9.]+ +1 cannot tell$' "$work/said" || fail "compare: no sigma beside it: $(cat "$work/said")"
+
 # ---- a terminal that is closed
 # hang_up FOLDER COMMAND...: SIGHUP after the first finished frame; leaves the exit status in $status
 hang_up() {

@@ -10,7 +10,7 @@ found A.16b 'distortion_focal_px in rig: and in effects:' 'a pair here, a single
   'either takes a number or a pair; two unequal numbers are refused in effects:, as a simulated lens has one focal length' \
   files/files_test:'RigKeys.ALensComes*:RobotFile.TakesTheFocalLength*:*DistortionOfTwoFocalLengths*'
 found D.4 'compare --max-latency-ms 20 of two equal robots: 23.84 ms, whose sigma is 45 ms' 'status 1, no sigma on the terminal' \
-  'the row cannot tell; status 3; the terminal shows 23.84 +- 45' compare/compare_test:'Light.ASigma*:Rows.ANumberWhoseSigma*:CompareTable.*:CompareJson.*'
+  'the row cannot tell; status 3; the terminal shows 23.84 +- 45' compare/compare_test:'Light.ASigma*:Rows.ANumberWhoseSigma*:CompareTable.*:CompareJson.*' "$command_line"
 found D.5 '--seed -1 and --seed 99999999999999999999999' '18446744073709551615 was used' 'refused, with the range (run and tradeoff)' \
   apps/command_line_test:'CommandLine.ASeed*' "$wrong_input"
 found D.16a 'gap table: odometry 25.3 to 13.9, floor 14.0' 'unexplained 100 %' \
