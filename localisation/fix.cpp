@@ -19,9 +19,16 @@ std::string_view to_string(FixVerdict verdict) {
       return "weak";
     case FixVerdict::kContradictory:
       return "contradictory";
+    case FixVerdict::kOutOfBounds:
+      return "out_of_bounds";
   }
   assert(false);
   return "";
+}
+
+bool is_place(const Fix& fix) {
+  const bool is_given = fix.verdict == FixVerdict::kOk || fix.verdict == FixVerdict::kGap;
+  return is_given && fix.position_m && !fix.other_position_m;
 }
 
 }  // namespace twocone::localisation

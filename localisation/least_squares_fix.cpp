@@ -196,6 +196,13 @@ Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) 
     if (fix.verdict == FixVerdict::kContradictory && is_mild(answer)) fill(fix, problem, answer, frame);
   }
   widen(fix);
+  if (fix.verdict == FixVerdict::kWeak) {
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+      if (!std::binary_search(fix.outliers.begin(), fix.outliers.end(), int(i))) {
+        fix.measurements.push_back(measurements[i]);
+      }
+    }
+  }
   return fix;
 }
 

@@ -11,15 +11,6 @@
 
 namespace twocone::localisation {
 
-/// What was measured of one landmark whose axis stands at a known place of the world.
-struct LandmarkMeasurement {
-  Eigen::Vector2d landmark_m = Eigen::Vector2d::Zero();
-  std::optional<double> range_m;      ///< horizontal, from the body's origin to the landmark's axis, >= 0
-  std::optional<double> bearing_rad;  ///< in the body frame
-  /// Of (range m, bearing rad), positive definite; of what is not measured, row and column are not read.
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
-};
-
 /// Method `full`: position and heading as the maximum of likelihood of all ranges and bearings (Gaussian).
 ///
 /// Closed-form starts (least_squares/starts.h: rigid alignment, squared ranges with both mirror answers, linear

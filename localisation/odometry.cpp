@@ -14,6 +14,9 @@ namespace twocone::localisation {
 double sinc(double x) { return x == 0 ? 1 : std::sin(x) / x; }
 
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m) {
+  if (!(separation_m > 0) || !std::isfinite(separation_m)) {
+    throw std::invalid_argument(fmt::format("drive_arc: separation_m is {}, must be > 0 m", separation_m));
+  }
   const double turn_rad = (right_m - left_m) / separation_m;
   const double chord_m = (left_m + right_m) / 2 * sinc(turn_rad / 2);
   const double course_rad = pose.heading_rad + turn_rad / 2;

@@ -17,7 +17,8 @@ struct Pose {
 double wrap_angle_rad(double angle_rad);
 
 /// `pose` after the wheels' contact points have gone `left_m` and `right_m` along one exact arc (class Odometry), with
-/// `separation_m` between them, > 0.
+/// `separation_m` between them, > 0. Not finite where the way is farther than numbers go.
+/// @throws std::invalid_argument for another separation
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m);
 
 /// sin(x) / x, right to rounding for every x.

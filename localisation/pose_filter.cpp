@@ -1,57 +1,76 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "localisation/pose_filter.h"
 
+#include <cassert>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
+
+#include "localisation/chi_squared.h"
+#include "localisation/covariance.h"
 
 namespace twocone::localisation {
 namespace {
 
-using Measurement = PoseHypothesis::Measurement;
-
-bool is_covariance(const Eigen::Matrix3d& c) { return c.allFinite() && c.diagonal().head<2>().minCoeff() > 0; }
+/// A fix that is consistent with so many more numbers than it has unknowns checks itself: two landmarks never have
+/// them.
+constexpr int kCheckedBy = 2;
 
 /// Nothing where the fix has no covariance that means something.
-std::optional<Measurement> measurement_of(const std::optional<Eigen::Vector2d>& position_m,
-                                          const std::optional<double>& heading_rad,
-                                          const std::optional<Eigen::Matrix3d>& covariance) {
-  if (!position_m || !covariance || !position_m->allFinite() || !is_covariance(*covariance)) return std::nullopt;
-  Measurement m;
-  m.rows = heading_rad ? 3 : 2;
-  if (heading_rad && !(std::isfinite(*heading_rad) && (*covariance)(2, 2) > 0)) return std::nullopt;
-  m.pose << *position_m, heading_rad.value_or(0);
-  m.covariance = *covariance;
-  return m;
-}
-
-/// What a weak fix tells: two directions (without heading: one) at right angles to the unseen one. The error along that
-/// may be anything, and these rows do not see it.
-std::optional<Measurement> measurement_across(const Fix& fix) {
-  if (!fix.unseen_direction || !fix.position_m || !fix.covariance || !fix.covariance->allFinite()) return std::nullopt;
-  const Eigen::Vector3d& unseen = *fix.unseen_direction;
-  Measurement m;
-  m.pose << *fix.position_m, fix.heading_rad.value_or(0);
-  m.covariance = *fix.covariance;
-  m.view.setZero();
-  if (!fix.heading_rad) {
-    m.rows = 1;
-    m.view.row(0) << -unseen.y(), unseen.x(), 0;
-    return m;
+std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Eigen::Vector2d>& position_m,
+                                                          const std::optional<double>& heading_rad,
+                                                          const std::optional<Eigen::Matrix3d>& covariance) {
+  if (!position_m || !covariance || !position_m->allFinite() || (heading_rad && !std::isfinite(*heading_rad))) {
+    return std::nullopt;
   }
-  m.rows = 2;
-  Eigen::Index least = 0;
-  unseen.cwiseAbs().minCoeff(&least);
-  const Eigen::Vector3d first = unseen.cross(Eigen::Vector3d::Unit(least)).normalized();
-  m.view.row(0) = first.transpose();
-  m.view.row(1) = unseen.cross(first).transpose();
-  return m;
+  const bool is_good =
+      heading_rad ? is_covariance<3>(*covariance) : is_covariance<2>(covariance->topLeftCorner<2, 2>());
+  if (!is_good) return std::nullopt;
+  return PoseHypothesis::Measurement{
+      {position_m->x(), position_m->y(), heading_rad.value_or(0)}, *covariance, heading_rad.has_value()};
 }
 
 }  // namespace
+
+std::string_view to_string(FilterState state) {
+  switch (state) {
+    case FilterState::kLost:
+      return "lost";
+    case FilterState::kTracking:
+      return "tracking";
+  }
+  assert(false);
+  return "";
+}
+
+std::string_view to_string(FixUse use) {
+  switch (use) {
+    case FixUse::kStarted:
+      return "started";
+    case FixUse::kTaken:
+      return "taken";
+    case FixUse::kRelocated:
+      return "relocated";
+    case FixUse::kNoFix:
+      return "no_fix";
+    case FixUse::kNoSigma:
+      return "no_sigma";
+    case FixUse::kOutOfBounds:
+      return "out_of_bounds";
+    case FixUse::kUnexpected:
+      return "unexpected";
+    case FixUse::kUndecided:
+      return "undecided";
+    case FixUse::kNotGaussian:
+      return "not_gaussian";
+    case FixUse::kCannotStart:
+      return "cannot_start";
+  }
+  assert(false);
+  return "";
+}
 
 PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) : wheels_(wheels), noise_(noise) {
   std::string bad;
@@ -77,74 +96,111 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
     const double dt_s = t_s - last_->t_s;
     const double left = left_rad - last_->left_rad;
     const double right = right_rad - last_->right_rad;
+    if (!std::isfinite(dt_s) || !std::isfinite(left) || !std::isfinite(right)) {
+      throw std::invalid_argument(fmt::format(
+          "PoseFilter::predict: from {} s, {} rad, {} rad to {} s, {} rad, {} rad is farther than numbers go",
+          last_->t_s, last_->left_rad, last_->right_rad, t_s, left_rad, right_rad));
+    }
     if (believed_) believed_->predict(dt_s, left, right, wheels_, noise_);
-    if (elsewhere_) elsewhere_->predict(dt_s, left, right, wheels_, noise_);
+    try {
+      if (elsewhere_) {
+        elsewhere_->hypothesis.predict(dt_s, left, right, wheels_, noise_);
+        elsewhere_->turn(left, right, wheels_, noise_);
+      }
+    } catch (const std::invalid_argument&) {
+      elsewhere_.reset();  // as vague as numbers go: no place to go on from, and no reason to refuse the reading
+    }
   }
   last_ = {t_s, left_rad, right_rad};
 }
 
-void PoseFilter::correct(const Fix& fix) {
+FixUse PoseFilter::correct(const Fix& fix) {
   switch (fix.verdict) {
-    case FixVerdict::kOk:
-      if (const auto m = measurement_of(fix.position_m, fix.heading_rad, fix.covariance)) {
-        if (m->rows == 3) {
-          correct_by_pose(*m);
-        } else {
-          correct_by_part(*m);
-        }
-      }
-      return;
+    case FixVerdict::kOk: {
+      const auto m = measurement_of(fix.position_m, fix.heading_rad, fix.covariance);
+      if (!m) return FixUse::kNoSigma;
+      return m->has_heading ? correct_by_pose(*m, fix.degrees_of_freedom >= kCheckedBy) : correct_by_position(*m);
+    }
     case FixVerdict::kAmbiguous: {
       const auto one = measurement_of(fix.position_m, fix.heading_rad, fix.covariance);
       const auto other = measurement_of(fix.other_position_m, fix.other_heading_rad, fix.other_covariance);
-      if (!one || !other) return;
-      for (auto* hypothesis : {&believed_, &elsewhere_}) {
-        if (!*hypothesis || (*hypothesis)->expects(*one) == (*hypothesis)->expects(*other)) continue;
-        (*hypothesis)->correct((*hypothesis)->expects(*one) ? *one : *other);
-      }
-      return;
+      return one && other ? correct_by_one_of(*one, *other) : FixUse::kNoSigma;
     }
     case FixVerdict::kWeak:
-      if (const auto m = measurement_across(fix)) correct_by_part(*m);
-      return;
+      if (elsewhere_) elsewhere_->hypothesis.correct(fix);
+      return believed_ ? believed_->correct(fix) : FixUse::kCannotStart;
+    case FixVerdict::kOutOfBounds:
+      return FixUse::kOutOfBounds;
     case FixVerdict::kGap:
     case FixVerdict::kTooFew:
     case FixVerdict::kContradictory:
-      return;
+      return FixUse::kNoFix;
   }
+  assert(false);
+  return FixUse::kNoFix;
 }
 
-void PoseFilter::correct_by_part(const Measurement& m) {
-  for (auto* hypothesis : {&believed_, &elsewhere_}) {
-    if (*hypothesis && (*hypothesis)->expects(m)) (*hypothesis)->correct(m);
-  }
+void PoseFilter::Elsewhere::turn(double left_rad, double right_rad, const WheelGeometry& wheels,
+                                 const OdometryNoise& noise) {
+  const double per_wheel = wheels.radius_m / wheels.separation_m;
+  turned_rad += (right_rad - left_rad) * per_wheel;
+  // Both wheels the worse way, step by step: more than independent errors come to.
+  vague_rad += (noise.slip * (std::abs(left_rad) + std::abs(right_rad)) + noise.angle_rad) * per_wheel;
 }
 
-void PoseFilter::correct_by_pose(const Measurement& m) {
+bool PoseFilter::Elsewhere::shows_turn(const Measurement& m) const {
+  const double mirrored_rad = wrap_angle_rad(m.pose.z() - first.pose.z() + turned_rad);
+  const double variance = first.covariance(2, 2) + m.covariance(2, 2) + vague_rad * vague_rad;
+  return chi_squared_tail(mirrored_rad * mirrored_rad / variance, 1) < kGate;
+}
+
+FixUse PoseFilter::correct_by_one_of(const Measurement& one, const Measurement& other) {
+  const auto correct_one = [&](PoseHypothesis& hypothesis) {
+    const bool expects_one = hypothesis.expects(one);
+    const bool expects_other = hypothesis.expects(other);
+    if (expects_one && expects_other) return FixUse::kUndecided;
+    if (!expects_one && !expects_other) return FixUse::kUnexpected;
+    return hypothesis.correct(expects_one ? one : other) ? FixUse::kTaken : FixUse::kNoSigma;
+  };
+  if (elsewhere_) static_cast<void>(correct_one(elsewhere_->hypothesis));
+  return believed_ ? correct_one(*believed_) : FixUse::kCannotStart;
+}
+
+FixUse PoseFilter::correct_by_position(const Measurement& m) {
+  if (elsewhere_ && elsewhere_->hypothesis.expects(m)) static_cast<void>(elsewhere_->hypothesis.correct(m));
+  if (!believed_) return FixUse::kCannotStart;
+  if (!believed_->expects(m)) return FixUse::kUnexpected;
+  return believed_->correct(m) ? FixUse::kTaken : FixUse::kNoSigma;
+}
+
+FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
   const PoseEstimate told{{m.pose.x(), m.pose.y(), wrap_angle_rad(m.pose.z())}, m.covariance};
   if (!believed_) {
     believed_.emplace(told, noise_);
     state_ = FilterState::kTracking;
-    return;
+    return FixUse::kStarted;
   }
   if (believed_->expects(m)) {
-    believed_->correct(m);
+    if (!believed_->correct(m)) return FixUse::kNoSigma;
     elsewhere_.reset();
     state_ = FilterState::kTracking;
-    return;
+    return FixUse::kTaken;
   }
   state_ = FilterState::kLost;
-  if (elsewhere_ && elsewhere_->expects(m)) {
-    elsewhere_->correct(m);
-    ++elsewhere_fixes_;
+  if (elsewhere_ && elsewhere_->hypothesis.expects(m) && elsewhere_->hypothesis.correct(m)) {
+    ++elsewhere_->fixes;
+    elsewhere_->has_turned = elsewhere_->has_turned || elsewhere_->shows_turn(m);
   } else {
-    elsewhere_.emplace(told, noise_);
-    elsewhere_fixes_ = 1;
+    elsewhere_.emplace(Elsewhere{.hypothesis = PoseHypothesis(told, noise_), .first = m});
   }
-  if (elsewhere_fixes_ < kRelocateAfter) return;
-  believed_ = elsewhere_;
+  elsewhere_->checked += is_checked ? 1 : 0;
+  const bool is_found =
+      elsewhere_->checked >= kRelocateAfter || (elsewhere_->fixes >= kRelocateAfter && elsewhere_->has_turned);
+  if (!is_found) return FixUse::kUnexpected;
+  believed_ = elsewhere_->hypothesis;
   elsewhere_.reset();
   state_ = FilterState::kTracking;
+  return FixUse::kRelocated;
 }
 
 std::optional<PoseEstimate> PoseFilter::estimate() const {

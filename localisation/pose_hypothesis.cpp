@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <stdexcept>
 
+#include <fmt/format.h>
 #include <Eigen/Cholesky>
 
 #include "localisation/chi_squared.h"
+#include "localisation/covariance.h"
+#include "localisation/least_squares/posterior.h"
 #include "localisation/pose_filter.h"
 
 namespace twocone::localisation {
@@ -17,6 +21,7 @@ constexpr int kLeftSlip = 3;
 constexpr int kRightSlip = 4;
 constexpr int kLeftReading = 5;
 constexpr int kRightReading = 6;
+constexpr int kBendState = 7;
 
 /// d sinc(u) / du = (u cos u - sin u) / u^2. Below 0.02 three terms of its series are right to 1e-17, where the
 /// quotient would lose eps / u of the two that cancel.
@@ -29,8 +34,17 @@ double sinc_slope(double u) {
 
 PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise) {
   state_.head<3>() << start.pose.x_m, start.pose.y_m, start.pose.heading_rad;
+  if (!state_.allFinite() || !is_covariance<3>(start.covariance)) {
+    throw std::invalid_argument(
+        fmt::format("PoseHypothesis: x {} m, y {} m, heading {} rad with the variances {} m2, {} m2, {} rad2: must be "
+                    "finite, with a "
+                    "symmetric and positive definite covariance",
+                    start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0),
+                    start.covariance(1, 1), start.covariance(2, 2)));
+  }
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = (start.covariance + start.covariance.transpose()) / 2;
+  covariance_(kBendState, kBendState) = 1;
   covariance_(kLeftSlip, kLeftSlip) = covariance_(kRightSlip, kRightSlip) = noise.slip * noise.slip;
   covariance_(kLeftReading, kLeftReading) = covariance_(kRightReading, kRightReading) =
       noise.angle_rad * noise.angle_rad;
@@ -69,54 +83,100 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   f.block<3, 1>(0, kLeftReading) = by_left_m * r * (1 + state_[kLeftSlip]);
   f.block<3, 1>(0, kRightReading) = by_right_m * r * (1 + state_[kRightSlip]);
   f(kLeftSlip, kLeftSlip) = f(kRightSlip, kRightSlip) = kept;
+  f(kBendState, kBendState) = 1;
 
   // The new readings' errors enter the pose with the sign opposite to the old ones', and become the state's.
-  Eigen::Matrix<double, 7, 2> g = Eigen::Matrix<double, 7, 2>::Zero();
+  Eigen::Matrix<double, 8, 2> g = Eigen::Matrix<double, 8, 2>::Zero();
   g.block<3, 1>(0, 0) = -f.block<3, 1>(0, kLeftReading);
   g.block<3, 1>(0, 1) = -f.block<3, 1>(0, kRightReading);
   g(kLeftReading, 0) = g(kRightReading, 1) = 1;
 
-  Matrix p = f * covariance_ * f.transpose() + noise.angle_rad * noise.angle_rad * g * g.transpose();
+  // The heading's variance on the way: the mean of both ends, more than an error that grows evenly has.
+  const double reading2 = noise.angle_rad * noise.angle_rad;
+  const double heading2 =
+      (covariance_(kHeading, kHeading) + f.row(kHeading).dot(covariance_ * f.row(kHeading).transpose()) +
+       reading2 * g.row(kHeading).squaredNorm()) /
+      2;
+  f.block<3, 1>(0, kBendState) = -kBend * heading2 * way_m * by_way;
+
+  Matrix p = f * covariance_ * f.transpose() + reading2 * g * g.transpose();
   // 1 - kept^2 without cancellation.
   const double renewed = -std::expm1(-2 * dt_s / noise.correlation_s) * noise.slip * noise.slip;
   p(kLeftSlip, kLeftSlip) += renewed;
   p(kRightSlip, kRightSlip) += renewed;
-  covariance_ = (p + p.transpose()) / 2;
-  state_ << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0;
+  // What fixes have told of the bend was of a heading's error that is another now.
+  p(kBendState, kBendState) = 1;
+  Vector next;
+  next << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0,
+      state_[kBendState];
+  next.head<3>() += f.block<3, 1>(0, kBendState) * state_[kBendState];
+  if (!next.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
+    throw std::invalid_argument(
+        fmt::format("PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s is farther than "
+                    "numbers go",
+                    left_rad, right_rad, dt_s));
+  }
+  covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
+  state_ = next;
 }
 
 PoseHypothesis::Difference PoseHypothesis::difference(const Measurement& m) const {
   Difference d{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
   Eigen::Vector3d apart = m.pose - state_.head<3>();
   apart.z() = wrap_angle_rad(apart.z());
-  const auto view = m.view.topRows(m.rows);
-  d.value.head(m.rows) = view * apart;
-  d.covariance.topLeftCorner(m.rows, m.rows) =
-      view * (covariance_.topLeftCorner<3, 3>() + m.covariance) * view.transpose();
+  const int n = m.rows();
+  d.value.head(n) = apart.head(n);
+  d.covariance.topLeftCorner(n, n) = (covariance_.topLeftCorner<3, 3>() + m.covariance).topLeftCorner(n, n);
   return d;
 }
 
 bool PoseHypothesis::expects(const Measurement& m) const {
-  if (m.rows == 0) return true;
   const Difference d = difference(m);
   const Eigen::LLT<Eigen::Matrix3d> llt(d.covariance);
   if (llt.info() != Eigen::Success) return false;
-  return chi_squared_tail(d.value.dot(llt.solve(d.value)), m.rows) >= PoseFilter::kGate;
+  return chi_squared_tail(d.value.dot(llt.solve(d.value)), m.rows()) >= PoseFilter::kGate;
 }
 
-void PoseHypothesis::correct(const Measurement& m) {
-  if (m.rows == 0) return;
+bool PoseHypothesis::correct(const Measurement& m) {
   const Difference d = difference(m);
-  Eigen::Matrix<double, 3, 7> h = Eigen::Matrix<double, 3, 7>::Zero();
-  h.topLeftCorner(m.rows, 3) = m.view.topRows(m.rows);
+  Eigen::Matrix<double, 3, 8> h = Eigen::Matrix<double, 3, 8>::Zero();
+  h.topLeftCorner(m.rows(), m.rows()).setIdentity();
   Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
-  r.topLeftCorner(m.rows, m.rows) = m.view.topRows(m.rows) * m.covariance * m.view.topRows(m.rows).transpose();
-  const Eigen::Matrix<double, 7, 3> gain = d.covariance.llt().solve(h * covariance_).transpose();
+  r.topLeftCorner(m.rows(), m.rows()) = m.covariance.topLeftCorner(m.rows(), m.rows());
+  const Eigen::Matrix<double, 8, 3> gain = d.covariance.llt().solve(h * covariance_).transpose();
   const Matrix left = Matrix::Identity() - gain * h;
   const Matrix p = left * covariance_ * left.transpose() + gain * r * gain.transpose();
-  covariance_ = (p + p.transpose()) / 2;
-  state_ += gain * d.value;
+  return become(state_ + gain * d.value, p);
+}
+
+bool PoseHypothesis::become(const Vector& state, const Matrix& covariance) {
+  const Matrix symmetric = covariance / 2 + covariance.transpose() / 2;
+  if (!state.allFinite() || !symmetric.allFinite() || !(symmetric.diagonal().minCoeff() >= 0) ||
+      !is_covariance<3>(symmetric.topLeftCorner<3, 3>())) {
+    return false;
+  }
+  covariance_ = symmetric;
+  state_ = state;
   state_[kHeading] = wrap_angle_rad(state_[kHeading]);
+  return true;
+}
+
+FixUse PoseHypothesis::correct(const Fix& weak) {
+  using least_squares::Posterior;
+  const Eigen::Matrix3d prior = covariance_.topLeftCorner<3, 3>();
+  const Posterior posterior = least_squares::update({state_.head<3>(), prior}, weak.measurements, weak.widening);
+  if (posterior.kind == Posterior::Kind::kNothing) return FixUse::kNoSigma;
+  // What the measurements contradict each other by is no fault of the prior.
+  const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
+  if (chi_squared_tail(against_prior, 3) < PoseFilter::kGate) return FixUse::kUnexpected;
+  if (posterior.kind == Posterior::Kind::kNotGaussian) return FixUse::kNotGaussian;
+  // The other states follow by what they share with the pose; the form is Joseph's, so it stays positive.
+  const Eigen::Matrix<double, 8, 3> gain = prior.llt().solve(covariance_.topRows<3>()).transpose();
+  Matrix left = Matrix::Identity();
+  left.leftCols<3>() -= gain;
+  const Matrix p = left * covariance_ * left.transpose() + gain * posterior.pose.covariance * gain.transpose();
+  const Vector state = state_ + gain * (posterior.pose.mean - state_.head<3>());
+  return become(state, p) ? FixUse::kTaken : FixUse::kNoSigma;
 }
 
 PoseEstimate PoseHypothesis::estimate() const {

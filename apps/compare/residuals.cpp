@@ -171,7 +171,7 @@ Residuals residuals_of(const Side& side) {
     if (rows.fixes.empty()) continue;
     const runs::FixRow& fix = rows.fixes.front();
     all.outliers += fix.outliers.size();
-    if (!fix.x_m || !fix.y_m) continue;
+    if (!fix.x_m || !fix.y_m || is_out_of_bounds(fix)) continue;
     ++all.with_fix;
     if (side.is_reference_apart && reference) {
       all.fix_m.add(std::hypot(*fix.x_m - reference->x_m, *fix.y_m - reference->y_m));

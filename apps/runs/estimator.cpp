@@ -15,6 +15,7 @@
 #include "apps/files/file_error.h"
 #include "apps/files/to_layers.h"
 #include "apps/runs/adaptive.h"
+#include "apps/runs/map_bounds.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::runs {
@@ -124,6 +125,7 @@ double steady_time_s() {
 
 Estimator::Estimator(Method method, const files::Robot& robot, const files::Map& map, std::function<double()> clock_s)
     : landmarks_m_(files::to_landmark_positions(map)),
+      bounds_(map.bounds),
       lower_size_(robot.lower.width_px, robot.lower.height_px),
       upper_size_(robot.upper.width_px, robot.upper.height_px),
       centres_px_{Eigen::Vector2d(robot.rig.lower.centre_px[0], robot.rig.lower.centre_px[1]),
@@ -166,6 +168,7 @@ void Estimator::answer_by_full(const vision::FullRanging& ranging, const cv::Mat
     answer.fix = std::move(refined.fix);
     answer.effort.localisation_s = refined.localisation_s;
   }
+  check_bounds(bounds_, answer.fix);
   answer.effort.vision_s = thread_time_s() - begin_cpu_s - answer.effort.localisation_s;
   answer.effort.refined = looking.refined();
 }
@@ -231,6 +234,11 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, c
   row.t_s = t_s;
   row.verdict = to_string(fix.verdict);
   for (const int index : fix.outliers) row.outliers.push_back(map.landmarks.at(std::size_t(index)).name);
+  if (fix.unseen_direction) {
+    row.unseen_x = fix.unseen_direction->x();
+    row.unseen_y = fix.unseen_direction->y();
+    row.unseen_heading = fix.unseen_direction->z();
+  }
   if (truth) {
     row.true_x_m = truth->x_m;
     row.true_y_m = truth->y_m;
@@ -245,13 +253,19 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, c
       row.cov_xy_m2 = (*covariance)(0, 1);
       row.var_y_m2 = (*covariance)(1, 1);
       // A fix without a heading has no variance of one either.
-      row.var_heading_rad2 = heading_rad ? std::optional((*covariance)(2, 2)) : std::nullopt;
+      const auto of_heading = [&](int i) { return heading_rad ? std::optional((*covariance)(i, 2)) : std::nullopt; };
+      row.cov_x_heading_m_rad = of_heading(0);
+      row.cov_y_heading_m_rad = of_heading(1);
+      row.var_heading_rad2 = of_heading(2);
     } else {
       row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = row.var_heading_rad2 = std::nullopt;
+      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = std::nullopt;
     }
     row.x_m = position->x();
     row.y_m = position->y();
-    if (truth) row.error_m = std::hypot(position->x() - truth->x_m, position->y() - truth->y_m);
+    // What is no answer has no error either.
+    if (truth && fix.verdict != localisation::FixVerdict::kOutOfBounds)
+      row.error_m = std::hypot(position->x() - truth->x_m, position->y() - truth->y_m);
     rows.fixes.push_back(row);
   }
   if (rows.fixes.empty()) rows.fixes.push_back(row);

@@ -54,7 +54,7 @@ double steady_time_s();
 
 /// Ranging and localisation as the robot file and the map say (files::EstimatorKeys; method paper knows only its
 /// `landmarks`): the same for a live run and for stored pictures. Without a budget the answer is a function of the two
-/// pictures alone.
+/// pictures alone. A fix of method `full` is judged by the map's bounds (map_bounds.h).
 class Estimator {
  public:
   /// @param clock_s seconds; a budget, and Effort::wall_s, are by it
@@ -73,6 +73,7 @@ class Estimator {
                       FrameAnswer& answer) const;
 
   std::vector<Eigen::Vector2d> landmarks_m_;
+  files::Bounds bounds_;
   cv::Size lower_size_;
   cv::Size upper_size_;
   std::array<Eigen::Vector2d, 2> centres_px_;  ///< of lower and upper
@@ -90,8 +91,8 @@ struct AnswerRows {
   std::vector<SightingRow> sightings;
   /// What it took (effort.h).
   std::optional<EffortRow> effort{};
-  /// What the track (track.h) makes of it.
-  std::optional<PoseRow> estimate;
+  /// What the track (track.h) makes of it; estimate.tum, too, is written from it.
+  std::optional<TrackRow> track{};
 };
 /// @param answer ranges in the map's order; its fix's outliers are indices of them
 /// @param truth where the robot really was; null on hardware

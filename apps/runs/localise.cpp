@@ -31,8 +31,8 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
     if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
     answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, run.truth.empty() ? nullptr : &run.truth[i]));
     answers.back().effort = to_row(frame.frame, frame.t_s, answer->effort, budget_of(method, run.robot).has_value());
-    answers.back().estimate =
-        has_odometry(run) ? track.follow(run.drive[i], run.odometry[i], answer->fix) : pose_of(frame.t_s, answer->fix);
+    answers.back().track = has_odometry(run) ? track.follow(frame.frame, run.drive[i], run.odometry[i], answer->fix)
+                                             : track_row(frame.frame, frame.t_s, answer->fix);
     progress(double(i + 1) / double(run.frames.size()));
   }
   const std::string name(to_string(method));

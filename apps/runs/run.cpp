@@ -393,8 +393,7 @@ class Loop {
       if (auto told = write_truths(record, pending.frame); !told) return failed(told.error());
     }
     folder_->add(record, **lower, **upper, others);
-    if (answer->fix.position_m && !answer->fix.other_position_m)
-      belief_.add_fix(record.frame.frame, *answer->fix.position_m);
+    if (is_place(answer->fix)) belief_.add_fix(record.frame.frame, *answer->fix.position_m);
     ++finished_;
     return {};
   }
@@ -402,7 +401,7 @@ class Loop {
   [[nodiscard]] AnswerRows rows_of(const FrameRecord& record, const FrameAnswer& answer, Track& track) const {
     AnswerRows rows =
         to_rows(record.frame.frame, record.frame.t_s, answer, map_, record.truth ? &*record.truth : nullptr);
-    rows.estimate = track.follow(record.drive, record.odometry, answer.fix);
+    rows.track = track.follow(record.frame.frame, record.drive, record.odometry, answer.fix);
     return rows;
   }
 

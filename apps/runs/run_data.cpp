@@ -10,6 +10,7 @@
 #include "apps/files/text_file.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
+#include "localisation/fix.h"
 
 namespace twocone::runs {
 namespace {
@@ -20,6 +21,13 @@ constexpr double kSameInstant_s = 0.5e-3;
 }  // namespace
 
 bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
+
+bool is_out_of_bounds(const FixRow& row) { return row.verdict == to_string(localisation::FixVerdict::kOutOfBounds); }
+
+std::optional<PoseRow> pose_of(const TrackRow& row) {
+  if (!row.x_m || !row.y_m || !row.heading_rad) return std::nullopt;
+  return PoseRow{row.t_s, *row.x_m, *row.y_m, *row.heading_rad};
+}
 
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
   std::vector<PoseRow> sorted = poses;
@@ -93,6 +101,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method,
     run.fixes = read_fixes(results / "fixes.csv");
     run.sightings = read_sightings(results / "sightings.csv");
     run.effort = read_effort(results / "effort.csv");
+    run.track = read_track(results / "track.csv");
   }
   run.estimate = read_poses(results / "estimate.tum");
 
@@ -110,6 +119,7 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method,
   std::erase_if(run.fixes, beyond);
   std::erase_if(run.sightings, beyond);
   std::erase_if(run.effort, beyond);
+  std::erase_if(run.track, beyond);
   std::erase_if(run.estimate,
                 [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
   return run;

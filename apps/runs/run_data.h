@@ -88,6 +88,24 @@ struct FixRow {
   std::optional<double> var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2;
   std::optional<double> true_x_m, true_y_m, error_m;
   std::vector<std::string> outliers;  ///< landmarks whose measurement was found wrong and left out
+  std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{};
+  /// Of `weak`: the unit vector of (x m, y m, heading rad) along which the covariance says nothing.
+  std::optional<double> unseen_x{}, unseen_y{}, unseen_heading{};
+};
+
+/// Whether the position is shown but is no answer: it counts as a frame without a fix.
+bool is_out_of_bounds(const FixRow& row);
+
+/// A row of track.csv: what the robot takes for its pose at a frame, and what became of the frame's fix (track.h).
+struct TrackRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string state{};  ///< of the filter: lost or tracking; empty without a filter
+  std::optional<double> x_m{}, y_m{}, heading_rad{};
+  std::optional<double> var_x_m2{}, cov_xy_m2{}, var_y_m2{};
+  std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{}, var_heading_rad2{};
+  std::string fix{};  ///< its verdict, as in fixes.csv
+  std::string use{};  ///< localisation::FixUse
 };
 
 /// A row of effort.csv: what a frame's answer took (Effort). This table alone is of the machine and the moment: the
@@ -118,6 +136,7 @@ struct RunData {
   std::vector<FixRow> fixes;
   std::vector<SightingRow> sightings;  ///< none of a method that makes none
   std::vector<EffortRow> effort;       ///< none of a run of an older version
+  std::vector<TrackRow> track;         ///< one a frame; none of a run of an older version
   std::vector<PoseRow> truth;          ///< one a frame; empty on hardware
   std::vector<PoseRow> odometry;       ///< one a frame; empty, as drive is, of an imported run without wheels
   std::vector<PoseRow> estimate;
@@ -125,6 +144,9 @@ struct RunData {
 
 /// False: nobody recorded the wheels; drive and odometry are empty.
 bool has_odometry(const RunData& run);
+
+/// A line of estimate.tum; nothing where the track has no pose with a heading.
+std::optional<PoseRow> pose_of(const TrackRow& row);
 
 /// The pose at each of the run's frames, by time; nothing where `poses` has none.
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses);
@@ -137,7 +159,7 @@ std::filesystem::path camera_picture(const std::filesystem::path& run, const std
 /// What read_run takes into memory.
 enum class Tables {
   kAll,
-  kFrames,  ///< not ranges, fixes, sightings and effort, which are the long ones (apps/runs/answer_reader.h)
+  kFrames,  ///< not ranges, fixes, sightings, effort and track, which are the long ones (apps/runs/answer_reader.h)
 };
 
 /// Reads a finished or a cut-off run: a half-written last line of a table is left out, and rows beyond the last frame

@@ -57,7 +57,8 @@ RunFolder::RunFolder(const std::filesystem::path& folder)
       effort_(table(folder / "effort.csv", effort_header())),
       truth_(folder / "truth.tum"),
       odometry_(folder / "odometry.tum"),
-      estimate_(folder / "estimate.tum") {}
+      estimate_(folder / "estimate.tum"),
+      track_(table(folder / "track.csv", track_header())) {}
 
 void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& upper,
                     const std::vector<OtherPicture>& others) {
@@ -78,7 +79,10 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
   if (record.answer.effort) effort_.add(to_line(*record.answer.effort));
   if (record.truth) truth_.add(to_line(*record.truth));
   odometry_.add(to_line(record.odometry));
-  if (record.answer.estimate) estimate_.add(to_line(*record.answer.estimate));
+  if (record.answer.track) {
+    track_.add(to_line(*record.answer.track));
+    if (const auto pose = pose_of(*record.answer.track)) estimate_.add(to_line(*pose));
+  }
   frames_.add(to_line(record.frame));
 }
 
@@ -89,12 +93,15 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
   std::vector<std::string> sightings;
   std::vector<std::string> effort;
   std::vector<std::string> estimate;
+  std::vector<std::string> track;
   for (const AnswerRows& answer : answers) {
     for (const RangeRow& row : answer.ranges) ranges.push_back(to_line(row));
     for (const FixRow& row : answer.fixes) fixes.push_back(to_line(row));
     for (const SightingRow& row : answer.sightings) sightings.push_back(to_line(row));
     if (answer.effort) effort.push_back(to_line(*answer.effort));
-    if (answer.estimate) estimate.push_back(to_line(*answer.estimate));
+    if (!answer.track) continue;
+    track.push_back(to_line(*answer.track));
+    if (const auto pose = pose_of(*answer.track)) estimate.push_back(to_line(*pose));
   }
   make_folder(folder / "methods" / method);
   std::vector<std::filesystem::path> places{folder / "methods" / method};
@@ -104,6 +111,7 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
     write_whole(place / "fixes.csv", text_of(fixes_header(), fixes));
     write_whole(place / "effort.csv", text_of(effort_header(), effort));
     write_whole(place / "estimate.tum", text_of("", estimate));
+    write_whole(place / "track.csv", text_of(track_header(), track));
     if (sightings.empty()) {
       remove_file(place / "sightings.csv");  // another method's, which this one's ranges do not rest on
     } else {
@@ -114,7 +122,7 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
 
 void file_results(const std::filesystem::path& folder, const std::string& method) {
   make_folder(folder / "methods" / method);
-  for (const char* name : {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum"}) {
+  for (const char* name : {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "track.csv"}) {
     write_whole(folder / "methods" / method / name, files::read_text(folder / name));
   }
   if (std::filesystem::exists(folder / "sightings.csv")) {

@@ -44,7 +44,7 @@ class RunFolder {
 
  private:
   std::filesystem::path folder_;
-  LineFile frames_, drive_, ranges_, fixes_, effort_, truth_, odometry_, estimate_;
+  LineFile frames_, drive_, ranges_, fixes_, effort_, truth_, odometry_, estimate_, track_;
   std::optional<LineFile> sightings_;  ///< from the first frame with a sighting on
 };
 

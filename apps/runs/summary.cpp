@@ -150,6 +150,7 @@ std::map<std::uint64_t, FrameFix> fixes_by_frame(const RunData& run) {
   for (const FixRow& row : run.fixes) {
     FrameFix& fix = fixes[row.frame];
     fix.verdict = row.verdict;
+    if (is_out_of_bounds(row)) continue;
     if (row.x_m) fix.position = true;
     if (row.heading_rad) fix.heading = true;
     if (row.error_m) fix.error_m = std::max(fix.error_m.value_or(0), *row.error_m);

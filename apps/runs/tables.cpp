@@ -2,6 +2,7 @@
 #include "apps/runs/tables.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -47,11 +48,15 @@ template <>
 struct Columns<FixRow> {
   static constexpr const char* header =
       "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
-      "outliers";
-  static constexpr std::string_view added = ",outliers";  ///< may be missing: an older version wrote the table
+      "outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading";
+  /// Last columns that tables of older versions lack.
+  static constexpr std::array<std::string_view, 2> added = {
+      ",cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading",
+      ",outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading"};
   static auto of(auto& r) {
     return std::tie(r.frame, r.t_s, r.verdict, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
-                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m, r.outliers);
+                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m, r.outliers, r.cov_x_heading_m_rad,
+                    r.cov_y_heading_m_rad, r.unseen_x, r.unseen_y, r.unseen_heading);
   }
 };
 template <>
@@ -68,6 +73,16 @@ struct Columns<EffortRow> {
   static constexpr const char* header = "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict";
   static auto of(auto& r) {
     return std::tie(r.frame, r.t_s, r.vision_s, r.localisation_s, r.wall_s, r.refined, r.verdict);
+  }
+};
+template <>
+struct Columns<TrackRow> {
+  static constexpr const char* header =
+      "frame,t_s,state,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
+      "var_heading_rad2,fix,use";
+  static auto of(auto& r) {
+    return std::tie(r.frame, r.t_s, r.state, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
+                    r.cov_x_heading_m_rad, r.cov_y_heading_m_rad, r.var_heading_rad2, r.fix, r.use);
   }
 };
 
@@ -112,8 +127,10 @@ TableReader<Row>::TableReader(const std::filesystem::path& file) : file_(file) {
     return;
   }
   if constexpr (Grown<Row>) {
-    if (*header + std::string(Columns<Row>::added) == Columns<Row>::header) {
-      missing_ = std::size_t(std::count(Columns<Row>::added.begin(), Columns<Row>::added.end(), ','));
+    for (const std::string_view added : Columns<Row>::added) {
+      if (*header + std::string(added) == Columns<Row>::header) {
+        missing_ = std::size_t(std::count(added.begin(), added.end(), ','));
+      }
     }
   }
   if (missing_ == 0 && *header != Columns<Row>::header) {
@@ -155,6 +172,7 @@ template class TableReader<RangeRow>;
 template class TableReader<FixRow>;
 template class TableReader<SightingRow>;
 template class TableReader<EffortRow>;
+template class TableReader<TrackRow>;
 
 std::string frames_header() { return Columns<FrameRow>::header; }
 std::string drive_header() { return Columns<DriveRow>::header; }
@@ -162,6 +180,7 @@ std::string ranges_header() { return Columns<RangeRow>::header; }
 std::string fixes_header() { return Columns<FixRow>::header; }
 std::string sightings_header() { return Columns<SightingRow>::header; }
 std::string effort_header() { return Columns<EffortRow>::header; }
+std::string track_header() { return Columns<TrackRow>::header; }
 
 std::string to_line(const FrameRow& row) { return line_of(row); }
 std::string to_line(const DriveRow& row) { return line_of(row); }
@@ -169,6 +188,7 @@ std::string to_line(const RangeRow& row) { return line_of(row); }
 std::string to_line(const FixRow& row) { return line_of(row); }
 std::string to_line(const SightingRow& row) { return line_of(row); }
 std::string to_line(const EffortRow& row) { return line_of(row); }
+std::string to_line(const TrackRow& row) { return line_of(row); }
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
@@ -181,6 +201,7 @@ std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return re
 std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
 std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { return read_table<SightingRow>(file); }
 std::vector<EffortRow> read_effort(const std::filesystem::path& file) { return read_table<EffortRow>(file); }
+std::vector<TrackRow> read_track(const std::filesystem::path& file) { return read_table<TrackRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   std::vector<PoseRow> rows;

@@ -19,6 +19,7 @@ std::string ranges_header();
 std::string fixes_header();
 std::string sightings_header();
 std::string effort_header();
+std::string track_header();
 
 std::string to_line(const FrameRow& row);
 std::string to_line(const DriveRow& row);
@@ -26,6 +27,7 @@ std::string to_line(const RangeRow& row);
 std::string to_line(const FixRow& row);
 std::string to_line(const SightingRow& row);
 std::string to_line(const EffortRow& row);
+std::string to_line(const TrackRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
@@ -50,10 +52,11 @@ class TableReader {
 std::vector<FrameRow> read_frames(const std::filesystem::path& file);
 std::vector<DriveRow> read_drive(const std::filesystem::path& file);
 std::vector<RangeRow> read_ranges(const std::filesystem::path& file);
-/// Also of a run of before fixes named outliers: its table lacks that last column.
+/// Also of older versions, whose tables lack the last columns: outliers, or what follows them.
 std::vector<FixRow> read_fixes(const std::filesystem::path& file);
 std::vector<SightingRow> read_sightings(const std::filesystem::path& file);
 std::vector<EffortRow> read_effort(const std::filesystem::path& file);
+std::vector<TrackRow> read_track(const std::filesystem::path& file);
 std::vector<PoseRow> read_poses(const std::filesystem::path& file);
 
 }  // namespace twocone::runs

@@ -10,7 +10,8 @@
 
 namespace twocone::runs {
 
-/// estimate.tum, frame by frame: what the robot takes for its pose, the fixes of single frames and the wheels together.
+/// track.csv and estimate.tum, frame by frame: what the robot takes for its pose, the fixes of single frames and the
+/// wheels together, and what became of each fix.
 ///
 /// Method `full`: localisation::PoseFilter. Method `paper`: the fix with the odometry's heading, as the paper has no
 /// filter; of two answers nobody knows which is right, and neither is an estimate.
@@ -20,14 +21,15 @@ class Track {
   Track(Method method, const files::Robot& robot);
 
   /// @param drive,odometry of the frame that `fix` was made from; frames come in order
-  std::optional<PoseRow> follow(const DriveRow& drive, const PoseRow& odometry, const localisation::Fix& fix);
+  /// @throws std::invalid_argument as PoseFilter::predict
+  TrackRow follow(std::uint64_t frame, const DriveRow& drive, const PoseRow& odometry, const localisation::Fix& fix);
 
  private:
   std::optional<localisation::PoseFilter> filter_;
 };
 
-/// A fix by itself, for a run without odometry: nothing for one without position or heading, and for one of two
-/// answers.
-std::optional<PoseRow> pose_of(double t_s, const localisation::Fix& fix);
+/// A fix by itself, for a run without odometry: no pose for one without position or heading, for one of two answers,
+/// and for one whose position is not meant to be used (localisation::is_place).
+TrackRow track_row(std::uint64_t frame, double t_s, const localisation::Fix& fix);
 
 }  // namespace twocone::runs

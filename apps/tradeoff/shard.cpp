@@ -294,7 +294,7 @@ class ShardRunner::Impl {
       const runs::FrameAnswer& answer = made.frames[i];
       FrameRow row = row_of(setting, shot, answer);
       row.verdict = localisation::to_string(answer.fix.verdict);
-      if (!answer.fix.other_position_m) {
+      if (!answer.fix.other_position_m && answer.fix.verdict != localisation::FixVerdict::kOutOfBounds) {
         judge(answer.fix.position_m, answer.fix.heading_rad, answer.fix.covariance, shot.truth, row);
       }
       if (bounds[i]) row.bound_m = std::sqrt((*bounds[i])(0, 0) + (*bounds[i])(1, 1));

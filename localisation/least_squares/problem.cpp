@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "localisation/covariance.h"
+
 namespace twocone::localisation::least_squares {
 namespace {
 
@@ -14,7 +16,7 @@ bool is_variance(double v) { return v > 0 && std::isfinite(v); }
 
 double correlation_of(const Eigen::Matrix2d& c) {
   // Roots first: the product of two variances may overflow where the correlation does not.
-  return (c(0, 1) / 2 + c(1, 0) / 2) / std::sqrt(c(0, 0)) / std::sqrt(c(1, 1));
+  return c(0, 1) / std::sqrt(c(0, 0)) / std::sqrt(c(1, 1));
 }
 
 bool is_usable(const LandmarkMeasurement& m) {
@@ -22,7 +24,7 @@ bool is_usable(const LandmarkMeasurement& m) {
   if (!m.landmark_m.allFinite()) return false;
   if (m.range_m && !(std::isfinite(*m.range_m) && *m.range_m >= 0 && is_variance(m.covariance(0, 0)))) return false;
   if (m.bearing_rad && !(std::isfinite(*m.bearing_rad) && is_variance(m.covariance(1, 1)))) return false;
-  return !m.range_m || !m.bearing_rad || std::abs(correlation_of(m.covariance)) < 1;
+  return !m.range_m || !m.bearing_rad || is_covariance<2>(m.covariance);
 }
 
 double weight(const Landmark& l) {

@@ -117,5 +117,12 @@ TEST(WrapAngle, HardCases) {
   EXPECT_TRUE(std::isnan(wrap_angle_rad(std::numeric_limits<double>::infinity())));
 }
 
+// Catches NaN out of wheels that stand on one point.
+TEST(DriveArc, NeedsASeparation) {
+  for (const double separation_m : {0.0, -0.3, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW((void)drive_arc({}, 0.1, 0.2, separation_m), std::invalid_argument) << separation_m;
+  }
+}
+
 }  // namespace
 }  // namespace twocone::localisation

@@ -94,8 +94,11 @@ TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   EXPECT_FALSE(std::filesystem::exists(run.path() / "sightings.csv"));
   record.frame.frame = 1;
   record.answer = sighted;
+  record.answer.track = TrackRow{.frame = 1, .t_s = 0.1, .x_m = 2, .y_m = 3, .heading_rad = 0.5};
   run.add(record, picture, picture);
   file_results(run.path(), "full");
+  EXPECT_EQ(read_track(run.path() / "methods" / "full" / "track.csv").size(), 1U);
+  EXPECT_EQ(read_poses(run.path() / "methods" / "full" / "estimate.tum").size(), 1U);
   EXPECT_EQ(read_sightings(run.path() / "methods" / "full" / "sightings.csv").size(), 2U);
 }
 

@@ -53,7 +53,10 @@ TEST(Tables, HeadersAreThoseOfTheDesign) {
   EXPECT_EQ(
       fixes_header(),
       "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
-      "outliers");
+      "outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading");
+  EXPECT_EQ(track_header(),
+            "frame,t_s,state,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
+            "var_heading_rad2,fix,use");
   EXPECT_EQ(sightings_header(),
             "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px");
   EXPECT_EQ(effort_header(), "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict");
@@ -97,13 +100,42 @@ TEST(Tables, SightingsAndOutliersAreReadAgain) {
 // A run that an older version made has no such column; it is still a run.
 TEST(Tables, FixesOfAnOlderRunAreRead) {
   const TemporaryFolder folder;
-  const std::string header = fixes_header().substr(0, fixes_header().rfind(','));
+  const std::string header = fixes_header().substr(0, fixes_header().find(",outliers"));
   const auto rows = read_fixes(folder.write("fixes.csv", header + "\n3,0.2,ok,1,2,,,,,,1,2,0.5\n"));
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].error_m, 0.5);
   EXPECT_TRUE(rows[0].outliers.empty());
   const auto few = folder.write("few.csv", header + "\n3,0.2,ok\n");
   EXPECT_EQ(error_of([&] { (void)read_fixes(few); }), few.string() + ":2: has 3 fields, must have 13");
+  // The version after that named outliers, and no unseen direction.
+  const auto named =
+      read_fixes(folder.write("named.csv", header + ",outliers\n3,0.2,weak,1,2,,,,,,1,2,0.5,red;blue\n"));
+  ASSERT_EQ(named.size(), 1U);
+  EXPECT_EQ(named[0].outliers.size(), 2U);
+  EXPECT_FALSE(named[0].unseen_x);
+  EXPECT_TRUE(read_track(folder.path() / "not_there.csv").empty());
+}
+
+TEST(Tables, TheTrackIsReadAsItWasWritten) {
+  const TemporaryFolder folder;
+  TrackRow row{.frame = 7, .t_s = 0.5, .state = "tracking", .x_m = 1.5, .y_m = -0.5, .heading_rad = 0.1};
+  row.var_x_m2 = 1e-6;
+  row.cov_xy_m2 = -1e-7;
+  row.var_y_m2 = 2e-6;
+  row.cov_x_heading_m_rad = 3e-8;
+  row.cov_y_heading_m_rad = -4e-8;
+  row.var_heading_rad2 = 5e-7;
+  row.fix = "weak";
+  row.use = "taken";
+  const TrackRow nothing{.frame = 8, .t_s = 0.6, .state = "lost", .fix = "too_few", .use = "no_fix"};
+  EXPECT_EQ(to_line(nothing), "8,0.6,lost,,,,,,,,,,too_few,no_fix");
+  const auto rows =
+      read_track(folder.write("track.csv", track_header() + '\n' + to_line(row) + '\n' + to_line(nothing) + '\n'));
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(to_line(rows[0]), "7,0.5,tracking,1.5,-0.5,0.1,1e-06,-1e-07,2e-06,3e-08,-4e-08,5e-07,weak,taken");
+  EXPECT_EQ(to_line(rows[1]), to_line(nothing));
+  EXPECT_EQ(pose_of(rows[0])->y_m, -0.5);
+  EXPECT_FALSE(pose_of(rows[1]));
 }
 
 TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
@@ -111,7 +143,7 @@ TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
   row.frame = 3;
   row.t_s = 0.2;
   row.verdict = "too_few";
-  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,,");
+  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,,,,,,,");
 }
 
 TEST(Tables, AHalfWrittenLastLineIsLeftOut) {

@@ -24,42 +24,75 @@ localisation::Fix fix_at(double x_m, double y_m, double heading_rad) {
 
 TEST(Track, OfThePaperIsTheFixWithTheOdometrysHeading) {
   Track track(Method::kPaper, robot());
-  const auto row = track.follow({0.5, 0, 0, 1, 1}, {0.5, 9, 9, 0.25}, fix_at(1.5, -0.5, 0.7));
-  ASSERT_TRUE(row);
-  EXPECT_EQ(row->t_s, 0.5);
-  EXPECT_EQ(row->x_m, 1.5);
-  EXPECT_EQ(row->heading_rad, 0.25);
-  EXPECT_FALSE(track.follow({0.6, 0, 0, 1, 1}, {0.6, 9, 9, 0.25}, {})) << "no fix";
+  const TrackRow row = track.follow(7, {0.5, 0, 0, 1, 1}, {0.5, 9, 9, 0.25}, fix_at(1.5, -0.5, 0.7));
+  EXPECT_EQ(row.frame, 7U);
+  EXPECT_EQ(row.t_s, 0.5);
+  EXPECT_EQ(row.x_m, 1.5);
+  EXPECT_EQ(row.heading_rad, 0.25);
+  EXPECT_EQ(row.state, "") << "there is no filter";
+  EXPECT_EQ(row.use, "taken");
+  EXPECT_FALSE(row.var_x_m2);
+  const TrackRow none = track.follow(8, {0.6, 0, 0, 1, 1}, {0.6, 9, 9, 0.25}, {});
+  EXPECT_FALSE(pose_of(none));
+  EXPECT_EQ(none.fix, "too_few");
+  EXPECT_EQ(none.use, "no_fix");
   localisation::Fix two = fix_at(0, 1, 0);
   two.other_position_m = Eigen::Vector2d(0, -1);
-  EXPECT_FALSE(track.follow({0.7, 0, 0, 1, 1}, {0.7, 9, 9, 0.25}, two)) << "nobody knows which";
+  const TrackRow undecided = track.follow(9, {0.7, 0, 0, 1, 1}, {0.7, 9, 9, 0.25}, two);
+  EXPECT_FALSE(pose_of(undecided)) << "nobody knows which";
+  EXPECT_EQ(undecided.use, "undecided");
 }
 
 // Catches a track that forgets the wheels where there is no fix.
 TEST(Track, OfFullGoesOnByTheWheelsWithoutAFix) {
   Track track(Method::kFull, robot());
-  EXPECT_FALSE(track.follow({0, 0, 0, 0, 0}, {0, 0, 0, 0}, {})) << "nothing known yet";
-  ASSERT_TRUE(track.follow({0.1, 0, 0, 0, 0}, {0.1, 0, 0, 0}, fix_at(1.5, -0.5, 0.0)));
-  const auto row = track.follow({0.6, 10, 10, 4, 4}, {0.6, 0, 0, 0}, {});
-  ASSERT_TRUE(row);
+  const TrackRow nothing = track.follow(0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, {});
+  EXPECT_FALSE(pose_of(nothing)) << "nothing known yet";
+  EXPECT_EQ(nothing.state, "lost");
+  const TrackRow first = track.follow(1, {0.1, 0, 0, 0, 0}, {0.1, 0, 0, 0}, fix_at(1.5, -0.5, 0.0));
+  EXPECT_EQ(first.use, "started");
+  EXPECT_EQ(first.state, "tracking");
+  EXPECT_EQ(first.var_heading_rad2, 1e-8);
+  const TrackRow row = track.follow(2, {0.6, 10, 10, 4, 4}, {0.6, 0, 0, 0}, {});
   // 4 rad of a wheel of 0.05 m, straight on.
-  EXPECT_NEAR(row->x_m, 1.7, 2e-3);
-  EXPECT_NEAR(row->y_m, -0.5, 1e-6);
+  ASSERT_TRUE(pose_of(row));
+  EXPECT_NEAR(*row.x_m, 1.7, 2e-3);
+  EXPECT_NEAR(*row.y_m, -0.5, 1e-6);
+  EXPECT_GT(*row.var_x_m2, 1e-6);
+  EXPECT_EQ(row.use, "no_fix");
+}
+
+// Catches a track that follows a fix which the robot file's walls contradict, however sure it is of itself.
+TEST(Track, AFixOutsideTheBoundsIsNotFollowed) {
+  Track track(Method::kFull, robot());
+  ASSERT_TRUE(pose_of(track.follow(0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, fix_at(1.5, -0.5, 0.0))));
+  localisation::Fix outside = fix_at(4, -0.5, 0.0);
+  outside.verdict = localisation::FixVerdict::kOutOfBounds;
+  for (int i = 1; i <= 5; ++i) {
+    const TrackRow row = track.follow(std::uint64_t(i), {0.1 * i, 0, 0, 0, 0}, {0.1 * i, 0, 0, 0}, outside);
+    EXPECT_EQ(row.use, "out_of_bounds");
+    EXPECT_EQ(row.fix, "out_of_bounds");
+    EXPECT_EQ(row.state, "tracking");
+    EXPECT_NEAR(*row.x_m, 1.5, 1e-9);
+  }
+  EXPECT_FALSE(pose_of(track_row(7, 0.7, outside))) << "nor without a filter";
 }
 
 TEST(Track, WithoutWheelsIsTheFixAlone) {
-  const auto row = pose_of(0.7, fix_at(1.5, -0.5, 0.3));
-  ASSERT_TRUE(row);
-  EXPECT_EQ(row->t_s, 0.7);
-  EXPECT_EQ(row->y_m, -0.5);
-  EXPECT_EQ(row->heading_rad, 0.3);
+  const TrackRow row = track_row(7, 0.7, fix_at(1.5, -0.5, 0.3));
+  EXPECT_EQ(row.t_s, 0.7);
+  EXPECT_EQ(row.y_m, -0.5);
+  EXPECT_EQ(row.heading_rad, 0.3);
   localisation::Fix no_heading = fix_at(1.5, -0.5, 0.3);
   no_heading.heading_rad.reset();
-  EXPECT_FALSE(pose_of(0.7, no_heading)) << "no heading is made up";
+  EXPECT_FALSE(pose_of(track_row(7, 0.7, no_heading))) << "no heading is made up";
   localisation::Fix ambiguous = fix_at(1.5, -0.5, 0.3);
   ambiguous.other_position_m = {0.1, 0.2};
-  EXPECT_FALSE(pose_of(0.7, ambiguous));
-  EXPECT_FALSE(pose_of(0.7, {}));
+  EXPECT_FALSE(pose_of(track_row(7, 0.7, ambiguous)));
+  localisation::Fix weak = fix_at(1.5, -0.5, 0.3);
+  weak.verdict = localisation::FixVerdict::kWeak;
+  EXPECT_FALSE(pose_of(track_row(7, 0.7, weak))) << "anywhere along its unseen direction";
+  EXPECT_FALSE(pose_of(track_row(7, 0.7, {})));
 }
 
 }  // namespace

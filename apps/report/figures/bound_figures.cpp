@@ -31,7 +31,7 @@ std::vector<double> normalised_ranges(const runs::RunData& run) {
 std::vector<double> normalised_positions(const runs::RunData& run) {
   std::vector<double> squares;
   for (const runs::FixRow& row : run.fixes) {
-    if (row.verdict == "weak" || row.verdict == "ambiguous") continue;
+    if (row.verdict == "weak" || row.verdict == "ambiguous" || is_out_of_bounds(row)) continue;
     if (!row.x_m || !row.y_m || !row.true_x_m || !row.true_y_m) continue;
     if (!row.var_x_m2 || !row.cov_xy_m2 || !row.var_y_m2) continue;
     const double determinant = *row.var_x_m2 * *row.var_y_m2 - *row.cov_xy_m2 * *row.cov_xy_m2;

@@ -23,7 +23,7 @@ struct Verdict {
 };
 
 const Verdict* find_verdict(std::string_view name) {
-  static constexpr std::array<Verdict, 17> kVerdicts{
+  static constexpr std::array<Verdict, 18> kVerdicts{
       {{"ok", "#009e73", "an answer"},
        {"gap", "#56b4e9", "an answer, though two circles did not meet: the middle between them was taken"},
        {"ambiguous", "#cc79a7", "two answers fit equally well"},
@@ -40,7 +40,8 @@ const Verdict* find_verdict(std::string_view name) {
        {"inconsistent", "#a3333d", "the two mirrors contradict each other"},
        {"impossible", "#5c3a21", "no place in the world looks like this"},
        {"weak", "#56b4e9", "an answer, but one direction is hardly seen"},
-       {"contradictory", "#a3333d", "the landmarks contradict each other, and nothing tells which is wrong"}}};
+       {"contradictory", "#a3333d", "the landmarks contradict each other, and nothing tells which is wrong"},
+       {"out_of_bounds", "#5c3a21", "a position outside the map's bounds, where the robot cannot be"}}};
   const auto* found =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](const Verdict& v) { return v.name == name; });
   return found == kVerdicts.end() ? nullptr : found;

@@ -68,7 +68,7 @@ struct FixData {
 FixData collect_fixes(const runs::RunData& run) {
   FixData data;
   for (const runs::FixRow& fix : run.fixes) {
-    if (!fix.x_m || !fix.y_m) {
+    if (!fix.x_m || !fix.y_m || is_out_of_bounds(fix)) {
       data.missing[fix.verdict] += fmt::format("{} 1\n", fix.frame);
       continue;
     }

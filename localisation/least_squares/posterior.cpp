@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localisation/least_squares/posterior.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "localisation/covariance.h"
+#include "localisation/least_squares/problem.h"
+#include "localisation/least_squares/solver.h"
+
+namespace twocone::localisation::least_squares {
+namespace {
+
+/// Steps end below so many posterior sigmas: what is left is far below what regions of 99.9 % could show.
+constexpr double kStepEnd = 1e-6;
+constexpr int kMostSteps = 50;
+/// A second place is left out where it is less likely than the first by this factor: a tenth of what a region of 99.9 %
+/// leaves out.
+constexpr double kOtherPlace = 1e-4;
+/// Two ends of the steps are two places where they are so many sigmas apart.
+constexpr double kApart = 1;
+/// Starts beside the prior's mean, in its sigmas: a minimum that is not reached from one of these is less likely, by
+/// the prior alone, than exp(-2^2 / 2), and has the others' valleys in between.
+constexpr double kStartSigmas = 2;
+/// Where the posterior is compared with its ellipse: chi-squared of 9. A region of 99.9 % has 16.3.
+constexpr double kLookSigmas = 3;
+/// Between these chi-squared may be, over that 9. Derived by trial (pose_filter_weak_test.cpp): with these, regions of
+/// 50 % and of 99.9 % hold what they say; with 0.4 and 2.5 those of 99.9 % no longer do.
+constexpr double kLeastRise = 0.6;
+constexpr double kMostRise = 1.7;
+
+/// The sphere's points: along axes, and between two or three of them, either way.
+std::array<Eigen::Vector3d, 26> directions_of_sphere() {
+  std::array<Eigen::Vector3d, 26> all;
+  std::size_t count = 0;
+  for (int i = -1; i <= 1; ++i) {
+    for (int j = -1; j <= 1; ++j) {
+      for (int k = -1; k <= 1; ++k) {
+        if (i != 0 || j != 0 || k != 0) all[count++] = Eigen::Vector3d(i, j, k).normalized();
+      }
+    }
+  }
+  return all;
+}
+
+/// The posterior in coordinates z in which the prior is the unit Gaussian: pose = mean + lower z.
+class Whitened {
+ public:
+  Whitened(const Problem& problem, const State& mean, const Eigen::Matrix3d& lower, double widening)
+      : problem_(problem), mean_(mean), lower_(lower), root_(std::sqrt(widening)) {}
+
+  [[nodiscard]] State at(const Eigen::Vector3d& z) const { return moved(mean_, lower_ * z); }
+  [[nodiscard]] double cost(const Eigen::Vector3d& z) const {
+    return cost_at(problem_, at(z)) / (root_ * root_) + z.squaredNorm();
+  }
+  /// Rows of the measurements, as (rows, right side), about z. @returns cost(z)
+  double linearise(const Eigen::Vector3d& z, Eigen::Matrix3d& rows, Eigen::Vector3d& right) const {
+    Factor f;
+    const double measured = least_squares::linearise(problem_, at(z), 0, f);
+    rows = f.r * lower_ / root_;
+    right = f.q / root_;
+    return measured / (root_ * root_) + z.squaredNorm();
+  }
+
+ private:
+  const Problem& problem_;
+  State mean_;
+  Eigen::Matrix3d lower_;
+  double root_;
+};
+
+struct Mode {
+  Eigen::Vector3d z;
+  double cost;
+  Eigen::Matrix3d rows;  ///< of the measurements there
+};
+
+/// Gauss-Newton with Levenberg's damping. Nothing where it does not end.
+std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& start) {
+  Mode mode{start, 0, {}};
+  Eigen::Vector3d right;
+  mode.cost = posterior.linearise(mode.z, mode.rows, right);
+  double damping = 0;
+  for (int i = 0; i < kMostSteps && std::isfinite(mode.cost); ++i) {
+    Eigen::Matrix<double, 9, 3> a;
+    a << mode.rows, Eigen::Matrix3d::Identity(), damping * Eigen::Matrix3d::Identity();
+    Eigen::Matrix<double, 9, 1> b;
+    b << right, -mode.z, Eigen::Vector3d::Zero();
+    const Eigen::Vector3d step = a.householderQr().solve(b);
+    if (!step.allFinite()) return std::nullopt;
+    const double sigmas = std::sqrt((mode.rows * step).squaredNorm() + step.squaredNorm());
+    if (sigmas < kStepEnd) return mode;
+    Mode next{mode.z + step, 0, {}};
+    Eigen::Vector3d next_right;
+    next.cost = posterior.linearise(next.z, next.rows, next_right);
+    if (next.cost <= mode.cost) {
+      mode = next;
+      right = next_right;
+      damping = damping < 1e-3 ? 0 : damping / 10;
+    } else {
+      // Rounding of the cost hides what the last steps win.
+      if (next.cost - mode.cost <= 8 * kEps * mode.cost) return mode;
+      damping = damping == 0 ? 1 : damping * 10;
+    }
+  }
+  return std::nullopt;
+}
+
+/// The likeliest pose; nothing where there are several, or none.
+std::optional<Mode> only_mode(const Whitened& posterior) {
+  auto best = climb(posterior, Eigen::Vector3d::Zero());
+  if (!best) return std::nullopt;
+  std::array<std::optional<Mode>, 26> modes;
+  std::size_t count = 0;
+  for (const Eigen::Vector3d& direction : directions_of_sphere()) {
+    modes[count] = climb(posterior, kStartSigmas * direction);
+    if (modes[count] && modes[count]->cost < best->cost) best = modes[count];
+    ++count;
+  }
+  for (const auto& mode : modes) {
+    if (!mode || mode->cost > best->cost - 2 * std::log(kOtherPlace)) continue;
+    const Eigen::Vector3d apart = mode->z - best->z;
+    if ((best->rows * apart).squaredNorm() + apart.squaredNorm() > kApart * kApart) return std::nullopt;
+  }
+  return best;
+}
+
+}  // namespace
+
+Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> measurements, double widening) {
+  Posterior result;
+  std::vector<Landmark> room(measurements.size());
+  Frame frame;
+  double rounding = 0;
+  const int count = prepare(measurements, frame, rounding, room.data());
+  if (count == 0 || !(widening > 0) || !prior.mean.allFinite() || !is_covariance<3>(prior.covariance)) return result;
+  const Problem problem = make_problem({room.data(), std::size_t(count)}, rounding);
+
+  const Eigen::Vector3d per_unit(1 / frame.unit_m, 1 / frame.unit_m, 1);
+  const Eigen::Matrix3d lower =
+      (per_unit.asDiagonal() * prior.covariance * per_unit.asDiagonal()).eval().llt().matrixL();
+  const Eigen::Vector2d place = (prior.mean.head<2>() - frame.origin_m) / frame.unit_m;
+  const Whitened posterior(problem, {place.x(), place.y(), prior.mean.z()}, lower, widening);
+  result.kind = Posterior::Kind::kNotGaussian;
+  const auto mode = only_mode(posterior);
+  if (!mode) return result;
+  result.chi_squared = mode->cost;
+
+  // The ellipse's axes: directions by what the measurements tell there, longest last.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(mode->rows, Eigen::ComputeFullV);
+  Eigen::Matrix3d axes = svd.matrixV();
+  for (int k = 0; k < 3; ++k) axes.col(k) /= std::hypot(1, svd.singularValues()[k]);
+  for (const Eigen::Vector3d& direction : directions_of_sphere()) {
+    const double rise = posterior.cost(mode->z + kLookSigmas * (axes * direction)) - mode->cost;
+    const double promised = kLookSigmas * kLookSigmas;
+    if (!(rise >= kLeastRise * promised && rise <= kMostRise * promised)) return result;
+  }
+  const Eigen::Vector3d unit = per_unit.cwiseInverse();
+  const Eigen::Matrix3d root = unit.asDiagonal() * lower * axes;
+  result.kind = Posterior::Kind::kGaussian;
+  result.pose.mean = prior.mean + unit.cwiseProduct(lower * mode->z);
+  result.pose.covariance = root * root.transpose();
+  return result;
+}
+
+}  // namespace twocone::localisation::least_squares
