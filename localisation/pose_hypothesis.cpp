@@ -43,7 +43,7 @@ PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& n
                     start.covariance(1, 1), start.covariance(2, 2)));
   }
   covariance_.setZero();
-  covariance_.topLeftCorner<3, 3>() = (start.covariance + start.covariance.transpose()) / 2;
+  covariance_.topLeftCorner<3, 3>() = start.covariance / 2 + start.covariance.transpose() / 2;
   covariance_(kBendState, kBendState) = 1;
   covariance_(kLeftSlip, kLeftSlip) = covariance_(kRightSlip, kRightSlip) = noise.slip * noise.slip;
   covariance_(kLeftReading, kLeftReading) = covariance_(kRightReading, kRightReading) =

@@ -12,6 +12,7 @@
 #include "apps/files/file_error.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/plain_text.h"
+#include "localisation/pose_filter.h"
 
 namespace twocone::report {
 namespace {
@@ -51,6 +52,17 @@ std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool
   }
   if (!words.empty()) words.back().pop_back();
   return words;
+}
+
+/// Frames with a position that the track left alone, by reason; nothing where it took all.
+std::string not_taken(const runs::Summary& summary) {
+  using localisation::FixUse;
+  std::map<std::string, int> reasons = summary.track_uses;
+  for (const FixUse use : {FixUse::kStarted, FixUse::kTaken, FixUse::kRelocated, FixUse::kNoFix}) {
+    reasons.erase(std::string(to_string(use)));
+  }
+  if (reasons.empty()) return "";
+  return wrapped(kWidth, "Fixes that the track did not take: ", "  ", counts(reasons, true));
 }
 
 std::string head(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot) {
@@ -320,7 +332,8 @@ std::string table(const runs::Summary& summary, const runs::RunInfo& info, const
     text += error_columns(summary.odometry_error);
   }
   text += "\n";
-  text += wrapped(kWidth, "Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary);
+  text += wrapped(kWidth, "Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary) +
+          not_taken(summary);
   if (effort != nullptr) text += wrapped(kWidth, "Looking and locating, per frame: ", "  ", effort_words(*effort));
   text += "\n" + headings(summary) + bounds(summary);
   text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's: its figures\n"

@@ -202,6 +202,13 @@ void summarise_estimate(const RunData& run, Summary& summary) {
   summary.estimate_heading_error = angle_statistics(std::move(heading_errors_rad));
 }
 
+void summarise_track(const RunData& run, Summary& summary) {
+  for (const TrackRow& row : run.track) {
+    if (!row.state.empty()) ++summary.track_states[row.state];
+    ++summary.track_uses[row.use];
+  }
+}
+
 void summarise_path(const RunData& run, Summary& summary) {
   std::vector<double> odometry_errors_m;
   std::set<int> bins;
@@ -256,6 +263,7 @@ Summary summarise(const RunData& run) {
   }
   summarise_fixes(run, by_frame, summary);
   summarise_estimate(run, summary);
+  summarise_track(run, summary);
   summarise_path(run, summary);
   summary.capture = summarise_capture(run);
   return summary;
@@ -295,6 +303,7 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
                  {"position_in_95_percent_ellipse", to_json(summary.in_ellipse_95)}};
   json["estimate"] = {{"position_error", to_json(summary.estimate_error)},
                       {"heading_error", to_json(summary.estimate_heading_error)}};
+  json["track"] = {{"states", summary.track_states}, {"uses", summary.track_uses}};
   json["odometry_error"] = to_json(summary.odometry_error);
   json["travelled_m"] = or_null(summary.travelled_m);
   json["headings_covered_deg"] = or_null(summary.headings_covered_deg);

@@ -79,6 +79,9 @@ struct Summary {
   std::optional<AngleStatistics> heading_error;   ///< of fixes with a heading; of an ambiguous frame the worse answer
   std::optional<ErrorStatistics> estimate_error;  ///< of estimate.tum, at the frames that it has
   std::optional<AngleStatistics> estimate_heading_error;
+  std::map<std::string, int>
+      track_states{};  ///< frames by state of the track; none of an older run, nor without a filter
+  std::map<std::string, int> track_uses{};          ///< frames by what became of their fix (localisation::FixUse)
   std::optional<BoundComparison> position_bound_m;  ///< distance, sqrt(var x + var y)
   std::optional<BoundComparison> heading_bound_rad;
   /// Fixes whose own 95 % ellipse holds the true position; of an ambiguous frame, one of the two. Those of verdict

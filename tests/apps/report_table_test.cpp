@@ -54,6 +54,16 @@ void expect_plain_and_narrow(const std::string& table) {
   }
 }
 
+TEST(Table, NamesTheFixesThatTheTrackDidNotTake) {
+  runs::Summary summary = known_summary();
+  summary.track_uses = {{"taken", 430}, {"no_fix", 6}, {"started", 1}};
+  EXPECT_THAT(table(summary, known_info(), synthetic_robot()), Not(HasSubstr("did not take")));
+  summary.track_uses["unexpected"] = 9;
+  summary.track_uses["out_of_bounds"] = 4;
+  const std::string text = table(summary, known_info(), synthetic_robot());
+  EXPECT_EQ(line_of(text, "Fixes that"), "Fixes that the track did not take: unexpected 9, out_of_bounds 4");
+}
+
 TEST(Table, GivesKnownNumbersInMillimetresBesideThePapers) {
   const std::string text = table(known_summary(), known_info(), synthetic_robot());
   EXPECT_EQ(line_of(text, "Red "), "Red              423   94.0 %    12.35    15.00    30.10    60.20 |  21.95 136.6");

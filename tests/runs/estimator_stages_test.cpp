@@ -36,6 +36,7 @@ files::Robot robot() {
 files::Map map() {
   files::Map map;
   map.file = "lab.map.yaml";
+  map.bounds = {-3.05, 3.05, -2.55, 2.55};
   for (const auto& pillar : lab::six_pillars()) {
     map.landmarks.push_back({kNames[map.landmarks.size()],
                              {pillar.colour.x(), pillar.colour.y(), pillar.colour.z()},
@@ -105,6 +106,25 @@ TEST(EstimatorKeys, UnknownNamesAreRefused) {
   EXPECT_EQ(refusal({.landmarks = {"red", "pink", "blue", "teal"}}),
             "lab.yaml: estimator.landmarks has 'pink', 'teal', which lab.map.yaml does not; there are: red, green, "
             "blue, cyan, magenta, yellow");
+}
+
+// Catches an estimator that forgets the walls; the fix itself is the same.
+TEST(Estimator, AFixOutsideTheBoundsIsNone) {
+  files::Map small = map();
+  small.bounds.min_x_m = kPosition_m.x() + 0.1;
+  const auto judged = Estimator(Method::kFull, robot(), small).answer(frame().lower, frame().upper);
+  ASSERT_TRUE(judged);
+  EXPECT_EQ(judged->fix.verdict, localisation::FixVerdict::kOutOfBounds);
+  EXPECT_LT(error_m(*judged), 0.01) << "the position is still given";
+  const auto by_paper = Estimator(Method::kPaper, robot(), small).answer(frame().lower, frame().upper);
+  ASSERT_TRUE(by_paper);
+  EXPECT_NE(by_paper->fix.verdict, localisation::FixVerdict::kOutOfBounds) << "the baseline stays as it is";
+
+  const PoseRow truth{0, kPosition_m.x(), kPosition_m.y(), kHeading_rad};
+  const FixRow row = to_rows(5, 1.0, *judged, small, &truth).fixes.front();
+  EXPECT_EQ(row.verdict, "out_of_bounds");
+  EXPECT_TRUE(row.x_m && row.var_x_m2 && row.cov_x_heading_m_rad);
+  EXPECT_FALSE(row.error_m) << "what is no answer has no error";
 }
 
 TEST(EstimatorKeys, StagesAreTheRangingsOwn) {

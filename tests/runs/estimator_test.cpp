@@ -51,6 +51,25 @@ TEST(ToRows, JudgesAgainstTheTruthAndLeavesTheRestEmpty) {
   EXPECT_FALSE(rows.fixes[0].var_x_m2);
 }
 
+TEST(ToRows, OfAWeakFixTheUnseenDirectionIsThere) {
+  FrameAnswer answer;
+  answer.fix.verdict = localisation::FixVerdict::kWeak;
+  answer.fix.position_m = Eigen::Vector2d(0.3, 0.4);
+  answer.fix.heading_rad = 0.1;
+  answer.fix.covariance = Eigen::Matrix3d::Identity();
+  (*answer.fix.covariance)(0, 2) = 0.25;
+  (*answer.fix.covariance)(1, 2) = -0.5;
+  answer.fix.unseen_direction = Eigen::Vector3d(0.6, 0, -0.8);
+  const FixRow row = to_rows(5, 1.0, answer, map_of_three(), nullptr).fixes.front();
+  EXPECT_EQ(row.unseen_x, 0.6);
+  EXPECT_EQ(row.unseen_y, 0);
+  EXPECT_EQ(row.unseen_heading, -0.8);
+  EXPECT_EQ(row.cov_x_heading_m_rad, 0.25);
+  EXPECT_EQ(row.cov_y_heading_m_rad, -0.5);
+  answer.fix.unseen_direction.reset();
+  EXPECT_FALSE(to_rows(5, 1.0, answer, map_of_three(), nullptr).fixes.front().unseen_x);
+}
+
 TEST(ToRows, TwoAnswersAreTwoRowsAndNoEstimate) {
   FrameAnswer answer;
   answer.fix.verdict = localisation::FixVerdict::kAmbiguous;

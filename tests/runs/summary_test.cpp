@@ -64,6 +64,38 @@ RunData small_run() {
   return run;
 }
 
+// Catches a position behind the wall that counts as a fix, and as an error of one.
+TEST(Summary, WhatIsOutOfBoundsIsNoFix) {
+  RunData run = small_run();
+  FixRow& row = run.fixes[0];
+  row.verdict = "out_of_bounds";
+  row.true_x_m = row.true_y_m = row.y_m = 0;
+  row.var_x_m2 = row.var_y_m2 = 1e-6;
+  row.cov_xy_m2 = 0;
+  const Summary s = summarise(run);
+  EXPECT_EQ(s.frames_with_fix, 2);
+  EXPECT_EQ(s.fix_error->count, 2);
+  EXPECT_EQ(s.fix_verdicts.at("out_of_bounds"), 1);
+  EXPECT_FALSE(s.in_ellipse_95);
+}
+
+TEST(Summary, CountsWhatTheTrackMadeOfTheFixes) {
+  RunData run = small_run();
+  EXPECT_TRUE(summarise(run).track_uses.empty()) << "an older run has no such table";
+  for (const auto& [state, use] : {std::pair{"lost", "no_fix"},
+                                   {"tracking", "started"},
+                                   {"tracking", "taken"},
+                                   {"lost", "unexpected"},
+                                   {"lost", "unexpected"}}) {
+    run.track.push_back({.state = state, .use = use});
+  }
+  const Summary s = summarise(run);
+  EXPECT_EQ(s.track_states.at("lost"), 3);
+  EXPECT_EQ(s.track_states.at("tracking"), 2);
+  EXPECT_EQ(s.track_uses.at("unexpected"), 2);
+  EXPECT_NE(to_json(s, run.info).find("\"unexpected\": 2"), std::string::npos);
+}
+
 TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
   const Summary s = summarise(small_run());
   EXPECT_EQ(s.frames, 4);
