@@ -188,7 +188,11 @@ std::string to_line(const RangeRow& row) { return line_of(row); }
 std::string to_line(const FixRow& row) { return line_of(row); }
 std::string to_line(const SightingRow& row) { return line_of(row); }
 std::string to_line(const EffortRow& row) { return line_of(row); }
-std::string to_line(const TrackRow& row) { return line_of(row); }
+std::string to_line(const TrackRow& row) {
+  TrackRow kept = row;
+  if (kept.heading_rad) kept.heading_rad = nanoradians(*kept.heading_rad);
+  return line_of(kept);
+}
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),

@@ -27,6 +27,7 @@ std::string to_line(const RangeRow& row);
 std::string to_line(const FixRow& row);
 std::string to_line(const SightingRow& row);
 std::string to_line(const EffortRow& row);
+/// The heading is kept to 1e-9 rad, as in the .tum files, since that of method paper comes from one.
 std::string to_line(const TrackRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);

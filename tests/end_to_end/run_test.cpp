@@ -62,7 +62,8 @@ TEST_F(RunInTheLab, TheSameSeedGivesTheSameBytesAndPixels) {
     const auto info = go(robot_file(), out, frames);
     ASSERT_TRUE(info) << info.error().message;
   }
-  for (const char* table : {"ranges.csv", "fixes.csv", "estimate.tum", "odometry.tum", "truth.tum", "drive.csv"}) {
+  for (const char* table :
+       {"ranges.csv", "fixes.csv", "estimate.tum", "track.csv", "odometry.tum", "truth.tum", "drive.csv"}) {
     EXPECT_EQ(bytes(folder_ / "first" / table), bytes(folder_ / "second" / table)) << table;
   }
   for (int frame = 0; frame < frames; ++frame) {

@@ -28,7 +28,7 @@ for run in first second; do
   "$twocone" run --robot "$work/attached.yaml" --frames "$frames" --seed 5 --out "$work/$run" >/dev/null 2>"$work/errors" || fail "served: $(cat "$work/errors")"
   # The wall clock differs (host_t_s, the last column of frames.csv).
   cmp <(cut -d, -f1-9 "$work/embedded/frames.csv") <(cut -d, -f1-9 "$work/$run/frames.csv") || fail "$run: frames.csv"
-  for table in drive.csv ranges.csv fixes.csv truth.tum odometry.tum estimate.tum; do
+  for table in drive.csv ranges.csv fixes.csv truth.tum odometry.tum estimate.tum track.csv; do
     cmp "$work/embedded/$table" "$work/$run/$table" || fail "$run: $table"
   done
   pictures=0

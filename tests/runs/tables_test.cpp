@@ -136,6 +136,8 @@ TEST(Tables, TheTrackIsReadAsItWasWritten) {
   EXPECT_EQ(to_line(rows[1]), to_line(nothing));
   EXPECT_EQ(pose_of(rows[0])->y_m, -0.5);
   EXPECT_FALSE(pose_of(rows[1]));
+  row.heading_rad = 0.1 + 3e-10;
+  EXPECT_EQ(to_line(row), to_line(rows[0])) << "kept to 1e-9 rad";
 }
 
 TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
