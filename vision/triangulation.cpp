@@ -193,6 +193,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.degrees_of_freedom = degrees_of_freedom;
   if (!fit.evaluate(x, residual, rows)) {
     answer.verdict = degrees_of_freedom > 0 ? RangeVerdict::kInconsistent : RangeVerdict::kImpossible;
+    answer.bearing_rad.reset();
     answer.top_m.reset();
     return;
   }
@@ -243,6 +244,24 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   const Eigen::Vector2d by_unknowns(-1 / (x.inverse_per_m * x.inverse_per_m), 1);
   const Eigen::Matrix<double, 2, n> root_of_both = by_unknowns.asDiagonal() * root.template topRows<2>();
   answer.covariance = root_of_both * root_of_both.transpose();
+}
+
+/// The bearing of something very far away, and its variance: that of the pixel's ray.
+struct FarBearing {
+  double bearing_rad, variance_rad2;
+};
+std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
+  constexpr double kStep_px = 1e-3;  // small beside a pixel's way to the tip, large beside rounding
+  const auto bearing_of = [](const Ray& r) { return std::atan2(r.direction.y(), r.direction.x()); };
+  const double bearing_rad = bearing_of(ray);
+  Eigen::Vector2d by_pixel;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d beside_px = seen.sighting->pixel_px + kStep_px * Eigen::Vector2d::Unit(axis);
+    const auto beside = seen.view->back_project(beside_px, Rim::kGoesOn);
+    if (!beside) return std::nullopt;
+    by_pixel[axis] = wrapped(bearing_of(*beside) - bearing_rad) / kStep_px;
+  }
+  return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
 }
 
 /// The landmark's axis where the ray meets the height of its top.
@@ -348,6 +367,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
 
   // In the vertical plane of the mean bearing each ray is z = height + steepness * out; they meet where these agree.
   const Eigen::Vector2d mean = rays[0].direction.head<2>().normalized() + rays[1].direction.head<2>().normalized();
+  answer.degrees_of_freedom = 1;
   if (!(mean.norm() > kRoundings * kEpsilon)) {
     answer.verdict = RangeVerdict::kInconsistent;  // in opposite directions
     return answer;
@@ -359,14 +379,27 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     steepness[i] = rays[i].direction.z() / rays[i].direction.head<2>().dot(outwards);
     height_m[i] = rays[i].origin_m.z() - steepness[i] * rays[i].origin_m.head<2>().dot(outwards);
   }
-  answer.bearing_rad = std::atan2(outwards.y(), outwards.x());
-  answer.verdict = RangeVerdict::kBeyondLimit;
+  const double bearing_rad = std::atan2(outwards.y(), outwards.x());
   const double near_m = (height_m[1] - height_m[0]) / (steepness[0] - steepness[1]);
-  if (!(near_m > 0) || !std::isfinite(near_m)) return answer;
+  if (!(near_m > 0) || !std::isfinite(near_m)) {
+    // Nowhere before infinity, where only the bearings can contradict each other.
+    const auto below = far_bearing(seen[0], rays[0]);
+    const auto above = far_bearing(seen[1], rays[1]);
+    if (!below || !above) return answer;
+    const double off_rad = wrapped(below->bearing_rad - above->bearing_rad);
+    answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
+    if (answer.chi_squared > kMostChiSquared[1]) {
+      answer.verdict = RangeVerdict::kInconsistent;
+      return answer;
+    }
+    answer.verdict = RangeVerdict::kBeyondLimit;
+    answer.bearing_rad = bearing_rad;
+    return answer;
+  }
   const double start_top_m = height_m[0] + steepness[0] * near_m;
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
   answer.verdict = RangeVerdict::kOk;
-  const Unknowns x{inverse_per_m, *answer.bearing_rad, (start_top_m - reference_m) * inverse_per_m};
+  const Unknowns x{inverse_per_m, bearing_rad, (start_top_m - reference_m) * inverse_per_m};
   solve(Fit<3>(views, count, radius_m, offset_m, reference_m, 0), x, 1, answer);
   return answer;
 }

@@ -343,6 +343,38 @@ TEST(Triangulate, ViewsThatContradictEachOtherAreInconsistent) {
   EXPECT_EQ(t.verdict, RangeVerdict::kInconsistent) << "the bearings contradict each other whatever the height";
 }
 
+// Catches a bearing between two that exclude each other, where the disparity tells no range.
+TEST(Triangulate, BearingsThatContradictEachOtherAreInconsistentAtAnyDisparity) {
+  const Rig rig = lab_rig();
+  const Eigen::Vector2d centre = rig.lower.settings().centre_px;
+  const auto at = [&](double radius_px, double turn_rad) {
+    Sighting sighting;
+    sighting.pixel_px = centre + radius_px * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad));
+    sighting.covariance_px2 = 0.01 * Eigen::Matrix2d::Identity();
+    return sighting;
+  };
+  const Sighting upper = at(100, 0.3);
+  for (const double disparity_px : {-50.0, -0.3, 0.0, 1e-9, 0.01, 0.2, 10.0, 50.0}) {
+    for (const double turn_rad : {0.02, 0.3, kPi / 2, 2.2, 3.0, kPi, 4.0}) {
+      const Sighting lower = at(100 + disparity_px, 0.3 + turn_rad);
+      const Triangulation t = triangulate(rig, &lower, &upper, kRadius_m, std::nullopt);
+      EXPECT_EQ(t.verdict, RangeVerdict::kInconsistent)
+          << disparity_px << " px, " << turn_rad << " rad: " << to_string(t.verdict);
+      EXPECT_FALSE(t.bearing_rad || t.range_m || t.covariance || t.top_m) << disparity_px << " px, " << turn_rad;
+      EXPECT_EQ(t.degrees_of_freedom, 1);
+      EXPECT_TRUE(t.disparity_px);
+    }
+  }
+  // Without a range the limit is that of the bearings alone: sigma over radius in each view.
+  const double limit_rad = 4.891638475699 * 0.1 * std::hypot(1 / 99.0, 1 / 100.0);
+  for (const double factor : {0.99, 1.01}) {
+    const Sighting lower = at(99, 0.3 + factor * limit_rad);
+    const Triangulation t = triangulate(rig, &lower, &upper, kRadius_m, std::nullopt);
+    EXPECT_EQ(t.verdict, factor < 1 ? RangeVerdict::kBeyondLimit : RangeVerdict::kInconsistent) << t.chi_squared;
+    EXPECT_EQ(t.bearing_rad.has_value(), factor < 1);
+  }
+}
+
 TEST(Triangulate, TheLimitOfContradictionIsTheStatedQuantile) {
   // One degree of freedom: with the height unknown, only the two bearings can contradict each other.
   const double z = 4.891638475699;
