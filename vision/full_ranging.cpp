@@ -12,7 +12,9 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "vision/full/rivals.h"
 #include "vision/full/view_fitter.h"
+#include "vision/picture_arguments.h"
 #include "vision/target_colours.h"
 #include "vision/triangulation.h"
 
@@ -23,12 +25,11 @@ namespace {
 // narrower than this there does not show it.
 constexpr double kTellingWidth_px = 8;
 constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
-constexpr double kRivalArea = 0.3;
 
 double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
-void check(const std::vector<Target>& targets) {
-  std::string bad;
+void check(const std::vector<Target>& targets, cv::Size lower, cv::Size upper) {
+  std::string bad = bad_sizes(lower, upper);
   for (const Target& target : targets) {
     if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
       bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
@@ -36,16 +37,12 @@ void check(const std::vector<Target>& targets) {
     if (target.top_m && !(std::isfinite(*target.top_m) && *target.top_m > 0)) {
       bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, *target.top_m);
     }
+    if (target.greatest_range_m && !(*target.greatest_range_m > target.radius_m)) {
+      bad += fmt::format(" greatest range of '{}' is {} m, must be > its radius, {} m;", target.name,
+                         *target.greatest_range_m, target.radius_m);
+    }
   }
   if (!bad.empty()) throw std::invalid_argument("method full:" + bad);
-}
-
-void check_picture(const char* view, const cv::Mat& picture, cv::Size size) {
-  if (picture.type() != CV_8UC3 || picture.size() != size) {
-    throw std::invalid_argument(
-        fmt::format("FullRanging: the {} picture has {} x {} pixels of {} channels, wanted {} x {} of r g b", view,
-                    picture.cols, picture.rows, picture.channels(), size.width, size.height));
-  }
 }
 
 /// One landmark of a frame.
@@ -54,6 +51,7 @@ struct Seen {
   std::array<std::optional<Sighting>, 2> found;
   std::optional<double> top_m;
   bool has_rivals = false;
+  bool is_too_wide = false;  ///< Rivals::kBeside in one view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
 };
@@ -81,8 +79,11 @@ struct FullRanging::Impl {
         table(colours_of(all)),
         views{ViewFitter(rig.lower, lower_size, table), ViewFitter(rig.upper, upper_size, table)},
         wanted(all.size(), which.empty()) {
-    check(targets);
+    check(targets, lower_size, upper_size);
     for (const std::size_t k : which) wanted.at(k) = true;
+    for (const Target& target : targets) {
+      least_px.push_back({least_area_px(rig.lower, target), least_area_px(rig.upper, target)});
+    }
   }
 
   Rig rig;
@@ -90,15 +91,16 @@ struct FullRanging::Impl {
   ColourTable table;
   std::array<ViewFitter, 2> views;
   std::vector<bool> wanted;
+  std::vector<std::array<double, 2>> least_px;  ///< of each target in each view: least_area_px()
 };
 
 class Looking::Impl {
  public:
   Impl(const FullRanging::Impl& ranging, const cv::Mat& lower, const cv::Mat& upper)
       : ranging_(ranging), pictures_{lower, upper}, all_(ranging.targets.size()) {
-    check_picture("lower", lower, ranging.views[0].size());
-    check_picture("upper", upper, ranging.views[1].size());
-    std::array<std::vector<std::vector<Candidate>>, 2> found;
+    check_picture("FullRanging", "lower", lower, ranging.views[0].size());
+    check_picture("FullRanging", "upper", upper, ranging.views[1].size());
+    std::array<std::vector<Found>, 2> found;
     for (std::size_t view = 0; view < 2; ++view) {
       found[view] = ranging.views[view].finder().find(pictures_[view], ranging.table, ranging.wanted);
     }
@@ -154,25 +156,25 @@ class Looking::Impl {
   }
 
   /// Chooses candidates of both views that may be one landmark.
-  void choose(std::size_t k, const std::array<const std::vector<Candidate>*, 2>& found) {
+  void choose(std::size_t k, const std::array<const Found*, 2>& found) {
     Seen& seen = all_[k];
     if (ranging_.table.is_ambiguous(k)) return;
     std::array<const Candidate*, 2> chosen{};
-    for (std::size_t view = 0; view < 2; ++view) {
-      const auto& candidates = *found[view];
-      if (candidates.empty()) continue;
-      chosen[view] = &candidates.front();
-      seen.has_rivals =
-          seen.has_rivals || (candidates.size() > 1 && candidates[1].area_px > kRivalArea * candidates[0].area_px);
-    }
     const auto& views = ranging_.views;
+    const Target& target = ranging_.targets[k];
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (found[view]->candidates.empty()) continue;
+      chosen[view] = &found[view]->candidates.front();
+      const Rivals rivals = rivals_of(views[view], target, *found[view], ranging_.least_px[k][view]);
+      seen.has_rivals = seen.has_rivals || rivals == Rivals::kApart;
+      seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
+    }
     if (chosen[0] != nullptr && chosen[1] != nullptr &&
         std::abs(wrap(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) > kSameBearing_rad) {
       seen.has_rivals = true;
     }
     if (seen.has_rivals) return;
 
-    const Target& target = ranging_.targets[k];
     seen.top_m = target.top_m;
     if (!seen.top_m && chosen[0] != nullptr && chosen[1] != nullptr) {
       Sighting lower;
@@ -224,6 +226,52 @@ class Looking::Impl {
     return look.candidate && !judged.sighting && !look.is_truncated && !look.is_saturated;
   }
 
+  /// Both views show the whole top, at another height than the map's. An outline that is projected with a top far from
+  /// the true one lies far from the pixels, so that its fit fails as if something hid it; so it is fitted again with
+  /// the height left free. A top that is hidden in one view gives a height as well, but a range to which its width does
+  /// not fit.
+  [[nodiscard]] bool shows_another_top(std::size_t k, const Seen& seen) const {
+    const Target& target = ranging_.targets[k];
+    if (!target.top_m) return false;
+    std::array<Look, 2> looks;
+    std::array<Sighting, 2> sightings;
+    for (std::size_t view = 0; view < 2; ++view) {
+      const Look& look = seen.looks[view];
+      if (!look.candidate || look.candidate->at_rim || look.is_saturated) return false;
+      looks[view].candidate = look.candidate;
+      sightings[view].pixel_px = ranging_.views[view].pixel_of(*look.candidate);
+    }
+    const auto place = [&](const std::optional<double>& top_m) {
+      return triangulate(ranging_.rig, sightings.data(), &sightings[1], target.radius_m, top_m);
+    };
+    Stations stations;
+    // The first height is as good as the finder's pixels, the second as the outlines.
+    for (int round = 0; round < 2; ++round) {
+      const Triangulation free = place(std::nullopt);
+      if (free.verdict != RangeVerdict::kOk) return false;
+      const Cylinder start{*free.range_m, *free.bearing_rad, target.radius_m, *free.top_m};
+      bool is_telling = false;
+      for (std::size_t view = 0; view < 2; ++view) {
+        const ViewFitter& fitter = ranging_.views[view];
+        const Candidate& candidate = *looks[view].candidate;
+        fitter.fit_coarse(k, pictures_[view], start, looks[view], stations);
+        const Judged judged = ViewFitter::judge({&looks[view]}).front();
+        if (judged.sighting) {
+          if (judged.is_narrow || judged.is_wide) return false;
+          sightings[view] = *judged.sighting;
+          is_telling = true;
+        } else {
+          // Too thin for an outline: where the finder has it.
+          const auto found = fitter.found(candidate, target.radius_m, start.top_m);
+          if (!found || 2 * candidate.top_px * target.radius_m > kTellingWidth_px * start.range_m) return false;
+          sightings[view] = *found;
+        }
+      }
+      if (!is_telling) return false;
+    }
+    return place(target.top_m).verdict == RangeVerdict::kInconsistent;
+  }
+
   [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen, const std::array<Judged, 2>& judged) const {
     RangeMeasurement m;
     const Judged& lower = judged[0];
@@ -237,6 +285,10 @@ class Looking::Impl {
       m.verdict = RangeVerdict::kTwoCandidates;
       return m;
     }
+    if (seen.is_too_wide) {
+      m.verdict = shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates;
+      return m;
+    }
     m.lower_sighting = lower.sighting;
     m.upper_sighting = upper.sighting;
     if (lower.sighting) m.lower_px = lower.sighting->pixel_px;
@@ -245,6 +297,13 @@ class Looking::Impl {
     const Triangulation t = triangulate(ranging_.rig, lower.sighting ? &*lower.sighting : nullptr,
                                         upper.sighting ? &*upper.sighting : nullptr, target.radius_m, target.top_m);
     m.verdict = t.verdict;
+    const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
+    // An outline is not there, or not whole: it may be that something hides it, or that the map is wrong.
+    if ((!lower.sighting || !upper.sighting || is_narrow) && shows_another_top(k, seen)) {
+      m.verdict = RangeVerdict::kInconsistent;
+      m.disparity_px = t.disparity_px;
+      return m;
+    }
     if (t.verdict == RangeVerdict::kNotSeen) {
       const auto any = [&](auto what) { return what(seen.looks[0]) || what(seen.looks[1]); };
       if (any([](const Look& l) { return l.is_saturated; })) {
@@ -258,8 +317,12 @@ class Looking::Impl {
       }
       return m;
     }
-    const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     if (t.verdict == RangeVerdict::kOneView) {
+      // Nothing that hides a landmark makes it wider than its range has it: the top is not where the map says.
+      if (lower.sighting ? lower.is_wide : upper.is_wide) {
+        m.verdict = RangeVerdict::kInconsistent;
+        return m;
+      }
       // No other view tells whether the top is whole.
       const std::size_t shown = lower.sighting ? 0 : 1;
       const auto& fit = seen.looks[shown].fit;

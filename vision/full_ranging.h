@@ -76,8 +76,11 @@ class Looking {
 /// where
 ///    the two sides are farther apart, or nearer, than the cylinder has them.
 /// 4. triangulate() joins the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
+///    kInconsistent is also what the map's height and radius exclude: both views show the whole top, but at another
+///    height, however far from the map's; or the only view with an outline shows it wider than it is at that range.
 ///
-/// Further verdicts: kSameColour and kTwoCandidates (two things of one hue, or the views disagree on the bearing),
+/// Further verdicts: kSameColour and kTwoCandidates (two things of one hue, each large enough to be the landmark
+/// somewhere within Target::greatest_range_m (full/rivals.h), or the views disagree on the bearing),
 /// kOccluded (a part of the top is hidden: no answer; a side: range without bearing, and nothing from one view alone),
 /// kTruncated (the top is beyond the rims), kSaturated, kNotSeen, kNoMatch (seen, but its outline is not to be
 /// fitted: thinner than about two pixels at the top, or too little contrast).
@@ -88,8 +91,9 @@ class Looking {
 class FullRanging {
  public:
   /// @param wanted those of the targets that are looked for; empty: all. The others' hues are still told apart from
-  /// theirs, and their verdict is kNotSeen. @throws std::invalid_argument for targets without hue or radius,
-  /// std::out_of_range for a wanted one that is none of them
+  /// theirs, and their verdict is kNotSeen. @throws std::invalid_argument for sizes that are not > 0 and for targets
+  /// without hue or radius, or with a greatest range that is not beyond it, std::out_of_range for a wanted one that is
+  /// none of them
   FullRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
               const std::vector<std::size_t>& wanted = {});
   ~FullRanging();

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "vision/picture_arguments.h"
 #include "vision/target_colours.h"
 
 namespace twocone::vision {
@@ -18,8 +19,8 @@ constexpr double kApexTolerance_rad = 1e-9;
 // of it.
 constexpr double kRunGap_px = 3;
 
-void check(const Rig& rig, const std::vector<Target>& targets) {
-  std::string bad;
+void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size) {
+  std::string bad = bad_sizes(lower_size, upper_size);
   const auto& lower = rig.lower.settings().cone;
   const auto& upper = rig.upper.settings().cone;
   for (const auto& [view, cone] : {std::pair{"lower", lower}, std::pair{"upper", upper}}) {
@@ -58,14 +59,6 @@ void check(const Rig& rig, const std::vector<Target>& targets) {
   if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
 }
 
-void check_picture(const char* view, const cv::Mat& picture, cv::Size size) {
-  if (picture.type() != CV_8UC3 || picture.size() != size) {
-    throw std::invalid_argument(
-        fmt::format("PaperRanging: the {} picture has {} x {} pixels of {} channels, wanted {} x {} of r g b", view,
-                    picture.cols, picture.rows, picture.channels(), size.width, size.height));
-  }
-}
-
 /// The middle pixel of the first run of `label` on a circle; nothing if the circle has none.
 std::optional<cv::Point> middle_of_first_run(const std::vector<cv::Point>& ring, const cv::Mat& labels, int label) {
   std::vector<cv::Point> hits;
@@ -98,7 +91,7 @@ PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, c
       lower_rings_(rig.lower.settings().centre_px, rig.lower.settings().rim_radius_px, lower_size),
       lower_size_(lower_size),
       upper_size_(upper_size) {
-  check(rig, targets);
+  check(rig, targets, lower_size, upper_size);
   for (const std::size_t i : wanted) wanted_.at(i) = true;
 }
 
@@ -123,8 +116,8 @@ std::optional<cv::Point> PaperRanging::find_on_line(const cv::Mat& labels, int l
 }
 
 std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
-  check_picture("lower", lower, lower_size_);
-  check_picture("upper", upper, upper_size_);
+  check_picture("PaperRanging", "lower", lower, lower_size_);
+  check_picture("PaperRanging", "upper", upper, upper_size_);
   const cv::Mat lower_labels = hues_.label(lower);
   const cv::Mat upper_labels = hues_.label(upper);
   std::vector<RangeMeasurement> measurements;

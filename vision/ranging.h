@@ -18,6 +18,9 @@ struct Target {
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb; its hue counts
   double radius_m = 0;                               ///< > 0
   std::optional<double> top_m{};                     ///< height of its flat top above the floor, where the map tells
+  /// No place from which it is looked at is farther from its axis, > radius_m: how small it can appear. None: it may be
+  /// as small as anything that method `full` sees.
+  std::optional<double> greatest_range_m{};
 };
 
 /// Why a range is given or withheld.
@@ -32,7 +35,7 @@ enum class RangeVerdict {
   kOccluded,     ///< something hides a part of the outline: given without bearing where the top is whole, else withheld
   kSaturated,    ///< too bright: its colour is lost, so its outline is not trusted
   kTwoCandidates,  ///< two things of its colour are seen, and nothing tells which is the landmark
-  kInconsistent,   ///< the two views contradict each other
+  kInconsistent,   ///< the two views contradict each other, or the map's height and radius of the landmark
   kImpossible,     ///< no place in the world gives these radii
 };
 /// As in ranges.csv: ok, not_seen, truncated, no_match, beyond_limit, same_colour, one_view, occluded, saturated,

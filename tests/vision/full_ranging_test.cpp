@@ -209,6 +209,93 @@ TEST(FullRanging, TwoLandmarksOfOneColourAreFlaggedAndNeverTheNearerByLuck) {
   EXPECT_FALSE(measured[0].range_m);
 }
 
+/// Anywhere in this room is nearer to any pillar.
+constexpr double kRoom_m = 6;
+std::vector<Target> targets_of_room() {
+  auto targets = targets_of(six_pillars());
+  for (Target& target : targets) target.greatest_range_m = kRoom_m;
+  return targets;
+}
+
+// Catches a nearer thing that is taken for the landmark because it is so much larger in the picture.
+TEST(FullRanging, ANearerThingOfALandmarksColourIsNotTakenForIt) {
+  const auto targets = targets_of_room();
+  const double bearings[] = {0.4, 1.3, 2.2, 3.05, 3.7, 4.6, 5.5};
+  for (const double distance_m : {0.83, 1.21, 1.67}) {
+    for (const double bearing_rad : bearings) {
+      SyntheticScene scene{seen_from(six_pillars(), {0.37, -0.21}, 0.37), {}, {}};
+      const Truth truth = truth_of(scene.landmarks[0]);
+      const double off = std::abs(std::remainder(bearing_rad - truth.bearing_rad, 2 * std::numbers::pi));
+      // Behind it, or all but behind it, the landmark cannot be seen.
+      if (off < std::asin(0.15 / distance_m)) continue;
+      scene.landmarks.push_back(
+          pillar(distance_m * std::cos(bearing_rad), distance_m * std::sin(bearing_rad), targets[0].colour));
+      const auto m = look(lab(), scene, targets, {1, 1}).front();
+      EXPECT_EQ(m.verdict, RangeVerdict::kTwoCandidates)
+          << distance_m << " m, " << off << " rad from the landmark: " << to_string(m.verdict);
+      EXPECT_FALSE(m.range_m) << distance_m << " m: " << *m.range_m << ", is " << truth.range_m;
+    }
+  }
+}
+
+TEST(FullRanging, ARivalIsAsLargeAsHalfTheLandmarkAtTheRoomsEnd) {
+  const auto targets = targets_of_room();
+  // A wedge of asin(0.15 / 6) to either side, up to a radius of 708 0.53 / (6 - 0.15 + 0.12) px, from 16 px on.
+  const double top_px = 708 * 0.53 / (kRoom_m - 0.15 + 0.12);
+  const double half_px = 0.5 * std::asin(0.15 / kRoom_m) * (top_px * top_px - 16 * 16);
+  std::mt19937_64 random(1);
+  const SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto pair = lab().take(scene, {1, 1}, random);
+  const FullRanging ranging(lab().rig, targets, kPicture, kPicture);
+  // An even side, since the finder looks at every other pixel first.
+  for (const int side_px : {2, 4, 6, 8, 10, 20}) {
+    auto lower = pair.lower.clone();
+    lower(cv::Rect(400, 300, side_px, side_px)).setTo(cv::Scalar(200, 8, 8));
+    const auto m = ranging.measure(lower, pair.upper).front();
+    const bool is_rival = side_px * side_px >= half_px;
+    EXPECT_EQ(m.verdict, is_rival ? RangeVerdict::kTwoCandidates : RangeVerdict::kOk)
+        << side_px * side_px << " px of " << half_px << ": " << to_string(m.verdict);
+  }
+}
+
+// Catches the halves of one landmark that are taken for two.
+TEST(FullRanging, ALandmarkInHalvesIsOneLandmark) {
+  const auto pillars = six_pillars();
+  const auto targets = targets_of_room();
+  int ranges = 0;
+  for (const double half_width_m : {0.004, 0.008}) {  // 3.5 and 7 degrees before a pillar of 10
+    for (const double off_rad : {-0.02, 0.0, 0.013}) {
+      SyntheticScene scene{seen_from(pillars, {-0.8, -0.35}, 0.37), {}, {}};
+      const Truth truth = truth_of(scene.landmarks[0]);
+      scene.strips.push_back({truth.bearing_rad + off_rad, 0.13, half_width_m, {0.2, 0.2, 0.2}});
+      const auto m = look(lab(), scene, targets, {1, 1}).front();
+      EXPECT_NE(m.verdict, RangeVerdict::kTwoCandidates) << half_width_m << " m, " << off_rad << " rad";
+      if (!m.range_m) continue;
+      ++ranges;
+      EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 1e-3) << to_string(m.verdict);
+    }
+  }
+  EXPECT_GE(ranges, 1);
+}
+
+// Catches a top that stands elsewhere than the map says and passes for one that a view does not show.
+TEST(FullRanging, ATopThatContradictsTheMapIsInconsistentHoweverMuch) {
+  const auto targets = targets_of_room();
+  for (const double lower_by_m : {-0.10, -0.05, 0.02, 0.05, 0.07, 0.10, 0.15}) {
+    auto pillars = six_pillars();
+    for (SyntheticLandmark& p : pillars) p.top_m -= lower_by_m;
+    for (const auto& [x, y, heading] : {std::tuple{0.13, -0.21, 0.37}, {0.31, 0.17, 2.11}}) {
+      SyntheticScene scene{seen_from(pillars, {x, y}, heading), {}, {}};
+      const auto measured = look(lab(), scene, targets, {1, 1});
+      for (std::size_t k = 0; k < measured.size(); ++k) {
+        EXPECT_EQ(measured[k].verdict, RangeVerdict::kInconsistent)
+            << lower_by_m << " m lower, pillar " << k + 1 << ": " << to_string(measured[k].verdict);
+        EXPECT_FALSE(measured[k].range_m || measured[k].bearing_rad) << lower_by_m << " m lower, pillar " << k + 1;
+      }
+    }
+  }
+}
+
 TEST(FullRanging, SaturatedPillarsAreFlaggedOrLeftOut) {
   SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
   const auto measured = look(lab(), scene, targets_of(six_pillars()), {60, 0});
@@ -260,6 +347,13 @@ TEST(FullRanging, RefusesPicturesAndTargetsThatItCannotUse) {
   bad = targets;
   bad[2].top_m = std::nan("");
   EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);
+  bad = targets;
+  bad[2].greatest_range_m = bad[2].radius_m;
+  EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);
+  for (const cv::Size& size : {cv::Size(-4, 480), cv::Size(640, -4), cv::Size(0, 480)}) {
+    EXPECT_THROW(FullRanging(lab().rig, targets, size, kPicture), std::invalid_argument) << size;
+    EXPECT_THROW(FullRanging(lab().rig, targets, kPicture, size), std::invalid_argument) << size;
+  }
   bad = targets;
   bad[2].colour = {0.5, 0.5, 0.5};
   EXPECT_THROW(FullRanging(lab().rig, bad, kPicture, kPicture), std::invalid_argument);

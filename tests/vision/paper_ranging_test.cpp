@@ -157,6 +157,8 @@ TEST(PaperRanging, RefusesARigThatTheEquationsDoNotHoldFor) {
   EXPECT_THROW(PaperRanging(two_sizes, kRed, kPicture, kPicture), std::invalid_argument);
   const Rig upside_down{MirrorView(lab_view(0.55)), MirrorView(lab_view(0.25))};
   EXPECT_THROW(PaperRanging(upside_down, kRed, kPicture, kPicture), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(lab_rig(), kRed, {-4, 480}, kPicture), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(lab_rig(), kRed, kPicture, {640, 0}), std::invalid_argument);
 }
 
 TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {

@@ -9,13 +9,13 @@
 namespace twocone::vision {
 namespace {
 
-constexpr int kBins = 720;
+constexpr int kBins = Finder::kBins;
 constexpr double kBin_deg = 360.0 / kBins;
 // Nearer to the tip than this a pixel's direction is no better than several degrees.
 constexpr double kLeastRadius_px = 8;
-// A mast before a landmark parts it; two landmarks of one colour never stand so close.
+// A mast before a landmark parts it. Two things of one colour that stand so close are one candidate, too wide for a
+// landmark (full/rivals.h).
 constexpr int kGap_bins = 10;
-constexpr double kLeastArea_px = 12;
 constexpr int kRadialBin_px = 2;
 constexpr double kRimMargin_px = 2.5;
 constexpr double kTopSearch_px = 8;
@@ -142,15 +142,16 @@ std::optional<Candidate> Finder::candidate_of(const cv::Mat& rgb, const ColourTa
   if (outer == 0) return std::nullopt;
   const double angle_rad = sum_deg / outer * std::numbers::pi / 180;
   top_px = refined_top(rgb, table, label, angle_rad, half_rad, top_px);
-  return Candidate{angle_rad, top_px, area_px, top_px > rim_px_ - kRimMargin_px};
+  return Candidate{angle_rad, top_px, area_px, top_px > rim_px_ - kRimMargin_px, 0, 0};
 }
 
-std::vector<Candidate> Finder::candidates_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label,
-                                             const std::vector<Polar>& hits, int stride) const {
+Found Finder::found_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const std::vector<Polar>& hits,
+                       int stride) const {
   std::array<int, kBins> counts{};
   const auto bin_of = [](const Polar& p) { return static_cast<int>(p.angle_deg / kBin_deg) % kBins; };
   for (const Polar& hit : hits) ++counts[std::size_t(bin_of(hit))];
-  std::vector<Candidate> candidates;
+  Found found;
+  std::vector<Candidate>& candidates = found.candidates;
   for (const Run& run : runs_of(counts)) {
     // With angles unrolled from the run's beginning.
     std::vector<Polar> wedge;
@@ -162,28 +163,36 @@ std::vector<Candidate> Finder::candidates_of(const cv::Mat& rgb, const ColourTab
       }
       if (bin >= run.first && bin <= run.last) wedge.push_back(hit);
     }
-    if (const auto candidate = candidate_of(rgb, table, label, wedge, stride)) candidates.push_back(*candidate);
+    auto candidate = candidate_of(rgb, table, label, wedge, stride);
+    if (!candidate) continue;
+    candidate->first_bin = run.first;
+    candidate->last_bin = run.last;
+    candidates.push_back(*candidate);
   }
+  if (candidates.empty()) return found;
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.area_px > b.area_px; });
-  return candidates;
+  found.area_px.assign(kBins, 0);
+  for (const Polar& hit : hits) {
+    if (hit.radius_px >= kSureRadius_px) found.area_px[std::size_t(bin_of(hit))] += stride * stride;
+  }
+  return found;
 }
 
-std::vector<std::vector<Candidate>> Finder::find(const cv::Mat& rgb, const ColourTable& table,
-                                                 const std::vector<bool>& wanted) const {
+std::vector<Found> Finder::find(const cv::Mat& rgb, const ColourTable& table, const std::vector<bool>& wanted) const {
   const std::size_t colours = wanted.size();
-  std::vector<std::vector<Candidate>> found(colours);
+  std::vector<Found> found(colours);
   // Every other pixel of every other row first; all of them for what is not found so.
   for (const int stride : {2, 1}) {
     std::vector<std::vector<Polar>> by_colour(colours);
     gather(rgb, table, stride, by_colour);
     bool is_complete = true;
     for (std::size_t k = 0; k < colours; ++k) {
-      if (!wanted[k] || !found[k].empty()) continue;
+      if (!wanted[k] || !found[k].candidates.empty()) continue;
       if (!by_colour[k].empty()) {
-        found[k] = candidates_of(rgb, table, static_cast<std::uint8_t>(k + 1), by_colour[k], stride);
+        found[k] = found_of(rgb, table, static_cast<std::uint8_t>(k + 1), by_colour[k], stride);
       }
-      is_complete = is_complete && !found[k].empty();
+      is_complete = is_complete && !found[k].candidates.empty();
     }
     if (is_complete) break;
   }

@@ -34,7 +34,7 @@ constexpr double kLeastRadius_px = 10;
 constexpr double kLeastWidth_px = 1.5;
 constexpr double kLeastArcSupport = 0.6;
 constexpr double kLeastSideSupport = 0.25;
-// A landmark seen narrower than it is, is partly hidden.
+// A landmark seen narrower than it is, is partly hidden; one seen wider is not where its top says.
 constexpr double kNarrow_px = 0.5;
 constexpr double kNarrowSigmas = 5;
 // Of the top's place, for a rim of one pixel's radius, falling with its square: as found without noise, at radii of 4
@@ -307,8 +307,10 @@ std::vector<Judged> ViewFitter::judge(const std::vector<const Look*>& looks) {
     const OutlineFit& fit = *looks[i]->fit;
     const std::size_t stage = looks[i]->is_fine ? 1 : 0;
     judged[i].is_occluded = fit.arc_support < kLeastArcSupport;
-    judged[i].is_narrow = std::min(fit.left_support, fit.right_support) < kLeastSideSupport ||
-                          fit.narrowness_px > std::max(kNarrow_px, kNarrowSigmas * fit.sigma_narrowness_px);
+    const double off_px = std::max(kNarrow_px, kNarrowSigmas * fit.sigma_narrowness_px);
+    judged[i].is_narrow =
+        std::min(fit.left_support, fit.right_support) < kLeastSideSupport || fit.narrowness_px > off_px;
+    judged[i].is_wide = fit.narrowness_px < -off_px;
     if (judged[i].is_occluded) continue;
     judged[i].sighting = sighting_of(fit, scatter(arc[stage], fit.arc_scores), scatter(sides[stage], fit.side_scores));
   }

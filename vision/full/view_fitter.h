@@ -29,6 +29,7 @@ struct Judged {
   std::optional<Sighting> sighting;
   bool is_occluded = false;  ///< the top cannot be trusted
   bool is_narrow = false;    ///< its bearing cannot be trusted
+  bool is_wide = false;      ///< wider than a landmark of its radius is at that range
 };
 
 /// Finds and fits landmarks in one view.
