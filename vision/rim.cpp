@@ -16,7 +16,9 @@ namespace {
 constexpr int kDirections = 360;
 constexpr double kSearch = 0.2;  // of the expected radius, to either side
 constexpr int kSamplesPerPixel = 4;
-constexpr double kMinStep = 4;  // grey levels: less is noise
+constexpr double kMinStep = 4;     // grey levels: less is noise
+constexpr double kClearStep = 12;  // three times a noise of 4, which is much
+constexpr double kDark = 6;        // likewise: black and the noise on it
 constexpr double kInlier_px = 1.0;
 constexpr double kMinSupport = 1.0 / 3;
 constexpr int kIterations = 30;
@@ -45,25 +47,26 @@ std::vector<double> profile_along(const cv::Mat& grey, const RimCircle& about, c
   return profile;
 }
 
-/// The samples before the picture gets black and stays so to the end of the search: a picture may hold the mirror and
+/// The samples before the picture gets dark and stays so to the end of the search: a picture may hold the mirror and
 /// its nearest surroundings only, and where it ends is no rim.
-std::size_t recorded(const std::vector<double>& profile) {
-  const auto last = std::find_if(profile.rbegin(), profile.rend(), [](double grey) { return grey > 0; });
+std::size_t lit(const std::vector<double>& profile) {
+  const auto last = std::find_if(profile.rbegin(), profile.rend(), [](double grey) { return grey > kDark; });
   const auto lit = std::size_t(profile.rend() - last);
-  // The step from the last lit pixel is spread over two pixels by the interpolation.
-  constexpr auto kSpread = std::size_t{2} * kSamplesPerPixel;
-  return profile.size() - lit > kSpread && lit > kSpread ? lit - kSpread : profile.size();
+  // The step from the last lit pixel is spread over the diagonals of two pixels by the interpolation.
+  constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
+  if (profile.size() - lit <= kSpread) return profile.size();
+  return lit > kSpread ? lit - kSpread : 0;
 }
 
 /// The place of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
-std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count) {
+std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count, double least) {
   const int half = kSamplesPerPixel;  // the step over two pixels
   const int end = static_cast<int>(count) - half;
   const auto step_at = [&](int i) {
     const double* const here = profile.data() + i;
     return std::abs(here[half] - here[-half]);
   };
-  double best = kMinStep;
+  double best = least;
   int best_at = -1;
   for (int i = half; i < end; ++i) {
     if (step_at(i) > best) {
@@ -78,32 +81,41 @@ std::optional<double> strongest_step(const std::vector<double>& profile, std::si
   return (best_at + last) / 2.0;
 }
 
-std::optional<Eigen::Vector2d> strongest_edge(const cv::Mat& grey, const RimCircle& about, double angle_rad) {
-  const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
-  const std::vector<double> profile = profile_along(grey, about, out);
-  auto step = strongest_step(profile, recorded(profile));
-  // A mirror before something wholly black has its rim there.
-  if (!step) step = strongest_step(profile, profile.size());
-  if (!step) return std::nullopt;
-  return about.centre_px + out * (about.radius_px * (1 - kSearch) + *step / kSamplesPerPixel);
+/// Which edges count.
+enum class Edges {
+  kLit,  ///< not where the picture gets dark for good
+  kAll,
+};
+
+std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircle& about, Edges which,
+                                             double least = kMinStep) {
+  std::vector<Eigen::Vector2d> edges;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * i / kDirections;
+    const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
+    const std::vector<double> profile = profile_along(grey, about, out);
+    const auto step = strongest_step(profile, which == Edges::kAll ? profile.size() : lit(profile), least);
+    if (!step) continue;
+    edges.emplace_back(about.centre_px + out * (about.radius_px * (1 - kSearch) + *step / kSamplesPerPixel));
+  }
+  return edges;
 }
 
-}  // namespace
+bool are_enough(const std::vector<Eigen::Vector2d>& edges) { return double(edges.size()) >= kDirections * kMinSupport; }
 
-std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
+cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
   if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants a picture of r g b");
   if (!(expected.radius_px > 0) || !std::isfinite(expected.radius_px) || !expected.centre_px.allFinite()) {
     throw std::invalid_argument("find_rim: expected.radius_px must be > 0, and centre and radius finite");
   }
   cv::Mat grey;
   cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
-  std::vector<Eigen::Vector2d> edges;
-  for (int i = 0; i < kDirections; ++i) {
-    if (const auto edge = strongest_edge(grey, expected, 2 * std::numbers::pi * i / kDirections))
-      edges.push_back(*edge);
-  }
-  if (double(edges.size()) < kDirections * kMinSupport) return std::nullopt;
+  return grey;
+}
 
+/// The circle that fits most of the edges.
+std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, const RimCircle& expected) {
+  if (!are_enough(edges)) return std::nullopt;
   RimCircle circle = expected;
   std::vector<double> radii;
   radii.reserve(edges.size());
@@ -135,6 +147,19 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected)
   circle.support = double(inliers) / kDirections;
   if (circle.support < kMinSupport || !(circle.radius_px > 0)) return std::nullopt;
   return circle;
+}
+
+}  // namespace
+
+std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
+  const cv::Mat grey = checked_grey(rgb, expected);
+  const auto rim = circle_of(strongest_edges(grey, expected, Edges::kLit), expected);
+  // A mirror before something dark has its rim where the dark begins.
+  return rim ? rim : circle_of(strongest_edges(grey, expected, Edges::kAll), expected);
+}
+
+bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected) {
+  return are_enough(strongest_edges(checked_grey(rgb, expected), expected, Edges::kLit, kClearStep));
 }
 
 }  // namespace twocone::vision

@@ -20,9 +20,19 @@ struct RimCircle {
 /// Where nothing agrees with more than a third of the directions (an even background, a picture without mirror):
 /// nothing.
 ///
+/// Edges at which the picture gets dark and stays so to the end of the search count only where the others make no
+/// circle: a picture may hold the mirror and its nearest surroundings only, and where it ends is no rim; but a rim may
+/// stand before something dark.
+///
 /// Sub-pixel where the step is sharp, but only as good as the contrast between rim and background: a check, not a
 /// calibration.
 /// @param rgb CV_8UC3. @throws std::invalid_argument for another type or an `expected.radius_px` that is not > 0
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected);
+
+/// Whether brightness changes clearly, by 12 grey levels, in a third of the directions where find_rim() looks, but for
+/// where the picture gets dark for good. If not, a rim that is not found tells nothing: it may be there and not stand
+/// out from what is behind it.
+/// @throws as find_rim()
+bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected);
 
 }  // namespace twocone::vision

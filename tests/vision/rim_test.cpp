@@ -2,6 +2,7 @@
 #include "vision/rim.h"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -64,6 +65,45 @@ TEST(FindRim, IsNotLedAstrayByWhereThePictureEnds) {
   const auto before_black = find_rim(disc(319.5, 239.5, 220, 90, 0), {{319.5, 239.5}, 222, 0});
   ASSERT_TRUE(before_black);
   EXPECT_NEAR(before_black->radius_px, 220, 5 * kSharp_px);
+}
+
+/// The same, black beyond a jagged edge: between `inner_px` and 8 px farther, 60 teeth.
+cv::Mat jagged(cv::Mat picture, double inner_px) {
+  for (int r = 0; r < picture.rows; ++r) {
+    for (int c = 0; c < picture.cols; ++c) {
+      const double turn = std::atan2(r - 239.5, c - 319.5) / (2 * std::numbers::pi) * 60;
+      const double tooth = 2 * std::abs(turn - std::round(turn));
+      if (std::hypot(c - 319.5, r - 239.5) > inner_px + 8 * tooth) picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
+    }
+  }
+  return picture;
+}
+
+// Catches where a simulated picture ends (drivers/sim_povray/render/camera_mask.h) being taken for a rim that fog
+// hides.
+TEST(FindRim, TakesNoJaggedEdgeForARim) {
+  const RimCircle expected{{319.5, 239.5}, 118, 0};
+  const cv::Mat fog = jagged(disc(319.5, 239.5, 118, 128, 128), 124);
+  EXPECT_FALSE(find_rim(fog, expected));
+  EXPECT_FALSE(rim_may_show(fog, expected)) << "nothing but the picture's end";
+  for (const double outside : {110.0, 8.0}) {
+    const cv::Mat room = jagged(disc(319.5, 239.5, 118, 128, outside), 124);
+    EXPECT_TRUE(rim_may_show(room, expected));
+    const auto rim = find_rim(room, expected);
+    ASSERT_TRUE(rim) << outside;
+    EXPECT_NEAR(rim->radius_px, 118, 5 * kSharp_px) << outside;
+  }
+  // Dark surroundings that cannot be told from what was not rendered: the rim is where the dark begins.
+  const auto dark = find_rim(jagged(disc(319.5, 239.5, 118, 128, 2), 124), expected);
+  ASSERT_TRUE(dark);
+  EXPECT_NEAR(dark->radius_px, 118, 5 * kSharp_px);
+}
+
+// As a fisheye's circle in the middle of a picture.
+TEST(FindRim, FindsACircleThatThePictureCutsOffAndThatIsBlackOutside) {
+  const auto rim = find_rim(disc(319.5, 239.5, 239.5, 120, 0), {{319.5, 239.5}, 239, 0});
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->radius_px, 239.5, 5 * kSharp_px);
 }
 
 TEST(FindRim, FindsNothingWhereThereIsNothing) {
