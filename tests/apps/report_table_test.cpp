@@ -76,6 +76,20 @@ TEST(Table, GivesKnownNumbersInMillimetresBesideThePapers) {
   expect_plain_and_narrow(text);
 }
 
+// Catches a wild answer that pushes all other columns out of their places.
+TEST(Table, KeepsItsColumnsWhateverTheNumbers) {
+  runs::Summary ours = known_summary();
+  runs::Summary paper = known_summary();
+  paper.fix_error = runs::ErrorStatistics{444, 678568836725369472.0, 999.9999, 9999.9994, 1e305};
+  ours.landmarks[0].error = runs::ErrorStatistics{423, 99.99994, 99.999996, 123.4, 1e9};
+  const std::string text = table(ours, known_info(), synthetic_robot(), &paper);
+  EXPECT_EQ(line_of(text, "Red "),
+            "Red              423   94.0 % 99999.94  1.0e+05  1.2e+05  1.0e+12 |    12.35    60.20 |  21.95 136.6");
+  EXPECT_EQ(line_of(text, "fix "),
+            "fix              444   98.7 %    21.10    25.00    44.40   123.40 |  6.8e+20 1.0e+308 |  29.97   130");
+  expect_plain_and_narrow(text);
+}
+
 TEST(Table, BeginsWithWhatRepeatsIt) {
   const std::string text = table(known_summary(), known_info(), synthetic_robot());
   EXPECT_TRUE(

@@ -193,6 +193,29 @@ TEST(WriteReport, PutsBoundsAndTheBudgetBesideTheErrors) {
   for (const std::string& note : result.notes) EXPECT_THAT(note, Not(HasSubstr("gnuplot")));
 }
 
+// Catches verdicts of one method explained in the terms of the other, and ranges that no verdict accounts for.
+TEST(WriteReport, ExplainsVerdictsAsTheMethodMeansThem) {
+  const ScratchFolder scratch;
+  runs::RunData run = synthetic_run(scratch.path(), 60);
+  EXPECT_TRUE(has(written(run), "</b>: it reaches the lower rim: too near for its top to be seen"));
+  run.method = "full";
+  int hidden = 0;
+  int with_range = 0;
+  for (runs::RangeRow& row : run.ranges) {
+    if (row.landmark != "cyan" || row.verdict != "ok" || hidden == 15) continue;
+    row.verdict = "occluded";
+    if (++hidden > 5) row.range_m.reset();
+    with_range += row.range_m ? 1 : 0;
+  }
+  ASSERT_EQ(hidden, 15);
+  ASSERT_EQ(with_range, 5);
+  const std::string html = written(run);
+  EXPECT_TRUE(has(html, "occluded 15 (5 with a range)"));
+  EXPECT_TRUE(has(html, "</b>: something hides a part of its outline: a range without a bearing"));
+  EXPECT_TRUE(has(html, "</b>: it reaches the rims: too near for its top to be seen"));
+  EXPECT_FALSE(has(html, "the lower rim: too near"));
+}
+
 TEST(WriteReport, AssumesTheNoiseOfARunWithoutSightings) {
   const ScratchFolder scratch;
   const std::string html = written(synthetic_run(scratch.path(), 20));
