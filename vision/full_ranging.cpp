@@ -269,7 +269,9 @@ class Looking::Impl {
       }
       if (!is_telling) return false;
     }
-    return place(target.top_m).verdict == RangeVerdict::kInconsistent;
+    // The height alone contradicts the map, not the bearings each other.
+    return place(std::nullopt).verdict == RangeVerdict::kOk &&
+           place(target.top_m).verdict == RangeVerdict::kInconsistent;
   }
 
   [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen, const std::array<Judged, 2>& judged) const {

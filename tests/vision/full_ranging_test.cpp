@@ -296,6 +296,31 @@ TEST(FullRanging, ATopThatContradictsTheMapIsInconsistentHoweverMuch) {
   }
 }
 
+// What the building guide's table of troubles says.
+TEST(FullRanging, ExchangedAndTurnedCamerasAreSeenByTheirVerdicts) {
+  const auto targets = targets_of_room();
+  std::mt19937_64 random(1);
+  const auto pair = lab().take({seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
+  const FullRanging ranging(lab().rig, targets, kPicture, kPicture);
+  const auto flipped = [](const cv::Mat& picture, int code) {
+    cv::Mat result;
+    cv::flip(picture, result, code);
+    return result;
+  };
+  for (const RangeMeasurement& m : ranging.measure(pair.upper, pair.lower)) {
+    EXPECT_FALSE(m.range_m) << "exchanged: " << to_string(m.verdict);
+  }
+  for (const int code : {0, 1, -1}) {
+    for (const auto& measured : {ranging.measure(flipped(pair.lower, code), pair.upper),
+                                 ranging.measure(pair.lower, flipped(pair.upper, code))}) {
+      for (const RangeMeasurement& m : measured) EXPECT_EQ(m.verdict, RangeVerdict::kTwoCandidates) << "flip " << code;
+    }
+  }
+  for (const RangeMeasurement& m : ranging.measure(flipped(pair.lower, 1), flipped(pair.upper, 1))) {
+    EXPECT_TRUE(m.range_m) << "both mirrored: " << to_string(m.verdict);
+  }
+}
+
 TEST(FullRanging, SaturatedPillarsAreFlaggedOrLeftOut) {
   SyntheticScene scene{seen_from(six_pillars(), {0.13, -0.21}, 0.37), {}, {}};
   const auto measured = look(lab(), scene, targets_of(six_pillars()), {60, 0});
