@@ -124,7 +124,7 @@ TEST(DoctorCamera, BehindABadCableIsTold) {
   check_camera(lower(), camera, 20, ward.surroundings(), report);
   EXPECT_NE(row_of(report, "lower", "lost frames").verdict, Verdict::kOk);
   EXPECT_EQ(row_of(report, "lower", "rate").verdict, Verdict::kOk);
-  EXPECT_EQ(row_of(report, "lower", "mirror").verdict, Verdict::kFailed) << "the test pattern shows no mirror";
+  EXPECT_EQ(row_of(report, "lower", "mirror").verdict, Verdict::kWarning) << "the test pattern shows no mirror";
 }
 
 // ---- pairs

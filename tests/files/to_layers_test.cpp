@@ -419,7 +419,8 @@ TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
   EXPECT_EQ(targets[0].radius_m, 0.08);
   EXPECT_EQ(targets[0].top_m, good_map().landmarks[0].top_m);
   EXPECT_NE(targets[0].top_m, targets[1].top_m);
-  // From the corner on the other side.
+  // From the corner on the other side, to some roundings of a few metres.
+  constexpr double kRounding_m = 16 * std::numeric_limits<double>::epsilon();
   const Bounds bounds = good_map().bounds;
   EXPECT_NEAR(*targets[0].greatest_range_m, std::hypot(bounds.max_x_m + 1.9, 0.7 - bounds.min_y_m), kRounding_m);
   EXPECT_NEAR(*targets[1].greatest_range_m, std::hypot(2.3 - bounds.min_x_m, bounds.max_y_m + 1.1), kRounding_m);

@@ -67,11 +67,11 @@ TEST(FindRim, IsNotLedAstrayByWhereThePictureEnds) {
   EXPECT_NEAR(before_black->radius_px, 220, 5 * kSharp_px);
 }
 
-/// The same, black beyond a jagged edge: between `inner_px` and 8 px farther, 60 teeth.
+/// The same, black beyond a jagged edge: between `inner_px` and 8 px farther, 53 teeth.
 cv::Mat jagged(cv::Mat picture, double inner_px) {
   for (int r = 0; r < picture.rows; ++r) {
     for (int c = 0; c < picture.cols; ++c) {
-      const double turn = std::atan2(r - 239.5, c - 319.5) / (2 * std::numbers::pi) * 60;
+      const double turn = std::atan2(r - 239.5, c - 319.5) / (2 * std::numbers::pi) * 53;
       const double tooth = 2 * std::abs(turn - std::round(turn));
       if (std::hypot(c - 319.5, r - 239.5) > inner_px + 8 * tooth) picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
     }

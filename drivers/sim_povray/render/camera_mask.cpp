@@ -15,9 +15,9 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Each is some three degrees wide, so that its straight flanks do not dip below the inner circle in any picture whose
-/// mirror has a radius below 3000 px.
-constexpr int kTeeth = 60;
+/// A prime, so that no even set of directions meets them in step. Each flank is some three degrees wide, so that its
+/// straight flanks do not dip below the inner circle in any picture whose mirror has a radius below 4000 px.
+constexpr int kTeeth = 53;
 
 /// Corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` has it.
 std::string jagged_circle(double radius_px) {

@@ -15,6 +15,6 @@ found C.4 "exchanged, mirrored and turned cameras in the guide's table" "the wro
   "vision/full_ranging_test:FullRanging.ExchangedAndTurned*"
 found D.3 "wrappers of swirlbox and others; the shipped fisheye robot" "the mask's edge is a rim with radius 124.5 px; \`doctor\` fails" \
   "the mask's edge is jagged and lies on no circle; a rim that does not stand out is said to be so, and a circle before black is found" \
-  "vision/rim_test:FindRim.*" "sim_povray/sim_povray_render_test:MirrorFinderTest.TheMasksEdge*" "doctor/doctor_test:*Pictures.*"
+  "vision/rim_test:FindRim.*" "sim_povray/sim_povray_render_test:MirrorFinderTest.TheMasksEdge*" "doctor/doctor_test:*Pictures.*:DoctorPicture.*"
 found D.22 "the report's legend (the line's other parts: the house)" "verdicts of \`full\` in the paper's terms; \`occluded\` 15 of 15 beside 5 ranges" \
   "each method's own terms; how many of \`occluded\` have a range" "apps/report_write_test:WriteReport.ExplainsVerdicts*"
