@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/stand_in/arduino_emulator.h"
+
 namespace twocone::stand_in {
 namespace {
 
@@ -382,6 +384,7 @@ class Create2 final : public LiftableFirmware {
 std::unique_ptr<Firmware> make_firmware(std::string_view protocol) {
   if (protocol == "ros_arduino_bridge") return std::make_unique<RosArduinoBridge>();
   if (protocol == "roboclaw") return std::make_unique<Roboclaw>();
+  if (protocol == kArduinoEmulator) return std::make_unique<ArduinoEmulator>();
   if (protocol == "create2") return std::make_unique<Create2>();
   throw std::invalid_argument("no stand-in for protocol '" + std::string(protocol) + "'");
 }

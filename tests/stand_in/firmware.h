@@ -76,7 +76,10 @@ class LiftableFirmware : public Firmware {
   bool wheel_hangs = false;
 };
 
-/// @throws std::invalid_argument for a name that is none of ros_arduino_bridge, roboclaw, create2
+/// The name of ros_arduino_bridge with the real firmware's control loop and motors (arduino_emulator.h).
+inline constexpr std::string_view kArduinoEmulator = "arduino_emulator";
+
+/// @throws std::invalid_argument for a name that is none of ros_arduino_bridge, roboclaw, create2, kArduinoEmulator
 std::unique_ptr<Firmware> make_firmware(std::string_view protocol);
 
 }  // namespace twocone::stand_in

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// Program, watchdog and controller in one simulated time, with delays, hold-ups, resets, lost and garbled bytes drawn
+// from a seed. TWOCONE_SCHEDULES=N: so many schedules; TWOCONE_SCHEDULE=SEED: that one alone, and what happened in it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "hal/text.h"
+#include "tests/stand_in/simulated_line.h"
+
+namespace twocone::serial {
+namespace {
+
+using namespace std::chrono_literals;
+using stand_in::SimulatedLine;
+using stand_in::SimulatedWatchdog;
+using std::chrono::nanoseconds;
+using testing::HasSubstr;
+
+constexpr double kCountsPerTurn = 1440;
+constexpr int kSchedules = 300;
+
+// A row of stops takes 30 ms, the watchdog wakes up to 3 ms late and decides within 1, a stop's 7 bytes take 1.3 ms on
+// the line behind at most 100 others, and time is looked at each millisecond: 53 ms; documented are 100.
+constexpr nanoseconds kGrace = 100ms;
+// A failure must be over so long after the line is well.
+constexpr nanoseconds kOver = 300ms;
+
+double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+int number_of(const char* variable, int otherwise) {
+  const char* const text = std::getenv(variable);
+  return text != nullptr ? std::atoi(text) : otherwise;
+}
+
+SerialDriveSettings settings() {
+  SerialDriveSettings settings;
+  settings.port = "the simulated line";
+  settings.protocol = "ros_arduino_bridge";
+  settings.counts_per_turn = kCountsPerTurn;
+  return settings;
+}
+
+/// What a schedule is of.
+enum class Kind {
+  kDelays,    ///< the program commands about each command_timeout; the line is well all the time
+  kHoldUps,   ///< the program is held up for about command_timeout, at any of its calls to the system
+  kResets,    ///< the board is reset, with and without a boot loader's pause
+  kLine,      ///< bytes are lost and garbled
+  kWatchdog,  ///< the watchdog is halted or killed
+  kAll,
+};
+constexpr int kKinds = 6;
+const char* name_of(Kind kind) {
+  constexpr const char* kNames[kKinds]{"delays", "hold-ups", "resets", "line", "watchdog", "all"};
+  return kNames[int(kind)];
+}
+
+struct Outcome {
+  Kind kind{};
+  int calls = 0, failed = 0;
+  nanoseconds over{0};          ///< the last failure, after the line was well
+  nanoseconds longest_turn{0};  ///< with power beyond the last command that moves, less command_timeout
+  nanoseconds noticed{0};       ///< power after the call of a command that moves while the watchdog is halted or dead
+  std::string wrong;            ///< empty: nothing
+};
+
+class Schedule {
+ public:
+  Schedule(std::uint64_t seed, bool is_told)
+      : kind_(Kind(seed % kKinds)), is_told_(is_told), random_(seed), line_(seed, latency()) {
+    timeout_ = pick({100ms, 150ms, 200ms, 300ms, 500ms});
+    outcome_.kind = kind_;
+  }
+
+  Outcome go() {
+    begin_ = line_.now();
+    line_.watch = [this] { watch(); };
+    line_.overhear = [this](const char* who, std::span<const std::uint8_t> bytes) {
+      std::string text;
+      for (const std::uint8_t byte : bytes) text += byte == '\r' ? std::string("|") : fmt::format("{:c}", byte);
+      tell(fmt::format("    {}: {}", who, printable(text)));
+    };
+    auto opened = SerialDiffDrive::open(settings(), {12, timeout_}, line_.machine());
+    if (!opened) {
+      outcome_.wrong = "does not open: " + opened.error().message;
+      return outcome_;
+    }
+    drive_ = *std::move(opened);
+    trouble();
+    calm();
+    drive_.reset();
+    line_.advance(kGrace);
+    if (line_.board().has_power()) complain("the wheels have power after the drive's end");
+    return outcome_;
+  }
+
+ private:
+  nanoseconds latency() { return pick({0ms, 1ms, 16ms}); }
+  nanoseconds pick(std::initializer_list<nanoseconds> values) { return values.begin()[random_() % values.size()]; }
+  bool is(std::initializer_list<Kind> kinds) const {
+    return kind_ == Kind::kAll || std::find(kinds.begin(), kinds.end(), kind_) != kinds.end();
+  }
+  double share() { return std::uniform_real_distribution<>(0, 1)(random_); }
+  nanoseconds about_timeout() { return nanoseconds(std::int64_t(double(timeout_.count()) * (0.85 + 0.3 * share()))); }
+
+  /// The time in which things go wrong.
+  void trouble() {
+    const nanoseconds end = line_.now() + line_.draw(400ms, 2000ms);
+    line_.troubles.end = end;
+    if (is({Kind::kHoldUps})) {
+      line_.troubles.hold_up = 0.02;
+      line_.troubles.shortest_hold_up = timeout_ / 2;
+      line_.troubles.longest_hold_up = timeout_ * 3 / 2;
+    }
+    if (is({Kind::kLine})) {
+      line_.troubles.lose = 0.1 * share() * share();
+      line_.troubles.garble = share() < 0.5 ? 0 : 0.05 * share();
+    }
+    while (line_.now() < end) {
+      if (is({Kind::kResets}) && share() < 0.1) reset();
+      if (is({Kind::kWatchdog}) && share() < 0.1) strike_watchdog();
+      call(share() < 0.15 ? WheelSpeeds{} : WheelSpeeds{1 + 4 * share(), 1 + 4 * share()});
+      line_.advance(share() < (kind_ == Kind::kDelays ? 0.8 : 0.2) ? about_timeout() : line_.draw(1ms, 40ms));
+    }
+    while (line_.now() < boots_until_) {
+      call({2, 2});
+      line_.advance(line_.draw(10ms, 40ms));
+    }
+    if (line_.watchdog != nullptr && line_.watchdog->is_halted()) line_.watchdog->halt_until(line_.now());
+    well_ = line_.now();
+  }
+
+  /// Everything is well: after kOver nothing fails any more.
+  void calm() {
+    const nanoseconds end = line_.now() + kOver + 600ms;
+    while (line_.now() < end) {
+      call({2, 3});
+      line_.advance(line_.draw(10ms, 40ms));
+    }
+  }
+
+  void reset() {
+    const nanoseconds silence = share() < 0.8 ? 0ms : line_.draw(200ms, 1700ms);
+    line_.reset_board(silence);
+    boots_until_ = line_.now() + silence;
+    tell(fmt::format("reset, silent for {:.3f} s", seconds(silence)));
+  }
+
+  void strike_watchdog() {
+    if (line_.watchdog == nullptr || line_.watchdog->is_halted()) return;
+    tell("the watchdog is struck");
+    watchdog_struck_ = line_.now();
+    if (share() < 0.5) {
+      line_.watchdog->die();
+    } else {
+      line_.watchdog->halt_until(line_.now() + about_timeout() * 2);
+    }
+  }
+
+  void call(const WheelSpeeds& speeds) {
+    const nanoseconds set_at = line_.now();
+    if (speeds.left_radps != 0) commanded_ = set_at;
+    const nanoseconds held_up = line_.held_up;
+    const double moved_s = line_.board().moved_s();
+    const bool is_unwatched =
+        kind_ == Kind::kWatchdog && speeds.left_radps != 0 && is_unwatched_until(set_at + timeout_);
+    unwatched_ = is_unwatched ? set_at : SimulatedLine::kNever;
+    const auto set = drive_->set_speeds(speeds);
+    note("set", set_at, set ? nullptr : &set.error());
+    unwatched_ = SimulatedLine::kNever;
+    if (is_unwatched && set) complain("drives on without its watchdog");
+    if (is_unwatched && !set && set.error().code != ErrorCode::kUnavailable) {
+      complain("not named: " + set.error().message);
+    }
+    const bool is_well = line_.troubles.end == 0ns || !is({Kind::kLine});
+    if (!set && line_.board().moved_s() != moved_s && is_well && set.error().code != ErrorCode::kDisconnected) {
+      // It was carried out: then the message says that it is over, and it is.
+      line_.advance(5ms);
+      if (line_.board().has_power()) complain("a failed command drives on: " + set.error().message);
+      const std::string& message = set.error().message;
+      if (message.find("stop") == std::string::npos) complain("stopped in silence: " + message);
+    }
+    const nanoseconds read_at = line_.now();
+    const auto angles = drive_->read_angles();
+    note("read", read_at, angles ? nullptr : &angles.error());
+    if (kind_ != Kind::kDelays) return;
+    // The line is well, nothing is held up: nothing fails, and each answer is its question's own.
+    if (!set || !angles) complain("failed: " + (set ? angles.error().message : set.error().message));
+    if (angles) check_counts(*angles, read_at);
+    if (line_.held_up != held_up) complain("held up");
+  }
+
+  /// Whether the watchdog will do nothing until then.
+  [[nodiscard]] bool is_unwatched_until(nanoseconds time) const {
+    return line_.watchdog != nullptr && line_.watchdog->is_out_until(time);
+  }
+
+  /// Between those at the time of asking, and those at the time of the answer.
+  void check_counts(const WheelAngles& angles, nanoseconds read_at) {
+    const double count = angles.left_rad * kCountsPerTurn / (2 * std::numbers::pi);
+    const double now = std::floor(line_.board().wheels.left());
+    if (count > now + 0.5 || count < counts_at(read_at) - 1.5) {
+      complain(fmt::format("counts {} where the wheel had {} to {}", count, counts_at(read_at), now));
+    }
+  }
+  [[nodiscard]] double counts_at(nanoseconds time) const {
+    for (auto it = counts_.rbegin(); it != counts_.rend(); ++it) {
+      if (it->first <= time) return it->second;
+    }
+    return 0;
+  }
+
+  void note(const char* what, nanoseconds begun, const Error* error) {
+    ++outcome_.calls;
+    const nanoseconds took = line_.now() - begun;
+    if (error == nullptr) {
+      tell(fmt::format("{} ok, {:.1f} ms", what, 1e3 * seconds(took)));
+      return;
+    }
+    ++outcome_.failed;
+    tell(fmt::format("{} failed, {:.1f} ms: {}", what, 1e3 * seconds(took), error->message));
+    if (well_ == 0ns) return;
+    outcome_.over = std::max(outcome_.over, line_.now() - well_);
+    if (outcome_.over > kOver) {
+      complain(fmt::format("failed {:.3f} s after the line was well: {}", seconds(outcome_.over), error->message));
+    }
+  }
+
+  /// At each millisecond: does a wheel have power that must not?
+  void watch() {
+    counts_.emplace_back(line_.now(), std::floor(line_.board().wheels.left()));
+    if (counts_.size() > 3000) counts_.pop_front();
+    if (!line_.board().has_power()) return;
+    if (line_.now() > unwatched_) {
+      outcome_.noticed = std::max(outcome_.noticed, line_.now() - unwatched_);
+      if (line_.now() > unwatched_ + timeout_) complain("power without a watchdog");
+    }
+    const nanoseconds moved = begin_ + nanoseconds(std::int64_t(1e9 * line_.board().moved_s()));
+    // A command counts from its call on: were the program held up in it, the wheels would turn by the one before.
+    nanoseconds since = std::max(moved, commanded_);
+    // While bytes are lost a stop may be, too; a watchdog that is halted or dead stops nothing.
+    if (is({Kind::kLine})) since = std::max(since, line_.troubles.end);
+    if (is({Kind::kWatchdog})) {
+      if (line_.watchdog == nullptr || line_.watchdog->is_halted())
+        watchdog_struck_ = std::max(watchdog_struck_, line_.now());
+      since = std::max(since, watchdog_struck_);
+    }
+    outcome_.longest_turn = std::max(outcome_.longest_turn, line_.now() - since - timeout_);
+    if (line_.now() - since > timeout_ + kGrace) {
+      complain(fmt::format("wheels turn {:.3f} s after the last command, command_timeout is {:.3f} s",
+                           seconds(line_.now() - since), seconds(timeout_)));
+    }
+    // The firmware's own time-out, whatever else is broken.
+    if (line_.now() - moved > 2100ms + nanoseconds(0)) complain("wheels turn for more than 2 s");
+  }
+
+  void complain(const std::string& what) {
+    if (outcome_.wrong.empty()) outcome_.wrong = fmt::format("{:.4f} s: {}", seconds(line_.now() - begin_), what);
+    tell("WRONG: " + what);
+  }
+  void tell(const std::string& what) const {
+    if (is_told_) fmt::print("{:8.4f} {}\n", seconds(line_.now() - begin_), what);
+  }
+
+  const Kind kind_;
+  const bool is_told_;
+  std::mt19937_64 random_;
+  SimulatedLine line_;
+  nanoseconds timeout_{};
+  nanoseconds begin_{0};
+  std::unique_ptr<SerialDiffDrive> drive_;
+  nanoseconds boots_until_{0}, watchdog_struck_{0}, well_{0}, commanded_{0};
+  nanoseconds unwatched_ = SimulatedLine::kNever;  // when the call began that must notice it
+  std::deque<std::pair<nanoseconds, double>> counts_;
+  Outcome outcome_;
+};
+
+TEST(SerialSchedules, NoWheelTurnsTooLongAndEveryFailureIsSoonOver) {
+  const int only = number_of("TWOCONE_SCHEDULE", -1);
+  const int schedules = number_of("TWOCONE_SCHEDULES", kSchedules);
+  struct Sum {
+    int schedules = 0, wrong = 0, calls = 0, failed = 0;
+    nanoseconds over{0}, longest_turn{0}, noticed{0};
+  };
+  Sum sums[kKinds];
+  for (int seed = only >= 0 ? only : 0; seed < (only >= 0 ? only + 1 : schedules); ++seed) {
+    const Outcome outcome = Schedule(std::uint64_t(seed), only >= 0).go();
+    Sum& sum = sums[int(outcome.kind)];
+    ++sum.schedules;
+    sum.wrong += !outcome.wrong.empty();
+    sum.calls += outcome.calls;
+    sum.failed += outcome.failed;
+    sum.over = std::max(sum.over, outcome.over);
+    sum.noticed = std::max(sum.noticed, outcome.noticed);
+    sum.longest_turn = std::max(sum.longest_turn, outcome.longest_turn);
+    EXPECT_EQ(outcome.wrong, "") << "schedule " << seed << ", " << name_of(outcome.kind);
+    if (sum.wrong > 20) break;
+  }
+  for (int i = 0; i < kKinds; ++i) {
+    const Sum& s = sums[i];
+    fmt::print(
+        "schedules {}: {} run, {} wrong, {} calls, {} failed, last failure {:.3f} s after the line was well, "
+        "wheels at most {:.3f} s beyond command_timeout, watchdog missed within {:.3f} s\n",
+        name_of(Kind(i)), s.schedules, s.wrong, s.calls, s.failed, seconds(s.over), seconds(s.longest_turn),
+        seconds(s.noticed));
+  }
+}
+
+}  // namespace
+}  // namespace twocone::serial

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/stand_in/arduino_emulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+namespace twocone::stand_in {
+namespace {
+
+// The gains that the firmware comes with.
+constexpr int kP = 20, kD = 12, kO = 50;
+constexpr int kFullPower = 255;
+// Friction holds a wheel up to so much power.
+constexpr int kSticks = 30;
+constexpr double kFullRate = 2600;  // counts a second
+constexpr double kInertia_s = 0.04;
+constexpr double kStandsStill = 2;  // counts a second
+
+/// What a motor comes to in the end.
+double rate_of(int power) {
+  if (std::abs(power) <= kSticks) return 0;
+  return std::copysign(kFullRate * (std::abs(power) - kSticks) / (kFullPower - kSticks), power);
+}
+
+int atoi16(const std::string& text) { return static_cast<std::int16_t>(std::atol(text.c_str())); }
+
+}  // namespace
+
+void ArduinoEmulator::Loop::step(long count) {
+  const int before = speed;
+  speed = int(count - counted);
+  counted = count;
+  // Whole numbers: what the division leaves over is lost, and so is every error below kO / kP counts.
+  power = std::clamp(power + (kP * (target - speed) - kD * (speed - before)) / kO, -kFullPower, kFullPower);
+}
+
+void ArduinoEmulator::begin() {
+  line_.clear();
+  left_ = right_ = {};
+  moves_ = false;
+  ++resets_;
+}
+
+void ArduinoEmulator::turn_motors(double now_s) {
+  const double share = 1 - std::exp(-(now_s - motors_s_) / kInertia_s);
+  motors_s_ = now_s;
+  const auto towards = [share](double rate, int power) {
+    const double wanted = rate_of(power);
+    const double next = rate + (wanted - rate) * share;
+    return wanted == 0 && std::abs(next) < kStandsStill ? 0 : next;
+  };
+  const int left = motors_crossed ? right_.power : left_.power;
+  const int right = motors_crossed ? left_.power : right_.power;
+  wheels.set(towards(wheels.left_rate(), left), towards(wheels.right_rate(), right));
+}
+
+void ArduinoEmulator::tick(double now_s, std::vector<std::uint8_t>& /*out*/) {
+  turn_motors(now_s);
+  if (now_s - heard_s_ > kAutoStop_s) {
+    moves_ = false;
+    left_.rest();
+    right_.rest();
+  }
+  if (now_s - interval_s_ < kInterval_s) return;
+  interval_s_ = now_s - std::fmod(now_s - interval_s_, kInterval_s);
+  const long left = long(std::floor(wheels.left())), right = long(std::floor(wheels.right()));
+  if (moves_) {
+    left_.step(left);
+    right_.step(right);
+  } else {
+    // A loop that begins anew begins at the counters' present.
+    left_ = {.counted = left};
+    right_ = {.counted = right};
+  }
+}
+
+void ArduinoEmulator::take(std::uint8_t byte, double now_s, std::vector<std::uint8_t>& out) {
+  if (byte == '\r') {
+    const std::string text = answer(now_s) + "\r\n";
+    out.insert(out.end(), text.begin(), text.end());
+    line_.clear();
+  } else if (line_.size() < 40) {
+    line_.push_back(char(byte));
+  }
+}
+
+std::string ArduinoEmulator::answer(double now_s) {
+  const auto space = line_.find(' ');
+  const std::string word = line_.substr(0, space);
+  if (word.empty()) return "Invalid Command";
+  std::string first, second;
+  if (space != std::string::npos) {
+    const auto next = line_.find(' ', space + 1);
+    first = line_.substr(space + 1, next == std::string::npos ? next : next - space - 1);
+    if (next != std::string::npos) second = line_.substr(next + 1);
+  }
+  switch (word.back()) {  // in the command position the last character wins
+    case 'b':
+      return "57600";
+    case 'e':
+      return std::to_string(std::int32_t(std::floor(wheels.left()))) + " " +
+             std::to_string(std::int32_t(std::floor(wheels.right())));
+    case 'r':
+      wheels.set_counts(0, 0);
+      left_ = right_ = {};
+      return "OK";
+    case 'm': {
+      heard_s_ = now_s;
+      const int left = atoi16(first), right = atoi16(second);
+      if (left == 0 && right == 0) {
+        moves_ = false;
+        left_.rest();
+        right_.rest();
+      } else {
+        moves_ = true;
+        moved_s_ = now_s;
+        left_.target = left;
+        right_.target = right;
+      }
+      return "OK";
+    }
+    case 'u':
+      return "OK";
+    default:
+      return "Invalid Command";
+  }
+}
+
+}  // namespace twocone::stand_in
