@@ -36,20 +36,19 @@ void WatchdogSteps::wrote_stop(std::int64_t now_ns) {
 }
 
 void Watchdog::say(std::int64_t moves_until_ns) {
+  said_at_ns_ = now_ns();
   state_->moves_until_ns = moves_until_ns;
   ++state_->said;
 }
 
-Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&)) {
-  const std::int64_t limit_ns = timeout_.count() / 2;
-  const std::int64_t begin_ns = now_ns();
+Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&), std::int64_t limit_ns) {
   while (!is_true(*state_)) {
-    const std::int64_t waited_ns = now_ns() - begin_ns;
-    if (waited_ns >= limit_ns) {
+    const std::int64_t time_ns = now_ns();
+    if (time_ns >= limit_ns) {
       return Error{
           ErrorCode::kUnavailable,
           fmt::format("the watchdog, {}, did not run for {:.0f} ms: it is halted, or the machine is overloaded", name(),
-                      1e-6 * double(waited_ns))};
+                      1e-6 * double(time_ns - said_at_ns_))};
     }
     // Without a word to it a watchdog that is gone would look like a slow one.
     if (auto there = wake(); !there) return there;
@@ -70,11 +69,15 @@ Status Watchdog::expect_rest() {
 }
 
 Status Watchdog::settle() {
-  return wait_until([](const WatchdogState& state) { return state.stops_done == state.stops_begun; });
+  return wait_until([](const WatchdogState& state) { return state.stops_done == state.stops_begun; },
+                    now_ns() + timeout_.count() / 2);
 }
 
 Status Watchdog::is_heard() {
-  return wait_until([](const WatchdogState& state) { return state.heard == state.said; });
+  // The exchange with the controller has given it time already; where that took all of it, or the whole machine stood
+  // still, it has an eighth more.
+  const std::int64_t limit_ns = std::max(said_at_ns_ + timeout_.count() / 2, now_ns() + timeout_.count() / 8);
+  return wait_until([](const WatchdogState& state) { return state.heard == state.said; }, limit_ns);
 }
 
 }  // namespace twocone::serial

@@ -95,10 +95,11 @@ class Watchdog {
 
  private:
   void say(std::int64_t moves_until_ns);
-  [[nodiscard]] Status wait_until(bool (*is_true)(const WatchdogState&));
+  [[nodiscard]] Status wait_until(bool (*is_true)(const WatchdogState&), std::int64_t limit_ns);
 
   WatchdogState* const state_;
   const std::chrono::nanoseconds timeout_;
+  std::int64_t said_at_ns_ = 0;
 };
 
 }  // namespace twocone::serial

@@ -390,6 +390,31 @@ TEST(Unguarded, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
   });
 }
 
+// Catches commands that move nothing and say nothing: the controller takes whole counts in 33 ms, and its control loop
+// does nothing for an error below 2.5 of them.
+TEST(SerialDriveSpeeds, ThatTheControllerCannotTurnAreRefusedWithTheLeastThatItCan) {
+  Plug plug("ros_arduino_bridge");
+  SerialDriveSettings settings = plug.settings(1440);
+  const auto drive = SerialDiffDrive::open(settings, kLimits, plug.connect());
+  ASSERT_TRUE(drive) << drive.error().message;
+  const double least = least_speed_radps(settings);
+  EXPECT_NEAR(least, 2.5 / 0.033 * 2 * pi / 1440, 1e-9);
+  ASSERT_TRUE((*drive)->set_speeds({least, 0}));
+  const auto refused = (*drive)->set_speeds({0.2, -0.1});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message, HasSubstr("0.2 rad/s"));
+  EXPECT_THAT(refused.error().message, HasSubstr("slower than 0.331 rad/s"));
+  plug.server().catch_up();
+  EXPECT_FALSE(plug.server().turns());
+  EXPECT_TRUE((*drive)->set_speeds({0.2, -0.4})) << "a slow wheel beside one that turns is no reason to stop";
+  settings.least_speed_radps = 0.5;
+  EXPECT_EQ(least_speed_radps(settings), 0.5) << "measured";
+  settings.least_speed_radps = 0;
+  EXPECT_NEAR(least_speed_radps(settings), 1 / 0.033 * 2 * pi / 1440, 1e-9)
+      << "below one count zeros are sent in between";
+}
+
 /// The only child of this program: its guard.
 pid_t guard_of_this_program() {
   std::ifstream file("/proc/thread-self/children");
@@ -423,6 +448,59 @@ TEST(Guarded, AGuardThatIsKilledStopsTheDriveAndIsReplaced) {
   const pid_t second = guard_of_this_program();
   EXPECT_GT(second, 0);
   EXPECT_NE(second, first);
+}
+
+// Catches a drive that goes on while nothing watches it.
+TEST(Guarded, AHaltedGuardIsMissedInTimeAndReplaced) {
+  for (int i = 0; i < kTries; ++i) {
+    Plug plug("ros_arduino_bridge");
+    const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+    ASSERT_TRUE(drive) << drive.error().message;
+    ASSERT_TRUE((*drive)->set_speeds({5, 5}));
+    const pid_t first = guard_of_this_program();
+    ASSERT_GT(first, 0);
+    const Lateness lateness;
+    ::kill(first, SIGSTOP);
+    const auto halted = std::chrono::steady_clock::now();
+    const auto refused = (*drive)->set_speeds({5, 5});
+    const auto noticed = std::chrono::steady_clock::now() - halted;
+    ASSERT_FALSE(refused) << "it drives without a guard that could stop it";
+    EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+    EXPECT_THAT(refused.error().message, HasSubstr("process " + std::to_string(first) + ", did not run"));
+    EXPECT_THAT(refused.error().message, HasSubstr("the wheels were stopped"));
+    plug.server().catch_up();
+    EXPECT_FALSE(plug.server().turns());
+    EXPECT_EQ(::kill(first, 0), -1) << "it is left halted";
+    EXPECT_TRUE((*drive)->set_speeds({5, 5})) << "another guard watches";
+    EXPECT_NE(guard_of_this_program(), first);
+    if (noticed <= kTimeout) return;
+    ASSERT_GE(lateness.longest(), kSpoilt) << std::chrono::duration<double>(noticed).count() << " s";
+  }
+  FAIL() << "in " << kTries << " tries it was missed too late, or the machine was too slow";
+}
+
+// Catches a drive whose next answers are those to the guard's stops.
+TEST(Guarded, AnswersToTheGuardsStopsAreNotTakenForTheProgramsOwn) {
+  for (const char* protocol : {"ros_arduino_bridge", "roboclaw"}) {
+    Plug plug(protocol);
+    const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), {12, 100ms}, plug.connect());
+    ASSERT_TRUE(drive) << drive.error().message;
+    int failed = 0, all = 0;
+    // Commands about as far apart as the time-out, some sooner and some later.
+    for (int ms = 94; ms <= 106; ms += 2) {
+      const Lateness lateness;
+      const auto set = (*drive)->set_speeds({5, 5});
+      const auto angles = (*drive)->read_angles();
+      if (lateness.longest() < kSpoilt) {
+        ++all;
+        failed += !set || !angles;
+        EXPECT_TRUE(set) << protocol << ", " << ms << ": " << set.error().message;
+        EXPECT_TRUE(angles) << protocol << ", " << ms << ": " << angles.error().message;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    }
+    EXPECT_EQ(failed, 0) << protocol << " of " << all;
+  }
 }
 
 TEST(Guarded, AGuardHoldsNothingButItsPortAndItsPipe) {

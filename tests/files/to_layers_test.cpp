@@ -33,10 +33,10 @@ std::string all_of(const drivers::CameraDevice& device) {
 }
 
 std::string all_of(const serial::SerialDriveSettings& serial) {
-  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, guard] =
-      serial;
-  return fmt::format("{} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
-                     address, swap_wheels, reverse_left, reverse_right, guard);
+  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, guard,
+               least_speed_radps] = serial;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
+                     address, swap_wheels, reverse_left, reverse_right, guard, least_speed_radps.value_or(-1));
 }
 
 std::string all_of(const drivers::CameraPart& part) {
