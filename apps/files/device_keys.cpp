@@ -90,7 +90,8 @@ void read_serial_drive(Section& section, Drive& drive) {
   section.flag("guard", "whether a process of its own stops the wheels when the program cannot", serial.guard,
                Need::kOptional);
   double least = 0;
-  const Quantity least_speed{"least speed at which the controller turns a wheel", "rad/s", kZeroOrMore};
+  const Quantity least_speed{
+      "least speed at which the controller turns a wheel", {"rad/s", "radians a second"}, kZeroOrMore};
   if (section.has("least_speed_radps") && section.number("least_speed_radps", least_speed, least)) {
     serial.least_speed_radps = least;
   }

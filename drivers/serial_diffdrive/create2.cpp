@@ -160,8 +160,8 @@ class Create2 final : public Protocol {
   }
 
   [[nodiscard]] std::string reason() const {
-    if ((sensors_.bumps_and_drops & kDrops) != 0) return "a wheel hangs free";
-    return "is it on its charger, before a cliff, or its battery empty?";
+    if ((sensors_.bumps_and_drops & kDrops) != 0) return "a wheel hangs free; put it on the floor";
+    return "it does not say why; take it off its charger and away from a cliff, and charge its battery";
   }
 
   static Status say(Wire& wire, std::span<const std::uint8_t> bytes) { return wire.write(bytes, wire.in(kSendTime)); }

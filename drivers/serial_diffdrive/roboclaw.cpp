@@ -109,8 +109,10 @@ class Roboclaw final : public Protocol {
     const auto told = ask(wire, kReadTimeout, 1);
     if (!told) return told.error();
     if (told->front() == timeout_) return {};
-    return Error{otherwise, fmt::format("its serial time-out was set to {} ms, and it says {} ms",
-                                        timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
+    return Error{otherwise,
+                 fmt::format("its serial time-out was set to {} ms, and it says {} ms; set it in packet serial "
+                             "mode, and look whether it was reset",
+                             timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
   }
 
   /// Speeds and settings may be said again as often as it takes.

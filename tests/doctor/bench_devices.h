@@ -159,6 +159,7 @@ struct DriveTruth {
   bool left_motor_backward = false, left_encoder_backward = false;
   bool left_encoder_dead = false, right_encoder_dead = false, both_turn = false;
   double speed_factor = 1;
+  double least_radps = 0;        ///< a slower command turns no wheel
   double creep_radps = 0;        ///< without any command
   double stop_takes_s = 0.02;    ///< after stop()
   double silence_takes_s = 0.5;  ///< after the last command
@@ -198,8 +199,11 @@ class BenchDrive final : public DiffDrive {
     turn_on();
     ++log_->moves;
     log_->turn = speeds.left_radps != 0 || speeds.right_radps != 0;
-    double left = speeds.left_radps * truth_.speed_factor;
-    double right = speeds.right_radps * truth_.speed_factor;
+    const auto turned = [this](double speed) {
+      return std::abs(speed) < truth_.least_radps ? 0 : speed * truth_.speed_factor;
+    };
+    double left = turned(speeds.left_radps);
+    double right = turned(speeds.right_radps);
     if (truth_.both_turn) left = right = std::max(left, right);
     if (truth_.motors_crossed) std::swap(left, right);
     if (truth_.left_motor_backward) left = -left;

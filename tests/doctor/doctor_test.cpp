@@ -151,6 +151,20 @@ TEST(Doctor, AMissingCameraKeepsNothingElseFromBeingTested) {
   EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kOk);
 }
 
+TEST(Doctor, OneCameraForTwoEntriesIsARowAndNoPair) {
+  Bench bench;
+  for (std::size_t at = bench.cameras.find("/dev/lower"); at != std::string::npos;
+       at = bench.cameras.find("/dev/lower")) {
+    bench.cameras.replace(at, 10, "/dev/upper");
+  }
+  const Report report = bench.examined();
+  const Row row = row_of(report, "cameras", "two devices");
+  EXPECT_EQ(row.verdict, Verdict::kFailed);
+  EXPECT_THAT(row.measured, HasSubstr("are one camera, /dev/upper"));
+  EXPECT_THAT(row.advice, HasSubstr("each its own device:"));
+  EXPECT_EQ(row_of(report, "pair", "stream").check, "no such row");
+}
+
 TEST(Doctor, AMissingControllerIsOneRow) {
   Bench bench;
   bench.options.wheels_off_the_ground = true;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/doctor/advice.h"
 #include "apps/doctor/turn_tests.h"
 #include "drivers/memory/faulty_diffdrive.h"
 #include "drivers/memory/memory_diffdrive.h"
@@ -33,6 +34,7 @@ std::function<std::optional<std::string>(const std::string&)> person_with(const 
 
 drivers::DrivePart part_of(const DriveTruth& truth) {
   serial::SerialDriveSettings serial;
+  serial.protocol = "ros_arduino_bridge";
   serial.counts_per_turn = truth.counts_per_turn;
   return {"serial_diffdrive", truth.limits, serial};
 }
@@ -130,6 +132,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"runs_away", {.speed_factor = 5}, {}, "left wheel", Verdict::kFailed, "PID"},
         Case{"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", Verdict::kWarning, "PID"},
         Case{"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", Verdict::kFailed, "battery"},
+        Case{"turns_slowly", {}, {}, "least speed", Verdict::kOk, ""},
+        Case{"turns_only_fast", {.least_radps = 0.7}, {}, "least speed", Verdict::kWarning, "least_speed_radps: 0.81"},
         Case{"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", Verdict::kOk, ""},
         Case{"turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", Verdict::kFailed, "counts_per_turn: 1249"},
         Case{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
@@ -229,6 +233,17 @@ TEST(DoctorTurning, AnswersAreUnderstood) {
   for (const char* text : {"", "l", "left", "f", "xf", "lx", "forward", "no"}) {
     EXPECT_EQ(parse_turning(text), std::nullopt) << text;
   }
+}
+
+TEST(DoctorAdvice, OfARefusalIsItsOwn) {
+  const Row row = failed_row("drive", "opens",
+                             {ErrorCode::kRefused, "drive: /dev/null is no serial port; name the port; or another"},
+                             drive_advice(ErrorCode::kRefused));
+  EXPECT_EQ(row.measured, "/dev/null is no serial port");
+  EXPECT_EQ(row.advice, "name the port; or another");
+  const Row silent = failed_row("drive", "opens", {ErrorCode::kTimeout, "no answer; nothing came"}, "power");
+  EXPECT_EQ(silent.measured, "no answer; nothing came");
+  EXPECT_EQ(silent.advice, "power") << "only a refusal knows its cause";
 }
 
 TEST(DoctorTurning, KeysThatAreSetAreTakenBack) {

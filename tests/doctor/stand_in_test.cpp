@@ -7,6 +7,7 @@
 
 #include "apps/doctor/drive_checks.h"
 #include "tests/doctor/bench_devices.h"
+#include "tests/stand_in/arduino_emulator.h"
 #include "tests/stand_in/fd_bench.h"
 
 namespace twocone::doctor {
@@ -14,24 +15,35 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class StandIns : public testing::TestWithParam<const char*> {};
+/// A controller, and what the robot file says of it.
+struct Controller {
+  const char* name;
+  std::string firmware, protocol;
+  double counts_per_turn;
+  bool motors_crossed = false;
+};
+void PrintTo(const Controller& controller, std::ostream* out) { *out << controller.name; }
 
-serial::SerialDriveSettings settings_for(const std::string& protocol) {
-  serial::SerialDriveSettings settings;
-  settings.port = "the stand-in";
-  settings.protocol = protocol;
-  settings.counts_per_turn = 508.8;
-  return settings;
-}
+class StandIns : public testing::TestWithParam<Controller> {};
 
-Report checked(const std::string& protocol) {
+Report checked(const Controller& controller) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw std::runtime_error("socketpair");
   Report report;
   {
-    stand_in::Server server(protocol, ends[1]);
+    stand_in::Server server(controller.firmware, ends[1]);
+    if (controller.motors_crossed) {
+      server.with([](stand_in::Firmware& firmware) {
+        dynamic_cast<stand_in::ArduinoEmulator&>(firmware).motors_crossed = true;
+      });
+    }
     const DriveLimits limits{12, 500ms};
-    const auto settings = settings_for(protocol);
+    serial::SerialDriveSettings settings;
+    settings.port = "the stand-in";
+    settings.protocol = controller.protocol;
+    settings.counts_per_turn = controller.counts_per_turn;
+    const serial::SerialDriveSettings as_filed = settings;
+    settings.least_speed_radps = 0;
     auto drive = serial::SerialDiffDrive::open(settings, limits, [&]() -> Result<serial::Connection> {
       return serial::Connection{std::make_unique<stand_in::DescriptorWire>(ends[0]), ends[0]};
     });
@@ -42,9 +54,10 @@ Report checked(const std::string& protocol) {
       const Surroundings surroundings{.clock = clock,
                                       .sleep = [](std::chrono::nanoseconds time) { std::this_thread::sleep_for(time); },
                                       .stop = stop};
-      const DriveUnderTest test{{"serial_diffdrive", limits, settings}, 0.066};
+      const DriveUnderTest test{{"serial_diffdrive", limits, as_filed}, 0.066};
       EXPECT_TRUE(check_drive_at_rest(test, **drive, surroundings, report)) << table(report);
       check_wheels(test, **drive, surroundings, report);
+      std::this_thread::sleep_for(200ms);  // motors have inertia
       EXPECT_FALSE(server.turns());
     }
   }
@@ -63,10 +76,29 @@ TEST_P(StandIns, AreFoundInOrder) {
   EXPECT_FALSE(report.has_failed()) << table(report);
   EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, Verdict::kOk) << table(report);
   EXPECT_EQ(row_of(report, "drive", "left wheel").verdict, Verdict::kOk) << table(report);
+  EXPECT_THAT(row_of(report, "drive", "least speed").measured, testing::HasSubstr("turns both wheels"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Protocols, StandIns, testing::Values("ros_arduino_bridge", "roboclaw", "create2"),
-                         [](const auto& each) { return std::string(each.param); });
+INSTANTIATE_TEST_SUITE_P(Protocols, StandIns,
+                         testing::Values(Controller{"ros_arduino_bridge", "ros_arduino_bridge", "ros_arduino_bridge",
+                                                    1440},
+                                         Controller{"roboclaw", "roboclaw", "roboclaw", 508.8},
+                                         Controller{"create2", "create2", "create2", 508.8},
+                                         Controller{"arduino_emulator", std::string(stand_in::kArduinoEmulator),
+                                                    "ros_arduino_bridge", 1440}),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+// Catches the advice to look for the encoders' wires where each control loop drives the other wheel.
+TEST(CrossedMotors, OfAControlLoopRunAwayAndTheirPlugsAreNamed) {
+  const Report report = checked({"crossed", std::string(stand_in::kArduinoEmulator), "ros_arduino_bridge", 1440, true});
+  for (const char* wheel : {"left wheel", "right wheel"}) {
+    const Row row = row_of(report, "drive", wheel);
+    EXPECT_EQ(row.verdict, Verdict::kFailed) << table(report);
+    EXPECT_THAT(row.measured, testing::HasSubstr("ran away")) << table(report);
+    EXPECT_THAT(row.advice, testing::HasSubstr("the two motors' plugs, not the encoders'")) << table(report);
+  }
+  EXPECT_EQ(row_of(report, "drive", "stop time").verdict, Verdict::kNotRun) << "nothing turns them on";
+}
 
 }  // namespace
 }  // namespace twocone::doctor

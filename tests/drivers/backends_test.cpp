@@ -252,5 +252,22 @@ TEST(OpenRobot, ASimulatedRobotDrivesAndSees) {
   EXPECT_NEAR(way_m, 4 * 0.05 * 0.05, 1e-12);
 }
 
+// Catches a robot file whose two entries are one camera, which only says that it is busy when it is opened twice.
+TEST(Backends, OneCameraForTwoEntriesIsRefusedByItsName) {
+  for (const char* driver : {"v4l2_camera", "libcamera_camera"}) {
+    RobotSettings settings = all_parts("memory");
+    settings.lower.driver = settings.upper.driver = driver;
+    const Error error = check_cameras_differ(settings) ? Error{} : check_cameras_differ(settings).error();
+    EXPECT_EQ(error.code, ErrorCode::kRefused) << driver;
+    EXPECT_THAT(error.message, AllOf(HasSubstr("cameras.lower ('/dev/no-such-camera') and cameras.upper"),
+                                     HasSubstr("are one camera, /dev/no-such-camera")));
+    settings.upper.device.name = "/dev/no-other-camera";
+    EXPECT_TRUE(check_cameras_differ(settings));
+    settings.others.push_back({"rear", settings.lower});
+    EXPECT_FALSE(check_cameras_differ(settings)) << "another camera of the robot";
+  }
+  EXPECT_TRUE(check_cameras_differ(all_parts("memory"))) << "cameras without devices";
+}
+
 }  // namespace
 }  // namespace twocone::drivers

@@ -415,6 +415,67 @@ TEST(SerialDriveSpeeds, ThatTheControllerCannotTurnAreRefusedWithTheLeastThatItC
       << "below one count zeros are sent in between";
 }
 
+/// Another device than a motor controller, in a time that only its reader's waiting moves: it says its line each
+/// second.
+class TalkingWire final : public Wire {
+ public:
+  TalkingWire(std::shared_ptr<Deadline> now, std::string line) : now_(std::move(now)), line_(std::move(line)) {}
+  [[nodiscard]] Deadline now() const override { return *now_; }
+  Status write(std::span<const std::uint8_t> /*bytes*/, Deadline /*deadline*/) override { return {}; }
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override {
+    if (come_.empty() && deadline >= next_) {
+      *now_ = std::max(*now_, next_);
+      next_ += 1s;
+      come_ = line_;
+    }
+    if (come_.empty()) {
+      *now_ = std::max(*now_, deadline);
+      return Error{ErrorCode::kTimeout, "no answer"};
+    }
+    const std::size_t count = std::min(room.size(), come_.size());
+    std::copy_n(come_.begin(), count, room.begin());
+    come_.erase(0, count);
+    return count;
+  }
+  Status discard_input() override {
+    come_.clear();
+    return {};
+  }
+  void pause(std::chrono::milliseconds time) override { *now_ += time; }
+
+ private:
+  std::shared_ptr<Deadline> now_;
+  const std::string line_;
+  Deadline next_ = *now_ + 10ms;
+  std::string come_;
+};
+
+Error error_at(const std::string& protocol, const std::string& line) {
+  const auto now = std::make_shared<Deadline>(1h);
+  SerialDriveSettings settings = Plug(protocol).settings(kCountsPerTurn);
+  Machine machine;
+  machine.connect = [&]() -> Result<Connection> { return Connection{std::make_unique<TalkingWire>(now, line), 0}; };
+  machine.now = [now] { return *now; };
+  const auto drive = SerialDiffDrive::open(settings, kLimits, machine);
+  EXPECT_FALSE(drive);
+  return drive ? Error{} : drive.error();
+}
+
+// Catches "no answer" where text came: of a GPS receiver, at a wrong rate, or in another protocol.
+TEST(SerialDriveOpening, WhatIsNoControllerIsQuoted) {
+  for (const char* protocol : {"ros_arduino_bridge", "roboclaw", "create2"}) {
+    const Error gps = error_at(protocol, "$GPGGA,123519,4807.038,N,01131.000,E\x1b[2J\r\n");
+    EXPECT_EQ(gps.code, ErrorCode::kBadData) << protocol;
+    EXPECT_THAT(gps.message, HasSubstr("the stand-in: no controller of protocol " + std::string(protocol)));
+    EXPECT_THAT(gps.message, HasSubstr("'$GPGGA,123519,4807.038,N,01131.000,E?[2J")) << protocol;
+    const Error noise = error_at(protocol, "\xf8\x80\x1b\xe6\x98");
+    EXPECT_THAT(noise.message, HasSubstr("no text, the first F8 80 1B E6 98")) << protocol;
+    EXPECT_THAT(noise.message, HasSubstr("another baud")) << protocol;
+    EXPECT_EQ(noise.message.find('\x1b'), std::string::npos);
+  }
+  EXPECT_EQ(error_at("ros_arduino_bridge", "").code, ErrorCode::kTimeout) << "nothing came";
+}
+
 /// The only child of this program: its guard.
 pid_t guard_of_this_program() {
   std::ifstream file("/proc/thread-self/children");

@@ -170,6 +170,82 @@ TEST(Roboclaw, EveryExchangeOfTheSheetHasItsChecksum) {
   for (const auto& [command, reply] : replies) EXPECT_TRUE(reply_data(0x80, command, reply)) << int(command);
 }
 
+/// Answers each write with the next of its answers; in no time.
+class AnsweringWire final : public Wire {
+ public:
+  explicit AnsweringWire(std::vector<Bytes> answers) : answers_(std::move(answers)) {}
+  Status write(std::span<const std::uint8_t> /*bytes*/, Deadline /*deadline*/) override {
+    if (next_ < answers_.size()) come_.insert(come_.end(), answers_[next_].begin(), answers_[next_].end());
+    ++next_;
+    return {};
+  }
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline /*deadline*/) override {
+    const std::size_t count = std::min(room.size(), come_.size());
+    if (count == 0) return Error{ErrorCode::kTimeout, "no answer"};
+    std::copy_n(come_.begin(), count, room.begin());
+    come_.erase(come_.begin(), come_.begin() + std::ptrdiff_t(count));
+    return count;
+  }
+  Status discard_input() override {
+    come_.clear();
+    return {};
+  }
+  void pause(std::chrono::milliseconds /*time*/) override {}
+
+ private:
+  std::vector<Bytes> answers_;
+  std::size_t next_ = 0;
+  Bytes come_;
+};
+
+Bytes with_checksum(std::uint8_t command, Bytes data) {
+  const std::uint16_t sum = crc16(data, crc16(Bytes{0x80, command}));
+  data.push_back(std::uint8_t(sum >> 8));
+  data.push_back(std::uint8_t(sum));
+  return data;
+}
+
+// Catches a device that writes into the terminal of whoever asks for its version.
+TEST(Roboclaw, AVersionWithEscapeSequencesIsCleaned) {
+  AnsweringWire wire({with_checksum(21, text(std::string_view("Claw \x1b[2J\x1b]0;x\x07 v4\n\0", 20))),
+                      {0xFF},
+                      with_checksum(15, {5})});
+  const auto version = make_protocol({.name = "roboclaw"})->greet(wire, soon());
+  ASSERT_TRUE(version) << version.error().message;
+  EXPECT_EQ(*version, "Claw ?[2J?]0;x? v4");
+}
+
+// Somebody else's stops are answered by the same byte as a command: only a checksum tells where they end.
+TEST(Roboclaw, StopsOfOthersAreNotTakenForACommandsAnswer) {
+  Talk talk("roboclaw");
+  talk.bench->faults.delay_answers = 1;
+  ASSERT_TRUE(talk.wire.write(talk.protocol->stop_bytes(), soon()));
+  talk.protocol->note_stops(1);
+  talk.said();
+  ASSERT_TRUE(talk.protocol->drive(talk.wire, {1000, 1000}));
+  Bytes wanted{0x80, 24};
+  const Bytes command = write_packet(0x80, 37, Bytes{0, 0, 3, 0xE8, 0, 0, 3, 0xE8});
+  wanted.insert(wanted.end(), command.begin(), command.end());
+  EXPECT_EQ(talk.said(), wanted) << "a question, then the command, once";
+}
+
+// Catches a driver that is one line behind, and takes each answer for the next command's.
+TEST(RosArduinoBridge, StopsOfOthersAreNotTakenForACommandsAnswer) {
+  for (const bool is_noted : {true, false}) {
+    Talk talk("ros_arduino_bridge");
+    talk.bench->firmware->wheels.set_counts(855, -820);
+    talk.bench->faults.delay_answers = 1;  // they come when the next exchange has begun
+    ASSERT_TRUE(talk.wire.write(talk.protocol->stop_bytes(), soon()));
+    if (is_noted) talk.protocol->note_stops(1);
+    for (int i = 0; i < 3; ++i) {
+      const auto counts = talk.protocol->read_counts(talk.wire);
+      ASSERT_TRUE(counts) << counts.error().message;
+      EXPECT_EQ(std::int32_t(counts->left), 855);
+      EXPECT_TRUE(talk.protocol->drive(talk.wire, {}));
+    }
+  }
+}
+
 TEST(Roboclaw, RefusesAddressesThatThereAreNot) {
   EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x7F}), std::invalid_argument);
   EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x88}), std::invalid_argument);

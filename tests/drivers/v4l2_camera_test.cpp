@@ -40,6 +40,25 @@ TEST_F(V4l2CameraTest, SettingsAreCheckedByName) {
   }
 }
 
+TEST_F(V4l2CameraTest, IsOneDeviceWhateverItIsCalled) {
+  device_.card = "Left eye";
+  kernel_->add_link("/dev/v4l/by-id/usb-Left-index0", "/dev/video0");
+  for (const char* name : {"/dev/video0", "/dev/v4l/by-id/usb-Left-index0", "Left eye"}) {
+    EXPECT_EQ(v4l2::node_of(name, kernel_), "/dev/video0") << name;
+  }
+  EXPECT_EQ(v4l2::node_of("/dev/video9", kernel_), "/dev/video9");
+  EXPECT_EQ(v4l2::node_of("Right eye", kernel_), "Right eye");
+}
+
+// Catches a camera that writes into the terminal of whoever lists it.
+TEST_F(V4l2CameraTest, ANameWithEscapeSequencesIsCleaned) {
+  device_.card = "Eye \x1b[2J\x1b]0;x\x07";
+  const auto cameras = v4l2::list_cameras(kernel_);
+  ASSERT_EQ(cameras.size(), 1U);
+  EXPECT_EQ(cameras.front().card, "Eye ?[2J?]0;x?");
+  EXPECT_TRUE(open({cameras.front().card, "", {}})) << "it is found by the name that is listed";
+}
+
 TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
   device_.card = "Left eye";
   ScriptedDevice& other = kernel_->add({.path = "/dev/video10", .card = "Right eye"});
