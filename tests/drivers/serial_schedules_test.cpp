@@ -281,6 +281,59 @@ class Schedule {
   Outcome outcome_;
 };
 
+std::unique_ptr<SerialDiffDrive> opened(SimulatedLine& line, nanoseconds timeout) {
+  auto drive = SerialDiffDrive::open(settings(), {12, timeout}, line.machine());
+  EXPECT_TRUE(drive) << drive.error().message;
+  return drive ? *std::move(drive) : nullptr;
+}
+
+// Catches a driver that stays one line behind the board after its reset, until the port is opened again.
+TEST(SerialSchedules, AResetWithoutABootLoaderIsSoonOver) {
+  for (int trial = 0; trial < 10; ++trial) {
+    SimulatedLine line(std::uint64_t(trial), 1ms);
+    const auto drive = opened(line, 500ms);
+    ASSERT_TRUE(drive);
+    // So long that the counters' way back to zero is more than wheels can turn.
+    for (int i = 0; i < 60 + 3 * trial; ++i) {
+      EXPECT_TRUE(drive->set_speeds({5, 5}));
+      EXPECT_TRUE(drive->read_angles());
+      line.advance(40ms);
+    }
+    line.reset_board(0ms);
+    const nanoseconds reset = line.now();
+    int failed = 0;
+    nanoseconds over = reset;
+    while (line.now() < reset + 5s) {
+      const bool set = drive->set_speeds({5, 5}).has_value();
+      const bool read = drive->read_angles().has_value();
+      failed += !set + !read;
+      if (!set || !read) over = line.now();
+      line.advance(40ms);
+    }
+    EXPECT_GE(failed, 1) << "the reset was not noticed";
+    EXPECT_LE(over - reset, kOver) << "trial " << trial << ": " << seconds(over - reset) << " s, " << failed
+                                   << " calls";
+  }
+}
+
+// Catches answers to the watchdog's stops that are taken for the program's, where a frame is about as late as the
+// time-out.
+TEST(SerialSchedules, CommandsAboutAsFarApartAsTheTimeoutAllSucceed) {
+  for (nanoseconds period = 485ms; period <= 530ms; period += 1ms) {
+    SimulatedLine line(std::uint64_t(period.count()), 1ms);
+    const auto drive = opened(line, 500ms);
+    ASSERT_TRUE(drive);
+    for (int i = 0; i < 16; ++i) {
+      const nanoseconds begun = line.now();
+      const auto set = drive->set_speeds({5, 5});
+      EXPECT_TRUE(set) << seconds(period) << " s: " << set.error().message;
+      const auto angles = drive->read_angles();
+      EXPECT_TRUE(angles) << seconds(period) << " s: " << angles.error().message;
+      line.advance_to(begun + period);
+    }
+  }
+}
+
 TEST(SerialSchedules, NoWheelTurnsTooLongAndEveryFailureIsSoonOver) {
   const int only = number_of("TWOCONE_SCHEDULE", -1);
   const int schedules = number_of("TWOCONE_SCHEDULES", kSchedules);
