@@ -28,6 +28,19 @@ int atoi16(const std::string& text) { return static_cast<std::int16_t>(std::atol
 
 }  // namespace
 
+ArduinoRequest parse_arduino_request(const std::string& line) {
+  const auto space = line.find(' ');
+  const std::string word = line.substr(0, space);
+  if (word.empty()) return {};
+  std::string first, second;
+  if (space != std::string::npos) {
+    const auto next = line.find(' ', space + 1);
+    first = line.substr(space + 1, next == std::string::npos ? next : next - space - 1);
+    if (next != std::string::npos) second = line.substr(next + 1);
+  }
+  return {word.back(), atoi16(first), atoi16(second)};
+}
+
 void ArduinoEmulator::Loop::step(long count) {
   const int before = speed;
   speed = int(count - counted);
@@ -87,16 +100,8 @@ void ArduinoEmulator::take(std::uint8_t byte, double now_s, std::vector<std::uin
 }
 
 std::string ArduinoEmulator::answer(double now_s) {
-  const auto space = line_.find(' ');
-  const std::string word = line_.substr(0, space);
-  if (word.empty()) return "Invalid Command";
-  std::string first, second;
-  if (space != std::string::npos) {
-    const auto next = line_.find(' ', space + 1);
-    first = line_.substr(space + 1, next == std::string::npos ? next : next - space - 1);
-    if (next != std::string::npos) second = line_.substr(next + 1);
-  }
-  switch (word.back()) {  // in the command position the last character wins
+  const ArduinoRequest request = parse_arduino_request(line_);
+  switch (request.command) {
     case 'b':
       return "57600";
     case 'e':
@@ -108,16 +113,15 @@ std::string ArduinoEmulator::answer(double now_s) {
       return "OK";
     case 'm': {
       heard_s_ = now_s;
-      const int left = atoi16(first), right = atoi16(second);
-      if (left == 0 && right == 0) {
+      if (request.first == 0 && request.second == 0) {
         moves_ = false;
         left_.rest();
         right_.rest();
       } else {
         moves_ = true;
         moved_s_ = now_s;
-        left_.target = left;
-        right_.target = right;
+        left_.target = request.first;
+        right_.target = request.second;
       }
       return "OK";
     }

@@ -10,6 +10,13 @@
 /// loader's pause. Written from the protocol's description and from what the board was observed to do.
 namespace twocone::stand_in {
 
+/// A line of the protocol without its CR.
+struct ArduinoRequest {
+  char command = 0;           ///< in the command position the last character wins; 0: none
+  int first = 0, second = 0;  ///< read as 16 bits; what is absent is 0
+};
+ArduinoRequest parse_arduino_request(const std::string& line);
+
 class ArduinoEmulator final : public Firmware {
  public:
   static constexpr double kInterval_s = 0.033;

@@ -44,19 +44,9 @@ class RosArduinoBridge final : public Firmware {
     }
   }
 
-  static int atoi16(const std::string& text) { return static_cast<std::int16_t>(std::atol(text.c_str())); }
-
   std::string answer(double now_s) {
-    const auto space = line_.find(' ');
-    const std::string word = line_.substr(0, space);
-    if (word.empty()) return "Invalid Command";
-    std::string first, second;
-    if (space != std::string::npos) {
-      const auto next = line_.find(' ', space + 1);
-      first = line_.substr(space + 1, next == std::string::npos ? next : next - space - 1);
-      if (next != std::string::npos) second = line_.substr(next + 1);
-    }
-    switch (word.back()) {  // in the command position the last character wins
+    const ArduinoRequest request = parse_arduino_request(line_);
+    switch (request.command) {
       case 'b':
         return "57600";
       case 'e':
@@ -67,7 +57,7 @@ class RosArduinoBridge final : public Firmware {
         return "OK";
       case 'm':
         moved_s_ = now_s;
-        wheels.set(atoi16(first) / kFrame_s, atoi16(second) / kFrame_s);
+        wheels.set(request.first / kFrame_s, request.second / kFrame_s);
         return "OK";
       case 'u':
         return "OK";
