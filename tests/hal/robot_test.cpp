@@ -162,7 +162,8 @@ TEST_F(RobotTest, RefusesAnotherCameraOfAnotherSize) {
   front_->smaller_by = {0, 40, 0};
   const auto started = robot_with_two_more()->start({}, {});
   ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().message, "front: the camera gives 320 x 200 pixels instead of 320 x 240");
+  EXPECT_EQ(started.error().message,
+            "front: the camera gives 320 x 200 pixels instead of 320 x 240; ask for a size that it has");
 }
 
 TEST_F(RobotTest, OffersWhatTheOthersSawWithTheNewestPair) {

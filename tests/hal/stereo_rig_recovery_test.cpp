@@ -137,7 +137,8 @@ TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
   const auto pair = rig_.grab(1s);
   ASSERT_FALSE(pair);
   EXPECT_EQ(pair.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(pair.error().message, "upper: the camera gives 60 x 48 pixels instead of 64 x 48");
+  EXPECT_EQ(pair.error().message,
+            "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has");
   EXPECT_EQ(rig_.recoveries(), 0U);
   EXPECT_EQ(asked("upper.start"), 1);
   upper_->smaller_by.width_px = 0;

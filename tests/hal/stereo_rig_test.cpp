@@ -190,7 +190,8 @@ TEST_F(StereoRigTest, RefusesACameraThatGivesAnotherSize) {
   const auto started = rig_.start(kSettings, kSettings);
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(started.error().message, "upper: the camera gives 60 x 48 pixels instead of 64 x 48");
+  EXPECT_EQ(started.error().message,
+            "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has");
   EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "lower.stop"));
 }
 
