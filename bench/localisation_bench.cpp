@@ -68,6 +68,28 @@ void FixWithTwoOutliersOfSix(benchmark::State& state) {
 }
 BENCHMARK(FixWithTwoOutliersOfSix);
 
+/// So many landmarks with a range only, and so many with a bearing only: sets whose minima are searched for.
+void FixOfMixed(benchmark::State& state) {
+  const int ranges = int(state.range(0));
+  auto measurements = sightings(ranges + int(state.range(1)), true);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    (i < std::size_t(ranges) ? measurements[i].bearing_rad : measurements[i].range_m).reset();
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(localisation::fix_by_least_squares(measurements));
+}
+BENCHMARK(FixOfMixed)->Args({1, 2})->Args({1, 3})->Args({2, 2})->Args({3, 3});
+
+/// Every third or fourth landmark is elsewhere.
+void FixWithOutliers(benchmark::State& state) {
+  auto measurements = sightings(int(state.range(0)), true);
+  const std::size_t step = std::size_t(state.range(0) / state.range(1));
+  for (std::size_t i = 0; i < measurements.size() && i / step < std::size_t(state.range(1)); i += step) {
+    measurements[i].landmark_m += Eigen::Vector2d(0.4 + 0.1 * std::sin(3.0 * double(i)), 0.5);
+  }
+  fix_of(state, measurements);
+}
+BENCHMARK(FixWithOutliers)->Args({32, 8})->Args({1000, 300});
+
 void FixByTriangle(benchmark::State& state) {
   std::vector<localisation::LandmarkRange> ranges;
   for (const auto& m : sightings(6, false)) ranges.push_back({m.landmark_m, *m.range_m});

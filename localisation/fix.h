@@ -43,7 +43,8 @@ struct Fix {
   /// Factor that the covariances hold because the measurements scatter more than they say; 1 for none.
   double widening = 1;
   /// kWeak: unit vector of (x, y, heading) along which the measurements do not tell to first order. The covariance is
-  /// then that across it, with infinity nowhere: its own entry is left out (zero information, not a number).
+  /// first order across it; along it, it is the likelihood's mean square near the position (finite, also where nothing
+  /// bounds it), which is no promise: who uses the fix elsewhere along it must follow the measurements, not the line.
   std::optional<Eigen::Vector3d> unseen_direction;
   /// kWeak: what the fix was made from, without the outliers. The place may be far along an arc from where the robot
   /// is, so whoever knows more, as the filter does, starts from these and not from the tangent there.

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include <Eigen/LU>
-
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
+#include "localisation/least_squares/outliers.h"
 #include "localisation/least_squares/problem.h"
 
 namespace twocone::localisation {
@@ -27,8 +27,6 @@ using least_squares::Problem;
 constexpr int kLeastWidening = 3;
 /// Chi-squared is thought usual as long as it is exceeded so often.
 constexpr double kUsual = 0.05;
-/// Sigmas may be too small by three times, all of them alike, before that is called a contradiction.
-constexpr double kMostRatio = 9;
 
 Eigen::Vector2d to_world(const Frame& frame, const Place& place) {
   return frame.origin_m + Eigen::Vector2d(place.state.x, place.state.y) * frame.unit_m;
@@ -84,100 +82,46 @@ void widen(Fix& fix) {
 /// All measurements together, each a little worse than it says: told with the covariance that they really have.
 bool is_mild(const Answer& all) {
   return all.verdict == FixVerdict::kOk && all.degrees_of_freedom >= kLeastWidening &&
-         all.chi_squared <= kMostRatio * all.degrees_of_freedom;
+         all.chi_squared <= least_squares::kMostRatio * all.degrees_of_freedom;
 }
 
-/// A set of landmarks left out whose others agree.
-struct Explanation {
-  std::array<int, 2> left_out;  // places in Problem::landmarks; the second is -1 for one
-  Answer answer;
-  bool has_heading;
-};
+/// Nearer than this share of the largest length, what it is measured against has lost no more than half its digits.
+constexpr double kFar = 1e8;
 
-/// Whether two explanations tell one place: each lies where the other's own covariance allows. (The sum of both would
-/// let a vague one agree with a sharp one that is wrong.)
-bool agree(const Explanation& a, const Explanation& b) {
-  if (a.answer.verdict != FixVerdict::kOk || b.answer.verdict != FixVerdict::kOk) return false;
-  const int n = a.has_heading && b.has_heading ? 3 : 2;
-  const Eigen::Vector3d apart = least_squares::step_between(a.answer.place.state, b.answer.place.state);
-  for (const Explanation* one : {&a, &b}) {
-    const Eigen::Matrix3d& c = one->answer.place.covariance;
-    const double distance2 = n == 3 ? apart.dot(c.inverse() * apart)
-                                    : apart.head<2>().dot(c.topLeftCorner<2, 2>().inverse() * apart.head<2>());
-    if (chi_squared_tail(distance2, n) < least_squares::kFalseAlarm) return false;
+/// Places in `measurements` of those that lie, or say that the robot is, so much farther out than the middle one of
+/// them that beside them the others would lose their digits.
+std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const LandmarkMeasurement& m : measurements) {
+    if (!m.landmark_m.allFinite()) continue;
+    x.push_back(m.landmark_m.x());
+    y.push_back(m.landmark_m.y());
   }
-  return true;
+  if (x.size() < least_squares::kFewestBelieved + 1) return {};
+  const auto middle_of = [](std::vector<double>& values) {
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  const Eigen::Vector2d middle_m(middle_of(x), middle_of(y));
+  std::vector<double> sizes_m;
+  for (const LandmarkMeasurement& m : measurements) {
+    // Halves: the sum of two huge numbers is none.
+    const Eigen::Vector2d half_m = m.landmark_m / 2 - middle_m / 2;
+    sizes_m.push_back(std::max(half_m.cwiseAbs().maxCoeff(), m.range_m.value_or(0) / 2));
+  }
+  std::vector<double> sorted_m;
+  for (const double size_m : sizes_m) {
+    if (std::isfinite(size_m)) sorted_m.push_back(size_m);
+  }
+  const double usual_m = middle_of(sorted_m);
+  std::vector<int> far;
+  for (std::size_t i = 0; i < sizes_m.size(); ++i) {
+    if (usual_m > 0 && std::isfinite(sizes_m[i]) && sizes_m[i] / kFar > usual_m) far.push_back(int(i));
+  }
+  return far;
 }
-
-class OutlierSearch {
- public:
-  OutlierSearch(const Problem& problem, const Answer& all) : problem_(problem), suspects_(problem.landmarks.size()) {
-    std::iota(suspects_.begin(), suspects_.end(), 0);
-    if (suspects_.size() <= kMostSuspects) return;
-    std::vector<double> statistics(suspects_.size(), 0);
-    if (all.verdict != FixVerdict::kContradictory) leave_one_out(problem, all.minimum, statistics.data());
-    std::stable_sort(suspects_.begin(), suspects_.end(),
-                     [&](int a, int b) { return statistics[std::size_t(a)] > statistics[std::size_t(b)]; });
-    suspects_.resize(kMostSuspects);
-  }
-
-  /// The fix without the smallest set of outliers that explains the rest; contradictory where none does, or several do.
-  void run(Fix& fix, const Frame& frame) {
-    const auto n = problem_.landmarks.size();
-    // Those left out are fewer than those believed: else which are the liars?
-    for (std::size_t size = 1; size <= 2 && 2 * size < n; ++size) {
-      for (std::size_t i = 0; i < suspects_.size(); ++i) {
-        if (size == 1) {
-          try_without(suspects_[i], -1);
-          continue;
-        }
-        for (std::size_t j = 0; j < i; ++j) try_without(suspects_[i], suspects_[j]);
-      }
-      if (!found_.empty()) return choose(fix, frame);
-    }
-    fix.verdict = FixVerdict::kContradictory;
-  }
-
- private:
-  static constexpr std::size_t kMostSuspects = least_squares::kStackLandmarks;
-
-  Problem without(int a, int b) {
-    kept_.clear();
-    for (int i = 0; i < int(problem_.landmarks.size()); ++i) {
-      if (i != a && i != b) kept_.push_back(problem_.landmarks[std::size_t(i)]);
-    }
-    return least_squares::make_problem(kept_, problem_.rounding);
-  }
-
-  void try_without(int a, int b) {
-    const Problem rest = without(a, b);
-    if (rest.numbers <= rest.unknowns()) return;  // nothing over to tell whether they agree
-    const Answer answer = least_squares::solve(rest);
-    if (answer.is_consistent) found_.push_back({{a, b}, answer, rest.has_heading});
-  }
-
-  void choose(Fix& fix, const Frame& frame) {
-    const auto best = std::min_element(found_.begin(), found_.end(), [](const Explanation& a, const Explanation& b) {
-      return a.answer.chi_squared < b.answer.chi_squared;
-    });
-    for (auto it = found_.begin(); it != found_.end(); ++it) {
-      if (it != best && !agree(*it, *best)) {
-        fix.verdict = FixVerdict::kContradictory;
-        return;
-      }
-    }
-    fill(fix, without(best->left_out[0], best->left_out[1]), best->answer, frame);
-    for (const int i : best->left_out) {
-      if (i >= 0) fix.outliers.push_back(problem_.landmarks[std::size_t(i)].index);
-    }
-    std::sort(fix.outliers.begin(), fix.outliers.end());
-  }
-
-  const Problem& problem_;
-  std::vector<int> suspects_;
-  std::vector<Landmark> kept_;
-  std::vector<Explanation> found_;
-};
 
 Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) {
   Fix fix;
@@ -192,8 +136,22 @@ Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) 
   } else {
     fix.chi_squared = answer.chi_squared;
     fix.degrees_of_freedom = answer.degrees_of_freedom;
-    OutlierSearch(problem, answer).run(fix, frame);
-    if (fix.verdict == FixVerdict::kContradictory && is_mild(answer)) fill(fix, problem, answer, frame);
+    if (const auto cleaned = least_squares::without_outliers(problem)) {
+      std::vector<Landmark> kept;
+      for (int i = 0; i < count; ++i) {
+        if (std::binary_search(cleaned->left_out.begin(), cleaned->left_out.end(), i)) {
+          fix.outliers.push_back(room[i].index);
+        } else {
+          kept.push_back(room[i]);
+        }
+      }
+      std::sort(fix.outliers.begin(), fix.outliers.end());
+      fill(fix, least_squares::make_problem(kept, rounding), cleaned->answer, frame);
+    } else if (is_mild(answer)) {
+      fill(fix, problem, answer, frame);
+    } else {
+      fix.verdict = FixVerdict::kContradictory;
+    }
   }
   widen(fix);
   if (fix.verdict == FixVerdict::kWeak) {
@@ -206,15 +164,85 @@ Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) 
   return fix;
 }
 
-}  // namespace
-
-Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements) {
+Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   if (measurements.size() <= std::size_t(least_squares::kStackLandmarks)) {
     std::array<Landmark, least_squares::kStackLandmarks> room;
     return fix_with(measurements, room.data());
   }
   std::vector<Landmark> room(measurements.size());
   return fix_with(measurements, room.data());
+}
+
+/// Whether a measurement is what a fix of others expects, as far as doubles of its size can say.
+bool is_expected(const LandmarkMeasurement& m, const Fix& fix) {
+  constexpr double kSigmas2 = 25;
+  const Eigen::Vector2d to_m = m.landmark_m - *fix.position_m;
+  const double distance_m = std::hypot(to_m.x(), to_m.y());
+  const double spread_m2 = fix.covariance->topLeftCorner<2, 2>().trace();
+  const double rounding_m = 4 * least_squares::kEps * (distance_m + m.landmark_m.cwiseAbs().maxCoeff());
+  if (!std::isfinite(distance_m)) return false;
+  if (m.range_m) {
+    const double off = (*m.range_m - distance_m) / std::hypot(std::sqrt(m.covariance(0, 0) + spread_m2), rounding_m);
+    if (!(off * off <= kSigmas2)) return false;
+  }
+  if (m.bearing_rad && fix.heading_rad) {
+    const double off = wrap_angle_rad(std::atan2(to_m.y(), to_m.x()) - *fix.heading_rad - *m.bearing_rad);
+    if (!(off * off <=
+          kSigmas2 * (m.covariance(1, 1) + (*fix.covariance)(2, 2) + spread_m2 / distance_m / distance_m))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Without what is out by orders of magnitude, where the others give a fix and do not expect it.
+std::optional<Fix> fix_without_far(std::span<const LandmarkMeasurement> measurements) {
+  const std::vector<int> far = find_far(measurements);
+  if (far.empty() || 2 * far.size() >= measurements.size()) return std::nullopt;
+  std::vector<LandmarkMeasurement> near;
+  std::vector<int> index;
+  for (int i = 0; i < int(measurements.size()); ++i) {
+    if (std::binary_search(far.begin(), far.end(), i)) continue;
+    near.push_back(measurements[std::size_t(i)]);
+    index.push_back(i);
+  }
+  Fix fix = fix_of(near);
+  // Believed is what others confirm, and by more of them than are left out.
+  if (fix.verdict != FixVerdict::kOk || fix.degrees_of_freedom < 1 || fix.used < least_squares::kFewestBelieved ||
+      fix.used <= int(far.size() + fix.outliers.size())) {
+    return std::nullopt;
+  }
+  for (int& outlier : fix.outliers) outlier = index[std::size_t(outlier)];
+  for (const int i : far) {
+    if (is_expected(measurements[std::size_t(i)], fix)) return std::nullopt;
+    fix.outliers.push_back(i);
+  }
+  std::sort(fix.outliers.begin(), fix.outliers.end());
+  return fix;
+}
+
+/// Whether any length is so much larger than another that find_far() may find something; takes no heap.
+bool may_have_far(std::span<const LandmarkMeasurement> measurements) {
+  double longest_m = 0;
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (const LandmarkMeasurement& m : measurements) {
+    const Eigen::Vector2d half_m = m.landmark_m / 2 - measurements.front().landmark_m / 2;
+    for (const double length_m : {half_m.cwiseAbs().maxCoeff(), m.range_m.value_or(0) / 2}) {
+      if (!(length_m > 0) || !std::isfinite(length_m)) continue;
+      longest_m = std::max(longest_m, length_m);
+      shortest_m = std::min(shortest_m, length_m);
+    }
+  }
+  return longest_m / kFar > shortest_m;
+}
+
+}  // namespace
+
+Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements) {
+  if (may_have_far(measurements)) {
+    if (const auto fix = fix_without_far(measurements)) return *fix;
+  }
+  return fix_of(measurements);
 }
 
 }  // namespace twocone::localisation

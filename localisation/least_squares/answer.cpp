@@ -4,12 +4,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "localisation/chi_squared.h"
+#include "localisation/least_squares/search.h"
 #include "localisation/least_squares/starts.h"
 
 namespace twocone::localisation::least_squares {
 namespace {
+
+/// Relative, of the rise of chi-squared from a minimum: what first order may be off by where there is one minimum only.
+constexpr double kTold = 0.1;
+
+/// Where a dozen steps from a closed-form start have left more than so many times the limit, they lead to nothing.
+constexpr double kWorth = 1e3;
 
 /// Past so many sizes of the problem a minimum runs away to infinity.
 constexpr double kFarAway = 1e6;
@@ -19,6 +27,9 @@ class Minima {
  public:
   void add(const Minimum& m) {
     if (!std::isfinite(m.cost) || std::hypot(m.state.x, m.state.y) > kFarAway) return;
+    // What did not settle is the best there is, or nothing.
+    if (count_ > 0 && !m.converged) return;
+    if (count_ > 0 && !minima_[0].converged) count_ = 0;
     // The same one reached twice differs by what ends the steps; a flat one's ends are joined later.
     constexpr double kSame = 1e-9;
     int at = 0;
@@ -54,9 +65,11 @@ bool are_joined(const Problem& problem, const Minimum& a, const Minimum& b) {
 }
 
 bool has_full_rank(const Factor& f, int unknowns) {
+  const Eigen::Vector3d scale = scale_of(f, unknowns);
   double determinant = 1;
-  for (int k = 0; k < unknowns; ++k) determinant *= f.norm[k] > 0 ? f.r(k, k) / f.norm[k] : 0;
-  // With columns of norm 1 no singular value passes sqrt(3), so the least is a third of the determinant or more.
+  for (int k = 0; k < unknowns; ++k) determinant *= f.r(k, k) * scale[k];
+  // With columns of norm 1 or less no singular value passes sqrt(3), so the least is a third of the determinant or
+  // more.
   if (std::abs(determinant) > 1e-6) return true;
   return directions(f, unknowns).rank() == unknowns;
 }
@@ -74,13 +87,9 @@ Eigen::Matrix3d covariance_of(const Factor& f, int unknowns) {
   return inverse * inverse.transpose();
 }
 
-/// The factor that a covariance at a minimum may rest on: without the gradient of a landmark that is nearer than the
-/// position is known. Which way it lies is not known then (T16: the robot stands on it).
-Factor first_order_factor(const Problem& problem, const Minimum& m) {
-  const int unknowns = problem.unknowns();
-  if (!has_full_rank(m.factor, unknowns)) return m.factor;
-  const Eigen::Matrix3d covariance = covariance_of(m.factor, unknowns);
-  const double reach = std::sqrt(covariance(0, 0) + covariance(1, 1));
+/// The factor of a minimum without the gradient of a landmark within `reach`, as far as the position is not known.
+/// Which way it lies is not known then (T16: the robot stands on it).
+Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   for (const Landmark& l : problem.landmarks) {
     if (std::hypot(l.x - m.state.x, l.y - m.state.y) > reach) continue;
     Factor f;
@@ -88,6 +97,24 @@ Factor first_order_factor(const Problem& problem, const Minimum& m) {
     return f;
   }
   return m.factor;
+}
+
+/// The factor that a covariance at a minimum may rest on.
+Factor first_order_factor(const Problem& problem, const Minimum& m) {
+  const int unknowns = problem.unknowns();
+  if (!has_full_rank(m.factor, unknowns)) return m.factor;
+  const Eigen::Matrix3d covariance = covariance_of(m.factor, unknowns);
+  return factor_beyond(problem, m, std::sqrt(covariance(0, 0) + covariance(1, 1)));
+}
+
+/// The covariance of all but the least seen direction.
+Eigen::Matrix3d covariance_across(const Directions& d) {
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < d.unknowns - 1; ++k) {
+    const Eigen::Vector3d axis = d.v.col(k).cwiseProduct(d.scale) / d.singular[k];
+    covariance += axis * axis.transpose();
+  }
+  return covariance;
 }
 
 /// Whether chi-squared three sigmas out along the least seen direction is the 9 that its slope promises: not below half
@@ -121,28 +148,99 @@ bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, c
   return true;
 }
 
+/// No set with a larger chi-squared is called consistent, nor are its sigmas called too small: Laurent and Massart's
+/// bound of the quantile (2000, lemma 1).
+double largest_believed(const Problem& problem) {
+  const double n = std::max(1, problem.numbers - problem.unknowns());
+  const double x = -std::log(kFalseAlarm);
+  return std::max(n + 2 * std::sqrt(n * x) + 2 * x, kMostRatio * n);
+}
+
+/// Above it nothing is of interest.
+double limit_of(const Problem& problem, const Minima& minima) {
+  const double best = minima.all().empty() ? std::numeric_limits<double>::infinity() : minima.all().front().cost;
+  return std::min(best, largest_believed(problem)) + kRival;
+}
+
+/// Adds every minimum that could be the answer or its rival.
+void add_searched(const Problem& problem, Minima& minima) {
+  for (const Cell& cell : cells_below(problem, limit_of(problem, minima))) {
+    // Where the parabola of a known minimum is what is found, there is no other.
+    const auto is_told_by = [&](const Minimum& m) {
+      const double rise = (m.factor.r * step_between(m.state, cell.middle)).squaredNorm();
+      return m.converged && std::abs(m.cost + rise - cell.cost) <= kTold * (1 + rise);
+    };
+    const std::span<const Minimum> known = minima.all();
+    if (std::any_of(known.begin(), known.end(), is_told_by)) continue;
+    if (cell.is_fine && !may_hold_minimum(problem, cell.middle, cell.reach)) continue;
+    minima.add(minimise(problem, cell.middle));
+  }
+}
+
 Answer nothing(FixVerdict verdict) {
   Answer a;
   a.verdict = verdict;
   return a;
 }
 
-Answer weak_answer(const Problem& problem, const Minimum& best, const State& between) {
+/// The mean square, along `unseen`, of the places on the floor of a valley, each by its likelihood exp(-chi-squared /
+/// 2): what a Gaussian can say of a direction along which chi-squared is no parabola. The floor is followed either way,
+/// as it bends.
+double variance_along(const Problem& problem, const Minimum& place, const Eigen::Vector3d& unseen) {
+  constexpr double kSteps = 4;        // to what comes next: a step is a quarter of the width
+  constexpr int kMostWidths = 16;     // either way; where chi-squared does not rise by then it is no Gaussian
+  constexpr double kNegligible = 25;  // a rise of chi-squared: exp(-25 / 2) = 4e-6
   const int unknowns = problem.unknowns();
-  Minimum m = minimise_across(problem, between);
-  if (!m.converged || !(m.cost < best.cost + kRidge)) m = minimise_across(problem, best.state);
-  if (!m.converged || !(m.cost < best.cost + kRidge)) m = best;
-  const Directions d = directions(first_order_factor(problem, m), unknowns);
+  const auto rise_at = [&](double t) { return cost_at(problem, moved(place.state, t * unseen)) - place.cost; };
+  const double bend = bend_along(problem, place, unseen);
+  double width = bend > 1 ? 1 / std::sqrt(bend) : 1;
+  const auto floor_rise = [&](double t) {
+    const Minimum m = minimise_across(problem, moved(place.state, t * unseen));
+    return m.converged ? m.cost - place.cost : rise_at(t);
+  };
+  // Chi-squared rises by some 1 to 4 over a width.
+  for (int i = 0; i < 100 && std::max(floor_rise(width), floor_rise(-width)) > 4; ++i) width /= 2;
+  double weights = 1;
+  double sum = 0;
+  for (const double side : {-1.0, 1.0}) {
+    State at = place.state;
+    Eigen::Vector3d ahead = side * unseen;
+    for (int i = 0; i < kMostWidths * int(kSteps); ++i) {
+      const Minimum m = minimise_across(problem, moved(at, ahead * (width / kSteps)));
+      const double rise = m.cost - place.cost;
+      if (!m.converged || rise > kNegligible) break;
+      const double t = unseen.dot(step_between(place.state, m.state));
+      const double weight = std::exp(-std::max(0.0, rise) / 2);
+      weights += weight;
+      sum += weight * t * t;
+      const Directions d = directions(m.factor, unknowns);
+      const Eigen::Vector3d next = d.v.col(unknowns - 1).cwiseProduct(d.scale).normalized();
+      ahead = next.dot(ahead) < 0 ? -next : next;
+      at = m.state;
+    }
+  }
+  return sum / weights;
+}
+
+/// @param between where two minima are ends of one valley, the middle of both
+Answer weak_answer(const Problem& problem, const Minimum& best, const std::optional<State>& between) {
+  const int unknowns = problem.unknowns();
+  Minimum m = best;
+  if (between || !best.converged) {
+    const Minimum across = minimise_across(problem, between.value_or(best.state));
+    if (across.converged && across.cost < best.cost + kRidge) m = across;
+  }
+  Directions d = directions(m.factor, unknowns);
   if (d.rank() < unknowns - 1) return nothing(FixVerdict::kTooFew);
+  const Eigen::Matrix3d across = covariance_across(d);
+  const Directions beyond = directions(factor_beyond(problem, m, std::sqrt(across(0, 0) + across(1, 1))), unknowns);
+  if (beyond.rank() == unknowns - 1) d = beyond;
   Answer a;
   a.verdict = FixVerdict::kWeak;
   a.minimum = m;
-  a.place.state = m.state;
-  for (int k = 0; k < unknowns - 1; ++k) {
-    const Eigen::Vector3d axis = d.v.col(k).cwiseProduct(d.scale) / d.singular[k];
-    a.place.covariance += axis * axis.transpose();
-  }
+  a.place = {m.state, covariance_across(d)};
   a.unseen = d.v.col(unknowns - 1).cwiseProduct(d.scale).normalized();
+  a.place.covariance += variance_along(problem, m, *a.unseen) * *a.unseen * a.unseen->transpose();
   a.chi_squared = m.cost;
   a.degrees_of_freedom = problem.numbers - (unknowns - 1);
   return a;
@@ -156,7 +254,7 @@ Answer weigh(const Problem& problem, const Minima& minima) {
   const Minimum* other = nullptr;
   const Minimum* joined = nullptr;
   for (const Minimum& m : all.subspan(1)) {
-    if (!(m.cost < best.cost - 2 * std::log(kOtherIsRight))) break;
+    if (!(m.cost <= best.cost + kRival)) break;
     if (are_joined(problem, best, m)) {
       if (!joined) joined = &m;
     } else if (!other) {
@@ -173,11 +271,12 @@ Answer weigh(const Problem& problem, const Minima& minima) {
   };
   Answer a;
   a.minimum = best;
-  // Ends of one valley: farther apart than the ellipse of either says.
+  // Two ends of one valley, and not one minimum reached twice.
+  constexpr double kOneMinimum = 1e-3;  // sigmas^2
   const bool is_valley =
-      joined != nullptr && (best.factor.r * step_between(best.state, joined->state)).squaredNorm() > 1;
+      joined != nullptr && (best.factor.r * step_between(best.state, joined->state)).squaredNorm() > kOneMinimum;
   if (is_valley || !place_at(best, a.place)) {
-    return weak_answer(problem, best, joined ? middle(best.state, joined->state) : best.state);
+    return weak_answer(problem, best, joined ? std::optional(middle(best.state, joined->state)) : std::nullopt);
   }
   a.verdict = FixVerdict::kOk;
   a.chi_squared = best.cost;
@@ -194,7 +293,7 @@ Answer weigh(const Problem& problem, const Minima& minima) {
 bool is_consistent(const Problem& problem, const Answer& a) {
   if (chi_squared_tail(a.chi_squared, std::max(1, a.degrees_of_freedom)) < kFalseAlarm) return false;
   if (a.degrees_of_freedom < 1 || a.verdict == FixVerdict::kWeak) return true;
-  const double largest = leave_one_out(problem, a.minimum, nullptr);
+  const double largest = forecast(problem, a.minimum, nullptr, nullptr);
   // exp(-t / 2) is the tail of two numbers, and more than that of one.
   return std::exp(-largest / 2) * double(problem.landmarks.size()) >= kFalseAlarm;
 }
@@ -211,11 +310,12 @@ Answer solve(const Problem& problem) {
     const Minimum m = minimise(problem, alignment.state);
     minima.add(m);
     // All poses that would be given beside this one lie within acos(0.99) = 8 degrees of it: one valley.
-    is_settled = m.converged && alignment.strength > 50 * (m.cost - 2 * std::log(kOtherIsRight));
+    is_settled = m.converged && alignment.strength > 50 * (m.cost + kRival);
   }
   if (!is_settled) {
     add_starts(problem, starts);
-    for (const State& s : starts.all()) minima.add(minimise(problem, s));
+    for (const State& s : starts.all()) minima.add(minimise(problem, s, kWorth * (limit_of(problem, minima))));
+    if (problem.has_heading && problem.places.ranged >= 1) add_searched(problem, minima);
   }
   Answer a = weigh(problem, minima);
   if (a.verdict != FixVerdict::kTooFew && a.verdict != FixVerdict::kContradictory) {

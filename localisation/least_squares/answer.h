@@ -32,9 +32,12 @@ struct Answer {
 /// Noise alone is called a contradiction so often: once by chi-squared of all, and once by the worst landmark.
 constexpr double kFalseAlarm = 1e-4;
 
-/// A second answer that is less likely than the first by this factor (chi-squared differing by -2 ln) is not given: the
-/// chance that the answer withheld was the right one.
-constexpr double kOtherIsRight = 1e-6;
+/// A local minimum whose chi-squared is at most so much above the lowest is a rival: the second answer of kAmbiguous.
+/// What lies higher is less likely by exp(-27 / 2) = 1.4e-6: the chance that the answer withheld was the right one.
+constexpr double kRival = 27;
+
+/// Sigmas may be too small by three times, all of them alike, before that is called a contradiction.
+constexpr double kMostRatio = 9;
 
 /// Two answers are two where chi-squared between them rises by so much over the worse; else they are one that is not
 /// seen to first order. Of a quartic double well, whose answers have sigma s and lie at +-a, it rises by (a / 2 s)^2:

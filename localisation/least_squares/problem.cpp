@@ -9,8 +9,12 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// A number with a sigma of so many sizes of the problem (or radians) tells nothing that doubles could add up.
+/// A range with a sigma of so many sizes of the problem tells nothing that doubles could add up.
 constexpr double kTellsNothing = 1e8;
+
+/// The standard deviation of an angle of which nothing is known: pi / sqrt(3). A Gaussian of that width or more on the
+/// circle tells nothing either.
+constexpr double kAnyDirection_rad = 1.8137993642342178;
 
 bool is_variance(double v) { return v > 0 && std::isfinite(v); }
 
@@ -62,7 +66,8 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
     Landmark l = landmarks[k];
     const LandmarkMeasurement& m = measurements[std::size_t(l.index)];
     l.has_range = m.range_m.has_value();
-    l.has_bearing = m.bearing_rad.has_value();
+    l.has_bearing = m.bearing_rad.has_value() && m.covariance(1, 1) < kAnyDirection_rad * kAnyDirection_rad;
+    if (l.numbers() == 0) continue;
     l.x = (m.landmark_m.x() - frame.origin_m.x()) * per_m;
     l.y = (m.landmark_m.y() - frame.origin_m.y()) * per_m;
     l.range = 0;
@@ -86,7 +91,7 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
       l.bearing_on_range = correlation * l.sigma_bearing_rad;
       l.bearing_weight = 1 / (l.sigma_bearing_rad * std::sqrt((1 - correlation) * (1 + correlation)));
     }
-    if (sigma > kTellsNothing || l.sigma_bearing_rad > kTellsNothing) continue;
+    if (sigma > kTellsNothing) continue;
     // In its place by weight; what is counted in is few, and equal weights keep their order.
     int at = kept++;
     if (count <= kStackLandmarks) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace twocone::localisation::least_squares {
@@ -60,6 +61,8 @@ inline void fill_rows(const Landmark& l, const Seat& at, double nearest, Rows& r
   }
 }
 
+double square(double x) { return x * x; }
+
 /// Closer than coordinates are known there is no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 
@@ -78,7 +81,12 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
     double norm = below;
     for (int i = 0; i < k; ++i) norm += f.r(i, k) * f.r(i, k);
     f.norm[k] = std::sqrt(norm);
-    if (k >= rows || below == 0) continue;
+    if (k >= rows) continue;
+    if (below == 0) {  // nothing to turn: the row stands as it is
+      for (int j = k + 1; j < unknowns; ++j) f.r(k, j) = columns[j][k];
+      f.q[k] = columns[3][k];
+      continue;
+    }
     const double alpha = v[k] > 0 ? -std::sqrt(below) : std::sqrt(below);
     const double head = v[k] - alpha;  // no cancellation: alpha has the other sign
     f.r(k, k) = alpha;
@@ -147,30 +155,167 @@ Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
   return solve(damped, unknowns);
 }
 
+/// Half of the second derivatives of chi-squared that J^T J leaves out: -sum e h'', of the place alone.
+Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nearest) {
+  const Seat at(state);
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  for (const Landmark& l : problem.landmarks) {
+    const double dx = l.x - at.x;
+    const double dy = l.y - at.y;
+    const double distance = std::sqrt(dx * dx + dy * dy);
+    if (distance <= nearest) continue;
+    const double ux = dx / distance;
+    const double uy = dy / distance;
+    Rows rows;
+    fill_rows(l, at, nearest, rows);
+    double bend = 0;  // of the range, times what stands before (I - u u^T) / distance
+    if (l.has_range) bend = rows.range[3] * l.range_weight;
+    if (l.has_bearing) {
+      const double e = rows.bearing[3] * l.bearing_weight;
+      bend -= e * l.bearing_on_range * (l.has_range ? l.range_weight : 0);
+      const double turn = e / (distance * distance);
+      xx -= 2 * turn * ux * uy;
+      yy += 2 * turn * ux * uy;
+      xy -= turn * (uy - ux) * (uy + ux);
+    }
+    bend /= distance;
+    xx -= bend * uy * uy;
+    xy += bend * ux * uy;
+    yy -= bend * ux * ux;
+  }
+  Eigen::Matrix2d c;
+  c << xx, xy, xy, yy;
+  return c;
+}
+
+/// Whether the residuals' bend leaves a minimum a minimum, well enough for a parabola.
+bool is_bowl(const Problem& problem, const Minimum& m, double nearest) {
+  const Eigen::Matrix2d c = curvature(problem, m.state, nearest);
+  const Eigen::Matrix3d& r = m.factor.r;
+  if (problem.unknowns() == 3 && !(std::abs(r(2, 2)) > 0)) return false;
+  // R^T R without its last column and row, were there a heading, is what the place has once the heading gives way: by
+  // QR of the other order. Its determinant is that of R, less the heading's column.
+  Eigen::Matrix2d h = r.topLeftCorner<2, 2>().transpose() * r.topLeftCorner<2, 2>();
+  if (problem.unknowns() == 3) {
+    const Eigen::Vector2d mixed = r.topLeftCorner<2, 2>().transpose() * r.block<2, 1>(0, 2);
+    const double turn = r.col(2).squaredNorm();
+    h -= mixed * mixed.transpose() / turn;
+  }
+  // Of c at least minus half of h: by what leaves 1 / 4 of the determinant of each minor.
+  const Eigen::Matrix2d rest = h / 2 + c;
+  return rest(0, 0) > 0 && rest.determinant() > 0;
+}
+
+/// Half the Hessian of chi-squared, D H D with D such that its diagonal is near 1, by its eigenvalues.
+struct Bowl {
+  Bowl(const Problem& problem, const Minimum& m, double nearest) : unknowns(problem.unknowns()) {
+    Eigen::Matrix3d h = m.factor.r.transpose() * m.factor.r;
+    const Eigen::Matrix2d c = curvature(problem, m.state, nearest);
+    for (int k = 0; k < 3; ++k) {
+      const double size = h(k, k) + (k < 2 ? std::abs(c(k, k)) : 0);
+      scale[k] = size > 0 && k < unknowns ? 1 / std::sqrt(size) : 0;
+    }
+    h.topLeftCorner<2, 2>() += c;
+    h = scale.asDiagonal() * h * scale.asDiagonal();
+    if (unknowns == 2) h(2, 2) = 1;
+    is_number = h.allFinite();
+    if (is_number) eigen.compute(h);
+  }
+  [[nodiscard]] double least() const { return eigen.eigenvalues()[0]; }
+  /// Newton's step, uphill directions turned downhill.
+  [[nodiscard]] Eigen::Vector3d step(const Factor& f, double damping) const {
+    const Eigen::Vector3d slope = scale.cwiseProduct(f.r.transpose() * f.q);
+    const Eigen::Vector3d along = eigen.eigenvectors().transpose() * slope;
+    const Eigen::Vector3d value = eigen.eigenvalues().cwiseAbs().cwiseMax(kFlat).array() + damping;
+    return scale.cwiseProduct(eigen.eigenvectors() * along.cwiseQuotient(value));
+  }
+  static constexpr double kFlat = 1e-14;
+
+  int unknowns;
+  Eigen::Vector3d scale = Eigen::Vector3d::Zero();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+  bool is_number = false;
+};
+
+double spacing_of(const State& state) { return kEps * (1 + std::abs(state.x) + std::abs(state.y)); }
+
+/// Newton's method on all of chi-squared from where Gauss-Newton got to: for the last digits of a minimum whose
+/// residuals bend it, for one that first order does not see, and off a saddle.
 template <int kMaxRows>
-Minimum minimise_in(const Problem& problem, const State& start, Workspace<kMaxRows>& work) {
+void go_on_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum& now) {
+  const double nearest = nearest_by_rounding(problem);
+  constexpr double kFarthest = 1;  // sizes of the problem, or radians, in one step
+  constexpr double kSaddle = -1e-9;
+  constexpr int kMostStands = 8;  // steps that win no digit of chi-squared
+  double damping = 0;
+  double last_step = std::numeric_limits<double>::infinity();
+  int stands = 0;
+  now.converged = false;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const Bowl bowl(problem, now, nearest);
+    if (!bowl.is_number) return;
+    Eigen::Vector3d step = bowl.step(now.factor, damping);
+    double size = step.cwiseAbs().maxCoeff();
+    const double spacing = spacing_of(now.state);
+    // What the step would win.
+    const double gain = step.dot(now.factor.r.transpose() * now.factor.q);
+    const bool is_last_digits = damping == 0 && gain <= 1e-10 * (1 + now.cost) && bowl.least() > kSaddle;
+    const bool is_end =
+        (damping == 0 && size <= spacing) || (is_last_digits && size >= last_step / 2) || stands >= kMostStands;
+    if (is_end && bowl.least() >= kSaddle) {
+      now.converged = true;
+      return;
+    }
+    if (is_end) {  // a saddle: off it, far enough for chi-squared to show
+      step = bowl.scale.cwiseProduct(bowl.eigen.eigenvectors().col(0)) * (1e-2 / std::sqrt(-bowl.least()));
+      size = step.cwiseAbs().maxCoeff();
+      stands = 0;
+    }
+    if (size > kFarthest) step *= kFarthest / size;
+    Minimum next{.state = moved(now.state, step)};
+    next.cost = linearise_in<kMaxRows>(problem, next.state, nearest, work, next.factor);
+    if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
+      if (is_last_digits) last_step = size;
+      stands = now.cost - next.cost <= 4 * kEps * (1 + now.cost) ? stands + 1 : 0;
+      now = next;
+      damping = damping < 1e-4 ? 0 : damping / 10;
+    } else {
+      damping = std::max(1e-3, damping * 10);
+      if (damping > 1e12) {  // downhill there is nothing: the slope is what rounding leaves of zero
+        now.converged = bowl.least() >= kSaddle;
+        return;
+      }
+    }
+  }
+}
+
+template <int kMaxRows>
+Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace<kMaxRows>& work) {
   const int unknowns = problem.unknowns();
   const double nearest = nearest_by_rounding(problem);
   Minimum now{.state = start};
   now.cost = linearise_in<kMaxRows>(problem, now.state, nearest, work, now.factor);
   if (!std::isfinite(now.cost)) return now;
+  constexpr int kMostByFirstOrder = 12;
   double damping = 0;
   double last_step = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kMaxSteps; ++i) {
+  for (int i = 0; i < kMostByFirstOrder; ++i) {
     const Eigen::Vector3d step =
         damping == 0 ? solve(now.factor, unknowns) : solve_damped(now.factor, unknowns, damping);
     const double size = std::max({std::abs(step.x()), std::abs(step.y()), std::abs(step.z())});
-    const double spacing = kEps * (1 + std::abs(now.state.x) + std::abs(now.state.y));
     // Rounding ends a full step, not one that damping made short.
-    if (damping == 0 && size <= spacing) {
+    if (damping == 0 && size <= spacing_of(now.state)) {
       now.converged = true;
-      return now;
+      break;
     }
     // A win of so little chi-squared is a step of 1e-5 sigma, where the cost's own rounding decides whether it is seen.
     const bool is_last_digits = damping == 0 && now.factor.q.squaredNorm() <= 1e-10 * (1 + now.cost);
     if (is_last_digits && size >= last_step / 2) {
-      now.converged = true;
-      return now;
+      // What no longer shrinks is rounding, or the residuals' bend that first order leaves out.
+      now.converged = now.factor.q.squaredNorm() <= square(64 * spacing_of(now.state) * now.factor.norm.maxCoeff());
+      break;
     }
     Minimum next{.state = moved(now.state, step)};
     next.cost = linearise_in<kMaxRows>(problem, next.state, nearest, work, next.factor);
@@ -180,11 +325,12 @@ Minimum minimise_in(const Problem& problem, const State& start, Workspace<kMaxRo
       damping = damping < 1e-4 ? 0 : damping / 10;
     } else {
       damping = std::max(1e-3, damping * 10);
-      if (damping > 1e12) {  // downhill there is nothing: the slope is what rounding leaves of zero
-        now.converged = true;
-        return now;
-      }
     }
+  }
+  if (now.cost > worth) {
+    now.converged = false;
+  } else if (!now.converged || !is_bowl(problem, now, nearest)) {
+    go_on_by_newton<kMaxRows>(problem, work, now);
   }
   return now;
 }
@@ -229,9 +375,21 @@ double linearise(const Problem& problem, const State& state, double nearest, Fac
   });
 }
 
-Minimum minimise(const Problem& problem, const State& start) {
-  return with_workspace(problem,
-                        [&]<class W>(W& work) { return minimise_in<W::MaxRowsAtCompileTime>(problem, start, work); });
+Minimum minimise(const Problem& problem, const State& start, double worth) {
+  return with_workspace(
+      problem, [&]<class W>(W& work) { return minimise_in<W::MaxRowsAtCompileTime>(problem, start, worth, work); });
+}
+
+bool may_hold_minimum(const Problem& problem, const State& state, double reach) {
+  constexpr double kReaches = 4;    // of a step that is right to a quarter of itself
+  constexpr double kNoticed = 0.5;  // of chi-squared, that a ridge falls by
+  Minimum here{.state = state};
+  here.cost = linearise(problem, state, 0, here.factor);
+  const Bowl bowl(problem, here, nearest_by_rounding(problem));
+  if (!bowl.is_number) return false;
+  if (bowl.least() > 0) return bowl.step(here.factor, 0).head<2>().norm() <= kReaches * reach;
+  const double length = bowl.scale.cwiseProduct(bowl.eigen.eigenvectors().col(0)).head<2>().norm();
+  return -bowl.least() * square(reach / length) < kNoticed;
 }
 
 int Directions::rank() const {
@@ -243,14 +401,17 @@ int Directions::rank() const {
   return seen;
 }
 
+Eigen::Vector3d scale_of(const Factor& f, int unknowns) {
+  const double place = std::hypot(f.norm[0], f.norm[1]);
+  const double turn = unknowns == 3 ? f.norm[2] : 0;
+  return {place > 0 ? 1 / place : 1, place > 0 ? 1 / place : 1, turn > 0 ? 1 / turn : 1};
+}
+
 Directions directions(const Factor& f, int unknowns) {
   Directions d;
   d.unknowns = unknowns;
-  Eigen::Matrix3d scaled = f.r;
-  for (int k = 0; k < unknowns; ++k) {
-    d.scale[k] = f.norm[k] > 0 ? 1 / f.norm[k] : 1;
-    scaled.col(k) *= d.scale[k];
-  }
+  d.scale = scale_of(f, unknowns);
+  const Eigen::Matrix3d scaled = f.r * d.scale.asDiagonal();
   // The missing third unknown keeps a zero row and column, so its singular value comes last.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (svd.info() != Eigen::Success) return d;  // not finite: no rank
@@ -262,6 +423,11 @@ Directions directions(const Factor& f, int unknowns) {
     d.u.col(1).swap(d.u.col(2));
   }
   return d;
+}
+
+double bend_along(const Problem& problem, const Minimum& minimum, const Eigen::Vector3d& direction) {
+  const Eigen::Matrix2d c = curvature(problem, minimum.state, nearest_by_rounding(problem));
+  return (minimum.factor.r * direction).squaredNorm() + direction.head<2>().dot(c * direction.head<2>());
 }
 
 Minimum minimise_across(const Problem& problem, const State& start) {
@@ -290,7 +456,13 @@ Minimum minimise_across(const Problem& problem, const State& start) {
   return now;
 }
 
-double leave_one_out(const Problem& problem, const Minimum& minimum, double* statistics) {
+double whitened_error2(const Problem& problem, const Landmark& landmark, const State& state) {
+  Rows rows;
+  fill_rows(landmark, Seat(state), nearest_by_rounding(problem), rows);
+  return rows.range[3] * rows.range[3] + rows.bearing[3] * rows.bearing[3];
+}
+
+double forecast(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics) {
   const int unknowns = problem.unknowns();
   const Seat at(minimum.state);
   const double nearest = nearest_by_rounding(problem);
@@ -299,7 +471,8 @@ double leave_one_out(const Problem& problem, const Minimum& minimum, double* sta
   for (const Landmark& l : problem.landmarks) {
     Rows rows;
     fill_rows(l, at, nearest, rows);
-    // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e.
+    // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e, of what is left out e (I + H)^-1 e.
+    const double side_of = is_out != nullptr && *is_out++ != 0 ? 1 : -1;
     double q[2][3] = {{0, 0, 0}, {0, 0, 0}};
     for (int side = 0; side < 2; ++side) {
       const double* const j = side == 0 ? rows.range : rows.bearing;
@@ -318,13 +491,13 @@ double leave_one_out(const Problem& problem, const Minimum& minimum, double* sta
     }
     // Where nothing else forecasts a number (leverage 1) its residual is zero; the floor keeps that 0 / 0 at 0.
     constexpr double kNoForecast = 1e-9;
-    const double a = std::max(1 - h[0], kNoForecast);
-    const double c = std::max(1 - h[2], kNoForecast);
+    const double a = std::max(1 + side_of * h[0], kNoForecast);
+    const double c = std::max(1 + side_of * h[2], kNoForecast);
     const double determinant = std::max(a * c - h[1] * h[1], kNoForecast * std::max(a, c));
     // What rounding leaves of a residual is no evidence.
     const double er = std::abs(rows.range[3]) > 16 * problem.rounding * l.range_weight ? rows.range[3] : 0;
     const double eb = std::abs(rows.bearing[3]) > 16 * kEps * l.bearing_weight ? rows.bearing[3] : 0;
-    const double t = (er * er * c + 2 * er * eb * h[1] + eb * eb * a) / determinant;
+    const double t = (er * er * c - side_of * 2 * er * eb * h[1] + eb * eb * a) / determinant;
     if (statistics) *statistics++ = t;
     largest = std::max(largest, t);
   }

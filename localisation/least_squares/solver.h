@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
+
 #include <Eigen/Core>
 
 #include "localisation/least_squares/problem.h"
@@ -30,12 +32,23 @@ double cost_at(const Problem& problem, const State& state);
 /// on which it stands to rounding.
 double linearise(const Problem& problem, const State& state, double nearest, Factor& factor);
 
-/// Gauss-Newton with Levenberg's damping, which is none while steps succeed. Ends when the step is below rounding, or
-/// when it no longer shrinks and what it could win is below rounding; not converged after kMaxSteps.
-Minimum minimise(const Problem& problem, const State& start);
+/// Gauss-Newton with Levenberg's damping, which is none while steps succeed; then, where that does not end at rounding
+/// or ends on a saddle, Newton's method with all second derivatives, so that a minimum which first order does not see,
+/// or whose residuals bend it, is reached to rounding too. Ends when the step is below rounding, or when it no longer
+/// shrinks and what it could win is below rounding; not converged after kMaxSteps of Newton's.
+/// @param worth a chi-squared: where Gauss-Newton ends above it, that is all
+Minimum minimise(const Problem& problem, const State& start, double worth = std::numeric_limits<double>::infinity());
 constexpr int kMaxSteps = 60;
 
-/// The singular values (falling) and directions of R with its columns scaled to norm 1.
+/// What makes the columns of R comparable: one factor for x and y, so that no answer depends on how the map is turned,
+/// and one for the heading.
+Eigen::Vector3d scale_of(const Factor& factor, int unknowns);
+
+/// Whether a minimum may lie within `reach` of a place, or a few times as far: what the slope and all second
+/// derivatives there say. `reach` is small against what they change by.
+bool may_hold_minimum(const Problem& problem, const State& state, double reach);
+
+/// The singular values (falling) and directions of R with its columns scaled.
 struct Directions {
   int unknowns = 0;
   Eigen::Vector3d singular = Eigen::Vector3d::Zero();
@@ -47,6 +60,9 @@ struct Directions {
 };
 Directions directions(const Factor& factor, int unknowns);
 
+/// Half of chi-squared's second derivative along a direction at a minimum, with all that first order leaves out.
+double bend_along(const Problem& problem, const Minimum& minimum, const Eigen::Vector3d& direction);
+
 /// Gauss-Newton across the least seen direction: a state that the others agree on, with the given one along it.
 Minimum minimise_across(const Problem& problem, const State& start);
 
@@ -55,8 +71,14 @@ State moved(const State& state, const Eigen::Vector3d& step);
 /// The step from `a` to `b`, the heading by the short way.
 Eigen::Vector3d step_between(const State& a, const State& b);
 
-/// Leave-one-out chi-squared of each landmark of a minimum: what its numbers differ from the others' forecast of them.
+/// What each landmark's numbers differ from the others' forecast of them, as chi-squared: of one that the minimum rests
+/// on, leave-one-out; of one that it does not, as it is.
+/// @param problem holds the landmarks; the minimum may be that of some of them only
+/// @param is_out one each, 1 where the minimum does not rest on it; null where it rests on all
 /// @param statistics room for one each, or null @returns the largest
-double leave_one_out(const Problem& problem, const Minimum& minimum, double* statistics);
+double forecast(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics);
+
+/// Chi-squared of one landmark at a state.
+double whitened_error2(const Problem& problem, const Landmark& landmark, const State& state);
 
 }  // namespace twocone::localisation::least_squares

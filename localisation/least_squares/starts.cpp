@@ -12,24 +12,6 @@ namespace {
 
 double square(double x) { return x * x; }
 
-/// The heading that the bearings tell at a place: the weighted mean of (direction to the landmark - bearing), as
-/// vectors.
-State with_heading(const Problem& problem, double x, double y) {
-  double c = 0;
-  double s = 0;
-  for (const Landmark& l : problem.landmarks) {
-    if (!l.has_bearing) continue;
-    const double dx = l.x - x;
-    const double dy = l.y - y;
-    const double distance = std::hypot(dx, dy);
-    if (distance == 0) continue;
-    const double w = l.bearing_weight / distance;
-    c += w * (dx * l.cos_bearing + dy * l.sin_bearing);
-    s += w * (dy * l.cos_bearing - dx * l.sin_bearing);
-  }
-  return {x, y, problem.has_heading ? std::atan2(s, c) : 0};
-}
-
 void add_ranged(const Problem& problem, Starts& starts) {
   // Var(r^2) = 4 r^2 sigma^2 + 2 sigma^4.
   const auto weight = [](const Landmark& l) {
@@ -116,19 +98,23 @@ void add_resection(const Problem& problem, Starts& starts) {
   }
 }
 
-void add_ring(const Problem& problem, Starts& starts) {
-  constexpr int kPlaces = 32;
-  for (const Landmark& l : problem.landmarks) {
-    if (!l.has_range) continue;
-    for (int k = 0; k < kPlaces; ++k) {
-      const double turn = 2 * std::numbers::pi * (k + 0.5) / kPlaces;
-      starts.add(with_heading(problem, l.x + l.range * std::cos(turn), l.y + l.range * std::sin(turn)));
-    }
-    return;
-  }
-}
-
 }  // namespace
+
+State with_heading(const Problem& problem, double x, double y) {
+  double c = 0;
+  double s = 0;
+  for (const Landmark& l : problem.landmarks) {
+    if (!l.has_bearing) continue;
+    const double dx = l.x - x;
+    const double dy = l.y - y;
+    const double distance = std::hypot(dx, dy);
+    if (distance == 0) continue;
+    const double w = l.bearing_weight / distance;
+    c += w * (dx * l.cos_bearing + dy * l.sin_bearing);
+    s += w * (dy * l.cos_bearing - dx * l.sin_bearing);
+  }
+  return {x, y, problem.has_heading ? std::atan2(s, c) : 0};
+}
 
 Alignment align(const Problem& problem) {
   double sum = 0;
@@ -176,7 +162,6 @@ Alignment align(const Problem& problem) {
 void add_starts(const Problem& problem, Starts& starts) {
   if (problem.places.ranged >= 2) add_ranged(problem, starts);
   if (problem.places.bearing >= 3) add_resection(problem, starts);
-  if (problem.places.ranged == 1 && problem.places.bearing < 3) add_ring(problem, starts);
 }
 
 }  // namespace twocone::localisation::least_squares

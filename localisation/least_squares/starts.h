@@ -31,13 +31,16 @@ struct Alignment {
 /// Of at least one landmark with both.
 Alignment align(const Problem& problem);
 
+/// The place with the heading that the bearings tell there: the weighted mean of (direction to the landmark - bearing),
+/// as vectors; 0 without bearings.
+State with_heading(const Problem& problem, double x, double y);
+
 /// Starts for whatever the alignment does not settle:
 /// * two or more ranges: the squared ranges are linear in the position and its square. Along the landmarks' main axis
 /// that
 ///   gives one coordinate; across it the linear answer, and both roots of the square, which are mirror images.
 /// * three or more bearings: cross(bearing, R^T l + t) = 0 is linear in (cos, sin, t); the null vector, by
 /// eigenvectors.
-/// * one range and two bearings, or less: a ring of places round the ranged landmark.
 /// The heading of a place is the mean of what the bearings tell there.
 void add_starts(const Problem& problem, Starts& starts);
 

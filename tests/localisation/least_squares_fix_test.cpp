@@ -148,6 +148,88 @@ TEST(LeastSquaresFix, BearingsTooRoughToDecideLeaveBothAnswers) {
   EXPECT_TRUE(fix.verdict == FixVerdict::kAmbiguous || fix.verdict == FixVerdict::kWeak) << to_string(fix.verdict);
 }
 
+TEST(LeastSquaresFix, ABearingOfAnyDirectionIsNone) {
+  FixCase c = lab();
+  c.sigma_bearing_rad = 10;
+  const Fix bearings = fix_by_least_squares(exact(c, false, true));
+  EXPECT_EQ(bearings.verdict, FixVerdict::kTooFew) << to_string(bearings.verdict);
+  EXPECT_EQ(bearings.unusable, 6);
+  const Fix ranges = fix_by_least_squares(exact(c));
+  ASSERT_EQ(ranges.verdict, FixVerdict::kOk);
+  EXPECT_FALSE(ranges.heading_rad) << "known to 10 rad";
+  EXPECT_EQ(ranges.unusable, 0);
+}
+
+TEST(LeastSquaresFix, OneRangeAndTwoBearingsWithOneSolutionIsAnAnswer) {
+  std::mt19937_64 random(18);
+  int given = 0;
+  for (int i = 0; i < 300; ++i) {
+    auto m = exact(random_case(random, 3));
+    m[0].bearing_rad.reset();
+    m[1].range_m.reset();
+    m[2].range_m.reset();
+    given += fix_by_least_squares(m).position_m ? 1 : 0;
+  }
+  EXPECT_GE(given, 255) << "the others are three answers, or one of two that first order does not see";
+}
+
+TEST(LeastSquaresFix, BearingsOnTheLandmarksLineAreWeakAlongIt) {
+  FixCase c;
+  c.truth = {0.7, 0, 0.3};
+  c.landmarks_m = {{-2, 0}, {2, 0}, {3, 0}};
+  const Fix fix = fix_by_least_squares(exact(c, false, true));
+  ASSERT_EQ(fix.verdict, FixVerdict::kWeak) << to_string(fix.verdict);
+  EXPECT_NEAR(std::abs(fix.unseen_direction->x()), 1, 1e-3);
+  EXPECT_NEAR(fix.position_m->y(), 0, 0.02) << "sigmas of 4 mrad over 2 m";
+}
+
+TEST(LeastSquaresFix, NearTheCircleThroughThreeLandmarksThereIsAnAnswer) {
+  for (const double off_m : {1e-12, 1e-10, 1e-8, 1e-6, 1e-4}) {
+    FixCase c;
+    c.truth = {(2 + off_m) * std::cos(0.3), (2 + off_m) * std::sin(0.3), 1.1};
+    for (const double turn : {1.2, 2.9, 4.4}) c.landmarks_m.emplace_back(2 * std::cos(turn), 2 * std::sin(turn));
+    const Fix fix = fix_by_least_squares(exact(c, false, true));
+    ASSERT_EQ(fix.verdict, FixVerdict::kWeak) << off_m << " " << to_string(fix.verdict);
+    EXPECT_NEAR(fix.position_m->norm(), 2, 0.05) << off_m;
+  }
+}
+
+TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
+  // Residuals of metres bend the minimum: Gauss-Newton halves the distance to it only slowly.
+  std::mt19937_64 random(19);
+  std::uniform_real_distribution<double> far(500, 1500);
+  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 200; ++i) {
+    std::vector<LandmarkMeasurement> m;
+    for (int k = 0; k < 4; ++k) {
+      const double to = turn(random);
+      const double distance_m = far(random);
+      const double sigma_m = 60;
+      LandmarkMeasurement one{.landmark_m = distance_m * Eigen::Vector2d(std::cos(to), std::sin(to)),
+                              .range_m = distance_m + sigma_m * normal(random),
+                              .bearing_rad = {}};
+      one.covariance(0, 0) = sigma_m * sigma_m;
+      m.push_back(one);
+    }
+    const Fix fix = fix_by_least_squares(m);
+    if (fix.verdict != FixVerdict::kOk || !fix.outliers.empty()) continue;
+    // Newton's own step there, from the definition.
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();
+    for (const auto& one : m) {
+      const Eigen::Vector2d d = *fix.position_m - one.landmark_m;
+      const Eigen::Vector2d u = d.normalized();
+      const double e = d.norm() - *one.range_m;
+      slope += e * u;
+      bend += u * u.transpose() + e / d.norm() * (Eigen::Matrix2d::Identity() - u * u.transpose());
+    }
+    // Lengths of 1,500 m, rows of one size: the condition of the bend, times roundings of a row.
+    const Eigen::Vector2d step = bend.inverse() * slope;
+    EXPECT_LT(step.norm(), 64 * kEps * 1500 * bend.norm() * bend.inverse().norm()) << i;
+  }
+}
+
 TEST(LeastSquaresFix, HeadingAtPiDoesNotTear) {
   for (const double heading_rad : {kPi, -kPi, std::nextafter(kPi, 0.0), kPi - 1e-9}) {
     FixCase c = lab();

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include "localisation/least_squares_fix.h"
 
@@ -85,7 +87,12 @@ TEST(LeastSquaresHardCases, T3OnTheLandmarksLineIsWeakAcross) {
   EXPECT_EQ(fix.unseen_direction->z(), 0);
   // Singular value sqrt(3) = 1.732: three rows see x.
   EXPECT_NEAR(fix.covariance->operator()(0, 0), 1e-4 / 3, 1e-4 * kSixDigits);
-  EXPECT_NEAR(fix.covariance->operator()(1, 1), 0, 1e-4 * 4 * kEps) << "no information, not infinity";
+  // Along y chi-squared is k y^4: the ranges are short by y^2 / 2d, of which x takes up its share, 1 / 24 y^2, three
+  // times. The mean square of exp(-k y^4 / 2) is sqrt(2 / k) Gamma(3/4) / Gamma(1/4). What stands by y^6 is a few of a
+  // hundred y^2: 1 %.
+  const double k = (0.25 + 0.25 + 1 / 64.0 - 3 / 576.0) / 1e-4;
+  const double y2 = std::sqrt(2 / k) * std::tgamma(0.75) / std::tgamma(0.25);
+  EXPECT_NEAR(fix.covariance->operator()(1, 1), y2, 0.02 * y2);
   EXPECT_EQ(fix.degrees_of_freedom, 2) << "three ranges, one direction seen";
 }
 
@@ -261,6 +268,87 @@ TEST(LeastSquaresHardCases, DenormalsAreNumbers) {
   const Fix fix = solve(
       {ranged(d, 0, std::sqrt(2.0)), ranged(4, -d, std::sqrt(10.0)), ranged(0, 3, std::sqrt(5.0)), ranged(1, 1, d)});
   expect_at(fix, FixVerdict::kOk, 1, 1, bound_m(4, 1.1));
+}
+
+TEST(LeastSquaresHardCases, CirclesThatJustMissAreTheMiddleOfTheGapHoweverTheMapIsTurned) {
+  // Gap 0.1 m, sigma 0.1 m: half of it each. Across, x is sigma / sqrt(2). Along, chi-squared about the middle is
+  // 2 (0.05 + t^2 / 4)^2 / sigma^2: its mean square by the sum below.
+  double weights = 0;
+  double sum = 0;
+  for (double t = -3; t < 3; t += 1e-3) {
+    const double e = 1.95 - std::hypot(2, t);
+    const double weight = std::exp(-(2 * e * e - 2 * 0.05 * 0.05) / 0.01 / 2);
+    weights += weight;
+    sum += weight * t * t;
+  }
+  for (double turn = 0; turn < 6.3; turn += 0.1) {
+    const Eigen::Vector2d along(std::cos(turn), std::sin(turn));
+    const Fix fix = solve({ranged(0, 0, 1.95, 0.1), ranged(4 * along.x(), 4 * along.y(), 1.95, 0.1)});
+    // Chi-squared bends by 5 per m^2 along the gap's middle, by 200 across it: condition 40.
+    expect_at(fix, FixVerdict::kWeak, 2 * along.x(), 2 * along.y(), bound_m(4, 40));
+    ASSERT_TRUE(fix.unseen_direction);
+    // Square roots of roundings: chi-squared has no slope in the middle.
+    EXPECT_NEAR(fix.unseen_direction->head<2>().dot(along), 0, std::sqrt(kEps));
+    const Eigen::Matrix2d c = fix.covariance->topLeftCorner<2, 2>();
+    EXPECT_NEAR(along.dot(c * along), 0.005, 0.005 * 1e-6) << turn;
+    const Eigen::Vector2d across(-along.y(), along.x());
+    // Steps of a quarter of the width, on the floor of the valley, which the straight line leaves by a hair.
+    EXPECT_NEAR(across.dot(c * across), sum / weights, 0.05 * sum / weights) << turn;
+  }
+}
+
+TEST(LeastSquaresHardCases, CirclesThatMissAreJudgedBySigma) {
+  for (const double sigma_m : {250.0, 300.0, 400.0}) {  // a gap of 456: 1.8 to 1.1 sigmas of a difference
+    const Fix fix = solve({ranged(810, 960, 22, sigma_m), ranged(810, 1440, 2, sigma_m)});
+    expect_at(fix, FixVerdict::kWeak, 810, 1210, bound_m(1440, 1));
+    EXPECT_NEAR((*fix.covariance)(1, 1), sigma_m * sigma_m / 2, 1e-6 * sigma_m * sigma_m);
+  }
+  // 4.6 sigmas of a difference: 4e-6.
+  EXPECT_EQ(solve({ranged(810, 960, 22, 70), ranged(810, 1440, 2, 70)}).verdict, FixVerdict::kContradictory);
+}
+
+TEST(LeastSquaresHardCases, AWeakCovarianceIsRightAcrossAndAlong) {
+  const double sigma_m = 0.03;
+  const Fix fix = solve({ranged(0, 0, 1044.030650891055, sigma_m), ranged(5, 0, 1039.2425126023281, sigma_m),
+                         ranged(0, 5, 1042.604910788358, sigma_m)});
+  ASSERT_EQ(fix.verdict, FixVerdict::kWeak);
+  // (sum u u^T)^-1 sigma^2, by hand.
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& l : {Eigen::Vector2d(0, 0), {5, 0}, {0, 5}}) {
+    const Eigen::Vector2d u = (l - Eigen::Vector2d(1000, 300)).normalized();
+    information += u * u.transpose() / (sigma_m * sigma_m);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> stated(fix.covariance->topLeftCorner<2, 2>());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> right(information.inverse());
+  for (int k = 0; k < 2; ++k) {
+    // A sum in steps of a quarter of the width; rows of condition 300.
+    EXPECT_NEAR(std::sqrt(stated.eigenvalues()[k]), std::sqrt(right.eigenvalues()[k]),
+                0.01 * std::sqrt(right.eigenvalues()[k]));
+  }
+  EXPECT_NEAR(std::sqrt(stated.eigenvalues()[0]), 0.017, 0.001);
+  EXPECT_NEAR(std::sqrt(stated.eigenvalues()[1]), 6.78, 0.05);
+  EXPECT_NEAR(std::abs(fix.unseen_direction->head<2>().dot(stated.eigenvectors().col(1))), 1, 1e-6);
+}
+
+TEST(LeastSquaresHardCases, OneWildMeasurementIsAnOutlier) {
+  for (const double wild_m : {1e12, 1e150, 1e300}) {
+    std::vector<LandmarkMeasurement> m = {ranged(0, 0, std::sqrt(2.0)), ranged(4, 0, std::sqrt(10.0)),
+                                          ranged(0, 3, std::sqrt(5.0)), ranged(4, 3, wild_m)};
+    const Fix range = solve(m);
+    expect_at(range, FixVerdict::kOk, 1, 1, bound_m(5, 1.1));
+    EXPECT_EQ(range.outliers, std::vector<int>{3}) << wild_m;
+    m[3] = ranged(wild_m, -wild_m, 2);
+    const Fix landmark = solve(m);
+    expect_at(landmark, FixVerdict::kOk, 1, 1, bound_m(5, 1.1));
+    EXPECT_EQ(landmark.outliers, std::vector<int>{3}) << wild_m;
+  }
+}
+
+TEST(LeastSquaresHardCases, ABeaconFarAwayIsNoOutlier) {
+  std::vector<LandmarkMeasurement> m = {ranged(0, 0, std::sqrt(2.0)), ranged(4, 0, std::sqrt(10.0)),
+                                        ranged(0, 3, std::sqrt(5.0)), ranged(1e12, 0, 1e12 - 1)};
+  const Fix fix = solve(m);
+  EXPECT_TRUE(fix.outliers.empty());
 }
 
 TEST(LeastSquaresHardCases, TooFew) {
