@@ -164,7 +164,11 @@ double limit_of(const Problem& problem, const Minima& minima) {
 
 /// Adds every minimum that could be the answer or its rival.
 void add_searched(const Problem& problem, Minima& minima) {
-  for (const Cell& cell : cells_below(problem, limit_of(problem, minima))) {
+  // The lowest come first. Only numbers that contradict each other by orders of magnitude leave more.
+  constexpr int kMostStarts = 256;
+  const double limit = limit_of(problem, minima);
+  int starts = 0;
+  for (const Cell& cell : cells_below(problem, limit)) {
     // Where the parabola of a known minimum is what is found, there is no other.
     const auto is_told_by = [&](const Minimum& m) {
       const double rise = (m.factor.r * step_between(m.state, cell.middle)).squaredNorm();
@@ -173,7 +177,8 @@ void add_searched(const Problem& problem, Minima& minima) {
     const std::span<const Minimum> known = minima.all();
     if (std::any_of(known.begin(), known.end(), is_told_by)) continue;
     if (cell.is_fine && !may_hold_minimum(problem, cell.middle, cell.reach)) continue;
-    minima.add(minimise(problem, cell.middle));
+    if (++starts > kMostStarts) return;
+    minima.add(minimise(problem, cell.middle, kWorth * limit));
   }
 }
 
@@ -314,7 +319,12 @@ Answer solve(const Problem& problem) {
   }
   if (!is_settled) {
     add_starts(problem, starts);
-    for (const State& s : starts.all()) minima.add(minimise(problem, s, kWorth * (limit_of(problem, minima))));
+    for (const State& s : starts.all()) {
+      const double limit = limit_of(problem, minima);
+      const Minimum m = minimise(problem, s, kWorth * limit);
+      minima.add(m);
+      if (starts.is_one_valley && m.converged && m.cost < limit) break;
+    }
     if (problem.has_heading && problem.places.ranged >= 1) add_searched(problem, minima);
   }
   Answer a = weigh(problem, minima);

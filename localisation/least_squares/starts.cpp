@@ -80,9 +80,14 @@ void add_resection(const Problem& problem, Starts& starts) {
     normal += square(std::min(l.bearing_weight, 1 / std::sqrt(kEps))) * row * row.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
-  // The second one too: on the circle through three landmarks there is a plane of null vectors.
-  for (int k = 0; k < 2; ++k) {
-    Eigen::Vector4d v = eigen.eigenvectors().col(k);
+  // The second one too. Near the circle through three landmarks there is a plane of null vectors: all round it.
+  constexpr double kPlane = 1e-6;  // of the largest: nearer to the circle than a thousandth of its size
+  const bool is_plane = eigen.eigenvalues()[1] <= kPlane * eigen.eigenvalues()[3];
+  starts.is_one_valley = is_plane;
+  const int count = is_plane ? 8 : 2;
+  for (int k = 0; k < count; ++k) {
+    const double mix = std::numbers::pi * k / count;
+    Eigen::Vector4d v = std::cos(mix) * eigen.eigenvectors().col(0) + std::sin(mix) * eigen.eigenvectors().col(1);
     const double turn = std::hypot(v[0], v[1]);
     if (turn < 1e-9) continue;
     v /= turn;

@@ -13,6 +13,7 @@ struct Starts {
   static constexpr int kMost = 40;
   std::array<State, kMost> states;
   int count = 0;
+  bool is_one_valley = false;  ///< the first that ends well stands for all: they lie on a circle that is not seen along
 
   void add(const State& s) {
     if (count < kMost && std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad)) states[count++] = s;

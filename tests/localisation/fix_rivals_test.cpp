@@ -153,13 +153,13 @@ TEST(FixRivalsByName, TheRivalOfOneRangeAndThreeBearings) {
 INSTANTIATE_TEST_SUITE_P(Mixed, FixRivals,
                          ::testing::Values(Mixed{"R+3B", 0, 1, 3, false}, Mixed{"R+B+B", 0, 1, 2, false},
                                            Mixed{"RR+BB", 0, 2, 2, false}, Mixed{"RB+B+B", 1, 0, 2, false}),
-                         [](const auto& info) { return test_name(info.param); });
+                         [](const auto& room) { return test_name(room.param); });
 INSTANTIATE_TEST_SUITE_P(MixedOfAnySigma, FixRivals,
                          ::testing::Values(Mixed{"R+3B", 0, 1, 3, true}, Mixed{"R+B+B", 0, 1, 2, true},
                                            Mixed{"RR+BB", 0, 2, 2, true}, Mixed{"RB+B+B", 1, 0, 2, true},
                                            Mixed{"RR+B", 0, 2, 1, true}, Mixed{"RB+R+B", 1, 1, 1, true},
                                            Mixed{"3R+3B", 0, 3, 3, true}),
-                         [](const auto& info) { return test_name(info.param); });
+                         [](const auto& room) { return test_name(room.param); });
 
 }  // namespace
 }  // namespace twocone::localisation
