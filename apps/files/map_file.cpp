@@ -157,6 +157,21 @@ void read_effects(Section& map, SceneEffects& effects) {
   }
 }
 
+void read_scene_paths(Section& map, const std::filesystem::path& file, std::vector<std::filesystem::path>& paths) {
+  std::vector<std::string> folders;
+  map.texts("scene_paths", "folders that the scene may read, a list", folders, Need::kOptional);
+  for (const std::string& folder : folders) {
+    paths.push_back(std::filesystem::absolute(resolve(folder, file)).lexically_normal());
+  }
+}
+
+/// A file's scene may read the file's folder; what stands in another file (run.yaml) lists it by name.
+Map with_own_folder(Map map) {
+  if (!map.scene) return map;
+  map.scene_paths.insert(map.scene_paths.begin(), std::filesystem::absolute(map.file).parent_path().lexically_normal());
+  return map;
+}
+
 }  // namespace
 
 Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
@@ -171,6 +186,7 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   std::string scene;
   root.text("scene", "the POV-Ray file", scene, Need::kOptional);
   if (!scene.empty()) map.scene = resolve(scene, file);
+  read_scene_paths(root, file, map.scene_paths);
   root.number("unit_m", {"length of one POV-Ray unit of the scene", kMetres, kAboveZero}, map.unit_m,
               root.has("scene") ? Need::kRequired : Need::kOptional);
   const std::optional<Bounds> bounds = read_bounds(root);
@@ -183,12 +199,22 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   return map;
 }
 
-Map read_map(const std::filesystem::path& file) { return parse_map(load_yaml(file), file); }
+Map read_map(const std::filesystem::path& file) {
+  if (file.extension() == ".pov" || file.extension() == ".inc") {
+    throw FileError(
+        fmt::format("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
+                    file.string(), file.filename().string()));
+  }
+  return with_own_folder(parse_map(load_yaml(file), file));
+}
 
 YAML::Node load_map_node(const std::filesystem::path& file) {
   YAML::Node node = load_yaml(file);
-  const Map map = parse_map(node, file);
-  if (map.scene) node["scene"] = std::filesystem::absolute(*map.scene).string();
+  const Map map = with_own_folder(parse_map(node, file));
+  if (!map.scene) return node;
+  node["scene"] = std::filesystem::absolute(*map.scene).string();
+  node["scene_paths"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const std::filesystem::path& folder : map.scene_paths) node["scene_paths"].push_back(folder.string());
   return node;
 }
 

@@ -76,8 +76,11 @@ struct SceneEffects {
 struct Map {
   std::filesystem::path file;                  ///< as it was asked for
   std::optional<std::filesystem::path> scene;  ///< resolved against the file's folder; none for a real room
-  double unit_m = 0.05;                        ///< one POV-Ray unit, > 0; a file with a scene must say it
-  Bounds bounds;                               ///< the walls
+  /// Folders that the scene may read, absolute: the map file's own, then those of `scene_paths:`. Empty: the scene's
+  /// own. Simulation only.
+  std::vector<std::filesystem::path> scene_paths{};
+  double unit_m = 0.05;  ///< one POV-Ray unit, > 0; a file with a scene must say it
+  Bounds bounds;         ///< the walls
   std::vector<Landmark> landmarks;
   std::vector<Obstacle> obstacles;  ///< besides landmarks and walls
   std::vector<Moving> moving;       ///< simulation only

@@ -41,9 +41,9 @@ void read_drive(Section& root, Drive& drive) {
   Section* section = root.section("drive", "the two wheels: driver, sizes, limits");
   if (section == nullptr) return;
   section->text("driver", "what moves the wheels", drive.driver);
-  section->number("wheel_separation_m", {"distance between the wheels' contact points", kMetres, kAboveZero},
+  section->number("wheel_separation_m", {"distance between the wheels' contact points", kMetres, kRobotLength},
                   drive.wheel_separation_m);
-  section->number("wheel_radius_m", {"radius of a wheel", kMetres, kAboveZero}, drive.wheel_radius_m);
+  section->number("wheel_radius_m", {"radius of a wheel", kMetres, kPartLength}, drive.wheel_radius_m);
   section->number("max_speed_mps", {"greatest speed of a wheel over the floor", kMetresPerSecond, kAboveZero},
                   drive.max_speed_mps);
   section->number("command_timeout_s", {"time without a command after which the wheels stop", kSeconds, kTimeoutRange},
@@ -163,9 +163,9 @@ Section* read_effects(Section& root, Effects& effects) {
     double number = 0;
     if (section->has(key) && section->number(key, quantity, number)) value = number;
   };
-  read("wheel_separation_m", {"true distance between the wheels' contact points", kMetres, kAboveZero},
+  read("wheel_separation_m", {"true distance between the wheels' contact points", kMetres, kRobotLength},
        effects.wheel_separation_m);
-  read("wheel_radius_m", {"true radius of a wheel", kMetres, kAboveZero}, effects.wheel_radius_m);
+  read("wheel_radius_m", {"true radius of a wheel", kMetres, kPartLength}, effects.wheel_radius_m);
   read("mass_kg", {"mass of the robot", kKilograms, kAboveZero}, effects.mass_kg);
   read("wheel_friction", {"friction between wheel and floor", kNoUnit, kAboveZero}, effects.wheel_friction);
   read("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, effects.body_friction);
@@ -194,7 +194,7 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   root.whole("latency_frames", {"age of the fix that corrects the odometry", kNoUnit, kZeroOrMore},
              robot.latency_frames, Need::kOptional);
   if (Section* body = root.section("body", "the robot's body")) {
-    body->number("radius_m", {"radius of the body, seen from above", kMetres, kAboveZero}, robot.body_radius_m);
+    body->number("radius_m", {"radius of the body, seen from above", kMetres, kRobotLength}, robot.body_radius_m);
   }
   read_drive(root, robot.drive);
   const std::vector<CameraPart> cameras = read_cameras(root, robot);

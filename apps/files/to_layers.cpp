@@ -81,11 +81,9 @@ std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
   return floor;
 }
 
-/// Of a map with a scene.
-sim_povray::PlaceSettings place_of(const Map& map) {
+/// What stands and moves on a map, without the scene that shows it.
+sim_povray::PlaceSettings contents_of(const Map& map) {
   sim_povray::PlaceSettings place;
-  place.scene = *map.scene;
-  place.unit_m = map.unit_m;
   place.walls = {.min_x_m = map.bounds.min_x_m,
                  .max_x_m = map.bounds.max_x_m,
                  .min_y_m = map.bounds.min_y_m,
@@ -110,6 +108,15 @@ sim_povray::PlaceSettings place_of(const Map& map) {
                             .loop = moving.loop,
                             .radius_m = moving.radius_m});
   }
+  return place;
+}
+
+/// Of a map with a scene.
+sim_povray::PlaceSettings place_of(const Map& map) {
+  sim_povray::PlaceSettings place = contents_of(map);
+  place.scene = *map.scene;
+  place.scene_paths = map.scene_paths;
+  place.unit_m = map.unit_m;
   place.switches = {.shadows = map.effects.shadows,
                     .area_lights = map.effects.area_lights,
                     .photons = map.effects.photons,
@@ -171,12 +178,6 @@ vision::MirrorView to_view(const RigView& view, double lens_height_m) {
 
 Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
 
-/// From the corner that is farthest from it.
-double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
-  return std::hypot(std::max(landmark.x_m - bounds.min_x_m, bounds.max_x_m - landmark.x_m),
-                    std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
-}
-
 }  // namespace
 
 void check_landmarks(const Robot& robot, const Map& map) {
@@ -210,6 +211,7 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
     world.attach = robot.attach;
     if (robot.attach.empty()) world.place = place_of(map);
     world.seat = seat_of(robot, settings.drive.limits, seed);
+    if (!robot.attach.empty()) world.seat.map_outline = sim_povray::outline_of(contents_of(map));
   }
   try {
     drivers::check(settings);
@@ -259,8 +261,7 @@ std::vector<vision::Target> to_targets(const Map& map) {
     targets.push_back({landmark.name,
                        {landmark.colour[0], landmark.colour[1], landmark.colour[2]},
                        landmark.radius_m,
-                       landmark.top_m,
-                       greatest_range_m(landmark, map.bounds)});
+                       landmark.top_m});
   }
   return targets;
 }

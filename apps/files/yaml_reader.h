@@ -40,6 +40,10 @@ struct Range {
 inline constexpr Range kAnyNumber{};
 inline constexpr Range kAboveZero{.least = 0, .without_ends = true};
 inline constexpr Range kZeroOrMore{.least = 0};
+/// Of a robot's small parts (wheels, mirrors) and of the robot itself: nothing beyond goes through a door, and 60 is 60
+/// mm or 60 cm written as metres.
+inline constexpr Range kPartLength{.least = 0, .greatest = 1, .without_ends = true};
+inline constexpr Range kRobotLength{.least = 0, .greatest = 5, .without_ends = true};
 
 /// Whether `name` is one or more of a-z, A-Z, 0-9 and `further`.
 [[nodiscard]] bool is_name(std::string_view name, std::string_view further);

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -25,6 +26,7 @@
 #include "apps/runs/rim_warnings.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/run_yaml.h"
+#include "apps/runs/start_check.h"
 #include "apps/runs/summary.h"
 #include "apps/runs/track.h"
 #include "apps/runs/truth_table.h"
@@ -48,6 +50,11 @@ constexpr milliseconds kServedFrameTimeout{60'000};
 constexpr double kSilentPeriods = 4;
 constexpr milliseconds kLeastSilence{1'000};
 constexpr milliseconds kBetweenTries{10};
+// A world that is starting can be reached well within a second; a loaded machine takes longer.
+constexpr milliseconds kServingTimeout{5'000};
+constexpr milliseconds kBetweenCalls{100};
+// How often a wait for a picture looks whether it is to stop.
+constexpr milliseconds kStopSlice{100};
 // Longer than the renderer's own limit for one picture, so that its message is the one that is told.
 constexpr milliseconds kPictureTimeout{150'000};
 
@@ -117,18 +124,25 @@ class Loop {
   }
 
   Result<RunInfo> go(const Progress& progress, const std::atomic<bool>& stop) {
+    stop_ = &stop;
     drivers::RobotSettings settings = files::to_robot_settings(robot_, map_, options_.seed);
     if (settings.world) {
+      start_place_ = place_of_start();
+      settings.world->seat.body.start_place = start_place_;
       settings.world->place.render.notice = [this](const std::string& notice) { notices_.add(notice); };
       if (auto listed = list_effects(settings); !listed) return listed.error();
     }
     if (options_.truth) {
       if (auto prepared = prepare_truth(settings); !prepared) return prepared.error();
     }
-    auto opened = options_.open(settings);
+    begin_start_check(settings);
+    auto opened = open(settings);
     if (!opened) return opened.error();
     folder_.emplace(options_.out);
     write_run_yaml(folder_->path(), info_, robot_, map_.file);
+    if (is_simulated_ && options_.tell) {
+      options_.tell(fmt::format("{} frames; POV-Ray takes some seconds for the first", options_.frames));
+    }
 
     Status done;
     {
@@ -200,6 +214,82 @@ class Loop {
     std::erase(info_.devices, "");
     info_.capture.emplace();
     write_run_yaml(folder_->path(), info_, robot_, map_.file);
+  }
+
+  /// Where the robot file says `start`; the file alone where it cannot be read again.
+  [[nodiscard]] std::string place_of_start() const {
+    try {
+      const auto places = files::key_places(robot_, map_);
+      const auto found = places.find("start");
+      if (found != places.end()) return found->second;
+    } catch (const files::FileError&) {  // a robot that was put together by a program
+    }
+    return robot_.file.string();
+  }
+
+  /// Asks POV-Ray where the scene shows the robot, while the first pictures are rendered.
+  void begin_start_check(const drivers::RobotSettings& settings) {
+    if (!settings.world || !settings.world->attach.empty()) return;  // of a served world the scene is not known here
+    std::promise<Result<sim_povray::ShownCamera>> answer;
+    shown_ = answer.get_future();
+    asker_ = std::jthread([place = settings.world->place, name = settings.world->seat.name,
+                           answer = std::move(answer)](const std::stop_token& stop) mutable {
+      try {
+        answer.set_value(sim_povray::shown_camera(place, name, "lower", stop));
+      } catch (const std::exception& error) {  // no descriptor, no memory
+        answer.set_value(Error{ErrorCode::kUnavailable, error.what()});
+      }
+    });
+  }
+
+  /// Before the first answer.
+  Status check_start() {
+    if (!shown_.valid()) return {};
+    while (shown_.wait_for(kStopSlice) != std::future_status::ready) {
+      if (*stop_) return stopped_from_outside();
+    }
+    const auto shown = shown_.get();
+    if (!shown) {
+      note(fmt::format("{}: start could not be compared with where the scene shows the robot: {}", start_place_,
+                       shown.error().message));
+      return {};
+    }
+    const auto compared = compare_start(robot_, *shown, start_place_);
+    if (!compared) return compared.error();
+    if (*compared) note(**compared);
+    return {};
+  }
+
+  /// A world that another program serves may be starting.
+  Result<Robot> open(const drivers::RobotSettings& settings) {
+    const SteadyTime deadline = std::chrono::steady_clock::now() + kServingTimeout;
+    bool is_told = false;
+    while (true) {
+      auto opened = options_.open(settings);
+      const bool is_missing =
+          !opened && opened.error().code == ErrorCode::kNotFound && settings.world && !settings.world->attach.empty();
+      if (!is_missing || std::chrono::steady_clock::now() >= deadline) return opened;
+      if (*stop_) return stopped_from_outside();
+      if (!std::exchange(is_told, true) && options_.tell) {
+        options_.tell(fmt::format("waiting for the world '{}' to be served", settings.world->attach));
+      }
+      std::this_thread::sleep_for(kBetweenCalls);
+    }
+  }
+
+  /// The picture, once it is there. A stop from outside is heard meanwhile: the first pictures of a scene may take
+  /// minutes.
+  ImageResult picture_of(const Frame& frame) {
+    const SteadyTime deadline = std::chrono::steady_clock::now() + kPictureTimeout;
+    while (true) {
+      const SteadyTime begin = std::chrono::steady_clock::now();
+      auto image = frame.image(kStopSlice);
+      const SteadyTime now = std::chrono::steady_clock::now();
+      // A time-out that comes at once is the renderer's, not this wait's.
+      const bool is_pending = !image && image.error().code == ErrorCode::kTimeout && now - begin >= kStopSlice / 2;
+      if (!is_pending || now >= deadline) return image;
+      if (*stop_) return stopped_from_outside();
+    }
   }
 
   /// A pair and what the wheels had turned by then.
@@ -363,18 +453,19 @@ class Loop {
       return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
     };
     const auto waited_from = std::chrono::steady_clock::now();
-    const auto lower = pending.frame.lower.image(kPictureTimeout);
+    const auto lower = picture_of(pending.frame.lower);
     if (!lower) return failed(lower.error());
-    const auto upper = pending.frame.upper.image(kPictureTimeout);
+    const auto upper = picture_of(pending.frame.upper);
     if (!upper) return failed(upper.error());
     std::vector<OtherPicture> others;
     for (const NamedFrame& other : pending.others) {
-      const auto image = other.frame.image(kPictureTimeout);
+      const auto image = picture_of(other.frame);
       if (!image) return failed(with_name(other.name, image.error()));
       others.push_back({other.name, *image});
     }
     info_.render_wait_s += seconds_since(waited_from);
     if (finished_ == 0) {
+      if (auto checked = check_start(); !checked) return checked;
       for (const std::string& warning : rim_warnings(robot_, **lower, **upper)) note(warning);
     }
 
@@ -485,6 +576,10 @@ class Loop {
   bool has_rested_ = false;
   bool was_late_ = false;
   const bool is_simulated_;
+  const std::atomic<bool>* stop_ = nullptr;
+  std::string start_place_;
+  std::future<Result<sim_povray::ShownCamera>> shown_;
+  std::jthread asker_;
   Outage outage_;
 };
 

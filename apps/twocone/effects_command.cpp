@@ -77,12 +77,28 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
     rows.push_back({result.view, std::to_string(result.pixels), std::to_string(result.different),
                     std::to_string(result.greatest), fmt::format("{:.4f}", result.mean),
                     fmt::format("{:.0f} ms", 1e3 * result.everything_s),
-                    fmt::format("{:.0f} ms", 1e3 * result.choice_s), fmt::format("{:.0f} %", 100 * saved)});
+                    fmt::format("{:.0f} ms", 1e3 * result.choice_s),
+                    result.is_time_told ? fmt::format("{:.0f} %", 100 * saved) : "not told"});
   }
   fmt::print(
       "\nThe picture of the start with everything on and as chosen; pixels in the mirror, differences of 255,\n"
-      "processor time of POV-Ray for one picture (the median of three)\n\n");
+      "processor time of POV-Ray for one picture (the median of three); saved is not told where the three times of "
+      "one\n"
+      "overlap those of the other\n\n");
   print_columns(rows);
+  for (const sim_povray::Verification& result : results) {
+    if (result.different > 0) fmt::print("\n{}: {} pixels differ: {}\n", result.view, result.different, result.why);
+  }
+}
+
+/// Pixels that differ, though neither scene nor map asks for it, are a failure.
+void check_verification(const std::vector<sim_povray::Verification>& results) {
+  for (const sim_povray::Verification& result : results) {
+    if (result.different > 0 && !result.is_asked_for) {
+      throw CommandFailed(
+          fmt::format("effects of view {} could not be verified: {} pixels differ", result.view, result.different));
+    }
+  }
 }
 
 void execute(const Options& options) {
@@ -100,6 +116,7 @@ void execute(const Options& options) {
 
   print_effects(
       value_or_fail(sim_povray::effect_table(place, settings.world->seat, asked, files::key_places(robot, map))));
+  fmt::print("\n{}\n", sim_povray::describe_confinement(place));
   std::fflush(stdout);
   if (!options.verify) return;
 
@@ -114,6 +131,8 @@ void execute(const Options& options) {
     }
   }
   print_verification(results);
+  std::fflush(stdout);
+  check_verification(results);
 }
 
 }  // namespace

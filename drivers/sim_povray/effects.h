@@ -28,6 +28,9 @@ using KeyPlaces = std::map<std::string, std::string>;
                                                           const std::vector<ViewSettings>& views,
                                                           const KeyPlaces& places);
 
+/// How POV-Ray is kept from files, in a sentence.
+[[nodiscard]] std::string describe_confinement(const PlaceSettings& place);
+
 /// One view's picture of the start, made in two ways. Everything: POV-Ray's highest quality, reflections at least 20
 /// deep, nothing that the map switches off, the whole picture, and every stage of the camera passed through at its
 /// neutral value. The choice: as choose_rendering() says, and what is in the mirror only where that changes nothing.
@@ -40,6 +43,12 @@ struct Verification {
   double mean = 0;          ///< difference over pixels and channels, of 255
   double everything_s = 0;  ///< processor time of POV-Ray for one picture, the median of three, started for each
   double choice_s = 0;
+  bool is_time_told = false;  ///< all three of the one are above all three of the other: else the gap is noise
+  /// Where pixels differ: what makes them, with file and line as far as it is known.
+  std::string why{};
+  /// Whether that is what the scene's or the map's own words ask for (a depth of reflections, an effect switched off).
+  /// What differs otherwise should not.
+  bool is_asked_for = false;
 };
 /// Errors: as Simulation::open, and those of Povray::render. No other child of this program may end meanwhile: its time
 /// would count.

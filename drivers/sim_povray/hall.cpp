@@ -15,9 +15,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "drivers/sim_povray/confined_povray.h"
 #include "drivers/sim_povray/darkroom.h"
 #include "drivers/sim_povray/effects/camera_stage.h"
 #include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/outline.h"
 #include "drivers/sim_povray/render/child_process.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/pool_renderer.h"
@@ -91,6 +93,7 @@ class OpenHall final : public Hall, public std::enable_shared_from_this<OpenHall
   Status step(const std::string& robot, Seat::SteadyTime deadline);
   void step_if_all_asked();
   [[nodiscard]] std::string who_has_not_asked() const;
+  [[nodiscard]] bool waits_for(const std::string& robot) const;
   Status claim_rate(const void* view, const std::string& camera, double rate_hz);
   void drop_rate(const void* view);
   std::shared_ptr<ComingMould> mould(const NamedBlock& robot, const NamedBlock& camera, const CameraSettings& size,
@@ -214,6 +217,8 @@ class LocalSeat final : public Seat {
     return {};
   }
 
+  [[nodiscard]] bool is_waited_for() const override { return hall_->waits_for(robot_.name); }
+
   /// Reads the world's state anew.
   void refresh() {
     const std::lock_guard lock(hall_->mutex_);
@@ -250,6 +255,12 @@ Result<std::unique_ptr<Seat>> OpenHall::take_seat(const SeatSettings& settings) 
   check(settings);
   auto robot = scene_.robot(settings.name);
   if (!robot) return robot.error();
+  if (!settings.map_outline.empty()) {
+    if (const std::string difference = first_difference(settings.map_outline, outline_of(place_));
+        !difference.empty()) {
+      return Error{ErrorCode::kRefused, fmt::format("the robot's map is not that of this world: {}", difference)};
+    }
+  }
   std::unique_ptr<LocalSeat> seat;
   {
     const std::lock_guard lock(mutex_);
@@ -324,6 +335,12 @@ std::string OpenHall::who_has_not_asked() const {
     if (resident.seated && !resident.asked) names.push_back(name);
   }
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+bool OpenHall::waits_for(const std::string& robot) const {
+  const std::lock_guard lock(mutex_);
+  return !residents_.at(robot).asked &&
+         std::any_of(residents_.begin(), residents_.end(), [](const auto& entry) { return entry.second.asked; });
 }
 
 Status OpenHall::claim_rate(const void* view, const std::string& camera, double rate_hz) {
@@ -413,7 +430,7 @@ Result<std::vector<NamedBlock>> find_movers(const Scene& scene, const std::vecto
 }
 
 Result<Stage> set_stage(const PlaceSettings& place, const Scene& scene) {
-  auto choice = choose_rendering(scene, place.switches);
+  auto choice = choose_rendering(scene, place.switches, SceneAccess(place.scene, place.scene_paths));
   if (!choice) return choice.error();
   if (!choice->calls.endless.empty()) return Error{ErrorCode::kRefused, choice->calls.endless};
   auto chosen = Scene::parse(choice->text, scene.path());
@@ -440,12 +457,11 @@ Result<std::shared_ptr<Hall>> Hall::open(const PlaceSettings& place) {
   // Before POV-Ray is missed: a scene can be put right without it.
   auto stage = set_stage(place, *scene);
   if (!stage) return stage.error();
-  auto program = find_povray(place.render.povray);
-  if (!program) return program.error();
-  Povray povray(*program, place.scene, place.render.timeout);
-  auto renderer = make_renderer(povray, place.render);
+  auto povray = confined_povray(place, stage->choice.calls);
+  if (!povray) return povray.error();
+  auto renderer = make_renderer(*povray, place.render);
   return std::shared_ptr<Hall>(
-      std::make_shared<OpenHall>(place, *std::move(stage), std::move(povray), std::move(renderer)));
+      std::make_shared<OpenHall>(place, *std::move(stage), *std::move(povray), std::move(renderer)));
 }
 
 }  // namespace twocone::sim_povray

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/sim_povray.h"
@@ -43,13 +44,17 @@ void check(const OverheadView& view, double unit_m) {
 }  // namespace
 
 Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m, const OverheadView& view,
-                              const RenderSettings& render) {
+                              const RenderSettings& render, const std::vector<std::filesystem::path>& scene_paths) {
   check(view, unit_m);
   check(render);
   auto text = Scene::read(scene);
   if (!text) return text.error();
-  const auto program = find_povray(render.povray);
-  if (!program) return program.error();
+  PlaceSettings place;
+  place.scene = scene;
+  place.scene_paths = scene_paths;
+  place.render = render;
+  const auto povray = confined_povray(place, find_calls(*text, SceneAccess(scene, scene_paths)));
+  if (!povray) return povray.error();
 
   // Through an orthographic camera the picture is `right` wide and `up` high, about `location`.
   const double x = (view.min_x_m + view.max_x_m) / 2 / unit_m;
@@ -57,8 +62,7 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   const std::string camera = fmt::format(
       "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
       view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
-  const Povray povray(*program, scene, render.timeout);
-  const auto image = povray.render(
+  const auto image = povray->render(
       plain_picture("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
   if (!image) return image.error();
   return **image;

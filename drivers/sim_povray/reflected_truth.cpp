@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/moving_path.h"
@@ -158,10 +159,9 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
   const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
-  const auto program = find_povray(place.render.povray);
-  if (!program) return program.error();
+  const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
+  if (!povray) return povray.error();
 
-  const Povray povray(*program, place.scene, place.render.timeout);
   const Extent extent = extent_of(landmarks);
   const std::array<std::string, 3> pigments{position_pigment(extent, place.unit_m), "pigment { rgb 1 }",
                                             "pigment { rgb 0 }"};
@@ -171,8 +171,8 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       makers.emplace_back([&, i] {
         pictures[i] =
-            povray.render_deep(fmt::format("truth of view {}", view.camera),
-                               seen + shells(landmarks, place.unit_m, pigments[i]), view.width_px, view.height_px);
+            povray->render_deep(fmt::format("truth of view {}", view.camera),
+                                seen + shells(landmarks, place.unit_m, pigments[i]), view.width_px, view.height_px);
       });
     }
   }

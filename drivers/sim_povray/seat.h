@@ -62,6 +62,9 @@ class Seat {
   virtual Status command(const WheelSpeeds& speeds) = 0;
   virtual Status halt() noexcept = 0;
 
+  /// Whether somebody has asked for the next instant, and this robot has not.
+  [[nodiscard]] virtual bool is_waited_for() const { return false; }
+
  protected:
   Seat() = default;
 };

@@ -12,6 +12,7 @@ namespace twocone::sim_povray {
 /// Runs a world for other programs of the same user on this machine, who attach to it by `name`
 /// (Simulation::attach), until `stop` is set. The world steps when every attached robot has asked for its next frame;
 /// when the last has left it begins anew. A program that dies leaves its robot standing; the others go on.
+/// So does one that asks for nothing for 30 s while others wait for it.
 /// @param name letters, digits, - and _, at most 64
 /// @param tell one line for a person whenever the world is ready and a robot comes or goes; from several threads, one
 /// at

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <variant>
 #include <vector>
@@ -76,6 +77,7 @@ struct RenderSettings {
   int processes = 8;              ///< POV-Ray processes at one time, >= 1: more than cores, as each sleeps now and then
   bool hold = true;               ///< keep processes between pictures; off: one process per picture
   bool whole_picture = false;     ///< also trace what is outside the mirror
+  bool landlock = true;           ///< confine POV-Ray by Landlock where the kernel has it; off: as on a kernel without
   std::chrono::milliseconds timeout{120'000};  ///< for one picture, > 0: then the process is killed
   /// Told, from any thread, what a person should know of the rendering: that it fell back to a slower way, and why.
   std::function<void(const std::string&)> notice{};
@@ -84,7 +86,10 @@ struct RenderSettings {
 /// A scene with all that is in it but robots.
 struct PlaceSettings {
   std::filesystem::path scene;  ///< a POV-Ray file
-  double unit_m = 0.05;         ///< metres in one POV-Ray unit, > 0
+  /// Folders that the scene may read, with all below them, beside POV-Ray's libraries; it may write nothing. Empty: the
+  /// scene's own folder.
+  std::vector<std::filesystem::path> scene_paths{};
+  double unit_m = 0.05;  ///< metres in one POV-Ray unit, > 0
   std::optional<Walls> walls{};
   std::vector<Solid> solids{};
   std::vector<MovingThing> moving{};
@@ -126,6 +131,7 @@ struct RobotBody {
   std::uint64_t seed = 1;  ///< of every random process of this robot
   /// Where it stands at time 0, if that is not `start`.
   std::optional<Pose2> begin{};
+  std::string start_place{};  ///< where `start` is written, for messages: "robots/lab_sim.yaml:17"; empty: unknown
 };
 
 /// What one rendered picture took of POV-Ray.
@@ -143,6 +149,9 @@ struct SeatSettings {
   std::string name;
   RobotBody body;  ///< its name is replaced by the claimed object's
   DriveLimits drive;
+  /// What the robot's map says of the place, as outline_of() writes it; a world whose own differs refuses the robot.
+  /// Empty: not known.
+  std::string map_outline{};
   int run_ahead_frames = 6;  ///< instants whose pictures may be unfinished before a grab waits, >= 1
   /// Told, from any thread, of each rendered picture (several for one that takes time to expose), before the frame is
   /// ready. Must neither block nor throw, and may be called after the robot has left. Not told: pictures by which a
@@ -248,11 +257,28 @@ class Venue {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The walls, solids and moving things of a place in words, a line for each, to a millimetre: what the programs of one
+/// world must agree on. At most 4 kB: what is more counts as a sum.
+std::string outline_of(const PlaceSettings& place);
+
 /// @throws std::invalid_argument naming every bad field
 void check(const PlaceSettings& settings);
 void check(const SeatSettings& settings);
 void check(const ViewSettings& settings);
 void check(const RenderSettings& settings);
+
+/// Where the scene shows a camera standing, over the floor.
+struct ShownCamera {
+  double x_m = 0, y_m = 0;
+  /// Direction of the picture's x axis, in the world; none where that axis is not level, within a degree.
+  std::optional<double> x_axis_rad{};
+};
+/// Of the robot that SeatSettings::name claims; POV-Ray works it out from the camera's statement, without a picture.
+/// Gives up when stop is requested.
+/// Errors: as Simulation::open; kRefused: why it cannot be worked out (the camera is of another kind, takes its vectors
+/// from another camera, its statement holds a directive).
+Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& robot_name,
+                                 const std::string& camera_name, const std::stop_token& stop);
 
 /// A picture of the whole scene from straight above, for reports: an orthographic view of a world rectangle, world x to
 /// the right and y up, from `height_m` above the floor; what is higher is not seen.
@@ -264,8 +290,9 @@ struct OverheadView {
 };
 /// The robot stands where the scene shows it; a scene without names will do. Errors: as Simulation::open and
 /// Frame::image.
+/// @param scene_paths as PlaceSettings
 /// @throws std::invalid_argument naming every bad argument
 Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m, const OverheadView& view,
-                              const RenderSettings& render);
+                              const RenderSettings& render, const std::vector<std::filesystem::path>& scene_paths = {});
 
 }  // namespace twocone::sim_povray

@@ -140,7 +140,7 @@ Result<cv::Mat> overhead_picture(const files::Map& map, const std::filesystem::p
   if (!(b.min_x_m < b.max_x_m && b.min_y_m < b.max_y_m)) return Error{ErrorCode::kNotFound, "the map has no extent"};
   sim_povray::OverheadView view{b.min_x_m, b.max_x_m, b.min_y_m, b.max_y_m};
   view.width_px = kOverheadWidth_px;
-  const Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, render);
+  const Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, render, map.scene_paths);
   if (!rendered) return rendered.error();
   Result<Image> rgb = to_rgb8(*rendered);
   if (!rgb) return rgb.error();

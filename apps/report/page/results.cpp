@@ -71,13 +71,10 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
   return html::element("div", parts, "class=\"share\"");
 }
 
-/// @param hidden_ranges ranges of verdict `occluded`, which not all have one
-std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges = 0) {
+std::string words(const std::map<std::string, int>& verdicts) {
   std::string text;
   for (const auto& [verdict, count] : ordered(verdicts)) {
-    if (count <= 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
-    if (verdict == "occluded" && hidden_ranges > 0) text += fmt::format(" ({} with a range)", hidden_ranges);
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
   }
   return escape(text);
 }
@@ -243,17 +240,14 @@ std::string coverage_table(const PageContent& content) {
                     "class=\"words\"");
   std::set<std::string> verdicts;
   for (const runs::LandmarkSummary& landmark : content.summary.landmarks) {
-    const int hidden_ranges =
-        landmark.frames_with_range - count_of(landmark.verdicts, "ok") - count_of(landmark.verdicts, "one_view");
-    table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts, hidden_ranges)});
+    table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts)});
     for (const auto& [verdict, count] : landmark.verdicts) verdicts.insert(verdict);
   }
   table.add({"position", share_bar(content.summary.fix_verdicts), words(content.summary.fix_verdicts)});
   for (const auto& [verdict, count] : content.summary.fix_verdicts) verdicts.insert(verdict);
   std::string legend;
   for (const std::string& verdict : verdicts) {
-    const std::string_view known = verdict_meaning(verdict, content.summary.method);
-    const std::string meaning = known.empty() ? "" : ": " + escape(known);
+    const std::string meaning = verdict_meaning(verdict).empty() ? "" : ": " + escape(verdict_meaning(verdict));
     legend += html::element("span", swatch(verdict_colour(verdict)) + "<b>" + escape(verdict) + "</b>" + meaning);
   }
   return table.str() + html::element("div", legend, "class=\"legend\"");

@@ -19,9 +19,9 @@ std::string reason(const SceneCalls& calls, std::initializer_list<Feature> featu
 
 }  // namespace
 
-Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches) {
+Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches, const SceneAccess& access) {
   RenderChoice choice;
-  choice.calls = find_calls(scene);
+  choice.calls = find_calls(scene, access);
   if (switches == SceneSwitches{}) {
     choice.text = scene.text();
   } else {
@@ -30,7 +30,7 @@ Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& s
     choice.text = std::move(*text);
     const auto changed = Scene::parse(choice.text, scene.path());
     if (!changed) return changed.error();
-    choice.calls = find_calls(*changed);
+    choice.calls = find_calls(*changed, access);
   }
 
   choice.why_quality =

@@ -29,6 +29,7 @@ struct RenderChoice {
 };
 
 /// Errors: kRefused, as switched().
-[[nodiscard]] Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches);
+[[nodiscard]] Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches,
+                                                    const SceneAccess& access);
 
 }  // namespace twocone::sim_povray

@@ -208,9 +208,10 @@ Result<std::vector<EffectRow>> effect_table(const PlaceSettings& place, const Se
                                             const std::vector<ViewSettings>& views, const KeyPlaces& places) {
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
-  const auto choice = choose_rendering(*scene, place.switches);
+  const SceneAccess access(place.scene, place.scene_paths);
+  const auto choice = choose_rendering(*scene, place.switches, access);
   if (!choice) return choice.error();
-  return Table(place, seat, views, places, find_calls(*scene), *choice).run();
+  return Table(place, seat, views, places, find_calls(*scene, access), *choice).run();
 }
 
 }  // namespace twocone::sim_povray

@@ -102,6 +102,7 @@ class Scanner {
       if (live[owner] && told.insert(why).second) calls.unread.push_back(why);
     }
     calls.max_trace_level = max_trace_level_;
+    calls.strings = std::move(strings_);
     return calls;
   }
 
@@ -163,6 +164,10 @@ class Scanner {
           declared_.insert(owners.back().name);
           i = found.name;
         }
+      } else if (token.kind == Kind::kString) {
+        // A file that is opened for writing is not read, and POV-Ray's own complaint fits better.
+        if (!tree.is(i + 1, "write") && !tree.is(i + 1, "append"))
+          strings_.push_back({file.path, token.place.line, std::string(token.text.substr(1, token.text.size() - 2))});
       } else if (token.kind == Kind::kWord) {
         if (leaky_.contains(number(token.text))) {
           // It may close the value's braces: where the value ends is not known then.
@@ -260,42 +265,20 @@ class Scanner {
   std::vector<Found> found_;
   std::vector<std::pair<Name, std::string>> unread_;
   std::string endless_;
+  std::vector<WrittenString> strings_;
   std::optional<int> max_trace_level_;
   std::size_t bytes_ = 0;
   std::size_t work_ = 0;
   bool everything_lives_ = false;
 };
 
-/// Where POV-Ray looks for includes beside the scene's folder, as its system-wide settings say.
-std::vector<fs::path> library_folders() {
-  std::vector<fs::path> folders;
-  for (const char* ini : {"/etc/povray/3.7/povray.ini", "/usr/local/etc/povray/3.7/povray.ini"}) {
-    std::ifstream file(ini);
-    if (!file) continue;
-    for (std::string line; std::getline(file, line);) {
-      constexpr std::string_view kKey = "Library_Path";
-      const auto value = line.find('=');
-      if (!line.starts_with(kKey) || value == std::string::npos) continue;
-      std::string folder = line.substr(value + 1);
-      std::erase_if(folder, [](char c) { return c == '"' || c == '\r'; });
-      folder.erase(0, folder.find_first_not_of(" \t"));
-      folder.erase(folder.find_last_not_of(" \t") + 1);
-      if (!folder.empty()) folders.emplace_back(folder);
-    }
-    break;
-  }
-  for (const char* usual : {"/usr/share/povray-3.7/include", "/usr/local/share/povray-3.7/include"}) {
-    folders.emplace_back(usual);
-  }
-  return folders;
-}
-
-std::optional<IncludedFile> read_from(const std::vector<fs::path>& folders, const std::string& name) {
-  for (const fs::path& folder : folders) {
+std::optional<IncludedFile> read_from(const SceneAccess& access, const std::string& name) {
+  for (const fs::path& folder : access.searched()) {
     // POV-Ray adds the ending where there is none.
     for (const char* ending : {"", ".inc", ".INC"}) {
       const fs::path path = folder / (name + ending);
       std::error_code error;
+      if (!access.may_read(path)) continue;
       if (fs::is_directory(path, error)) return IncludedFile{path.string(), {}, true};
       if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > kMostIncludedBytes) continue;
       std::ifstream file(path, std::ios::binary);
@@ -315,11 +298,17 @@ const Call* SceneCalls::find(Feature feature) const {
   return found == all.end() ? nullptr : &*found;
 }
 
-SceneCalls find_calls(const Scene& scene) {
-  std::vector<fs::path> folders = library_folders();
-  folders.insert(folders.begin(), fs::path(scene.path()).parent_path());
-  return find_calls(scene.text(), scene.path(),
-                    [&folders](const std::string& name) { return read_from(folders, name); });
+SceneCalls find_calls(const Scene& scene, const SceneAccess& access) {
+  SceneAccess growing = access;
+  SceneCalls calls = find_calls(scene.text(), scene.path(), [&growing](const std::string& name) {
+    auto found = read_from(growing, name);
+    // A scene of others names what stands beside it.
+    if (found) growing.look_in(fs::path(found->path).parent_path());
+    return found;
+  });
+  const auto& all = growing.searched();
+  for (std::size_t i = access.searched().size(); i < all.size(); ++i) calls.folders.push_back(all[i].string());
+  return calls;
 }
 
 SceneCalls find_calls(std::string_view text, const std::string& path, const IncludeReader& read) {

@@ -154,10 +154,6 @@ struct SwitchedOff {
 
 }  // namespace
 
-Result<std::string> switched(const Scene& scene, const SceneSwitches& switches) {
-  return switched(scene, find_calls(scene), switches);
-}
-
 Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const SceneSwitches& switches) {
   const std::array<SwitchedOff, 5> effects{{{!switches.shadows, Feature::kShadows, "shadows"},
                                             {!switches.area_lights, Feature::kAreaLights, "area_lights"},

@@ -2,7 +2,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/confined_povray.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/camera_stage.h"
 #include "drivers/sim_povray/effects/choice.h"
@@ -25,6 +25,8 @@ constexpr int kHighestQuality = 11;
 /// What one mirror and its surroundings show needs far less.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
+/// POV-Ray's own max_trace_level.
+constexpr int kUsualReflectionDepth = 5;
 /// Pictures of which the middle processor time counts.
 constexpr int kTimes = 3;
 
@@ -77,15 +79,16 @@ Result<Claimed> claim(Scene scene, const std::string& name) {
 
 class Verifier {
  public:
+  /// @param chosen_deep the choice, but with the reflections of everything
   Verifier(const PlaceSettings& place, const CameraSettings& size, Povray povray, Claimed everything, Claimed chosen,
-           int quality, bool whole)
+           Claimed chosen_deep, const RenderChoice& choice)
       : place_(place),
         size_(size),
         povray_(std::move(povray)),
         everything_(std::move(everything)),
         chosen_(std::move(chosen)),
-        quality_(quality),
-        whole_(whole) {}
+        chosen_deep_(std::move(chosen_deep)),
+        choice_(choice) {}
 
   Result<Verification> run(const ViewSettings& view) const {
     const auto full_camera = everything_.scene.camera(view.camera_name + everything_.ending);
@@ -101,30 +104,77 @@ class Verifier {
 
     Mould full = everything_.scene.mould({everything_.robot}, *full_camera, "");
     full.quality = kHighestQuality;
-    const bool mirror_only = mirror && !whole_;
-    Mould small = chosen_.scene.mould({chosen_.robot}, *camera, mirror_only ? mirror->mask : "");
-    small.quality = quality_;
-    if (mirror_only) small.window = mirror->window;
-
-    const auto everything = take(std::move(full), everything_, view);
+    const auto everything = take(std::move(full), everything_, view, kTimes);
     if (!everything) return everything.error();
-    const auto choice = take(std::move(small), chosen_, view);
+    const auto choice = take(mould_of(chosen_, *camera, mirror), chosen_, view, kTimes);
     if (!choice) return choice.error();
     Verification result;
     result.view = view.camera_name;
-    result.everything_s = everything->cpu_s;
-    result.choice_s = choice->cpu_s;
-    compare(pass_through(*everything->image), *choice->image, mirror, result);
+    result.everything_s = everything->middle_s;
+    result.choice_s = choice->middle_s;
+    result.is_time_told = everything->least_s > choice->most_s || choice->least_s > everything->most_s;
+    const Image whole = pass_through(*everything->image);
+    compare(whole, *choice->image, mirror, result);
+    if (result.different == 0) return result;
+    if (auto explained = explain(view, mirror, whole, result); !explained) return explained.error();
     return result;
   }
 
  private:
   struct Taken {
     std::shared_ptr<const Image> image;
-    double cpu_s = 0;
+    double least_s = 0, middle_s = 0, most_s = 0;  ///< processor time
   };
 
-  [[nodiscard]] Result<Taken> take(Mould mould, const Claimed& claimed, const ViewSettings& view) const {
+  /// The choice's picture.
+  [[nodiscard]] Mould mould_of(const Claimed& claimed, const NamedBlock& camera,
+                               const std::optional<MirrorSight>& mirror) const {
+    const bool mirror_only = mirror && choice_.why_whole.empty();
+    Mould mould = claimed.scene.mould({claimed.robot}, camera, mirror_only ? mirror->mask : "");
+    mould.quality = choice_.quality;
+    if (mirror_only) mould.window = mirror->window;
+    return mould;
+  }
+
+  /// What makes the difference: random numbers, what the map switches off, or the depth of reflections, which is tried
+  /// out.
+  Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const Image& everything,
+                 Verification& result) const {
+    if (const Call* random = choice_.calls.find(Feature::kRandom)) {
+      result.why = fmt::format(
+          "{}: {} draws random numbers, pixel by pixel, in the order in which POV-Ray makes them: two renderings "
+          "differ "
+          "wherever it shows, and no comparison can tell more",
+          random->place(), random->word);
+      return {};
+    }
+    const SceneSwitches& off = place_.switches;
+    if (!(off.shadows && off.area_lights && off.photons && off.radiosity && off.media)) {
+      result.why = "the map's effects switch off what the scene has";
+      result.is_asked_for = true;
+      return {};
+    }
+    const auto camera = chosen_deep_.scene.camera(view.camera_name + chosen_deep_.ending);
+    if (!camera) return camera.error();
+    const auto deep = take(mould_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
+    if (!deep) return deep.error();
+    Verification left;
+    compare(everything, *deep->image, mirror, left);
+    if (left.different == 0) {
+      result.why = fmt::format(
+          "reflections and refractions of more than {} surfaces, where max_trace_level of the scene or "
+          "reflection_depth "
+          "of the map ends: with those of everything (at least {}) the choice shows the same pixels",
+          off.reflection_depth.value_or(choice_.calls.max_trace_level.value_or(kUsualReflectionDepth)),
+          kDeepReflections);
+      result.is_asked_for = true;
+    } else {
+      result.why = fmt::format("not known: {} pixels differ also with the reflections of everything", left.different);
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<Taken> take(Mould mould, const Claimed& claimed, const ViewSettings& view, int count) const {
     mould.width_px = size_.width_px;
     mould.height_px = size_.height_px;
     mould.antialias = view.antialias;
@@ -132,7 +182,7 @@ class Verifier {
                         std::make_shared<const Mould>(std::move(mould)),
                         claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place_.unit_m)};
     Taken taken;
-    std::array<double, kTimes> times{};
+    std::vector<double> times(std::size_t(count), 0.0);
     for (double& time : times) {
       const double before_s = children_s();
       const ImageResult image = povray_.render(job, -1);
@@ -140,8 +190,10 @@ class Verifier {
       time = children_s() - before_s;
       taken.image = *image;
     }
-    std::nth_element(times.begin(), times.begin() + kTimes / 2, times.end());
-    taken.cpu_s = times[kTimes / 2];
+    std::sort(times.begin(), times.end());
+    taken.least_s = times.front();
+    taken.middle_s = times[times.size() / 2];
+    taken.most_s = times.back();
     return taken;
   }
 
@@ -150,36 +202,45 @@ class Verifier {
   Povray povray_;
   Claimed everything_;
   Claimed chosen_;
-  int quality_;
-  bool whole_;
+  Claimed chosen_deep_;
+  const RenderChoice& choice_;
 };
 
 }  // namespace
 
 Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, const SeatSettings& seat,
                                                  const std::vector<ViewSettings>& views, const CameraSettings& size) {
-  auto program = find_povray(place.render.povray);
-  if (!program) return program.error();
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
-  const auto choice = choose_rendering(*scene, place.switches);
+  const SceneAccess access(place.scene, place.scene_paths);
+  const auto choice = choose_rendering(*scene, place.switches, access);
   if (!choice) return choice.error();
+  auto povray = confined_povray(place, choice->calls);
+  if (!povray) return povray.error();
   const auto parsed = [&](std::string text) -> Result<Claimed> {
     auto changed = Scene::parse(std::move(text), scene->path());
     if (!changed) return changed.error();
     return claim(std::move(*changed), seat.name);
   };
+  const SceneCalls written = find_calls(*scene, access);
   SceneSwitches deep;
-  deep.reflection_depth = std::clamp(find_calls(*scene).max_trace_level.value_or(0), kDeepReflections, kDeepest);
-  auto full = switched(*scene, deep);
+  deep.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest);
+  auto full = switched(*scene, written, deep);
   if (!full) return full.error();
   auto everything = parsed(std::move(*full));
   if (!everything) return everything.error();
   auto chosen = parsed(choice->text);
   if (!chosen) return chosen.error();
 
-  const Verifier verifier(place, size, Povray(std::move(*program), place.scene, place.render.timeout),
-                          std::move(*everything), std::move(*chosen), choice->quality, !choice->why_whole.empty());
+  SceneSwitches chosen_deep = place.switches;
+  chosen_deep.reflection_depth = deep.reflection_depth;
+  auto deeper = switched(*scene, written, chosen_deep);
+  if (!deeper) return deeper.error();
+  auto with_depth = parsed(std::move(*deeper));
+  if (!with_depth) return with_depth.error();
+
+  const Verifier verifier(place, size, *std::move(povray), std::move(*everything), std::move(*chosen),
+                          std::move(*with_depth), *choice);
   std::vector<Verification> results;
   for (const ViewSettings& view : views) {
     auto result = verifier.run(view);

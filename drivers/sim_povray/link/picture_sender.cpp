@@ -44,6 +44,11 @@ void PictureSlots::release(std::uint32_t slot) {
   busy_[slot] = false;
 }
 
+bool PictureSlots::is_any_busy() {
+  const std::lock_guard lock(mutex_);
+  return std::find(busy_.begin(), busy_.end(), true) != busy_.end();
+}
+
 Status PictureSlots::write(std::uint32_t slot, const Image& picture) {
   const std::span<std::uint8_t> room = frames_.write(slot);
   if (picture.width_px != size_.width_px || picture.height_px != size_.height_px ||

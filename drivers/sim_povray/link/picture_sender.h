@@ -25,6 +25,7 @@ class PictureSlots {
   /// False if it is in use.
   bool occupy(std::uint32_t slot);
   void release(std::uint32_t slot);
+  [[nodiscard]] bool is_any_busy();
   /// Copies a picture in. Errors: kBadData: it is not of the view's size.
   Status write(std::uint32_t slot, const Image& picture);
 

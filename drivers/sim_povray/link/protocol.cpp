@@ -155,8 +155,8 @@ void fields_of(A& archive, In<A, Physics>& physics) {
 }
 template <typename A>
 void fields_of(A& archive, In<A, RobotBody>& body) {
-  auto& [name, start, radius_m, wheels, command_timeout, physics, seed, begin] = body;
-  archive(name, start, radius_m, wheels, command_timeout, physics, seed, begin);
+  auto& [name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place] = body;
+  archive(name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place);
 }
 template <typename A>
 void fields_of(A& archive, In<A, DriveLimits>& limits) {
@@ -165,8 +165,8 @@ void fields_of(A& archive, In<A, DriveLimits>& limits) {
 }
 template <typename A>
 void fields_of(A& archive, In<A, SeatSettings>& settings) {
-  auto& [name, body, drive, run_ahead_frames, rendered] = settings;
-  archive(name, body, drive, run_ahead_frames);
+  auto& [name, body, drive, map_outline, run_ahead_frames, rendered] = settings;
+  archive(name, body, drive, map_outline, run_ahead_frames);
   (void)rendered;  // a function of the client's: it stays there
 }
 template <typename A>

@@ -35,7 +35,7 @@
 namespace twocone::sim_povray::link {
 
 /// Both ends are of this version or do not talk. To be raised with any change of a message.
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr std::uint64_t kMagic = 0x6b6e696c32656e6f;  // "one2link"
 
 constexpr std::size_t kMaxMessage = 16384;  ///< bytes

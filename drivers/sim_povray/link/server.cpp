@@ -37,7 +37,8 @@ void send_away(int socket, const std::string& why) {
 }  // namespace
 
 Status serve(const std::shared_ptr<Hall>& hall, const std::string& name,
-             const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop) {
+             const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop,
+             std::chrono::milliseconds patience) {
   const auto path = world_socket(name);
   if (!path) return path.error();
   const auto claim = link::ServedName::claim(*path);
@@ -69,7 +70,7 @@ Status serve(const std::shared_ptr<Hall>& hall, const std::string& name,
       continue;
     }
     try {
-      sessions.emplace_back(std::move(socket), hall, tell_in_turn, stop);
+      sessions.emplace_back(std::move(socket), hall, tell_in_turn, stop, patience);
     } catch (const std::system_error& error) {  // no thread to be had
       tell_in_turn(fmt::format("a program was sent away: {}", error.what()));
     }

@@ -50,8 +50,9 @@ Error refusal(std::string why) { return {ErrorCode::kRefused, std::move(why)}; }
 /// it unless it is kDisconnected. What the world answers is no such error: it goes into a reply.
 class Talk {
  public:
-  Talk(int socket, Hall& hall, const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop)
-      : socket_(socket), hall_(hall), tell_(tell), stop_(stop) {}
+  Talk(int socket, Hall& hall, const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop,
+       std::chrono::milliseconds patience)
+      : socket_(socket), hall_(hall), tell_(tell), stop_(stop), patience_(patience) {}
 
   void run() {
     const std::optional<Peer> peer = peer_of(socket_);
@@ -221,8 +222,15 @@ class Talk {
   }
 
   Result<Message> receive(SteadyTime deadline) {
+    SteadyTime idle_since = std::chrono::steady_clock::now();
     while (true) {
       if (stop_) return stopping();
+      // While others do not wait, or its pictures are on their way, it may take its time.
+      if (!seat_ || !seat_->is_waited_for() || awaits_pictures()) idle_since = std::chrono::steady_clock::now();
+      if (std::chrono::steady_clock::now() - idle_since >= patience_) {
+        return refusal(fmt::format("others have waited for it for {:.3g} s, and it asks for nothing",
+                                   std::chrono::duration<double>(patience_).count()));
+      }
       auto received = receive_message(socket_, std::min(deadline, in(kStopSlice)));
       if (received) {
         if (!received->message) return refusal(fmt::format("what came is no message of link version {}", kVersion));
@@ -231,6 +239,11 @@ class Talk {
       if (received.error().code == ErrorCode::kDisconnected) return gone();
       if (std::chrono::steady_clock::now() >= deadline) return received.error();
     }
+  }
+
+  [[nodiscard]] bool awaits_pictures() const {
+    return std::any_of(views_.begin(), views_.end(),
+                       [](const View& view) { return view.slots && view.slots->is_any_busy(); });
   }
 
   Status reply(const Message& message, int file = -1) {
@@ -252,6 +265,7 @@ class Talk {
   Hall& hall_;
   const std::function<void(const std::string&)>& tell_;
   const std::atomic<bool>& stop_;
+  const std::chrono::milliseconds patience_;
 
   std::string robot_;
   std::unique_ptr<Seat> seat_;
@@ -265,14 +279,14 @@ class Talk {
 }  // namespace
 
 Session::Session(UniqueFd socket, std::shared_ptr<Hall> hall, std::function<void(const std::string&)> tell,
-                 const std::atomic<bool>& stop)
+                 const std::atomic<bool>& stop, std::chrono::milliseconds patience)
     : socket_(std::move(socket)),
       hall_(std::move(hall)),
       tell_(std::move(tell)),
-      thread_([this, &stop] { work(stop); }) {}
+      thread_([this, &stop, patience] { work(stop, patience); }) {}
 
-void Session::work(const std::atomic<bool>& stop) {
-  Talk(socket_.get(), *hall_, tell_, stop).run();
+void Session::work(const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
+  Talk(socket_.get(), *hall_, tell_, stop, patience).run();
   socket_.reset();
   finished_ = true;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,15 +17,16 @@ namespace twocone::sim_povray::link {
 class Session {
  public:
   /// @param tell called from the session's thread @param stop looked at twenty times a second
+  /// @param patience how long others wait for a client that asks for nothing, before it is sent away
   Session(UniqueFd socket, std::shared_ptr<Hall> hall, std::function<void(const std::string&)> tell,
-          const std::atomic<bool>& stop);
-  /// Waits for the session's end: when the client leaves, or `stop` is set.
+          const std::atomic<bool>& stop, std::chrono::milliseconds patience);
+  /// Waits for the session's end: when the client leaves or is sent away, or `stop` is set.
   ~Session() { thread_.join(); }
 
   [[nodiscard]] bool finished() const { return finished_; }
 
  private:
-  void work(const std::atomic<bool>& stop);
+  void work(const std::atomic<bool>& stop, std::chrono::milliseconds patience);
 
   UniqueFd socket_;
   std::shared_ptr<Hall> hall_;

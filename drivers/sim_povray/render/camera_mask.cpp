@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -14,21 +13,6 @@
 
 namespace twocone::sim_povray {
 namespace {
-
-/// A prime, so that no even set of directions meets them in step. Each flank is some three degrees wide, so that its
-/// straight flanks do not dip below the inner circle in any picture whose mirror has a radius below 4000 px.
-constexpr int kTeeth = 53;
-
-/// Corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` has it.
-std::string jagged_circle(double radius_px) {
-  std::string corners;
-  for (int i = 0; i <= 2 * kTeeth; ++i) {
-    const double angle_rad = std::numbers::pi * (i % (2 * kTeeth)) / kTeeth;
-    const double r = radius_px + (i % 2 == 0 ? 0 : kMaskTeeth_px);
-    corners += fmt::format(", <{:.6f}, {:.6f}>", r * std::cos(angle_rad), r * std::sin(angle_rad));
-  }
-  return corners;
-}
 
 /// Parts of a perspective camera that say where its pixels look, and those that move it.
 const std::set<std::string_view> kVectors{"location", "direction", "up", "right", "sky", "look_at", "angle"};
@@ -99,18 +83,12 @@ bool has_old_version(std::string_view text) {
 
 }  // namespace
 
-Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, const Circle& circle, int width_px,
-                                int height_px) {
+Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camera) {
   if (has_old_version(scene.text())) {
     return Error{ErrorCode::kRefused, "the scene's #version is below 3.5, whose cameras are another matter"};
   }
   const auto parts = parts_of(std::string_view(scene.text()).substr(camera.begin, camera.close - camera.begin));
   if (!parts) return parts.error();
-  const double far_column = std::max(circle.centre.column_px, width_px - 1 - circle.centre.column_px) + 1;
-  const double far_row = std::max(circle.centre.row_px, height_px - 1 - circle.centre.row_px) + 1;
-  const double corner_px = std::hypot(far_column, far_row);
-  if (corner_px <= circle.radius_px + kMaskTeeth_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
-
   const auto part = [&parts](std::string_view name, const char* otherwise) {
     const auto found = parts->vectors.find(name);
     return found == parts->vectors.end() ? std::string(otherwise) : found->second;
@@ -145,6 +123,23 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
     declare("Up", fmt::format("vcross({0}Ahead, {0}Side) * vlength({0}Up)", p));
     declare("Right", fmt::format("{0}Side * vlength({0}Right) * {0}Hand", p));
   }
+  return CameraVectors{std::move(sdl), parts->transformations};
+}
+
+Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, const Circle& circle, int width_px,
+                                int height_px) {
+  const auto vectors = camera_vectors(scene, camera);
+  if (!vectors) return vectors.error();
+  const double far_column = std::max(circle.centre.column_px, width_px - 1 - circle.centre.column_px) + 1;
+  const double far_row = std::max(circle.centre.row_px, height_px - 1 - circle.centre.row_px) + 1;
+  const double corner_px = std::hypot(far_column, far_row);
+  if (corner_px <= circle.radius_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
+
+  const std::string& p = scene.prefix();
+  std::string sdl = vectors->declarations;
+  const auto declare = [&](const char* name, const std::string& value) {
+    sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
+  };
   // In the disc's own coordinates x and y are columns and rows from the circle's centre, in pixels. As near as a fifth
   // of a per cent of the coordinates: before all that a camera may have before it, and still far above the rounding of
   // POV-Ray's bounding boxes, which are single precision.
@@ -155,13 +150,11 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
   declare("Centre",
           fmt::format("{0}Location + {0}Direction * {0}Depth + {0}X * ({1}) + {0}Y * ({2})", p,
                       circle.centre.column_px + 0.5 - width_px / 2.0, circle.centre.row_px + 0.5 - height_px / 2.0));
-  // The outer corners lie beyond the picture's.
-  sdl += fmt::format("polygon {{ {0}, <-{1}, -{1}>, <{1}, -{1}>, <{1}, {1}>, <-{1}, {1}>, <-{1}, -{1}>{2} ",
-                     5 + 2 * kTeeth + 1, corner_px, jagged_circle(circle.radius_px));
+  sdl += fmt::format("disc {{ <0,0,0>, z, {}, {} ", corner_px, circle.radius_px);
   sdl += fmt::format(
       "matrix <{0}X.x, {0}X.y, {0}X.z, {0}Y.x, {0}Y.y, {0}Y.z, {0}Z.x, {0}Z.y, {0}Z.z, {0}Centre.x, {0}Centre.y, "
       "{0}Centre.z>{1} ",
-      p, parts->transformations);
+      p, vectors->transformations);
   sdl +=
       "hollow no_shadow no_reflection no_radiosity photons { pass_through collect off } texture { pigment { color rgb "
       "0 "

@@ -28,6 +28,7 @@ Program program_for(const Povray& povray, const Mould& mould, int scene_fd, int 
   program.arguments.push_back(fmt::format("+O{}/f", folder.string()));
   program.inputs = {scene_fd, pose_fd};
   program.output = false;
+  program.writable = folder.string();
   return program;
 }
 
@@ -38,7 +39,8 @@ PoseLease closed_door(const HeldScene& scene) { return PoseLease(scene.pose_text
 HeldScene::HeldScene(const Mould& mould) : serial_name_("Twocone_Serial") {
   while (mould.scene.find(serial_name_) != std::string::npos) serial_name_ += '_';
   // On the line that is there, so that POV-Ray's line numbers stay those of the scene.
-  fd_ = memory_file(
+  // Sealed: several processes read it, and a scene could open it for writing.
+  fd_ = sealed_file(
       "scene.pov",
       with_pose(mould, fmt::format("#include \"/proc/self/fd/{}\" #if ({} != frame_number) #error \"{}\" #end",
                                    kChildInput + 1, serial_name_, kStale)));

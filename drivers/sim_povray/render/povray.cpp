@@ -36,12 +36,7 @@ std::vector<std::string> clean_environment() {
     if (name != "POVINI" && name != "LC_ALL" && name != "LANGUAGE") result.emplace_back(variable);
   }
   result.emplace_back("LC_ALL=C");
-  for (const char* ini : {"/etc/povray/3.7/povray.ini", "/usr/local/etc/povray/3.7/povray.ini"}) {
-    if (::access(ini, R_OK) == 0) {
-      result.push_back(fmt::format("POVINI={}", ini));
-      break;
-    }
-  }
+  if (const std::string ini = system_ini(); !ini.empty()) result.push_back(fmt::format("POVINI={}", ini));
   return result;
 }
 
@@ -66,12 +61,13 @@ Result<std::string> find_povray(const std::string& name) {
                fmt::format("POV-Ray is not installed: no program '{}' in PATH; {}", name, kAdvice)};
 }
 
-Povray::Povray(std::string program, const fs::path& scene_path, std::chrono::nanoseconds timeout)
+Povray::Povray(std::string program, const fs::path& scene_path, std::chrono::nanoseconds timeout, SceneLimits limits)
     : program_(std::move(program)),
       scene_path_(scene_path.string()),
       folder_(fs::absolute(scene_path).parent_path().string()),
       timeout_(timeout),
-      environment_(clean_environment()) {}
+      environment_(clean_environment()),
+      limits_(std::move(limits)) {}
 
 std::vector<std::string> povray_arguments(const Mould& mould) {
   std::vector<std::string> arguments{
@@ -131,21 +127,45 @@ std::size_t most_ppm_bytes(const Mould& mould) {
 }
 
 Program Povray::program(const Mould& mould) const {
-  return {program_, povray_arguments(mould), environment_, folder_, {}, true};
+  Program program{program_, povray_arguments(mould), environment_, folder_, {}, true, limits_.confinement};
+  if (limits_.access) {
+    for (const fs::path& folder : limits_.access->told()) {
+      program.arguments.push_back(fmt::format("+L{}", folder.string()));
+    }
+  }
+  return program;
 }
 
-Result<ChildResult> Povray::run(const RenderJob& job, std::vector<std::string> arguments, std::size_t most,
-                                int stop_fd) const {
+std::string Povray::hold_obstacle() const {
+  if (limits_.confinement == nullptr || limits_.confinement->kind() == Confinement::Kind::kLandlock) return {};
+  return "this kernel has no Landlock, and a process that is held would have to be allowed to write files";
+}
+
+Error Povray::bad_end(const std::string& label, int wait_status, const std::string& errors) const {
+  Error error = exit_error(label, wait_status, errors, scene_path_);
+  if (limits_.access == nullptr) return error;
+  // Of images and fonts POV-Ray names the file in a message of its own.
+  std::string advice = limits_.access->advice(error.message);
+  if (advice.empty()) advice = limits_.access->advice(missing_file(errors));
+  if (!advice.empty()) error.message += fmt::format(" ({})", advice);
+  return error;
+}
+
+Result<ChildResult> Povray::run(const RenderJob& job, const RunKind& kind, std::size_t most, int stop_fd) const {
   UniqueFd scene;
   try {
-    scene = memory_file("scene.pov", with_pose(*job.mould, job.pose));
+    scene = sealed_file("scene.pov", with_pose(*job.mould, job.pose));
   } catch (const std::system_error& e) {
     return Error{ErrorCode::kUnavailable, fmt::format("{}: no memory for the scene: {}", job.label, e.what())};
   }
   ChildRequest request;
   request.program = program(*job.mould);
-  request.program.arguments = std::move(arguments);
-  request.program.arguments.emplace_back("+O-");
+  std::vector<std::string>& arguments = request.program.arguments;
+  if (kind.is_deep) {
+    std::replace(arguments.begin(), arguments.end(), std::string("+FP"), std::string("+FP16"));
+    std::replace(arguments.begin(), arguments.end(), std::string("File_Gamma=sRGB"), std::string("File_Gamma=1.0"));
+  }
+  arguments.emplace_back("+O-");
   request.program.inputs = {scene.get()};
   request.max_output = most;
   request.timeout = timeout_;
@@ -167,12 +187,12 @@ Result<ChildResult> Povray::run(const RenderJob& job, std::vector<std::string> a
     case ChildResult::End::kEnded:
       break;
   }
-  if (run.wait_status != 0) return exit_error(job.label, run.wait_status, run.errors, scene_path_);
+  if (run.wait_status != 0 && !kind.is_question) return bad_end(job.label, run.wait_status, run.errors);
   return run;
 }
 
 ImageResult Povray::render(const RenderJob& job, int stop_fd) const {
-  const auto done = run(job, povray_arguments(*job.mould), most_ppm_bytes(*job.mould), stop_fd);
+  const auto done = run(job, {}, most_ppm_bytes(*job.mould), stop_fd);
   if (!done) return done.error();
   ImageResult picture = picture_from(done->output, job);
   if (picture && done->use) job.used(*done->use);
@@ -182,12 +202,19 @@ ImageResult Povray::render(const RenderJob& job, int stop_fd) const {
 Result<DeepImage> Povray::render_deep(const std::string& label, const std::string& scene, int width_px,
                                       int height_px) const {
   const RenderJob job = plain_picture(label, scene, width_px, height_px, 1);
-  std::vector<std::string> arguments = povray_arguments(*job.mould);
-  std::replace(arguments.begin(), arguments.end(), std::string("+FP"), std::string("+FP16"));
-  std::replace(arguments.begin(), arguments.end(), std::string("File_Gamma=sRGB"), std::string("File_Gamma=1.0"));
-  const auto done = run(job, std::move(arguments), 2 * most_ppm_bytes(*job.mould), -1);
+  const auto done = run(job, {.is_deep = true}, 2 * most_ppm_bytes(*job.mould), -1);
   if (!done) return done.error();
   return deep_picture_from(done->output, job);
+}
+
+Result<std::string> Povray::ask(const std::string& label, std::string scene, int stop_fd) const {
+  const RenderJob job = plain_picture(label, std::move(scene), 1, 1, 1);
+  const auto done = run(job, {.is_question = true}, most_ppm_bytes(*job.mould), stop_fd);
+  if (!done) return done.error();
+  const std::string complaint = povray_complaint(done->errors, scene_path_);
+  const auto answer = complaint.find(kPovrayAnswer);
+  if (answer == std::string::npos) return bad_end(label, done->wait_status, done->errors);
+  return complaint.substr(answer + std::string_view(kPovrayAnswer).size());
 }
 
 }  // namespace twocone::sim_povray

@@ -150,6 +150,7 @@ Result<DeepImage> parse_deep_ppm(std::string_view bytes) {
 
 std::string povray_complaint(std::string_view errors, const std::string& scene_path) {
   std::optional<Complaint> possible;
+  std::optional<Complaint> last;
   std::string fatal;
   for (const std::string& message : unfolded(errors)) {
     if (message.starts_with("Fatal error")) fatal = message;
@@ -159,12 +160,23 @@ std::string povray_complaint(std::string_view errors, const std::string& scene_p
     if (complaint->text.starts_with("Parse Error:")) {
       return fmt::format("{}:{}: POV-Ray: {}", complaint->file, complaint->line, complaint->text);
     }
+    if (complaint->text.find("assumed_gamma") == std::string::npos) last = complaint;
     // Of a missing picture POV-Ray says no more than this. (Other "Possible Parse Errors" are warnings.)
     if (!possible && complaint->text.starts_with("Possible Parse Error: Cannot find")) possible = complaint;
   }
   if (fatal.empty()) return {};
+  // Where it gives up without a word, its last doubt says why.
+  if (!possible && fatal.find("Uncategorized error") != std::string::npos) possible = last;
   if (possible) return fmt::format("{}:{}: POV-Ray: {}", possible->file, possible->line, possible->text);
   return fmt::format("{}: POV-Ray: {}", scene_path, fatal);
+}
+
+std::string missing_file(std::string_view errors) {
+  for (const std::string& message : unfolded(errors)) {
+    const auto at = message.find("Cannot find file '");
+    if (at != std::string::npos) return message.substr(at);
+  }
+  return {};
 }
 
 Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path) {

@@ -35,6 +35,9 @@ Result<DeepImage> deep_picture_from(std::string_view ppm, const RenderJob& job);
 /// @param scene_path put in place of the name under which POV-Ray was given the scene
 std::string povray_complaint(std::string_view errors, const std::string& scene_path);
 
+/// The message about a file that is not found, if there is one, as `Cannot find file 'F', ...`.
+std::string missing_file(std::string_view errors);
+
 /// Of a process that ended without a picture: kDisconnected (it crashed), kRefused (it says no: file and line).
 /// @param wait_status as waitpid() tells it
 Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path);

@@ -349,7 +349,7 @@ void PovrayPool::ended(Group& group, std::size_t index) {
     group.queue.push_front(std::move(*order));
     return;
   }
-  const Error error = exit_error(order->job.label, status, errors, povray_.scene_path());
+  const Error error = povray_.bad_end(order->job.label, status, errors);
   const bool refused = WIFEXITED(status) && !HeldScene::is_stale(errors) && !povray_complaint(errors, "").empty();
   if (HeldScene::is_stale(errors) && ++order->stale <= kMaxStale) {
     group.queue.push_front(std::move(*order));

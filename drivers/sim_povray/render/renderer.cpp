@@ -14,7 +14,9 @@ std::unique_ptr<Renderer> make_renderer(Povray povray, const RenderSettings& set
   PoolSettings pool;
   pool.processes = settings.processes;
   pool.notice = settings.notice;
-  return std::make_unique<PoolRenderer>(std::move(povray), pool);
+  std::string obstacle = povray.hold_obstacle();
+  if (obstacle.empty()) obstacle = lease_obstacle();
+  return std::make_unique<PoolRenderer>(std::move(povray), pool, std::move(obstacle));
 }
 
 }  // namespace twocone::sim_povray

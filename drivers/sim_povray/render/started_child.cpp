@@ -59,7 +59,7 @@ std::vector<char*> pointers(const std::vector<std::string>& strings) {
 
 /// What the child tells its parent when it cannot become the program.
 struct StartFailure {
-  enum Step : int { kFolder, kDescriptors, kExec };
+  enum Step : int { kFolder, kDescriptors, kConfinement, kExec };
   int step;
   int error;
 };
@@ -75,6 +75,8 @@ struct ChildPlan {
   const int* inputs;
   int input_count;
   pid_t parent;
+  Confinement::Kind confinement;
+  int ruleset_fd;
 };
 
 [[noreturn]] void become_program(const ChildPlan& plan) {
@@ -102,6 +104,7 @@ struct ChildPlan {
   }
   // A library of the calling program may have left descriptors without close-on-exec.
   ::syscall(SYS_close_range, unsigned(kChildInput + plan.input_count), ~0U, CLOSE_RANGE_CLOEXEC);
+  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail(StartFailure::kConfinement);
   ::execve(plan.program, plan.arguments, plan.environment);
   fail(StartFailure::kExec);
   ::_exit(127);
@@ -113,6 +116,8 @@ const char* describe(int step) {
       return "entering the folder";
     case StartFailure::kDescriptors:
       return "arranging the descriptors";
+    case StartFailure::kConfinement:
+      return "confining the program";
     default:
       return "starting the program";
   }
@@ -133,14 +138,28 @@ void UniqueFd::reset() {
   fd_ = -1;
 }
 
-UniqueFd memory_file(const char* name, const std::string& content) {
-  UniqueFd fd(::memfd_create(name, MFD_CLOEXEC));
+namespace {
+
+UniqueFd filled_file(const char* name, const std::string& content, unsigned flags) {
+  UniqueFd fd(::memfd_create(name, MFD_CLOEXEC | flags));
   if (!fd.valid()) throw_errno("memfd_create");
   std::size_t done = 0;
   while (done < content.size()) {
     const auto written = ::write(fd.get(), content.data() + done, content.size() - done);
     if (written < 0 && errno != EINTR) throw_errno("write");
     if (written > 0) done += std::size_t(written);
+  }
+  return fd;
+}
+
+}  // namespace
+
+UniqueFd memory_file(const char* name, const std::string& content) { return filled_file(name, content, 0); }
+
+UniqueFd sealed_file(const char* name, const std::string& content) {
+  UniqueFd fd = filled_file(name, content, MFD_ALLOW_SEALING);
+  if (::fcntl(fd.get(), F_ADD_SEALS, F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0) {
+    throw_errno("sealing a memory file");
   }
   return fd;
 }
@@ -167,6 +186,12 @@ StartedChild::StartedChild(const Program& program) {
     input_numbers.push_back(inputs.back().get());
   }
 
+  UniqueFd ruleset;
+  if (program.confinement) {
+    ruleset = program.confinement->ruleset(program.writable);
+    if (ruleset.valid()) ruleset = lifted(ruleset.get());
+  }
+
   std::vector<std::string> arguments{program.path};
   arguments.insert(arguments.end(), program.arguments.begin(), program.arguments.end());
   const auto argument_pointers = pointers(arguments);
@@ -181,7 +206,9 @@ StartedChild::StartedChild(const Program& program) {
                        failure.write.get(),
                        input_numbers.data(),
                        int(input_numbers.size()),
-                       ::getpid()};
+                       ::getpid(),
+                       program.confinement ? program.confinement->kind() : Confinement::Kind::kNone,
+                       ruleset.get()};
   pid_ = ::fork();
   if (pid_ < 0) throw_errno("fork");
   if (pid_ == 0) become_program(plan);

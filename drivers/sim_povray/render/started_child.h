@@ -5,42 +5,31 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "drivers/sim_povray/render/confinement.h"
+#include "drivers/sim_povray/render/unique_fd.h"
+
 namespace twocone::sim_povray {
-
-/// Owns a file descriptor.
-class UniqueFd {
- public:
-  UniqueFd() = default;
-  explicit UniqueFd(int fd) : fd_(fd) {}
-  UniqueFd(UniqueFd&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  UniqueFd& operator=(UniqueFd&& other) noexcept;
-  UniqueFd(const UniqueFd&) = delete;
-  UniqueFd& operator=(const UniqueFd&) = delete;
-  ~UniqueFd() { reset(); }
-
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] bool valid() const { return fd_ >= 0; }
-  void reset();
-
- private:
-  int fd_ = -1;
-};
 
 /// A file in memory that holds `content`. @throws std::system_error
 UniqueFd memory_file(const char* name, const std::string& content);
+/// The same, which nobody can change any more. @throws std::system_error
+UniqueFd sealed_file(const char* name, const std::string& content);
 
 /// A program to start.
 struct Program {
-  std::string path;                      ///< no look-up in PATH
-  std::vector<std::string> arguments;    ///< without the program's name
-  std::vector<std::string> environment;  ///< all of it, NAME=value
-  std::string folder;                    ///< to work in
-  std::vector<int> inputs;               ///< what it finds as descriptors kChildInput, kChildInput + 1, ...
-  bool output = true;                    ///< its standard output is wanted; else it goes to /dev/null
+  std::string path;                                  ///< no look-up in PATH
+  std::vector<std::string> arguments;                ///< without the program's name
+  std::vector<std::string> environment;              ///< all of it, NAME=value
+  std::string folder;                                ///< to work in
+  std::vector<int> inputs;                           ///< what it finds as descriptors kChildInput, kChildInput + 1, ...
+  bool output = true;                                ///< its standard output is wanted; else it goes to /dev/null
+  std::shared_ptr<const Confinement> confinement{};  ///< none: it may do what this program may
+  std::string writable{};                            ///< the folder in which one confined by Landlock may write
 };
 constexpr int kChildInput = 3;
 

@@ -23,6 +23,12 @@ const std::set<std::string_view> kObjects{
     "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
     "union"};
 
+/// "; names in this file: ...", so that a misspelt one is seen.
+std::string there_are(const std::vector<std::string>& names) {
+  if (names.empty()) return "; nothing in this file has a name";
+  return fmt::format("; names in this file: {}", fmt::join(names, ", "));
+}
+
 }  // namespace
 
 Scene::Scene(std::string path, std::string text, SceneOutline found)
@@ -131,8 +137,8 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
   return Error{
       ErrorCode::kRefused,
       fmt::format("{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
-                  "braces, at the top level of this file (not in files that it includes)",
-                  path_, what, name, keyword, name)};
+                  "braces, at the top level of this file (not in files that it includes){}",
+                  path_, what, name, keyword, name, there_are(names()))};
 }
 
 std::string Scene::with(std::vector<Insertion> insertions) const {

@@ -277,7 +277,9 @@ Result<World::RobotId> World::add_robot(const RobotBody& robot) {
     });
   }
   if (touched != nullptr) {
-    return Error{ErrorCode::kRefused, (robot.begin ? "begin of " : "start of ") + robot.name + " touches " + *touched};
+    const std::string place = robot.start_place.empty() ? "" : robot.start_place + ": ";
+    return Error{ErrorCode::kRefused,
+                 place + (robot.begin ? "begin of " : "start of ") + robot.name + " touches " + *touched};
   }
   MovingRobot added(robot);
   if (robot.physics) {

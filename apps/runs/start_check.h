@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "apps/files/robot_file.h"
+#include "drivers/sim_povray/sim_povray.h"
+#include "hal/result.h"
+
+namespace twocone::runs {
+
+/// From here on a start that is not where the scene shows the robot is worth a word: a fix of an ideal room errs by
+/// half a millimetre and a tenth of a degree, one of a robot as first built by 15 mm and a degree.
+constexpr double kStartWarning_m = 0.020;
+constexpr double kStartWarning_deg = 2.0;
+
+/// Compares the robot file's start with where the scene shows the lower camera, which rides on the robot's axis; its
+/// picture's x axis is rig.lower.azimuth_rad off the heading.
+/// @param place of the key `start`, for messages: "robots/lab_sim.yaml:17"
+/// @returns a warning with both places; nothing below the limits above.
+/// Errors: kRefused: they are farther apart than body.radius_m: every fix would be off by as much.
+Result<std::optional<std::string>> compare_start(const files::Robot& robot, const sim_povray::ShownCamera& lower,
+                                                 const std::string& place);
+
+}  // namespace twocone::runs
