@@ -16,12 +16,27 @@ echo "attach: served-test" >>"$work/attached.yaml"
 
 "$twocone" run --robot "$work/attached.yaml" --frames 2 --out "$work/nobody" >/dev/null 2>"$work/errors" && fail "attached to nobody"
 grep -q "served-test" "$work/errors" || fail "nobody serves it: $(cat "$work/errors")"
-[ "$(wc -l <"$work/errors")" = 1 ] || fail "nobody serves it, in more than a line: $(cat "$work/errors")"
+[ "$(wc -l <"$work/errors")" = 2 ] || fail "nobody serves it: not the wait and the end of it: $(cat "$work/errors")"
+grep -q "^waiting for the world 'served-test' to be served$" "$work/errors" || fail "the wait is not told: $(cat "$work/errors")"
 
+# A world that is starting is waited for.
+"$twocone" run --robot "$work/attached.yaml" --frames 2 --out "$work/early" >/dev/null 2>"$work/early.log" &
+early=$!
+sleep 0.5
 "$twocone" serve --scene "$map" --name served-test >"$work/serve.log" 2>&1 &
 server=$!
 trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$work"' EXIT
 for _ in $(seq 100); do grep -q served-test "$work/serve.log" && break; sleep 0.1; done
+
+wait "$early" || fail "a world that was starting was not waited for: $(cat "$work/early.log")"
+
+# Another map than that of the world.
+sed 's/radius_m: 0.15,/radius_m: 0.14,/' "$map" >"$work/other.map.yaml"
+sed -i "s|^scene: .*|scene: $(dirname "$(realpath "$map")")/$(sed -n 's/^scene: *//p' "$map")|" "$work/other.map.yaml"
+sed "s|^map:.*|map: $work/other.map.yaml|" "$work/attached.yaml" >"$work/other.yaml"
+if "$twocone" run --robot "$work/other.yaml" --frames 2 --out "$work/other" >/dev/null 2>"$work/errors"; then fail "another map was accepted"; fi
+grep -q "the robot's map is not that of this world: the map has landmark [a-z]*: .*radius 0.140 m; the world has .*radius 0.150 m" "$work/errors" ||
+  fail "another map: $(cat "$work/errors")"
 
 "$twocone" run --robot "$robot" --frames "$frames" --seed 5 --out "$work/embedded" >/dev/null 2>"$work/errors" || fail "embedded: $(cat "$work/errors")"
 for run in first second; do

@@ -21,6 +21,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   Map wanted;
   wanted.file = file;
   wanted.scene = file.parent_path() / "cellar.pov";
+  wanted.scene_paths = {file.parent_path(), file.parent_path() / "parts", "/usr/share/doc/povray/examples"};
   wanted.unit_m = 0.04;
   wanted.bounds = {.min_x_m = -2.1, .max_x_m = 3.3, .min_y_m = -1.7, .max_y_m = 2.9};
   wanted.landmarks = {
@@ -37,6 +38,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
 
   const Map map = read_map(file);
   EXPECT_EQ(map.scene, wanted.scene);
+  EXPECT_EQ(map.scene_paths, wanted.scene_paths) << "the map's own folder is always one";
   EXPECT_EQ(map.unit_m, wanted.unit_m);
   EXPECT_EQ(map.bounds, wanted.bounds);
   EXPECT_EQ(map.landmarks, wanted.landmarks);
@@ -84,6 +86,11 @@ TEST(MapFile, ANodeOfARealRoomGetsNoScene) {
   }
   EXPECT_EQ(parse_map(load_map_node(file), file).scene, std::nullopt);
   std::filesystem::remove(file);
+}
+
+TEST(MapFile, ASceneInPlaceOfAMapIsSaid) {
+  EXPECT_EQ(message_of([] { (void)read_map("rooms/x.pov"); }),
+            "rooms/x.pov: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: x.pov`");
 }
 
 class BadMapFile : public testing::TestWithParam<BadCase> {};
@@ -142,10 +149,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "map.yaml:10: obstacles[1] has polygon_m and circle_m, must have one of them"},
         BadCase{"ObstacleOfNeitherKind", "{circle_m: {x: 1.2, y: -0.8, radius: 0.25}}", "{}",
                 "map.yaml:10: obstacles[1] has neither polygon_m nor circle_m, must have one of them"},
-        BadCase{
-            "UnknownKey", "effects: {", "efects: {",
-            "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, unit_m, bounds_m, landmarks, "
-            "obstacles, moving, effects)"}),
+        BadCase{"UnknownKey", "effects: {", "efects: {",
+                "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, scene_paths, unit_m, "
+                "bounds_m, landmarks, "
+                "obstacles, moving, effects)"}),
     name_of<BadCase>);
 
 INSTANTIATE_TEST_SUITE_P(

@@ -194,7 +194,7 @@ TEST(RobotFile, TellsEverythingWrongAtOnceByLine) {
       "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, attach, start, latency_frames, body, "
       "drive, cameras, max_skew_s, rig, estimator, effects, waypoints_m)\n"
       "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
-      "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0\n"
+      "robot.yaml:10: drive.wheel_radius_m is -0.05 m, must be > 0 and < 1\n"
       "robot.yaml:13: cameras.lower.height_px is 479.5 px, must be a whole number\n"
       "robot.yaml:13: cameras.lower.rate_hz is 'fast', must be a number (hertz)\n"
       "robot.yaml:28: rig.upper.rim_radius_px is .nan px, must be a finite number (pixels)\n"
@@ -249,11 +249,11 @@ INSTANTIATE_TEST_SUITE_P(
     Values, BadRobotFile,
     testing::Values(
         BadCase{"NegativeLength", "separation_m: 0.29", "separation_m: -0.29",
-                "robot.yaml:9: drive.wheel_separation_m is -0.29 m, must be > 0"},
+                "robot.yaml:9: drive.wheel_separation_m is -0.29 m, must be > 0 and < 5"},
         BadCase{"ZeroLength", "wheel_radius_m: 0.043", "wheel_radius_m: 0",
-                "robot.yaml:10: drive.wheel_radius_m is 0 m, must be > 0"},
+                "robot.yaml:10: drive.wheel_radius_m is 0 m, must be > 0 and < 1"},
         BadCase{"NegativeZero", "wheel_radius_m: 0.043", "wheel_radius_m: -0.0",
-                "robot.yaml:10: drive.wheel_radius_m is -0.0 m, must be > 0"},
+                "robot.yaml:10: drive.wheel_radius_m is -0.0 m, must be > 0 and < 1"},
         BadCase{"Infinite", "max_speed_mps: 0.37", "max_speed_mps: .inf",
                 "robot.yaml:11: drive.max_speed_mps is .inf m/s, must be a finite number (metres a second)"},
         BadCase{"MinusInfinite", "x_m: 0.31", "x_m: -.INF",
@@ -304,8 +304,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "robot.yaml:33: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
         BadCase{"OtherMirror", "mirror: {type: cone, apex_rad: 1.5708}", "mirror: {type: hyperbola, apex_rad: 1.5708}",
                 "robot.yaml:18: rig.mirror.type is 'hyperbola', must be cone"},
+        BadCase{"MirrorInMillimetres", "  mirror_radius_m: 0.061", "  mirror_radius_m: 61",
+                "robot.yaml:19: rig.mirror_radius_m is 61 m, must be > 0 and < 1"},
         BadCase{"OverriddenCommonKeyIsCheckedToo", "  mirror_radius_m: 0.061", "  mirror_radius_m: 0",
-                "robot.yaml:19: rig.mirror_radius_m is 0 m, must be > 0"},
+                "robot.yaml:19: rig.mirror_radius_m is 0 m, must be > 0 and < 1"},
         BadCase{"LensUnderTheFloor", "lens_height_m: 0.23", "lens_height_m: -0.23",
                 "robot.yaml:22: rig.lens_height_m is -0.23 m, must be >= 0"},
         BadCase{"YesForTrue", "mirrored: true", "mirrored: yes",
@@ -372,9 +374,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"LagBeyondReason", "motor_lag_s: 0.07", "motor_lag_s: -0.07",
                 "robot.yaml:38: effects.motor_lag_s is -0.07 s, must be 0 to 60"},
         BadCase{"WheelsOnTopOfEachOther", "  motor_lag_s: 0.07", "  wheel_separation_m: 0",
-                "robot.yaml:38: effects.wheel_separation_m is 0 m, must be > 0"},
+                "robot.yaml:38: effects.wheel_separation_m is 0 m, must be > 0 and < 5"},
         BadCase{"WheelsInsideOut", "  motor_lag_s: 0.07", "  wheel_radius_m: -0.05",
-                "robot.yaml:38: effects.wheel_radius_m is -0.05 m, must be > 0"},
+                "robot.yaml:38: effects.wheel_radius_m is -0.05 m, must be > 0 and < 1"},
         BadCase{"Weightless", "mass_kg: 4.2", "mass_kg: 0", "robot.yaml:39: effects.mass_kg is 0 kg, must be > 0"},
         BadCase{"WheelsOnIce", "  mass_kg: 4.2", "  wheel_friction: 0",
                 "robot.yaml:39: effects.wheel_friction is 0, must be > 0"},

@@ -16,11 +16,14 @@
 
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/render/povray.h"
+#include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using testing::HasSubstr;
+
+const SceneAccess kAnywhere("a.pov", {});
 
 /// A box with air in it, all round the camera, and something of everything.
 constexpr const char* kScene = R"(#version 3.7;
@@ -100,7 +103,7 @@ TEST(SceneRendering, LowerQualityLeavesOutWhatTheChoiceKnowsOfAndNothingElse) {
   const std::vector<Image> images = rendered(pictures);
   for (std::size_t i = 0; i < images.size(); i += 3) {
     const bool is_plain = i / 3 < plain.size();
-    EXPECT_EQ(choose_rendering(*Scene::parse(pictures[i].text, "a.pov"), {})->quality,
+    EXPECT_EQ(choose_rendering(*Scene::parse(pictures[i].text, "a.pov"), {}, kAnywhere)->quality,
               is_plain ? kPlainQuality : kFullQuality)
         << pictures[i].text;
     EXPECT_EQ(images[i] == images[i + 1], is_plain) << pictures[i].text;
@@ -133,7 +136,8 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWrittenWithout) {
   std::vector<Picture> pictures;
   for (const Case& c : cases) {
     const std::string with = scene_with(c.with);
-    const auto text = switched(*Scene::parse(with, "a.pov"), c.switches);
+    const auto scene = Scene::parse(with, "a.pov");
+    const auto text = switched(*scene, find_calls(*scene, kAnywhere), c.switches);
     ASSERT_TRUE(text) << text.error().message;
     pictures.insert(pictures.end(), {{*text}, {scene_with(c.without)}, {with}});
   }
@@ -239,6 +243,47 @@ Result<std::vector<Verification>> verified(const PlaceSettings& place) {
   return verify_effects(place, seat, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
 }
 
+/// The scene `plain` with something more in its room.
+PlaceSettings plain_with(const TemporaryFolder& folder, const std::string& name, const std::string& more) {
+  PlaceSettings place = place_of("plain");
+  place.scene_paths = {place.scene.parent_path(), folder.path()};
+  std::string text = read_file(place.scene);
+  text.insert(text.find("background"), more + "\n");
+  place.scene = folder.write(name, text);
+  return place;
+}
+
+/// Two mirrors that face each other, and a depth that does not go to the end of it.
+constexpr const char* kDeep =
+    "global_settings { max_trace_level 2 }\n#declare Facing = texture { pigment { rgb 0.1 } finish { ambient 0.1 "
+    "reflection 0.9 } }\nbox { <-30, 0, 20>, <30, 30, 21> texture { Facing } }\nbox { <-30, 0, -21>, <30, 30, -20> "
+    "texture { Facing } }\nsphere { <7, 8, 14>, 3 pigment { rgb x } finish { ambient 1 } }\n";
+
+// Catches a difference without a word: the two pictures of a scene that draws random numbers are never alike.
+TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotAskedFor) {
+  const TemporaryFolder folder;
+  const auto result = verified(
+      plain_with(folder, "random.pov",
+                 kDeep + std::string("box { <7, 5, 14>, <14, 12, 15> pigment { rgb 0.5 } finish { crand 0.3 } }")));
+  ASSERT_TRUE(result) << result.error().message;
+  const Verification& seen = result->front();
+  EXPECT_GT(seen.different, 0);
+  EXPECT_THAT(seen.why, HasSubstr("random.pov:"));
+  EXPECT_THAT(seen.why, HasSubstr("crand draws random numbers"));
+  EXPECT_FALSE(seen.is_asked_for);
+}
+
+// Catches a depth that the scene itself sets, told as if the choice were wrong: two mirrors face each other.
+TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
+  const TemporaryFolder folder;
+  const auto result = verified(plain_with(folder, "deep.pov", kDeep));
+  ASSERT_TRUE(result) << result.error().message;
+  const Verification& seen = result->front();
+  EXPECT_GT(seen.different, 0) << "the scene shows nothing deep";
+  EXPECT_THAT(seen.why, HasSubstr("more than 2 surfaces"));
+  EXPECT_TRUE(seen.is_asked_for);
+}
+
 TEST(VerifyEffects, TheChoiceChangesNoPixelButByWhatTheMapSwitchesOff) {
   auto plain = std::async(std::launch::async, [] { return verified(place_of("plain")); });
   // Its light is gathered from the whole picture.
@@ -263,6 +308,7 @@ TEST(VerifyEffects, TheChoiceChangesNoPixelButByWhatTheMapSwitchesOff) {
   EXPECT_GT(same->front().choice_s, 0);
 
   EXPECT_GT(missed->front().different, 0);
+  EXPECT_TRUE(missed->front().is_asked_for) << missed->front().why;
   EXPECT_GT(missed->front().greatest, 0);
   EXPECT_GT(missed->front().mean, 0);
   EXPECT_LT(missed->front().mean, missed->front().greatest);

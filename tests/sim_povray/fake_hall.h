@@ -168,6 +168,12 @@ class FakeSeat final : public Seat {
   }
   Status halt() noexcept override { return command({}); }
 
+  [[nodiscard]] bool is_waited_for() const override {
+    const std::lock_guard lock(hall_.mutex_);
+    return !hall_.robots_[name_].asks &&
+           std::any_of(hall_.robots_.begin(), hall_.robots_.end(), [](const auto& entry) { return entry.second.asks; });
+  }
+
  private:
   // With hall_.mutex_ held.
   void step_if_all_ask() {

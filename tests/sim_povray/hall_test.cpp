@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several robots in one world, and what moves and is seen in it.
 #include "drivers/sim_povray/hall.h"
+#include "drivers/sim_povray/outline.h"
 
 #include <atomic>
 #include <future>
@@ -72,7 +73,28 @@ TEST_F(HallTest, ARobotIsClaimedOnceAndByItsName) {
   EXPECT_THAT(refusal(settings("3", 0)), HasSubstr("no object 'robot.3' for the robot '3'; the scene's robots are: "
                                                    "robot.1, robot.2"));
   EXPECT_EQ(refusal(settings("2", 0.3)), "start of robot.2 touches robot.1");
+  SeatSettings placed = settings("2", 0.3);
+  placed.body.start_place = "robots/two.yaml:17";
+  auto refused = hall_->take_seat(placed);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "robots/two.yaml:17: start of robot.2 touches robot.1");
   EXPECT_EQ(refusal(settings("2", 0.5)), "taken");
+}
+
+// Catches a robot that believes in another world than the one it is in: its ranges would be off by as much.
+TEST_F(HallTest, ARobotWithAnotherMapIsRefusedAndTheDifferenceNamed) {
+  SeatSettings other = settings("1", 0);
+  PlaceSettings believed = place_;
+  believed.moving[0].path_m[1].x_m = 1.649;
+  other.map_outline = outline_of(believed);
+  const auto refused = hall_->take_seat(other);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message,
+              testing::AllOf(HasSubstr("the robot's map is not that of this world: the map has moving trolley"),
+                             HasSubstr("(1.649, 2.000)"), HasSubstr("; the world has moving trolley")));
+  other.map_outline = outline_of(place_);
+  EXPECT_TRUE(hall_->take_seat(other));
 }
 
 // Catches a world that goes on without somebody, or that steps twice.

@@ -44,15 +44,16 @@ class RuntimeFolder {
 /// A fake world served from a thread of this program.
 class TestServer {
  public:
-  explicit TestServer(std::string name) : hall_(std::make_shared<FakeHall>()) {
-    thread_ = std::thread([this, name = std::move(name)] {
+  explicit TestServer(std::string name, std::chrono::milliseconds patience = kIdlePatience)
+      : hall_(std::make_shared<FakeHall>()) {
+    thread_ = std::thread([this, patience, name = std::move(name)] {
       status_ = serve(
           hall_, name,
           [this](const std::string& line) {
             const std::lock_guard lock(mutex_);
             lines_.push_back(line);
           },
-          stop_);
+          stop_, patience);
       ended_ = true;
     });
   }

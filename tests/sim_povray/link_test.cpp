@@ -126,6 +126,38 @@ TEST_F(Link, AStepEndsAtItsDeadlineAndMayBeTriedAgain) {
   EXPECT_TRUE(one->step(SteadyTime::max())) << "the one that left is still waited for";
 }
 
+// Catches a world that waits for ever for a program that is stopped (SIGSTOP) or hangs.
+TEST_F(Link, WhoAsksForNothingWhileOthersWaitIsSentAway) {
+  constexpr milliseconds kShort{300};
+  TestServer server("hall", kShort);
+  auto one = take("1");
+  auto two = take("2");
+  ASSERT_TRUE(one && two);
+  std::this_thread::sleep_for(2 * kShort);
+  const Status stepped = one->step(in(kPatience));
+  ASSERT_TRUE(stepped) << "nobody waited for robot 2 until now, and robot 1 goes on: " << stepped.error().message;
+  const Status late = two->step(in(kPatience));
+  ASSERT_FALSE(late);
+  EXPECT_THAT(late.error().message, HasSubstr("others have waited for it for 0.3 s"));
+  EXPECT_THAT(server.lines(), testing::Contains(HasSubstr("robot.2 left: others have waited for it")));
+  EXPECT_TRUE(take("2")) << "its place is free again";
+}
+
+TEST_F(Link, WhoWaitsForItsPicturesIsNotSentAway) {
+  constexpr milliseconds kShort{200};
+  TestServer server("hall", kShort);
+  auto one = take("1");
+  auto two = take("2");
+  ASSERT_TRUE(one && two);
+  open_views(*two);
+  server.hall().hold_pictures();
+  const auto picture = two->picture(0);
+  const Status alone = one->step(in(5 * kShort));
+  ASSERT_FALSE(alone) << "robot 2 was sent away, though its picture is being rendered";
+  EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(two->command({1, 1}));
+}
+
 TEST_F(Link, ALeavingRobotsSeatIsFreeAtOnce) {
   TestServer server("hall");
   for (int i = 0; i < 20; ++i) {

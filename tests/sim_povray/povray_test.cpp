@@ -234,6 +234,9 @@ TEST(PovrayComplaint, IsOneLine) {
           {"File '/proc/self/fd/3' line 2: Possible Parse Error: All #version and #declares\n of float require "
            "semi-colon ';' at end.\nFatal error in renderer: Out of memory.\n",
            "lab.pov: POV-Ray: Fatal error in renderer: Out of memory."},
+          {"File '/proc/self/fd/3' line 7: Possible Parse Error: No normal type given.\nFatal error in parser: "
+           "Uncategorized error.\nRender failed\n",
+           "lab.pov:7: POV-Ray: Possible Parse Error: No normal type given."},
           {"==== [Parsing...] =====\nFatal error in renderer: Out of memory.\nRender failed\n",
            "lab.pov: POV-Ray: Fatal error in renderer: Out of memory."},
       }) {

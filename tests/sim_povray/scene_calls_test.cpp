@@ -195,12 +195,12 @@ TEST(SceneCalls, PovRaysOwnIncludesCallForNothingByThemselves) {
                            "transforms", "math", "rand", "stdinc", "rad_def"}) {
     const auto scene = Scene::parse(fmt::format("#include \"{}.inc\"\nsphere {{ 0, 1 }}\n", name), "a.pov");
     ASSERT_TRUE(scene) << name;
-    const SceneCalls calls = find_calls(*scene);
+    const SceneCalls calls = find_calls(*scene, SceneAccess(scene->path(), {}));
     EXPECT_THAT(calls.all, IsEmpty()) << name << " " << (calls.all.empty() ? "" : calls.all.front().place());
     EXPECT_THAT(calls.unread, IsEmpty()) << name;
   }
   const auto scene = Scene::parse("#include \"glass.inc\"\nsphere { 0, 1 texture { T_Glass3 } }", "a.pov");
-  const SceneCalls calls = find_calls(*scene);
+  const SceneCalls calls = find_calls(*scene, SceneAccess(scene->path(), {}));
   EXPECT_NE(calls.find(Feature::kTransparency), nullptr);
   EXPECT_NE(calls.find(Feature::kReflection), nullptr);
 }
@@ -294,7 +294,7 @@ TEST(SceneSwitches, ReflectionDepthComesLast) {
 
 TEST(RenderChoice, PaysForNothingThatTheSceneDoesNotCallFor) {
   const auto choose = [](const std::string& text, const SceneSwitches& switches) {
-    return choose_rendering(*Scene::parse(text, "a.pov"), switches).value();
+    return choose_rendering(*Scene::parse(text, "a.pov"), switches, SceneAccess("a.pov", {})).value();
   };
   EXPECT_EQ(choose("light_source { 0 area_light x, y, 2, 2 } sphere { 0, 1 finish { reflection 1 } }", {}).quality,
             kPlainQuality);

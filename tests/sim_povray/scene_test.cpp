@@ -70,7 +70,10 @@ TEST(Scene, SaysWhatItLookedFor) {
   EXPECT_THAT(why_no_object("sphere { 0, 1 }"), AllOf(StartsWith("dir/lab.pov: no object 'robot'"),
                                                       HasSubstr("'//*PMName robot' as the first line inside"),
                                                       HasSubstr("not in files that it includes")));
-  EXPECT_THAT(why_no_object(""), HasSubstr("no object 'robot'"));
+  EXPECT_THAT(why_no_object(""), AllOf(HasSubstr("no object 'robot'"), HasSubstr("nothing in this file has a name")));
+  EXPECT_THAT(why_no_object("union { //*PMName robto\n }\ncamera { //*PMName lower\n }"),
+              HasSubstr("names in this file: robto, lower"))
+      << "a misspelt name must be seen";
   EXPECT_THAT(why_no_camera(kScene, "upper"), AllOf(HasSubstr("no camera 'upper'"), HasSubstr("//*PMName upper")));
 }
 

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of somebody else: what POV-Ray may read and write for them. Each scene is rendered by the real POV-Ray, once
+// confined by Landlock and once as on a kernel without it.
+#include "drivers/sim_povray/render/confinement.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/confined_povray.h"
+#include "drivers/sim_povray/effects.h"
+#include "tests/sim_povray/renderer_support.h"
+#include "tests/sim_povray/test_support.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+constexpr const char* kRoom =
+    "global_settings { assumed_gamma 1 }\nlight_source { <9, 30, -9> rgb 1 }\nplane { y, 0 pigment { rgb 0.4 } }\n";
+
+/// A folder for the scene, one that the map names, and one that it does not.
+class ConfinementTest : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (GetParam() && landlock_version() == 0) GTEST_SKIP() << "this kernel has no Landlock";
+    for (const char* name : {"map", "map/parts", "named", "other"}) {
+      std::filesystem::create_directory(folder_.path() / name);
+    }
+    (void)folder_.write("other/secret.inc", "sphere { 0, 1 pigment { rgb 1 } }\n");
+    (void)folder_.write("other/kept.txt", "\"kept\",\n");
+    (void)folder_.write("map/parts/part.inc", "sphere { 0, 1 pigment { rgb 1 } }\n");
+    (void)folder_.write("named/part_of_others.inc", "sphere { 0, 1 pigment { rgb 1 } }\n");
+  }
+
+  [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  /// The scene, seen from above, by one process.
+  Result<Image> render(const std::string& text, const std::vector<std::filesystem::path>& paths) {
+    RenderSettings settings;
+    settings.landlock = GetParam();
+    settings.timeout = 60s;
+    const std::string name = fmt::format("map/{}-scene.pov", ++scenes_);
+    return render_overhead(folder_.write(name, "#version 3.7;\n" + text + "\n" + kRoom), 1, {-1, 1, -1, 1, 1, 8},
+                           settings, paths);
+  }
+  Result<Image> render(const std::string& text) { return render(text, {at("map"), at("named")}); }
+  std::string refusal(const std::string& text) {
+    const auto image = render(text);
+    return image ? "it was rendered" : image.error().message;
+  }
+  /// Of several scenes at one time: POV-Ray mostly sleeps.
+  std::vector<std::string> refusals(const std::vector<std::string>& texts) {
+    std::vector<std::future<std::string>> futures;
+    futures.reserve(texts.size());
+    for (const std::string& text : texts) {
+      futures.push_back(std::async(std::launch::async, [this, text] { return refusal(text); }));
+    }
+    std::vector<std::string> told;
+    for (auto& future : futures) told.push_back(future.get());
+    return told;
+  }
+  /// All that lies in the test's folder.
+  [[nodiscard]] std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
+      if (entry.is_regular_file() && entry.path().extension() != ".pov")
+        names.push_back(entry.path().lexically_relative(folder_.path()).string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  TemporaryFolder folder_;
+  std::atomic<int> scenes_ = 0;
+};
+INSTANTIATE_TEST_SUITE_P(ByTheKernel, ConfinementTest, testing::Values(true, false),
+                         [](const auto& way) { return way.param ? "Landlock" : "WithoutLandlock"; });
+
+// Catches a scene that overwrites what the user may write.
+TEST_P(ConfinementTest, ASceneWritesNoFile) {
+  const auto before = files();
+  std::vector<std::string> texts;
+  for (const std::string& name : {std::string("beside.txt"), at("other/new.txt"), at("other/kept.txt"),
+                                  at("named/new.txt"), std::string("/dev/shm/twocone-confinement-test.txt")}) {
+    for (const char* mode : {"write", "append"}) {
+      texts.push_back(fmt::format("#fopen F \"{}\" {}\n#write (F, \"evil\")\n#fclose F", name, mode));
+    }
+  }
+  for (const std::string& told : refusals(texts)) {
+    EXPECT_THAT(told, AllOf(HasSubstr("scene.pov:2: POV-Ray: Parse Error: Cannot open user file"),
+                            HasSubstr("(a scene may write no file)")));
+  }
+  EXPECT_EQ(files(), before);
+  EXPECT_EQ(folder_.read("other/kept.txt"), "\"kept\",\n");
+  EXPECT_FALSE(std::filesystem::exists("/dev/shm/twocone-confinement-test.txt"));
+}
+
+TEST_P(ConfinementTest, WhatTheMapNamesIsRead) {
+  const std::vector<std::string> texts{
+      std::string("#include \"parts/part.inc\""), fmt::format("#include \"{}\"", at("named/part_of_others.inc")),
+      std::string("#include \"part_of_others.inc\""),  // looked for in the folders that the map names
+      std::string("#include \"colors.inc\"\n#include \"shapes.inc\""),
+      std::string("text { ttf \"timrom.ttf\" \"a\" 1, 0 pigment { rgb 1 } }")};
+  EXPECT_THAT(refusals(texts), testing::Each("it was rendered"));
+}
+
+// Catches reading beyond, by every way that a scene has to name a file, and a refusal that names no way out.
+TEST_P(ConfinementTest, AnythingElseIsNotReadAndTheLineForTheMapIsTold) {
+  std::filesystem::create_symlink(at("other/secret.inc"), at("map/linked.inc"));
+  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("other/picture.png"));
+  const std::string line = fmt::format("add to the map: scene_paths: [{}]", at("other"));
+  const std::vector<std::string> texts{
+      fmt::format("#include \"{}\"", at("other/secret.inc")), std::string("#include \"../other/secret.inc\""),
+      std::string("#include \"linked.inc\""), fmt::format("#fopen F \"{}\" read", at("other/kept.txt")),
+      fmt::format("sphere {{ 0, 1 pigment {{ image_map {{ png \"{}\" }} }} }}", at("other/picture.png"))};
+  EXPECT_THAT(refusals(texts), testing::Each(AllOf(HasSubstr("scene.pov:2: "), HasSubstr(line))));
+}
+
+// A name that the scene puts together: only the kernel sees it.
+TEST_P(ConfinementTest, ANameThatIsPutTogetherIsRefusedByLandlock) {
+  const std::string told = refusal(fmt::format("#include concat(\"{}/sec\", \"ret.inc\")", at("other")));
+  if (GetParam()) {
+    EXPECT_THAT(told, HasSubstr(fmt::format("scene_paths: [{}]", at("other"))));
+  } else {
+    EXPECT_EQ(told, "it was rendered") << "if this is refused too, describe_confinement() says too little";
+  }
+}
+
+TEST_P(ConfinementTest, AFileThatIsNowhereIsToldWithTheFoldersThatWereLookedIn) {
+  EXPECT_THAT(refusal("#include \"nowhere.inc\""),
+              AllOf(HasSubstr("Cannot open include file nowhere.inc"), HasSubstr("looked for in " + at("map")),
+                    HasSubstr(at("named")), HasSubstr("add that folder to the map: scene_paths: [FOLDER]")));
+}
+
+TEST_P(ConfinementTest, AFolderThatIsNoneIsRefused) {
+  const auto image = render("", {at("map"), at("nowhere")});
+  ASSERT_FALSE(image);
+  EXPECT_EQ(image.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
+}
+
+// Catches a wrapper whose scene does not find what stands beside it, and a scene that widens what is readable: the
+// folder of what it includes is looked in, but only below what the map names.
+TEST_P(ConfinementTest, AnIncludedScenesOwnFolderIsLookedIn) {
+  std::filesystem::create_directories(folder_.path() / "named/deep");
+  (void)folder_.write("named/deep/theirs.pov", "#include \"beside.inc\"\nBeside\n");
+  (void)folder_.write("named/deep/beside.inc",
+                      "#declare Beside = sphere { 0, 1 pigment { image_map { png \"picture.png\" } } }\n");
+  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("named/deep/picture.png"));
+  const std::string wrapper = fmt::format("#include \"{}\"", at("named/deep/theirs.pov"));
+  const auto image = render(wrapper);
+  EXPECT_TRUE(image) << image.error().message;
+  const auto closed = render(wrapper, {at("map")});
+  ASSERT_FALSE(closed);
+  EXPECT_THAT(closed.error().message, HasSubstr(fmt::format("scene_paths: [{}]", at("named/deep"))));
+}
+
+// Catches held processes that are confined otherwise than others, and pixels that hang on the confinement.
+TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
+  const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
+  const std::vector<View> views{View(scene, "lower", 40, 30)};
+  PlaceSettings place;
+  place.scene = scene;
+  place.render.landlock = GetParam();
+  place.render.processes = 2;
+  auto povray = confined_povray(place, {});
+  ASSERT_TRUE(povray) << povray.error().message;
+  const auto confined = make_renderer(*povray, place.render);
+  const auto free = make_renderer(Povray(find_povray("povray").value(), scene, 60s), place.render);
+  const auto expected = pictures(*free, views, 3);
+  const auto got = pictures(*confined, views, 3);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_TRUE(expected[i]) << expected[i].error().message;
+    ASSERT_TRUE(got[i]) << got[i].error().message;
+    EXPECT_TRUE((*got[i])->bytes == (*expected[i])->bytes) << i;
+  }
+  EXPECT_THAT(confined->describe(), HasSubstr(GetParam() ? "are held between pictures" : "no Landlock"));
+
+  const auto before = files();
+  Mould mould = views[0].mould();
+  mould.scene += fmt::format("\n#fopen F \"{}\" write\n", at("other/new.txt"));
+  View evil = views[0];
+  evil.set(mould);
+  for (const auto& picture : pictures(*confined, {evil}, 2)) {
+    ASSERT_FALSE(picture);
+    EXPECT_THAT(picture.error().message, HasSubstr("a scene may write no file"));
+  }
+  EXPECT_EQ(files(), before);
+}
+
+TEST_P(ConfinementTest, EffectsSayHowItIsConfined) {
+  PlaceSettings place;
+  place.scene = at("map/scene.pov");
+  place.scene_paths = {at("map"), at("named")};
+  place.render.landlock = GetParam();
+  const std::string told = describe_confinement(place);
+  EXPECT_THAT(told, AllOf(HasSubstr(at("map")), HasSubstr(at("named"))));
+  EXPECT_THAT(told, HasSubstr(GetParam() ? "by the kernel (Landlock" : "this kernel has no Landlock"));
+}
+
+// Catches a scene that changes the text which the other processes of its view read: POV-Ray has it as an open file.
+TEST(SealedFile, CanBeReadAndNotWritten) {
+  const UniqueFd file = sealed_file("scene.pov", "text");
+  const std::filesystem::path path = fmt::format("/proc/self/fd/{}", file.get());
+  EXPECT_EQ(read_file(path), "text");
+  std::ofstream(path, std::ios::binary | std::ios::in) << "evil";
+  std::ofstream(path, std::ios::app) << "evil";
+  std::ofstream(path, std::ios::trunc) << "evil";
+  EXPECT_EQ(read_file(path), "text");
+}
+
+TEST(SceneAccess, FollowsLinksAndIsNotFooledByNames) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path() / "a/b");
+  std::filesystem::create_directories(folder.path() / "ab");
+  std::filesystem::create_directory_symlink(folder.path() / "ab", folder.path() / "a/link");
+  const SceneAccess access(folder.path() / "a/scene.pov", {});
+  EXPECT_THAT(access.readable(), ElementsAre(std::filesystem::canonical(folder.path() / "a")));
+  EXPECT_TRUE(access.may_read(folder.path() / "a/b/x.inc"));
+  EXPECT_TRUE(access.may_read(folder.path() / "a/b/../y.inc"));
+  EXPECT_FALSE(access.may_read(folder.path() / "ab/x.inc")) << "its name begins alike";
+  EXPECT_FALSE(access.may_read(folder.path() / "a/../ab/x.inc"));
+  EXPECT_FALSE(access.may_read(folder.path() / "a/link/x.inc"));
+  EXPECT_FALSE(access.may_read("/etc/passwd"));
+  EXPECT_TRUE(access.may_read("/usr/share/povray-3.7/include/colors.inc"));
+}
+
+TEST(SceneAccess, SaysNothingOfOtherComplaints) {
+  const SceneAccess access("/nowhere/scene.pov", {});
+  EXPECT_THAT(access.advice("a.pov:3: POV-Ray: Parse Error: Undeclared identifier 'Blue'"), IsEmpty());
+  EXPECT_THAT(access.advice(""), IsEmpty());
+  EXPECT_THAT(access.advice("Cannot open include file colors.inc."), IsEmpty()) << "it is there and may be read";
+  EXPECT_THAT(access.advice("Cannot find file 'x.png', even after"), StartsWith("looked for in /nowhere"));
+}
+
+// ---- where the scene shows a camera
+
+TEST(ShownCamera, IsWhereItsStatementPutsIt) {
+  const TemporaryFolder folder;
+  // A quarter turn and a bit, so that no axis is where it began.
+  PlaceSettings place;
+  place.scene =
+      folder.write("scene.pov", fmt::format("#version 3.7;\n{}union {{\n //*PMName robot\n sphere {{ 0, 1 }} }}\n"
+                                            "#declare Turn = 103;\ncamera {{\n //*PMName lower\n perspective "
+                                            "location <1, 2, 0.5> direction y up -z right 4/3*x rotate Turn*y "
+                                            "translate <3, 0, -7>\n}}\n",
+                                            kRoom));
+  place.unit_m = 0.05;
+  const auto shown = shown_camera(place, "robot", "lower", {});
+  ASSERT_TRUE(shown) << shown.error().message;
+  // POV-Ray is left-handed: turning about y by t takes x to (cos t, -sin t) in (x, z), which are the world's x and y.
+  const double t = 103 * std::acos(-1.0) / 180;
+  constexpr double kDigits = 1e-8;  // nine digits of some units, of which 20 are a metre
+  EXPECT_NEAR(shown->x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
+  EXPECT_NEAR(shown->y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
+  ASSERT_TRUE(shown->x_axis_rad);
+  EXPECT_NEAR(*shown->x_axis_rad, -t, kDigits);
+}
+
+TEST(ShownCamera, SaysWhyItCannotBeWorkedOut) {
+  const TemporaryFolder folder;
+  PlaceSettings place;
+  place.scene =
+      folder.write("scene.pov", std::string("#version 3.7;\n") + kRoom +
+                                    "union {\n //*PMName robot\n sphere { 0, 1 } }\n#declare Own = camera {\n "
+                                    "location y }\ncamera {\n //*PMName lower\n Own\n}\n");
+  const auto shown = shown_camera(place, "robot", "lower", {});
+  ASSERT_FALSE(shown);
+  EXPECT_EQ(shown.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
+}
+
+// Catches a question that nobody can take back: a scene may parse without end.
+TEST(ShownCamera, GivesUpWhenItIsToStop) {
+  const TemporaryFolder folder;
+  PlaceSettings place;
+  place.scene = folder.write("scene.pov", std::string("#version 3.7;\n#while (1) #end\n") +
+                                              "union {\n //*PMName robot\n sphere { 0, 1 } }\ncamera {\n //*PMName "
+                                              "lower\n location y\n}\n");
+  std::stop_source source;
+  std::jthread stopper([&source] {
+    std::this_thread::sleep_for(300ms);
+    source.request_stop();
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  const auto shown = shown_camera(place, "robot", "lower", source.get_token());
+  ASSERT_FALSE(shown);
+  EXPECT_EQ(shown.error().code, ErrorCode::kDisconnected);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
+}
+
+}  // namespace
+}  // namespace twocone::sim_povray
