@@ -257,6 +257,41 @@ Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
   return opened;
 }
 
+Status check_cameras_differ(const RobotSettings& settings) {
+  struct Entry {
+    std::string part;
+    const CameraPart* camera;
+    std::string device;  ///< by the one name that the driver knows it by
+  };
+  std::vector<Entry> entries{{"cameras.lower", &settings.lower, {}}, {"cameras.upper", &settings.upper, {}}};
+  for (const OtherCamera& other : settings.others) entries.push_back({other_part(other), &other.part, {}});
+  std::optional<std::vector<libcamera_camera::CameraInfo>> known;
+  for (Entry& entry : entries) {
+    const std::string& name = entry.camera->device.name;
+    if (entry.camera->driver == kV4l2Camera) entry.device = v4l2::node_of(name);
+    if (entry.camera->driver != kLibcameraCamera) continue;
+    if (!known) {
+      auto cameras = libcamera_camera::list_cameras();
+      known = cameras ? *std::move(cameras) : std::vector<libcamera_camera::CameraInfo>{};
+    }
+    entry.device = name;
+    const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
+    if (std::count_if(known->begin(), known->end(), is_it) == 1) {
+      entry.device = std::find_if(known->begin(), known->end(), is_it)->id;
+    }
+  }
+  for (auto a = entries.begin(); a != entries.end(); ++a) {
+    for (auto b = a + 1; b != entries.end(); ++b) {
+      if (a->device.empty() || a->camera->driver != b->camera->driver || a->device != b->device) continue;
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{} ('{}') and {} ('{}') are one camera, {}; give each its own device:, as twocone "
+                               "devices lists them",
+                               a->part, a->camera->device.name, b->part, b->camera->device.name, a->device)};
+    }
+  }
+  return {};
+}
+
 std::span<const Backend> backends() { return kBackends; }
 
 void check(const RobotSettings& settings) {
@@ -294,6 +329,7 @@ Result<Robot> open_robot(const RobotSettings& settings) {
   check(settings);
   const auto rows = find_rows(settings);
   if (!rows) return rows.error();
+  if (auto differ = check_cameras_differ(settings); !differ) return differ.error();
 
   Shared shared;
   std::unique_ptr<GroundTruth> truth;

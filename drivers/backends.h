@@ -109,6 +109,10 @@ Devices list_devices();
 Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera);
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive);
 
+/// Two of the robot's cameras that are one, though the robot file may name it in two ways; nothing: each has its own.
+/// Looks at this machine's devices. Error: kRefused, naming both entries.
+Status check_cameras_differ(const RobotSettings& settings);
+
 /// @throws std::invalid_argument naming every bad field by its part; among them a pair of cameras with two rates, and
 /// sim_povray without a world.
 void check(const RobotSettings& settings);
@@ -120,7 +124,7 @@ void check(const RobotSettings& settings);
 /// Either moves all parts of a robot or none.
 ///
 /// Errors: kNotFound (no such driver), kUnavailable (known, not in this build), kRefused (a driver for another kind of
-/// part; parts that cannot go together), and those of Simulation::open and open_camera.
+/// part; parts that cannot go together; one camera for two entries), and those of Simulation::open and open_camera.
 /// @throws std::invalid_argument as check() does.
 Result<Robot> open_robot(const RobotSettings& settings);
 

@@ -11,7 +11,7 @@ std::string camera_advice(ErrorCode code) {
       return "install what is missing";
     case ErrorCode::kInvalidState:
     case ErrorCode::kRefused:
-      return "ask for what it has, end the program that has it, or join the group video";
+      return "see what it says; ask for what it has";
     case ErrorCode::kTimeout:
       return "it is there but sends nothing: cable, hub, power";
     case ErrorCode::kDisconnected:
@@ -30,7 +30,7 @@ std::string drive_advice(ErrorCode code) {
       return "install what is missing";
     case ErrorCode::kInvalidState:
     case ErrorCode::kRefused:
-      return "end the program that has the port, or join the group dialout";
+      return "see what it says";
     case ErrorCode::kTimeout:
       return "protocol, baud, the controller's power, the cable's RX and TX";
     case ErrorCode::kDisconnected:
@@ -45,6 +45,9 @@ Row failed_row(const std::string& part, const std::string& check, const Error& e
   std::string message = error.message;
   for (const std::string& name : {"cameras." + part + ": ", part + ": "}) {
     if (message.starts_with(name)) message.erase(0, name.size());
+  }
+  if (const auto end = message.find("; "); error.code == ErrorCode::kRefused && end != std::string::npos) {
+    return {part, check, message.substr(0, end), Verdict::kFailed, message.substr(end + 2)};
   }
   return {part, check, message, Verdict::kFailed, advice};
 }

@@ -74,10 +74,12 @@ class Examination {
       check_whole_robot(robot_, settings, openers_, surroundings_, report_);
       return;
     }
+    const auto differ = drivers::check_cameras_differ(settings);
+    if (!differ) report_.add(failed_row("cameras", "two devices", differ.error(), ""));
     check_camera_part("lower", settings.lower, rim_of(robot_.rig.lower));
     check_camera_part("upper", settings.upper, rim_of(robot_.rig.upper));
     for (const drivers::OtherCamera& other : settings.others) check_camera_part(other.name, other.part, std::nullopt);
-    if (lower && upper) check_pair_part(settings);
+    if (lower && upper && differ) check_pair_part(settings);
     if (drive) {
       guarded("drive", [&] { check_drive_part(settings); });
     } else {
@@ -138,7 +140,10 @@ class Examination {
 
   void check_drive_part(const drivers::RobotSettings& settings) {
     surroundings_.progress("drive", 0);
-    const auto drive = openers_.drive(settings.drive);
+    // Every speed is let through, to find the least that turns a wheel.
+    drivers::DrivePart part = settings.drive;
+    if (part.serial) part.serial->least_speed_radps = 0;
+    const auto drive = openers_.drive(part);
     if (!drive) {
       report_.add(failed_row("drive", "opens", drive.error(), drive_advice(drive.error().code)));
       return;

@@ -135,6 +135,7 @@ void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundin
     report.add({kPart, "stop time", "the wheels do not obey yet", Verdict::kNotRun, "see the wheels' rows"});
     return;
   }
+  test_least_speed(test, bench, surroundings, report);
   test_counts_per_turn(test, bench, drive.facts().counts_per_turn, surroundings, report);
   test_stopping(test, drive, bench, surroundings, report);
 }

@@ -28,8 +28,8 @@ bool check_drive_at_rest(const DriveUnderTest& test, DiffDrive& drive, const Sur
 /// A row `not run` where it is refused.
 Permission ask_off_the_ground(bool was_said, const Surroundings& surroundings, Report& report);
 
-/// The moving tests: which wheel turns which way, speed, counts per turn, the two ways of stopping. The wheels must be
-/// off the ground; they rest afterwards, whatever happens. @throws Interrupted
+/// The moving tests: which wheel turns which way, speed, the least speed, counts per turn, the two ways of stopping.
+/// The wheels must be off the ground; they rest afterwards, whatever happens. @throws Interrupted
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report);
 
 }  // namespace twocone::doctor

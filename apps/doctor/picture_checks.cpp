@@ -150,8 +150,14 @@ Row judge_exposure(const Exposure& e) {
   return row;
 }
 
-Row judge_mirror(const std::optional<vision::RimCircle>& found, const vision::RimCircle& believed,
+Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
                  const std::string& view) {
+  if (!found && !may_show) {
+    return {"", "mirror", "no rim stands out near the one that the robot file tells", Verdict::kWarning,
+            fmt::format("look at a picture: is the mirror in view? Then something of another brightness round it would "
+                        "show whether rig: {}: is right",
+                        view)};
+  }
   if (!found) {
     return {"", "mirror", "no rim near the one that the robot file tells", Verdict::kFailed,
             fmt::format("look at a picture: is the mirror in view, and is rig: {}: right?", view)};
@@ -195,7 +201,7 @@ void check_picture(const std::string& part, const Image& picture, const std::opt
   if (believed) found = vision::find_rim(rgb, *believed);
   add(judge_exposure(exposure_of(rgb, found ? found : believed)));
   if (!believed) return;
-  add(judge_mirror(found, *believed, part));
+  add(judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
   if (found) add(judge_focus(edge_width_px(rgb, *found)));
 }
 

@@ -29,8 +29,9 @@ std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle&
 
 /// What was measured and what to do, without the part.
 Row judge_exposure(const Exposure& exposure);
-/// @param found nothing: no rim near the one that is believed @param view as in `rig:`
-Row judge_mirror(const std::optional<vision::RimCircle>& found, const vision::RimCircle& believed,
+/// @param found nothing: no rim near the one that is believed; which tells against the robot file if `may_show`
+/// (vision::rim_may_show) @param view as in `rig:`
+Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
                  const std::string& view);
 Row judge_focus(const std::optional<double>& width_px);
 

@@ -28,6 +28,15 @@ constexpr double kPatience = 3;
 // The wheel turns on for about this long when it is stopped.
 constexpr double kLead_s = 0.03;
 
+constexpr const char* kLeastSpeed = "least speed";
+// An integrating control loop takes its time to overcome friction: a power step in each 33 ms.
+constexpr double kLeastTime_s = 4;
+// So much later it has turned as far as in this time at the speed, or does not turn.
+constexpr double kLeastWay_s = 1;
+constexpr double kFaster = 1.3;
+// Where nothing is believed, of the speed that a person can follow.
+constexpr double kLeastGuess = 1.0 / 8;
+
 std::string name_of(Side side, const char* ending) { return fmt::format("{} {}", to_string(side), ending); }
 
 std::string describe(const Turning& turning) {
@@ -105,6 +114,11 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
   if (course.ran_away) {
     row.verdict = Verdict::kFailed;
     row.measured += "; it ran away and was stopped";
+    // A control loop whose encoder is the other wheel's never sees its own motor: it gives all it has, and that other
+    // loop works against it.
+    if (!counted.turning() && !counted.has_nothing()) {
+      row.advice = "the control loops cross: exchange the two motors' plugs, not the encoders'; run it again";
+    }
     if (row.advice.empty()) row.advice = "the controller's PID; counts_per_turn";
   }
   report.add(row);
@@ -190,6 +204,26 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
   return row;
 }
 
+Row judge_least_speed(const LeastSpeed& measured) {
+  Row row{kPart, kLeastSpeed, ""};
+  if (!measured.turns_radps) {
+    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.rests_radps.value_or(0));
+    row.verdict = Verdict::kWarning;
+    row.advice = "its control loop's gains; see the wheels' rows";
+    return row;
+  }
+  row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
+  if (measured.rests_radps) row.measured += fmt::format(", {:.2f} does not", *measured.rests_radps);
+  // Half of what is believed need not turn them.
+  if (measured.rests_radps && *measured.rests_radps >= measured.believed_radps) {
+    row.verdict = Verdict::kWarning;
+    // Rounded, it must not be below what was seen to turn them.
+    row.advice = fmt::format("least_speed_radps: {:.2f}; slower commands turn no wheel",
+                             std::ceil(100 * *measured.turns_radps) / 100);
+  }
+  return row;
+}
+
 Row judge_counts(double counted, double seen, double counts_per_turn) {
   Row row{kPart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
   if (std::abs(seen - counted) > kReading_turns) {
@@ -209,6 +243,44 @@ bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundi
                 "run it in a terminal and watch the wheels"});
   }
   return obey;
+}
+
+void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report) {
+  LeastSpeed found;
+  if (test.asked.serial) found.believed_radps = serial::least_speed_radps(*test.asked.serial);
+  std::optional<Error> error;
+  /// Whether both wheels turn at that speed.
+  const auto turns = [&](double speed) {
+    end_if_asked(surroundings);
+    std::optional<WheelSample> first;
+    const auto is_far = [&](const WheelSample& sample) {
+      if (!first) first = sample;
+      const double way_rad = std::max(speed * kLeastWay_s, bench.still_rad());
+      return std::min(sample.left_rad - first->left_rad, sample.right_rad - first->right_rad) >= way_rad;
+    };
+    const Course course = bench.drive({speed, speed}, kLeastTime_s, kLeastSpeed, is_far);
+    bench.rest();
+    if (course.error) error = course.error;
+    if (course.samples.empty() || !is_far(course.samples.back())) {
+      found.rests_radps = std::max(speed, found.rests_radps.value_or(0));
+      return false;
+    }
+    found.turns_radps = std::min(speed, found.turns_radps.value_or(speed));
+    return true;
+  };
+  double speed = found.believed_radps > 0 ? found.believed_radps : kLeastGuess * bench.speed_radps();
+  if (turns(speed)) {
+    const bool is_refused = !turns(speed / 2) && error && error->code == ErrorCode::kRefused;
+    if (is_refused) {  // its controller cannot say so little
+      error.reset();
+      found.rests_radps.reset();
+    }
+  } else {
+    while (!error && !found.turns_radps && speed < bench.speed_radps())
+      turns(speed = std::min(kFaster * speed, bench.speed_radps()));
+  }
+  if (error) return report.add(failed_row(kPart, kLeastSpeed, *error, drive_advice(error->code)));
+  report.add(judge_least_speed(found));
 }
 
 void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,

@@ -45,11 +45,23 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
 
 Row judge_speed(Side side, double measured_radps, double commanded_radps);
 
+/// The least speed from rest, of both wheels, as far as it was tried.
+struct LeastSpeed {
+  double believed_radps = 0;          ///< as the robot file or the protocol says; 0: nothing is believed
+  std::optional<double> turns_radps;  ///< the least at which both turned
+  std::optional<double> rests_radps;  ///< the greatest at which one did not
+};
+Row judge_least_speed(const LeastSpeed& measured);
+
 /// @param counted, seen turns of the wheel, > 0 @param counts_per_turn as believed
 Row judge_counts(double counted, double seen, double counts_per_turn);
 
 /// Each wheel forward by itself. @return whether both obey, as their encoders tell
 bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report);
+
+/// Both wheels forward from rest, at the least speed that is believed to turn them: half as fast if they turn, faster
+/// until they do if not. Whatever turned less than half as far as it was told to does not turn.
+void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report);
 
 /// So many turns of the left wheel as counted; a person says how many there were.
 void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,

@@ -57,7 +57,7 @@ void read_serial_drive(Section& section, Drive& drive) {
   if (drive.driver != drivers::kSerialDiffDrive) {
     refuse(section,
            {"protocol", "port", "baud", "counts_per_turn", "address", "swap_wheels", "reverse_left", "reverse_right",
-            "guard"},
+            "guard", "least_speed_radps"},
            drive.driver);
     return;
   }
@@ -89,6 +89,12 @@ void read_serial_drive(Section& section, Drive& drive) {
   section.flag("reverse_right", "whether the right wheel counts backward", serial.reverse_right, Need::kOptional);
   section.flag("guard", "whether a process of its own stops the wheels when the program cannot", serial.guard,
                Need::kOptional);
+  double least = 0;
+  const Quantity least_speed{
+      "least speed at which the controller turns a wheel", {"rad/s", "radians a second"}, kZeroOrMore};
+  if (section.has("least_speed_radps") && section.number("least_speed_radps", least_speed, least)) {
+    serial.least_speed_radps = least;
+  }
   if (!serial.guard && is_known && serial.protocol != "roboclaw") {
     section.complain(
         "guard", kNoUnit,

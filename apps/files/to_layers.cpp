@@ -178,6 +178,12 @@ vision::MirrorView to_view(const RigView& view, double lens_height_m) {
 
 Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
 
+/// From the corner that is farthest from it.
+double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
+  return std::hypot(std::max(landmark.x_m - bounds.min_x_m, bounds.max_x_m - landmark.x_m),
+                    std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
+}
+
 }  // namespace
 
 void check_landmarks(const Robot& robot, const Map& map) {
@@ -261,7 +267,8 @@ std::vector<vision::Target> to_targets(const Map& map) {
     targets.push_back({landmark.name,
                        {landmark.colour[0], landmark.colour[1], landmark.colour[2]},
                        landmark.radius_m,
-                       landmark.top_m});
+                       landmark.top_m,
+                       greatest_range_m(landmark, map.bounds)});
   }
   return targets;
 }

@@ -40,7 +40,8 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
 /// The upper lens stands where the tips are mirror_separation_m apart. @throws FileError for what MirrorView refuses
 vision::Rig to_rig(const Robot& robot);
 
-/// The landmarks in the map's order; likewise below, so that an index means one landmark everywhere.
+/// The landmarks in the map's order; likewise below, so that an index means one landmark everywhere. The greatest range
+/// is that from the farthest corner of the bounds.
 std::vector<vision::Target> to_targets(const Map& map);
 /// Of the landmarks' axes, world frame, metres.
 std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map);

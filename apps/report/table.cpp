@@ -24,15 +24,21 @@ constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 
 std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
 
+/// In nine columns, a blank among them: what is too long for that, as a wild answer's error is, in powers of ten.
+std::string column(double value, int digits = 2) {
+  const std::string text = fmt::format("{:9.{}f}", value, digits);
+  return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", value);
+}
+
 std::string error_columns(const std::optional<runs::ErrorStatistics>& error) {
   if (!error) return fmt::format("{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
-  return fmt::format("{:9.2f}{:9.2f}{:9.2f}{:9.2f}", error->mean_m * kMmPerM, error->rmse_m * kMmPerM,
-                     error->p95_m * kMmPerM, error->max_m * kMmPerM);
+  return column(error->mean_m * kMmPerM) + column(error->rmse_m * kMmPerM) + column(error->p95_m * kMmPerM) +
+         column(error->max_m * kMmPerM);
 }
 
 std::string baseline_columns(const std::optional<runs::ErrorStatistics>& error) {
   if (!error) return fmt::format(" |{:>9}{:>9}", "-", "-");
-  return fmt::format(" |{:9.2f}{:9.2f}", error->mean_m * kMmPerM, error->max_m * kMmPerM);
+  return " |" + column(error->mean_m * kMmPerM) + column(error->max_m * kMmPerM);
 }
 
 std::string paper_columns(std::optional<double> mean_mm, std::optional<double> max_mm) {
@@ -180,9 +186,9 @@ std::string bound_row(std::string_view name, const std::optional<runs::BoundComp
                       double scale) {
   if (!bound) return fmt::format("{:<{}}{:>8}{:>9}{:>9}{:>9}", name, kNameWidth, 0, "-", "-", "-");
   std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound->count);
-  text += bound->rmse ? fmt::format("{:9.{}f}", *bound->rmse * scale, digits) : fmt::format("{:>9}", "-");
-  text += fmt::format("{:9.{}f}", bound->bound_rms * scale, digits);
-  return text + (bound->rmse ? fmt::format("{:9.2f}", *bound->ratio()) : fmt::format("{:>9}", "-"));
+  text += bound->rmse ? column(*bound->rmse * scale, digits) : fmt::format("{:>9}", "-");
+  text += column(bound->bound_rms * scale, digits);
+  return text + (bound->rmse ? column(*bound->ratio()) : fmt::format("{:>9}", "-"));
 }
 
 std::string bounds(const runs::Summary& summary) {

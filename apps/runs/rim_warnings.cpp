@@ -24,7 +24,11 @@ std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lo
     const cv::Mat pixels(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data()));
     const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
     const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
-    if (!rim) {
+    if (!rim && !vision::rim_may_show(pixels, {centre, rig->rim_radius_px, 0})) {
+      warnings.push_back(fmt::format(
+          "note: the {0} mirror's rim does not stand out in the first picture: rig.{0} was not compared with it",
+          view));
+    } else if (!rim) {
       warnings.push_back(fmt::format(
           "warning: no mirror rim was found in the first {} picture near the one that rig.{} tells", view, view));
     } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||

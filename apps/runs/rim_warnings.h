@@ -9,7 +9,8 @@
 
 namespace twocone::runs {
 
-/// A sentence for each mirror that a pair of pictures does not show where the robot file's `rig:` says, to a pixel.
+/// A sentence for each mirror that a pair of pictures does not show where the robot file's `rig:` says, to a pixel, or
+/// whose rim does not stand out in them.
 std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lower, const Image& upper);
 
 }  // namespace twocone::runs

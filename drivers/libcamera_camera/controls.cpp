@@ -90,7 +90,9 @@ Result<ChosenControls> choose_controls(const lc::Camera& camera, const std::vect
     }
     const double number = within(control->second, asked);
     const auto value = value_for(*control->first, number);
-    if (!value) return Error{ErrorCode::kRefused, fmt::format("{}: control {} is no single number", camera.id(), name)};
+    if (!value)
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{}: control {} is no single number; leave it out", camera.id(), name)};
     chosen.list.set(control->first->id(), *value);
     chosen.applied.emplace_back(control->first, number_of(*value).value_or(number));
   }

@@ -72,7 +72,9 @@ Result<std::shared_ptr<Device>> Device::open(const std::string& name) {
   }
   if (const int error = found.front()->acquire()) {
     return Error{error == -EBUSY ? ErrorCode::kRefused : ErrorCode::kDisconnected,
-                 fmt::format("{}: {}", name, error == -EBUSY ? "the camera is in use" : std::strerror(-error))};
+                 fmt::format("{}: {}", name,
+                             error == -EBUSY ? "the camera is in use; end the other program that uses it"
+                                             : std::strerror(-error))};
   }
   return std::shared_ptr<Device>(new Device(*std::move(manager), std::move(found.front())));
 }

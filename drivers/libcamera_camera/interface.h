@@ -11,6 +11,7 @@
 
 #include "drivers/libcamera_camera/libcamera_camera.h"
 #include "hal/image.h"
+#include "hal/text.h"
 
 /// What libcamera's versions do differently, and nothing else of the driver. Built and tried: 0.0.3. Only read, in its
 /// documentation and headers, not built: 0.1 to 0.5. What changed between them and is met here or by how it is called:
@@ -47,7 +48,7 @@ inline bool is_array(const lc::ControlId& control) {
 }
 
 inline std::string model_of(const lc::Camera& camera) {
-  return camera.properties().get(lc::properties::Model).value_or(camera.id());
+  return printable(camera.properties().get(lc::properties::Model).value_or(camera.id()));
 }
 
 struct Format {

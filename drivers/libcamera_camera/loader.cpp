@@ -37,7 +37,7 @@ Result<const Module*> load() {
     std::error_code none;
     if (!fs::exists(file, none)) continue;
     // libcamera tells its version and more on stderr, unless a person wants to hear something else.
-    ::setenv("LIBCAMERA_LOG_LEVELS", "*:WARN", 0);
+    ::setenv("LIBCAMERA_LOG_LEVELS", kOurLogLevels, 0);
     // Never closed: libcamera's threads may outlive any camera.
     void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (module == nullptr) return Error{ErrorCode::kUnavailable, fmt::format("libcamera: {}", ::dlerror())};

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/libcamera_camera/module.h"
 
+#include <cstdlib>
+#include <iostream>
+#include <string_view>
 #include <utility>
+
+#include <libcamera/logging.h>
 
 #include "drivers/libcamera_camera/camera.h"
 #include "drivers/libcamera_camera/device.h"
@@ -9,12 +14,35 @@
 namespace twocone::libcamera_camera {
 namespace {
 
+/// libcamera says what it does not like of a machine on stderr: of every device that it may not open, for one. A list
+/// of cameras says that in its own words. Where a person asked to hear libcamera, nothing is changed.
+class Silence {
+ public:
+  Silence() {
+    if (is_ours_) lc::logSetTarget(lc::LoggingTargetNone);
+  }
+  ~Silence() {
+    if (is_ours_) lc::logSetStream(&std::cerr);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  static bool was_asked_for() {
+    const char* const levels = std::getenv("LIBCAMERA_LOG_LEVELS");
+    return std::getenv("LIBCAMERA_LOG_FILE") != nullptr ||
+           (levels != nullptr && std::string_view(levels) != kOurLogLevels);
+  }
+  const bool is_ours_ = !was_asked_for();
+};
+
 Result<std::vector<CameraInfo>> list() {
+  const Silence silence;
   const auto manager = Manager::use();
   if (!manager) return manager.error();
   std::vector<CameraInfo> cameras;
   for (const auto& camera : (*manager)->cameras()) {
-    cameras.push_back({camera->id(), model_of(*camera), formats_of(*camera)});
+    cameras.push_back({printable(camera->id()), model_of(*camera), formats_of(*camera)});
   }
   return cameras;
 }

@@ -15,6 +15,9 @@ struct Module {
   Result<std::unique_ptr<Camera>> (*open_camera)(const LibcameraSettings& settings);
 };
 
+/// What the loader sets LIBCAMERA_LOG_LEVELS to where nobody else has: warnings and errors ("*:WARN" in figures, by
+/// which the module knows that no person asked for it).
+constexpr const char* kOurLogLevels = "*:2";
 constexpr const char* kModuleFile = "twocone_libcamera.so";
 constexpr const char* kModuleEntry = "twocone_libcamera_module";
 

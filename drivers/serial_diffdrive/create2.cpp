@@ -87,7 +87,7 @@ class Create2 final : public Protocol {
 
   Result<std::string> greet(Wire& wire, Deadline deadline) override {
     Status awake = wake(wire);
-    while (!awake && awake.error().code != ErrorCode::kDisconnected && std::chrono::steady_clock::now() < deadline) {
+    while (!awake && awake.error().code != ErrorCode::kDisconnected && wire.now() < deadline) {
       awake = wake(wire);
     }
     if (!awake) return awake.error();
@@ -124,6 +124,12 @@ class Create2 final : public Protocol {
   [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
     return {kDriveDirect, 0, 0, 0, 0, kDriveDirect, 0, 0, 0, 0};
   }
+  // No command is answered.
+  void note_stops(std::uint32_t /*times*/) override {}
+  // It takes whole millimetres a second.
+  [[nodiscard]] double least_command() const override {
+    return kCountsPerTurn / (kWheelDiameter_mm * std::numbers::pi);
+  }
   [[nodiscard]] std::optional<milliseconds> own_timeout() const override { return std::nullopt; }
 
  private:
@@ -145,7 +151,7 @@ class Create2 final : public Protocol {
     }
     if (auto clean = wire.discard_input(); !clean) return clean;
     stream_ = {};
-    looked_ = std::chrono::steady_clock::now();
+    looked_ = wire.now();
     const std::array<std::uint8_t, 6> packets{kStream, 4, kBumpsAndDrops, kLeftCounts, kRightCounts, kMode};
     if (auto said = say(wire, packets); !said) return said;
     if (auto seen = next_sensors(wire); !seen) return seen;
@@ -154,31 +160,31 @@ class Create2 final : public Protocol {
   }
 
   [[nodiscard]] std::string reason() const {
-    if ((sensors_.bumps_and_drops & kDrops) != 0) return "a wheel hangs free";
-    return "is it on its charger, before a cliff, or its battery empty?";
+    if ((sensors_.bumps_and_drops & kDrops) != 0) return "a wheel hangs free; put it on the floor";
+    return "it does not say why; take it off its charger and away from a cliff, and charge its battery";
   }
 
-  static Status say(Wire& wire, std::span<const std::uint8_t> bytes) { return wire.write(bytes, in(kSendTime)); }
+  static Status say(Wire& wire, std::span<const std::uint8_t> bytes) { return wire.write(bytes, wire.in(kSendTime)); }
 
   /// The newest frame: all that came is read, and if that is none, the next is waited for.
   Status next_sensors(Wire& wire) {
     if (auto fresh = forget_old(wire); !fresh) return fresh;
-    const Deadline deadline = in(kFrameTime);
+    const Deadline deadline = wire.in(kFrameTime);
     const std::uint64_t before = stream_.rubbish();
     bool found = false;
     std::array<std::uint8_t, 4096> room;
     do {
-      const auto got = wire.read(room, found ? std::chrono::steady_clock::now() : deadline);
+      const auto got = wire.read(room, found ? wire.now() : deadline);
       if (!got && got.error().code != ErrorCode::kTimeout) return got.error();
       if (!got) break;
-      found = take(std::span(room).first(*got)) || found;
-    } while (std::chrono::steady_clock::now() < deadline);
+      found = take(std::span(room).first(*got), wire.now()) || found;
+    } while (wire.now() < deadline);
     if (found) return {};
     if (stream_.rubbish() > before) return Error{ErrorCode::kBadData, "what comes is no stream of sensor packets"};
     return Error{ErrorCode::kTimeout, "no sensor packets come"};
   }
 
-  bool take(std::span<const std::uint8_t> bytes) {
+  bool take(std::span<const std::uint8_t> bytes, Deadline now) {
     bool found = false;
     for (const std::uint8_t byte : bytes) {
       const auto sensors = stream_.push(byte);
@@ -186,23 +192,23 @@ class Create2 final : public Protocol {
       sensors_ = *sensors;
       found = true;
     }
-    if (found) seen_ = std::chrono::steady_clock::now();
+    if (found) seen_ = now;
     return found;
   }
 
   /// Nothing answers a command: that the robot is there, and awake, its stream tells.
   Status listen(Wire& wire) {
     std::array<std::uint8_t, 4096> room;
-    const auto got = wire.read(room, std::chrono::steady_clock::now());
+    const auto got = wire.read(room, wire.now());
     if (!got && got.error().code != ErrorCode::kTimeout) return got.error();
-    if (got) take(std::span(room).first(*got));
-    if (std::chrono::steady_clock::now() - seen_ <= kFrameTime) return {};
+    if (got) take(std::span(room).first(*got), wire.now());
+    if (wire.now() - seen_ <= kFrameTime) return {};
     return next_sensors(wire);
   }
 
   /// A port that nobody read for long is full of old frames, and has no room for the newest.
   Status forget_old(Wire& wire) {
-    const Deadline before = std::exchange(looked_, std::chrono::steady_clock::now());
+    const Deadline before = std::exchange(looked_, wire.now());
     if (looked_ - before < kOld) return {};
     stream_ = {};
     return wire.discard_input();

@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -17,8 +18,10 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,23 +29,19 @@
 namespace twocone::serial {
 namespace {
 
-constexpr char kMoves = 'm';
-constexpr char kRests = 'r';
+constexpr char kWord = 'w';
 constexpr char kReady = 'g';
 // In the guard the port and the pipe have these numbers, and nothing else is open.
 constexpr int kPort = 3;
 constexpr int kPipe = 4;
-// Said again, in case that the first was lost in what the program left half sent.
-constexpr int kTimesSaid = 3;
-constexpr int kPause_ms = 15;
 // A new guard is at its post within a few milliseconds, on a machine that has time.
 constexpr int kPosted_ms = 5'000;
-// For the guard of a busy machine to take words out of a full pipe.
-constexpr int kListens_ms = 200;
 // Until the guard of a program that ends is gone.
 constexpr std::chrono::milliseconds kEnds{500};
+// Between two looks at the page: an awake guard answers within some 50 us.
+constexpr std::chrono::microseconds kNap{50};
 
-std::int64_t now_ns() {
+std::int64_t steady_ns() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   return std::int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
@@ -66,47 +65,43 @@ void say_once(const std::uint8_t* bytes, std::size_t count) {
   }
 }
 
-void say_stop(const std::uint8_t* bytes, std::size_t count, bool is_ended) {
-  ::tcflush(kPort, TCOFLUSH);  // commands that have not left yet
-  for (int i = 0; i < kTimesSaid; ++i) {
-    pollfd pipe{kPipe, POLLIN, 0};
-    // The end of the pipe is heard for ever: it does not shorten the pause.
-    if (i > 0 && is_ended) ::poll(nullptr, 0, kPause_ms);
-    if (i > 0 && !is_ended && ::poll(&pipe, 1, kPause_ms) > 0) return;  // the program goes on
-    say_once(bytes, count);
+void forget_unsent() { ::tcflush(kPort, TCOFLUSH); }
+
+/// The program has ended, or sends its guard away.
+[[noreturn]] void say_farewell(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count) {
+  forget_unsent();
+  for (int i = 0; i < kStopsInARow; ++i) {
+    if (i > 0) ::poll(nullptr, 0, int(kBetweenStops.count() / 1'000'000));
+    ++state.stops_begun;
+    say_once(stop_bytes, count);
+    ++state.stops_done;
   }
+  ::_exit(0);
 }
 
-[[noreturn]] void run_guard(const std::uint8_t* stop_bytes, std::size_t count, std::int64_t timeout_ns) {
-  bool moves = false;
-  std::int64_t silent_at = 0;
+[[noreturn]] void run_guard(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count,
+                            std::int64_t timeout_ns) {
+  WatchdogSteps steps(state, timeout_ns);
   while (true) {
+    const WatchdogSteps::Step step = steps.next(steady_ns());
+    if (step.writes_stop) {
+      if (step.is_first) forget_unsent();
+      say_once(stop_bytes, count);
+      steps.wrote_stop(steady_ns());
+      continue;
+    }
     int wait_ms = -1;
-    if (moves) wait_ms = int(std::clamp<std::int64_t>((silent_at - now_ns() + 999'999) / 1'000'000, 0, 3'600'000));
+    if (step.wake_ns >= 0) {
+      wait_ms = int(std::clamp<std::int64_t>((step.wake_ns - steady_ns() + 999'999) / 1'000'000, 0, 3'600'000));
+    }
     pollfd pipe{kPipe, POLLIN, 0};
     const int ready = ::poll(&pipe, 1, wait_ms);
-    if (ready > 0) {
-      std::array<char, 64> heard;
-      const ssize_t got = ::read(kPipe, heard.data(), heard.size());
-      if (got > 0) {
-        moves = heard[std::size_t(got) - 1] == kMoves;
-        silent_at = now_ns() + timeout_ns;
-        continue;
-      }
-      if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-      say_stop(stop_bytes, count, true);  // the program has ended
-      ::_exit(0);
-    }
-    if (ready < 0 && errno != EINTR) {
-      say_stop(stop_bytes, count, true);
-      ::_exit(1);
-    }
-    if (moves && now_ns() >= silent_at) {
-      say_stop(stop_bytes, count, false);
-      // Again after as long a silence: a program that was halted between its word to the guard and its command to the
-      // controller says the command when it goes on.
-      silent_at = now_ns() + timeout_ns;
-    }
+    if (ready < 0 && errno != EINTR) say_farewell(state, stop_bytes, count);
+    if (ready <= 0) continue;
+    std::array<char, 64> words;
+    const ssize_t got = ::read(kPipe, words.data(), words.size());
+    const bool is_end = got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN);
+    if (is_end) say_farewell(state, stop_bytes, count);
   }
 }
 
@@ -134,8 +129,8 @@ bool keep_only(int port, int pipe) {
   return ::close_range(kPipe + 1, ~0U, 0) == 0;
 }
 
-[[noreturn]] void become_guard(int port, int pipe, const std::uint8_t* stop_bytes, std::size_t count,
-                               std::int64_t timeout_ns) {
+[[noreturn]] void become_guard(int port, int pipe, WatchdogState& state, const std::uint8_t* stop_bytes,
+                               std::size_t count, std::int64_t timeout_ns) {
   ::setsid();
   ignore_signals();
   ::prctl(PR_SET_NAME, "twocone-guard");
@@ -143,7 +138,7 @@ bool keep_only(int port, int pipe) {
   const sched_param least{1};
   ::sched_setscheduler(0, SCHED_RR, &least);
   if (!keep_only(port, pipe) || ::chdir("/") != 0 || ::write(kPipe, &kReady, 1) != 1) ::_exit(1);
-  run_guard(stop_bytes, count, timeout_ns);
+  run_guard(state, stop_bytes, count, timeout_ns);
 }
 
 /// A copy of this program that no signal reaches before it has made itself deaf to them.
@@ -173,54 +168,76 @@ bool is_ready(int pipe) {
 
 }  // namespace
 
-Result<std::unique_ptr<Guard>> Guard::post(int port, std::vector<std::uint8_t> stop_bytes,
-                                           std::chrono::nanoseconds timeout) {
+struct Guard::Page {
+  WatchdogState state;
+};
+
+Guard::Guard(Page* page, pid_t process, int pipe, std::chrono::nanoseconds timeout)
+    : Watchdog(page->state, timeout), page_(page), process_(process), pipe_(pipe) {}
+
+Result<std::unique_ptr<Watchdog>> Guard::post(int port, std::vector<std::uint8_t> stop_bytes,
+                                              std::chrono::nanoseconds timeout) {
   if (timeout.count() <= 0) {
     throw std::invalid_argument(fmt::format("Guard: timeout is {} ns, must be > 0", timeout.count()));
   }
+  const auto unavailable = [](const char* what) {
+    return Error{ErrorCode::kUnavailable, fmt::format("no {} for the watchdog: {}", what, std::strerror(errno))};
+  };
+  void* const memory = ::mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return unavailable("memory");
+  Page* const page = new (memory) Page;
   // A socket, as writing to one can be told not to raise SIGPIPE.
-  std::array<int, 2> ends{};
+  std::array<int, 2> ends{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return Error{ErrorCode::kUnavailable, fmt::format("no pipe for the guard: {}", std::strerror(errno))};
+    const Error error = unavailable("pipe");
+    ::munmap(memory, sizeof(Page));
+    return error;
   }
-  const pid_t process =
-      fork_deaf([&] { become_guard(port, ends[1], stop_bytes.data(), stop_bytes.size(), timeout.count()); });
+  const pid_t process = fork_deaf(
+      [&] { become_guard(port, ends[1], page->state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
   const int failed = errno;
   ::close(ends[1]);
-  if (process < 0) {
-    ::close(ends[0]);
-    return Error{ErrorCode::kUnavailable, fmt::format("no process for the guard: {}", std::strerror(failed))};
-  }
-  std::unique_ptr<Guard> guard(new Guard(process, ends[0]));
-  if (!is_ready(ends[0])) return Error{ErrorCode::kUnavailable, "the guard process does not begin"};
+  // From here on it owns memory, process and pipe.
+  std::unique_ptr<Watchdog> guard(new Guard(page, process, ends[0], timeout));
+  errno = failed;
+  if (process < 0) return unavailable("process");
+  if (!is_ready(ends[0])) return Error{ErrorCode::kUnavailable, "the watchdog process does not begin"};
   return guard;
 }
 
 Guard::~Guard() {
+  do_end(kEnds);
   ::close(pipe_);
-  const std::int64_t deadline = now_ns() + std::chrono::nanoseconds(kEnds).count();
+  ::munmap(page_, sizeof(Page));
+}
+
+void Guard::do_end(std::chrono::milliseconds patience) noexcept {
+  if (process_ <= 0) return;
+  ::shutdown(pipe_, SHUT_RDWR);  // it reads the end
+  const std::int64_t deadline = steady_ns() + std::chrono::nanoseconds(patience).count();
   while (::waitpid(process_, nullptr, WNOHANG) == 0) {
-    if (now_ns() >= deadline) {
-      ::kill(process_, SIGKILL);  // it hangs in a port that takes nothing
+    if (steady_ns() >= deadline) {
+      ::kill(process_, SIGKILL);  // it is halted, or hangs in a port that takes nothing
       while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
       }
-      return;
+      break;
     }
     ::poll(nullptr, 0, 1);
   }
+  process_ = 0;
 }
 
-Status Guard::command(bool moves) noexcept {
-  const char word = moves ? kMoves : kRests;
-  const std::int64_t deadline = now_ns() + std::int64_t(kListens_ms) * 1'000'000;
-  while (::send(pipe_, &word, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
+Status Guard::wake() {
+  while (::send(pipe_, &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
     if (errno == EINTR) continue;
-    if (errno != EAGAIN) return Error{ErrorCode::kUnavailable, "the guard process is gone"};
-    if (now_ns() >= deadline) return Error{ErrorCode::kUnavailable, "the guard process does not listen"};
-    pollfd pipe{pipe_, POLLOUT, 0};
-    ::poll(&pipe, 1, kListens_ms);
+    if (errno == EAGAIN) break;  // words enough are waiting for it
+    return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
   }
   return {};
 }
+
+std::int64_t Guard::now_ns() const { return steady_ns(); }
+void Guard::nap() { std::this_thread::sleep_for(kNap); }
+std::string Guard::name() const { return fmt::format("process {}", process_); }
 
 }  // namespace twocone::serial

@@ -53,6 +53,14 @@ class Protocol {
 
   /// What stops the wheels whatever was sent before it, even a part of a packet. The guard knows nothing else.
   [[nodiscard]] virtual std::vector<std::uint8_t> stop_bytes() const = 0;
+  /// Somebody wrote stop_bytes() so many times: the controller answers those, too. The next exchange first finds out
+  /// where its own answers begin.
+  virtual void note_stops(std::uint32_t times) = 0;
+
+  /// Counts a second below which no command makes a wheel turn, because the controller's unit is that coarse.
+  [[nodiscard]] virtual double least_command() const { return 0; }
+  /// Counts a second that its control loop turns a wheel at, at least, with the gains that it comes with; 0: not known.
+  [[nodiscard]] virtual double usual_least_rate() const { return 0; }
   /// After so long without a command the controller itself stops the wheels, once it was greeted; none: never.
   [[nodiscard]] virtual std::optional<std::chrono::milliseconds> own_timeout() const = 0;
 };

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/text.h"
+
 namespace twocone::serial {
 namespace {
 
@@ -17,11 +19,13 @@ using std::chrono::milliseconds;
 constexpr std::uint8_t kSetTimeout = 14;
 constexpr std::uint8_t kReadTimeout = 15;
 constexpr std::uint8_t kReadVersion = 21;
+constexpr std::uint8_t kReadVoltage = 24;
 constexpr std::uint8_t kDriveBoth = 37;
 constexpr std::uint8_t kReadCounts = 78;
 constexpr std::uint8_t kAccepted = 0xFF;
 constexpr std::size_t kCrcBytes = 2;
 constexpr std::size_t kLongestVersion = 48;
+constexpr std::size_t kLongestNoise = 256;
 constexpr milliseconds kTimeoutUnit{100};
 // The unit answers within 10 ms; at 9600 baud and behind a USB adapter it takes longer.
 constexpr milliseconds kReplyTime{50};
@@ -59,11 +63,11 @@ class Roboclaw final : public Protocol {
     // What another program left half sent is forgotten by the unit.
     wire.pause(kForgets);
     auto version = read_version(wire);
-    while (!version && version.error().code != ErrorCode::kDisconnected &&
-           std::chrono::steady_clock::now() < deadline) {
+    while (!version && version.error().code != ErrorCode::kDisconnected && wire.now() < deadline) {
       version = read_version(wire);
     }
     if (!version) return version.error();
+    is_in_step_ = true;  // the version has a checksum, too
     const std::array<std::uint8_t, 1> timeout{static_cast<std::uint8_t>(timeout_)};
     if (auto set = command(wire, kSetTimeout, timeout); !set) return set.error();
     readings_ = 0;
@@ -98,14 +102,17 @@ class Roboclaw final : public Protocol {
     return bytes;
   }
   [[nodiscard]] std::optional<milliseconds> own_timeout() const override { return timeout_ * kTimeoutUnit; }
+  void note_stops(std::uint32_t times) override { is_in_step_ = is_in_step_ && times == 0; }
 
  private:
   Status check_timeout(Wire& wire, ErrorCode otherwise) {
     const auto told = ask(wire, kReadTimeout, 1);
     if (!told) return told.error();
     if (told->front() == timeout_) return {};
-    return Error{otherwise, fmt::format("its serial time-out was set to {} ms, and it says {} ms",
-                                        timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
+    return Error{otherwise,
+                 fmt::format("its serial time-out was set to {} ms, and it says {} ms; set it in packet serial "
+                             "mode, and look whether it was reset",
+                             timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
   }
 
   /// Speeds and settings may be said again as often as it takes.
@@ -113,12 +120,12 @@ class Roboclaw final : public Protocol {
     const auto packet = write_packet(address_, number, data);
     Error last{};
     for (int i = 0; i < kTries; ++i) {
-      if (i > 0) wire.pause(kForgets);
-      if (auto clean = wire.discard_input(); !clean) return clean;
-      const Deadline deadline = in(kReplyTime);
+      if (auto ready = get_in_step(wire); !ready) return ready;
+      const Deadline deadline = wire.in(kReplyTime);
       if (auto sent = wire.write(packet, deadline); !sent) return sent;
       const auto answer = read(wire, 1, deadline);
       if (answer && answer->front() == kAccepted) return {};
+      is_in_step_ = false;
       last = answer ? Error{ErrorCode::kBadData, fmt::format("command {}: answer 0x{:02X}, where 0xFF was expected",
                                                              number, answer->front())}
                     : answer.error();
@@ -130,30 +137,56 @@ class Roboclaw final : public Protocol {
   Result<std::vector<std::uint8_t>> ask(Wire& wire, std::uint8_t number, std::size_t bytes) {
     Error last{};
     for (int i = 0; i < kTries; ++i) {
-      if (i > 0) wire.pause(kForgets);
+      if (auto ready = get_in_step(wire); !ready) return ready.error();
       if (auto sent = send_question(wire, number); !sent) return sent.error();
-      const auto reply = read(wire, bytes + kCrcBytes, in(kReplyTime));
-      if (!reply) {
-        last = reply.error();
-        if (last.code == ErrorCode::kDisconnected) break;
-        continue;
+      const auto reply = read(wire, bytes + kCrcBytes, wire.in(kReplyTime));
+      if (reply) {
+        if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
       }
-      if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
-      last = {ErrorCode::kBadData, fmt::format("command {}: the answer's checksum is wrong", number)};
+      is_in_step_ = false;
+      last = reply ? Error{ErrorCode::kBadData, fmt::format("command {}: the answer's checksum is wrong", number)}
+                   : reply.error();
+      if (last.code == ErrorCode::kDisconnected) break;
     }
     return last;
+  }
+
+  /// After a failed exchange, and after stops that somebody else wrote, answers may be on their way that look like any
+  /// command's. So a question is asked whose answer has a checksum over the question, another one each time: what comes
+  /// before that answer is old.
+  Status get_in_step(Wire& wire) {
+    if (is_in_step_) return wire.discard_input();
+    wire.pause(kForgets);
+    question_ = question_ == kReadTimeout ? kReadVoltage : kReadTimeout;
+    if (auto sent = send_question(wire, question_); !sent) return sent;
+    const std::size_t size = (question_ == kReadTimeout ? 1 : 2) + kCrcBytes;
+    const Deadline deadline = wire.in(kReplyTime);
+    std::vector<std::uint8_t> heard;
+    while (true) {
+      const auto byte = read(wire, 1, deadline);
+      if (!byte && byte.error().code == ErrorCode::kTimeout && !heard.empty()) {
+        return Error{ErrorCode::kBadData,
+                     fmt::format("command {}: {} bytes came, and no answer", question_, heard.size())};
+      }
+      if (!byte) return byte.error();
+      heard.push_back(byte->front());
+      if (heard.size() >= size && reply_data(address_, question_, std::span(heard).last(size))) break;
+      if (heard.size() == kLongestNoise) return Error{ErrorCode::kBadData, "bytes without end, and no answer"};
+    }
+    is_in_step_ = true;
+    return {};
   }
 
   Status send_question(Wire& wire, std::uint8_t number) {
     if (auto clean = wire.discard_input(); !clean) return clean;
     const std::array<std::uint8_t, 2> question{address_, number};
-    return wire.write(question, in(kReplyTime));
+    return wire.write(question, wire.in(kReplyTime));
   }
 
   /// Text of any length up to LF NUL.
   Result<std::string> read_version(Wire& wire) {
     if (auto sent = send_question(wire, kReadVersion); !sent) return sent.error();
-    const Deadline deadline = in(2 * kReplyTime);
+    const Deadline deadline = wire.in(2 * kReplyTime);
     std::vector<std::uint8_t> reply;
     while (reply.empty() || reply.back() != 0) {
       if (reply.size() == kLongestVersion) return Error{ErrorCode::kBadData, "a version text without end"};
@@ -166,9 +199,8 @@ class Roboclaw final : public Protocol {
     reply.insert(reply.end(), crc->begin(), crc->end());
     const auto data = reply_data(address_, kReadVersion, reply);
     if (!data) return Error{ErrorCode::kBadData, "the checksum of its version is wrong"};
-    std::string version(data->begin(), data->end());
-    version.resize(version.find_first_of(std::string_view("\n\0", 2)));
-    return version;
+    const std::string version(data->begin(), data->end());
+    return printable(version.substr(0, version.find_first_of(std::string_view("\n\0", 2))));
   }
 
   static Result<std::vector<std::uint8_t>> read(Wire& wire, std::size_t bytes, Deadline deadline) {
@@ -188,6 +220,8 @@ class Roboclaw final : public Protocol {
   const std::uint8_t address_;
   const std::int64_t timeout_;  // in units of 100 ms
   unsigned readings_ = 0;       // since it was greeted
+  bool is_in_step_ = true;      // no answer is on its way
+  std::uint8_t question_ = kReadTimeout;
 };
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
+#include "hal/text.h"
 
 namespace twocone::serial {
 namespace {
@@ -55,13 +56,18 @@ ErrorCode code_of(int error) {
   }
 }
 
+// Behind a semicolon stands what to do about a refusal.
+constexpr const char* kEndTheOther = "; another program uses it: end that (fuser tells which)";
+constexpr const char* kNamePort = "; name the port of the controller, as twocone devices lists it";
+
 std::string advice_for(int error) {
-  if (error == EACCES || error == EPERM) return "; is this user in the group dialout?";
-  if (error == EBUSY) return "; another program uses it";
+  if (error == EACCES || error == EPERM)
+    return "; join the group dialout: sudo usermod -aG dialout $USER, then log in again";
+  if (error == EBUSY) return kEndTheOther;
   return "";
 }
 
-std::string text_of(const char* text) { return text != nullptr ? text : ""; }
+std::string text_of(const char* text) { return text != nullptr ? printable(text) : ""; }
 
 /// The by-id link that leads to `path`.
 std::string stable_path_of(const fs::path& path) {
@@ -82,7 +88,7 @@ std::vector<PortInfo> list_ports() {
   std::vector<PortInfo> found;
   for (sp_port** port = ports; *port != nullptr; ++port) {
     PortInfo info;
-    info.path = text_of(sp_get_port_name(*port));
+    info.path = sp_get_port_name(*port);
     info.stable_path = stable_path_of(info.path);
     info.description = text_of(sp_get_port_description(*port));
     const std::string serial = text_of(sp_get_port_usb_serial(*port));
@@ -109,7 +115,7 @@ Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& pat
   if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
   sp_port* raw = nullptr;
   if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port", path)};
+    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
   }
   Port port(raw);
   if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
@@ -120,7 +126,7 @@ Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& pat
   int descriptor = -1;
   if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {
     sp_close(port.get());
-    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor", path)};
+    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor{}", path, kNamePort)};
   }
   std::unique_ptr<SerialPort> opened(new SerialPort(path, port.release(), descriptor));
   if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();
@@ -134,18 +140,20 @@ Status SerialPort::take_alone(bool& is_busy) {
   is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
   if (is_alone_) return {};
   is_busy = errno == EWOULDBLOCK;
-  const std::string why = is_busy ? "another program uses it" : std::strerror(errno);
-  return Error{ErrorCode::kRefused, fmt::format("{}: {}", path_, why)};
+  const int error = errno;
+  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
+                                                is_busy ? kEndTheOther : kNamePort)};
 }
 
 Status SerialPort::set_up(int baud) {
   if (sp_set_baudrate(port_, baud) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: {} baud: {}", path_, baud, last_error())};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
   }
   if (sp_set_bits(port_, 8) != SP_OK || sp_set_parity(port_, SP_PARITY_NONE) != SP_OK ||
       sp_set_stopbits(port_, 1) != SP_OK || sp_set_flowcontrol(port_, SP_FLOWCONTROL_NONE) != SP_OK) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}", path_, last_error())};
+    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
+                                                  last_error(), kNamePort)};
   }
   sp_flush(port_, SP_BUF_BOTH);
   return {};

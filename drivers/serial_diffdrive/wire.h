@@ -12,12 +12,15 @@
 namespace twocone::serial {
 
 using Deadline = std::chrono::steady_clock::time_point;
-inline Deadline in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
 
 /// The bytes to and from a motor controller. One thread at a time.
 class Wire {
  public:
   virtual ~Wire() = default;
+
+  /// The time that its deadlines are of; another one than the machine's where the other end is simulated.
+  [[nodiscard]] virtual Deadline now() const { return std::chrono::steady_clock::now(); }
+  [[nodiscard]] Deadline in(std::chrono::milliseconds time) const { return now() + time; }
 
   /// Hands all of `bytes` to the port. Errors: kTimeout, kDisconnected.
   virtual Status write(std::span<const std::uint8_t> bytes, Deadline deadline) = 0;

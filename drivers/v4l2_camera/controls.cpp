@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "drivers/v4l2_camera/device.h"
+#include "hal/text.h"
 
 namespace twocone::v4l2 {
 namespace {
@@ -76,7 +77,7 @@ std::vector<std::string> choices(const Device& device, const v4l2_query_ext_ctrl
     item.index = std::uint32_t(i);
     if (device.call(VIDIOC_QUERYMENU, &item) != 0) continue;
     has_wanted = has_wanted || i == wanted;
-    all.push_back(control.type == V4L2_CTRL_TYPE_MENU ? fmt::format("{} ({})", i, text_of(item.name))
+    all.push_back(control.type == V4L2_CTRL_TYPE_MENU ? fmt::format("{} ({})", i, printable(text_of(item.name)))
                                                       : fmt::format("{} ({})", i, std::int64_t(item.value)));
   }
   return all;
@@ -111,7 +112,7 @@ Result<Control> Device::set(const Control& control) const {
     if (is_gone(error)) return device_error(path_, error);
     if (error != 0) break;
     if ((found.flags & V4L2_CTRL_FLAG_DISABLED) != 0 || found.type == V4L2_CTRL_TYPE_CTRL_CLASS) continue;
-    const std::string name = control_name(text_of(found.name));
+    const std::string name = control_name(printable(text_of(found.name)));
     if (name == control.first) return set(found, control);
     if (is_number(found) && (found.flags & V4L2_CTRL_FLAG_READ_ONLY) == 0) names.push_back(name);
   }
@@ -122,7 +123,7 @@ Result<Control> Device::set(const Control& control) const {
 Result<Control> Device::set(const v4l2_query_ext_ctrl& found, const Control& control) const {
   const auto& [name, wanted] = control;
   if (const std::string why = objection(*this, found, wanted); !why.empty()) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: control {} {}", path_, name, why)};
+    return Error{ErrorCode::kRefused, fmt::format("{}: control {} {}; correct it in controls:", path_, name, why)};
   }
   const bool is_long = found.type == V4L2_CTRL_TYPE_INTEGER64;
   v4l2_ext_control value{};
@@ -137,8 +138,10 @@ Result<Control> Device::set(const v4l2_query_ext_ctrl& found, const Control& con
   values.controls = &value;
   if (const int error = call(VIDIOC_S_EXT_CTRLS, &values)) {
     // A camera says EIO to a value, too: only a device that is gone is lost.
-    return Error{is_gone(error) ? ErrorCode::kDisconnected : ErrorCode::kRefused,
-                 fmt::format("{}: control {} = {}: {}", path_, name, wanted, std::strerror(error))};
+    return Error{
+        is_gone(error) ? ErrorCode::kDisconnected : ErrorCode::kRefused,
+        fmt::format("{}: control {} = {}: {}; set it to another value, or after the controls that it depends on", path_,
+                    name, wanted, std::strerror(error))};
   }
   if ((found.flags & V4L2_CTRL_FLAG_WRITE_ONLY) != 0 || call(VIDIOC_G_EXT_CTRLS, &values) != 0) return control;
   if (found.type == V4L2_CTRL_TYPE_BITMASK) return Control{name, std::uint32_t(value.value)};

@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "hal/text.h"
+
 namespace twocone::v4l2 {
 namespace {
 
@@ -53,10 +55,10 @@ Error device_error(const std::string& what, int code) {
     case ENOENT:
       return {ErrorCode::kNotFound, message};
     case EBUSY:
-      return {ErrorCode::kRefused, message + "; another program uses the camera"};
+      return {ErrorCode::kRefused, message + "; another program uses the camera: end it (fuser tells which)"};
     case EACCES:
     case EPERM:
-      return {ErrorCode::kRefused, message + "; is this user in the group video?"};
+      return {ErrorCode::kRefused, message + "; join the group video: sudo usermod -aG video $USER, then log in again"};
     case ENOSPC:
       return {ErrorCode::kRefused,
               message + "; its USB bus has no room for it: MJPG, a smaller size or another port may help"};
@@ -78,12 +80,16 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& path, std::share
   std::unique_ptr<Device> device(new Device(std::move(kernel), path, file));
   if (const int code = device->call(VIDIOC_QUERYCAP, &device->capability_)) {
     if (is_gone(code)) return not_opened(code);
-    return Error{ErrorCode::kRefused, fmt::format("{} is no video device", path)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} is no video device; name a camera that twocone devices lists", path)};
   }
   const std::uint32_t all = device->capability_.capabilities;
   const std::uint32_t can = (all & V4L2_CAP_DEVICE_CAPS) != 0 ? device->capability_.device_caps : all;
   if ((can & V4L2_CAP_STREAMING) == 0 || (can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0) {
-    return Error{ErrorCode::kRefused, fmt::format("{} ({}) is no camera that streams", path, device->card())};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} ({}) is no camera that streams; name one that twocone devices lists, and "
+                             "begin to write to a loopback device before it is opened",
+                             path, device->card())};
   }
   if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0) device->buffer_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
   return device;
@@ -95,9 +101,9 @@ int Device::call(unsigned long request, void* argument) const {
   return kernel_->ioctl(file_, request, argument) == 0 ? 0 : errno;
 }
 
-std::string Device::card() const { return text_of(capability_.card); }
+std::string Device::card() const { return printable(text_of(capability_.card)); }
 bool Device::spares_lent_buffers() const { return text_of(capability_.driver) != "v4l2 loopback"; }
-std::string Device::bus() const { return text_of(capability_.bus_info); }
+std::string Device::bus() const { return printable(text_of(capability_.bus_info)); }
 
 Result<std::vector<std::uint32_t>> Device::codes() const {
   std::vector<std::uint32_t> codes;
@@ -163,7 +169,8 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
     pixels.num_planes = 1;
     if (const int error = call(VIDIOC_S_FMT, &asked)) return device_error(fmt::format("{}: its format", path_), error);
     if (pixels.num_planes != 1) {
-      return Error{ErrorCode::kRefused, fmt::format("{}: {} in {} planes", path_, format.name, pixels.num_planes)};
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{}: {} in {} planes; ask for another format:", path_, format.name, pixels.num_planes)};
     }
     code = pixels.pixelformat;
     result.width_px = int(pixels.width);
@@ -182,11 +189,14 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
     result.row_bytes = pixels.bytesperline;
   }
   if (code != format.code) {
-    return Error{ErrorCode::kRefused, fmt::format("{} gives {} instead of {}", path_, code_name(code), format.name)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} gives {} instead of {}; ask for a format: that it has, as twocone devices lists them",
+                             path_, code_name(code), format.name)};
   }
   if (format.layout != PixelFormat::kMjpeg && !picture_bytes(format.layout, result.width_px, result.height_px)) {
-    return Error{ErrorCode::kRefused, fmt::format("{} gives {} x {} pixels, which {} cannot have", path_,
-                                                  result.width_px, result.height_px, format.name)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
+                             result.width_px, result.height_px, format.name)};
   }
   return result;
 }
@@ -253,8 +263,12 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
   names.reserve(offered.size());
   for (const std::uint32_t code : offered) names.push_back(code_name(code));
   return Error{ErrorCode::kRefused,
-               fmt::format("{} ({}) has no format {}; it has: {}", path_, card(),
-                           format.empty() ? "that this driver knows" : format, fmt::join(names, ", "))};
+               offered.empty()
+                   ? fmt::format("{} ({}) has no format at all; a loopback device has none before a program writes to "
+                                 "it: begin that first",
+                                 path_, card())
+                   : fmt::format("{} ({}) has no format {}; it has: {}", path_, card(),
+                                 format.empty() ? "that this driver knows" : format, fmt::join(names, ", "))};
 }
 
 std::uint32_t Device::input() const {

@@ -48,6 +48,11 @@ std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
   return cameras;
 }
 
+std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel) {
+  const auto path = find_device(device, kernel);
+  return path ? kernel->target(*path) : device;
+}
+
 Result<std::string> find_device(const std::string& name, const std::shared_ptr<Kernel>& kernel) {
   if (name.starts_with('/')) return name;
   std::vector<std::string> found;

@@ -15,6 +15,7 @@ class V4l2Camera::Impl {};
 
 std::shared_ptr<Kernel> real_kernel() { return nullptr; }
 std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& /*kernel*/) { return {}; }
+std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& /*kernel*/) { return device; }
 
 V4l2Camera::V4l2Camera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 V4l2Camera::~V4l2Camera() = default;

@@ -90,7 +90,7 @@ class V4l2Camera::Impl {
       if (!again) return again.error();
       if (*again != before) {
         return Error{ErrorCode::kRefused, fmt::format("{}: it came back with {} x {} pixels at {:g} Hz instead of {} x "
-                                                      "{} at {:g}",
+                                                      "{} at {:g}; plug the right camera into its place",
                                                       applied_.path, again->width_px, again->height_px, again->rate_hz,
                                                       before.width_px, before.height_px, before.rate_hz)};
       }

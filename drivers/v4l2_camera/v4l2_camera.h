@@ -44,6 +44,9 @@ struct CameraInfo {
 };
 std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
 
+/// The path, behind all links, of the device that V4l2Settings::device means; `device` itself where there is none.
+std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel = real_kernel());
+
 /// Frames are in the camera's own format, and lent: their buffer goes back to the device when the last copy of the
 /// frame is gone. Where too few buffers are left for the device, or its rows are padded, frames are copies instead.
 ///

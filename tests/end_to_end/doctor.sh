@@ -18,6 +18,8 @@ last() { tail -n 1 "$work/out" | grep -qE "$1" || fail "the last line does not m
 
 call 'devices' 0 "$twocone" devices
 [ -s "$work/out" ] || fail "devices says nothing"
+# libcamera's own warnings and errors are no list, unless somebody asks to hear them.
+[ ! -s "$work/err" ] || fail "devices complains: $(cat "$work/err")"
 
 call 'simulated' 0 "$twocone" doctor --robot "$source_dir/tests/end_to_end/data/small.yaml"
 row '^drive +driver +sim_povray: simulated, no bench test +ok$'

@@ -24,6 +24,7 @@ constexpr const char* kDrive = R"(drive:
   reverse_left: true
   reverse_right: true
   guard: false
+  least_speed_radps: 0.37
   wheel_separation_m: 0.29
   wheel_radius_m: 0.043
   max_speed_mps: 0.37
@@ -62,18 +63,20 @@ TEST(DeviceKeys, EveryKeyOfASerialDriveIsRead) {
   wanted.address = 131;
   wanted.swap_wheels = wanted.reverse_left = wanted.reverse_right = true;
   wanted.guard = false;
+  wanted.least_speed_radps = 0.37;
   EXPECT_EQ(*drive.serial, wanted);
 }
 
 TEST(DeviceKeys, WhatMayBeAbsentHasItsUsualValue) {
   std::string text = good_text();
   for (const char* line : {"  baud: 115200\n", "  address: 131\n", "  swap_wheels: true\n", "  reverse_left: true\n",
-                           "  reverse_right: true\n", "  guard: false\n"}) {
+                           "  reverse_right: true\n", "  guard: false\n", "  least_speed_radps: 0.37\n"}) {
     text = with(text, line, "");
   }
   const auto serial = parse(text).drive.serial;
   ASSERT_TRUE(serial);
   EXPECT_FALSE(serial->baud);
+  EXPECT_FALSE(serial->least_speed_radps);
   EXPECT_EQ(serial->address, 0x80);
   EXPECT_FALSE(serial->swap_wheels || serial->reverse_left || serial->reverse_right);
   EXPECT_TRUE(serial->guard) << "nobody drives without a guard who does not say so";
@@ -123,6 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"WordForGuard", "guard: false", "guard: sometimes", "drive.guard"},
         BadCase{"GuardOffInTooShortATime", "command_timeout_s: 0.41", "command_timeout_s: 0.09",
                 "drive.guard is 'false', must be true: a RoboClaw's own time-out is 0.1 s at least"},
+        BadCase{"LeastSpeedBelowZero", "least_speed_radps: 0.37", "least_speed_radps: -1", "drive.least_speed_radps"},
         BadCase{"UnknownKey", "  guard: false\n", "  guard: false\n  parity: even\n", "drive.parity"},
         BadCase{"NoDevice", "device: \"USB Camera\", ", "", "cameras.lower.device is missing"},
         BadCase{"FractionalControl", "gain: 17", "gain: 17.5", "a whole number"},

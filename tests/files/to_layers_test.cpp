@@ -33,10 +33,10 @@ std::string all_of(const drivers::CameraDevice& device) {
 }
 
 std::string all_of(const serial::SerialDriveSettings& serial) {
-  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, guard] =
-      serial;
-  return fmt::format("{} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
-                     address, swap_wheels, reverse_left, reverse_right, guard);
+  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, guard,
+               least_speed_radps] = serial;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
+                     address, swap_wheels, reverse_left, reverse_right, guard, least_speed_radps.value_or(-1));
 }
 
 std::string all_of(const drivers::CameraPart& part) {
@@ -420,6 +420,11 @@ TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
   EXPECT_EQ(targets[0].radius_m, 0.08);
   EXPECT_EQ(targets[0].top_m, good_map().landmarks[0].top_m);
   EXPECT_NE(targets[0].top_m, targets[1].top_m);
+  // From the corner on the other side, to some roundings of a few metres.
+  constexpr double kRounding_m = 16 * std::numeric_limits<double>::epsilon();
+  const Bounds bounds = good_map().bounds;
+  EXPECT_NEAR(*targets[0].greatest_range_m, std::hypot(bounds.max_x_m + 1.9, 0.7 - bounds.min_y_m), kRounding_m);
+  EXPECT_NEAR(*targets[1].greatest_range_m, std::hypot(2.3 - bounds.min_x_m, bounds.max_y_m + 1.1), kRounding_m);
   EXPECT_EQ(positions[0], Eigen::Vector2d(-1.9, 0.7));
   EXPECT_EQ(targets[1].name, "green");
   EXPECT_EQ(targets[1].radius_m, 0.11);

@@ -20,6 +20,7 @@ int srgb_code(double linear) {
 
 struct Verdict {
   std::string_view name, colour, meaning;
+  std::string_view of_paper{};  ///< where it means something else of method `paper`
 };
 
 const Verdict* find_verdict(std::string_view name) {
@@ -27,17 +28,21 @@ const Verdict* find_verdict(std::string_view name) {
       {{"ok", "#009e73", "an answer"},
        {"gap", "#56b4e9", "an answer, though two circles did not meet: the middle between them was taken"},
        {"ambiguous", "#cc79a7", "two answers fit equally well"},
-       {"not_seen", "#999999", "nothing of its colour in the lower mirror"},
-       {"too_few", "#999999", "fewer landmarks than a position takes"},
-       {"truncated", "#e69f00", "it reaches the lower rim: too near for its top to be seen"},
-       {"no_match", "#0072b2", "seen in the lower mirror, not found in the upper one"},
-       {"beyond_limit", "#d55e00", "no positive disparity: too far to tell"},
+       {"not_seen", "#999999", "nothing of its colour in either mirror", "nothing of its colour in the lower mirror"},
+       {"too_few", "#999999", "fewer landmarks than a position takes", "fewer than three ranges"},
+       {"truncated", "#e69f00", "it reaches the rims: too near for its top to be seen",
+        "it reaches the lower rim: too near for its top to be seen"},
+       {"no_match", "#0072b2", "seen, but its outline could not be fitted",
+        "seen in the lower mirror, not found in the upper one"},
+       {"beyond_limit", "#d55e00", "no disparity that stands out of its noise: too far to tell",
+        "no positive disparity: too far to tell"},
        {"same_colour", "#f0e442", "another landmark has this colour"},
        {"one_view", "#8fce9f", "an answer from one mirror and the top's known height"},
-       {"occluded", "#7a5195", "something hides a part of its outline"},
+       {"occluded", "#7a5195",
+        "something hides a part of its outline: a range without a bearing where its top is whole, else none"},
        {"saturated", "#f2c14e", "too bright for its colour to be told"},
        {"two_candidates", "#cc79a7", "two things of its colour, and nothing tells which it is"},
-       {"inconsistent", "#a3333d", "the two mirrors contradict each other"},
+       {"inconsistent", "#a3333d", "the two mirrors contradict each other, or the map's height and radius"},
        {"impossible", "#5c3a21", "no place in the world looks like this"},
        {"weak", "#56b4e9", "an answer, but one direction is hardly seen"},
        {"contradictory", "#a3333d", "the landmarks contradict each other, and nothing tells which is wrong"},
@@ -64,9 +69,10 @@ std::string verdict_colour(std::string_view verdict) {
   return known != nullptr ? std::string(known->colour) : "#5b4a8a";
 }
 
-std::string_view verdict_meaning(std::string_view verdict) {
+std::string_view verdict_meaning(std::string_view verdict, std::string_view method) {
   const Verdict* known = find_verdict(verdict);
-  return known != nullptr ? known->meaning : "";
+  if (known == nullptr) return "";
+  return method == "paper" && !known->of_paper.empty() ? known->of_paper : known->meaning;
 }
 
 }  // namespace twocone::report

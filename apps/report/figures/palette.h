@@ -23,7 +23,7 @@ std::string line_colour(const std::array<double, 3>& colour);
 /// One colour for each reason why there is no answer, the same in every figure and table.
 std::string verdict_colour(std::string_view verdict);
 
-/// The verdict in plain words; empty for one that is not known here.
-std::string_view verdict_meaning(std::string_view verdict);
+/// The verdict of that method in plain words; empty for one that is not known here.
+std::string_view verdict_meaning(std::string_view verdict, std::string_view method);
 
 }  // namespace twocone::report

@@ -71,10 +71,13 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
   return html::element("div", parts, "class=\"share\"");
 }
 
-std::string words(const std::map<std::string, int>& verdicts) {
+/// @param hidden_ranges ranges of verdict `occluded`, which not all have one
+std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges = 0) {
   std::string text;
   for (const auto& [verdict, count] : ordered(verdicts)) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
+    if (count <= 0) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
+    if (verdict == "occluded" && hidden_ranges > 0) text += fmt::format(" ({} with a range)", hidden_ranges);
   }
   return escape(text);
 }
@@ -240,14 +243,17 @@ std::string coverage_table(const PageContent& content) {
                     "class=\"words\"");
   std::set<std::string> verdicts;
   for (const runs::LandmarkSummary& landmark : content.summary.landmarks) {
-    table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts)});
+    const int hidden_ranges =
+        landmark.frames_with_range - count_of(landmark.verdicts, "ok") - count_of(landmark.verdicts, "one_view");
+    table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts, hidden_ranges)});
     for (const auto& [verdict, count] : landmark.verdicts) verdicts.insert(verdict);
   }
   table.add({"position", share_bar(content.summary.fix_verdicts), words(content.summary.fix_verdicts)});
   for (const auto& [verdict, count] : content.summary.fix_verdicts) verdicts.insert(verdict);
   std::string legend;
   for (const std::string& verdict : verdicts) {
-    const std::string meaning = verdict_meaning(verdict).empty() ? "" : ": " + escape(verdict_meaning(verdict));
+    const std::string_view known = verdict_meaning(verdict, content.summary.method);
+    const std::string meaning = known.empty() ? "" : ": " + escape(known);
     legend += html::element("span", swatch(verdict_colour(verdict)) + "<b>" + escape(verdict) + "</b>" + meaning);
   }
   return table.str() + html::element("div", legend, "class=\"legend\"");

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -13,6 +14,21 @@
 
 namespace twocone::sim_povray {
 namespace {
+
+/// A prime, so that no even set of directions meets them in step. Each flank is some three degrees wide, so that its
+/// straight flanks do not dip below the inner circle in any picture whose mirror has a radius below 4000 px.
+constexpr int kTeeth = 53;
+
+/// Corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` has it.
+std::string jagged_circle(double radius_px) {
+  std::string corners;
+  for (int i = 0; i <= 2 * kTeeth; ++i) {
+    const double angle_rad = std::numbers::pi * (i % (2 * kTeeth)) / kTeeth;
+    const double r = radius_px + (i % 2 == 0 ? 0 : kMaskTeeth_px);
+    corners += fmt::format(", <{:.6f}, {:.6f}>", r * std::cos(angle_rad), r * std::sin(angle_rad));
+  }
+  return corners;
+}
 
 /// Parts of a perspective camera that say where its pixels look, and those that move it.
 const std::set<std::string_view> kVectors{"location", "direction", "up", "right", "sky", "look_at", "angle"};
@@ -133,7 +149,7 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
   const double far_column = std::max(circle.centre.column_px, width_px - 1 - circle.centre.column_px) + 1;
   const double far_row = std::max(circle.centre.row_px, height_px - 1 - circle.centre.row_px) + 1;
   const double corner_px = std::hypot(far_column, far_row);
-  if (corner_px <= circle.radius_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
+  if (corner_px <= circle.radius_px + kMaskTeeth_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
 
   const std::string& p = scene.prefix();
   std::string sdl = vectors->declarations;
@@ -150,7 +166,9 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
   declare("Centre",
           fmt::format("{0}Location + {0}Direction * {0}Depth + {0}X * ({1}) + {0}Y * ({2})", p,
                       circle.centre.column_px + 0.5 - width_px / 2.0, circle.centre.row_px + 0.5 - height_px / 2.0));
-  sdl += fmt::format("disc {{ <0,0,0>, z, {}, {} ", corner_px, circle.radius_px);
+  // The outer corners lie beyond the picture's.
+  sdl += fmt::format("polygon {{ {0}, <-{1}, -{1}>, <{1}, -{1}>, <{1}, {1}>, <-{1}, {1}>, <-{1}, -{1}>{2} ",
+                     5 + 2 * kTeeth + 1, corner_px, jagged_circle(circle.radius_px));
   sdl += fmt::format(
       "matrix <{0}X.x, {0}X.y, {0}X.z, {0}Y.x, {0}Y.y, {0}Y.z, {0}Z.x, {0}Z.y, {0}Z.z, {0}Centre.x, {0}Centre.y, "
       "{0}Centre.z>{1} ",

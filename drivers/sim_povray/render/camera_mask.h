@@ -20,11 +20,14 @@ struct CameraVectors {
 Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camera);
 
 /// An object, as one line for Scene::mould, that hides from a camera what is outside a circle of its picture, and is
-/// seen by nothing else: a black disc with a hole close before the camera. The camera's vectors are worked out by
+/// seen by nothing else: a black pane with a hole close before the camera. The hole is jagged: its edge goes to and fro
+/// between the circle and one that is kMaskTeeth_px larger, so that no circle lies along more than a quarter of it and
+/// nobody takes it for a mirror's rim. The camera's vectors are worked out by
 /// POV-Ray itself, by the rules that POV-Ray 3.5 and later has for a camera statement (the order of its parts does not
 /// matter; `angle` sets the length of `direction`; `look_at` turns all three; then come the transformations).
 ///
 /// Errors: kRefused: as camera_vectors(); or the circle leaves nothing to hide.
+constexpr double kMaskTeeth_px = 8;
 Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, const Circle& circle, int width_px,
                                 int height_px);
 

@@ -106,14 +106,14 @@ Window window_around(const Circle& circle, int width_px, int height_px) {
           row(std::ceil(circle.centre.row_px + circle.radius_px))};
 }
 
-/// Whether a picture with the mask shows, inside the circle, what it shows without, and outside nothing.
+/// Whether a picture with the mask shows, inside the circle, what it shows without, and beyond the teeth nothing.
 bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circle) {
   constexpr double kEdge_px = 1;  // which side a pixel on the edge falls is a matter of rounding
   constexpr int kBlack = 2;       // fog may lie before the mask
   for (int row = 0; row < whole.height_px; ++row) {
     for (int column = 0; column < whole.width_px; ++column) {
       const double off = std::hypot(column - circle.centre.column_px, row - circle.centre.row_px) - circle.radius_px;
-      if (std::abs(off) < kEdge_px) continue;
+      if (off > -kEdge_px && off < kMaskTeeth_px + kEdge_px) continue;
       const auto at = std::size_t(3 * (row * whole.width_px + column));
       for (std::size_t i = at; i < at + 3; ++i) {
         if (off < 0 ? masked.bytes[i] != whole.bytes[i] : masked.bytes[i] > kBlack) return false;
@@ -165,7 +165,7 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
   sight.centre_row_px = circle.centre.row_px;
   sight.radius_px = circle.radius_px;
   circle.radius_px += kRimMargin_px;
-  sight.window = window_around(circle, width_px, height_px);
+  sight.window = window_around({circle.centre, circle.radius_px + kMaskTeeth_px}, width_px, height_px);
 
   const auto mask = camera_mask(scene, camera, circle, width_px, height_px);
   if (!mask) {

@@ -16,7 +16,8 @@ struct MirrorSight {
   double centre_column_px = 0;
   double centre_row_px = 0;
   double radius_px = 0;
-  Window window;  ///< what has to be rendered: the circle with kRimMargin_px, cut by the picture
+  /// What has to be rendered: the circle with kRimMargin_px and kMaskTeeth_px (camera_mask.h), cut by the picture.
+  Window window;
   /// An object that hides from the camera, and from nothing else, what is outside that circle; placed for the camera as
   /// the scene shows it. Empty where it cannot be placed: `why_no_mask` says why.
   std::string mask;
