@@ -37,7 +37,8 @@ last '^[0-9]+ ok, 0 warnings, 2 failed, 0 not run$'
 # Nothing is plugged in: one row for each part, and no wheel is asked about.
 sed "s|\.\./\.\./\.\./scenes|$source_dir/scenes|; /^start:/d; /^effects:/d
      s|{driver: sim_povray, wheel|{driver: serial_diffdrive, port: /dev/no_port, protocol: roboclaw, counts_per_turn: 1000, wheel|
-     s|{driver: sim_povray|{driver: v4l2_camera, device: /dev/no_camera|" \
+     s|lower: {driver: sim_povray|lower: {driver: v4l2_camera, device: /dev/no_camera|
+     s|upper: {driver: sim_povray|upper: {driver: v4l2_camera, device: /dev/no_other_camera|" \
   "$source_dir/tests/end_to_end/data/small.yaml" >"$work/unplugged.yaml"
 call 'unplugged' 1 "$twocone" doctor --robot "$work/unplugged.yaml" --wheels-off-the-ground
 row '^lower +opens +.* failed '
@@ -46,4 +47,9 @@ row '^pair +stream .* not run '
 row '^drive +opens +.* failed '
 last '^1 ok, 0 warnings, 3 failed, 1 not run$'
 [ "$(wc -l <"$work/err")" -eq 1 ] || fail "not one line on stderr: $(cat "$work/err")"
+
+# One camera for both entries is told from the file, before anything is opened twice.
+sed "s|no_other_camera|no_camera|" "$work/unplugged.yaml" >"$work/one_camera.yaml"
+call 'one camera' 1 "$twocone" doctor --robot "$work/one_camera.yaml"
+row '^cameras +two devices +.* failed +give each its own device:'
 finish
