@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/files/robot_file.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
@@ -16,6 +18,9 @@
 
 namespace twocone::files {
 namespace {
+
+// Leaves room in the 255 bytes of a file's name for what is put behind it, "-waypoints-seed18446744073709551615-2".
+constexpr std::size_t kLongestName = 200;
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
 /// Generous, since angles may be given as 3/4 or as -1/4 of a turn; but degrees are noticed.
@@ -219,7 +224,21 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) {
   return robot;
 }
 
-Robot read_robot(const std::filesystem::path& file) { return parse_robot(load_yaml(file), file); }
+Robot read_robot(const std::filesystem::path& file) {
+  Robot robot = parse_robot(load_yaml(file), file);
+  // Folders are named after it. Only here: a run that keeps another name stays readable.
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  const bool has_control = std::any_of(robot.name.begin(), robot.name.end(), is_control);
+  if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||
+      robot.name.size() > kLongestName) {
+    std::replace_if(robot.name.begin(), robot.name.end(), is_control, '?');
+    throw FileError(
+        fmt::format("{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
+                    "characters, at most {} bytes",
+                    file.string(), robot.name, kLongestName));
+  }
+  return robot;
+}
 
 YAML::Node load_robot_node(const std::filesystem::path& file) {
   YAML::Node node = load_yaml(file);

@@ -18,6 +18,7 @@
 #include "apps/foreign/picture_list.h"
 #include "apps/runs/disk.h"
 #include "apps/runs/estimator.h"
+#include "apps/runs/new_folder.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
 #include "apps/runs/version.h"
@@ -27,51 +28,6 @@ namespace twocone::foreign {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The folder that is made; gone again unless it was finished.
-class NewFolder {
- public:
-  explicit NewFolder(const fs::path& path) : path_(path), was_there_(fs::exists(path)) {
-    std::error_code error;
-    if (fs::exists(path / "run.yaml") || fs::exists(path / "frames.csv")) {
-      throw runs::DiskError(
-          fmt::format("{} holds a run already: choose another --out, or remove it first", path.string()));
-    }
-    if (was_there_ && !(fs::is_directory(path) && fs::is_empty(path, error))) {
-      throw runs::DiskError(fmt::format("{} is not an empty folder: choose another --out", path.string()));
-    }
-    fs::create_directories(path / "lower", error);
-    if (!error) fs::create_directories(path / "upper", error);
-    if (error) {
-      clear();
-      throw runs::DiskError(fmt::format("cannot make the folder {}: {}", path.string(), error.message()));
-    }
-  }
-  ~NewFolder() {
-    if (!finished_) clear();
-  }
-  NewFolder(const NewFolder&) = delete;
-  NewFolder& operator=(const NewFolder&) = delete;
-
-  void finish() { finished_ = true; }
-
- private:
-  void clear() const {
-    std::error_code ignored;
-    if (!was_there_) {
-      fs::remove_all(path_, ignored);
-      return;
-    }
-    for (fs::directory_iterator entry(path_, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-      std::error_code error;
-      fs::remove_all(entry->path(), error);
-    }
-  }
-
-  fs::path path_;
-  bool was_there_;
-  bool finished_ = false;
-};
 
 struct Camera {
   PictureList list;
@@ -217,6 +173,33 @@ std::string described(const char* view, const fs::path& folder, const fs::path& 
                      absolute_text(folder), times_file.empty() ? "their names" : absolute_text(times_file));
 }
 
+/// The words of `twocone import` but for --out.
+std::vector<std::string> options_of(const Recording& recording) {
+  std::vector<std::string> words;
+  const auto add = [&words](const char* option, const fs::path& file) {
+    if (!file.empty()) words.insert(words.end(), {option, absolute_text(file)});
+  };
+  add("--robot", recording.robot_file);
+  add("--lower", recording.lower);
+  add("--upper", recording.upper);
+  add("--lower-times", recording.lower_times);
+  add("--upper-times", recording.upper_times);
+  switch (recording.unit) {
+    case StampUnit::kTold: break;
+    case StampUnit::kSeconds: words.insert(words.end(), {"--times-in", "s"}); break;
+    case StampUnit::kMilliseconds: words.insert(words.end(), {"--times-in", "ms"}); break;
+    case StampUnit::kMicroseconds: words.insert(words.end(), {"--times-in", "us"}); break;
+    case StampUnit::kNanoseconds: words.insert(words.end(), {"--times-in", "ns"}); break;
+  }
+  add("--trajectory", recording.trajectory);
+  add("--odometry", recording.odometry);
+  // Twelve digits undo the division by 1000.
+  if (recording.max_skew_s) {
+    words.insert(words.end(), {"--max-skew-ms", fmt::format("{:.12g}", *recording.max_skew_s * 1e3)});
+  }
+  return words;
+}
+
 }  // namespace
 
 Imported import_run(const Recording& recording, const fs::path& out, const std::function<void(double)>& progress) {
@@ -258,7 +241,11 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   events.push_back(fmt::format("t = 0 is {}.{:09} s of the recording's clock", zero.count() / 1'000'000'000,
                                zero.count() % 1'000'000'000));
 
-  NewFolder folder(out);
+  std::error_code error;
+  if (fs::exists(out) && !fs::exists(out / "run.yaml") && !(fs::is_directory(out) && fs::is_empty(out, error))) {
+    throw runs::DiskError(fmt::format("{} is not an empty folder: choose another --out", out.string()));
+  }
+  runs::NewFolder folder(out);
   store_pictures(pairs, lower, upper, out, progress);
   const auto frames = frame_rows(pairs, lower, upper);
   const WheelTables tables = wheel_tables(wheels, pairs, lower, frames, robot);
@@ -279,6 +266,7 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   info.compiler = runs::compiler();
   info.behaviour = runs::kImported;
   info.method = robot.estimator.method.empty() ? std::string(to_string(runs::kDefaultMethod)) : robot.estimator.method;
+  info.import_options = options_of(recording);
   info.frames_wanted = int(frames.size());
   info.capture.emplace().unpaired = unpaired;
   info.finished = true;
@@ -287,7 +275,7 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   std::string rows = runs::frames_header() + '\n';
   for (const runs::FrameRow& row : frames) rows += to_line(row) + '\n';
   runs::write_whole(out / "frames.csv", rows);
-  folder.finish();
+  folder.keep();
   return {frames.size(), std::move(events)};
 }
 

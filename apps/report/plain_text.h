@@ -9,6 +9,9 @@
 /// Text for a terminal.
 namespace twocone::report {
 
+/// Whether `text` is UTF-8 of characters that a terminal shows: no control characters, no broken ones.
+bool is_printable(std::string_view text);
+
 /// `text` in plain ASCII: one '?' for each other character of its UTF-8.
 std::string ascii(std::string_view text);
 

@@ -89,7 +89,7 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
   if (!info.finished) text += "This run was cut off: what follows is of the frames that it finished.\n";
 
   std::vector<std::string> words;
-  std::string command = ascii(repeat_command(info, robot, summary.method));
+  std::string command = repeat_command(info, robot, summary.method);
   for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
     words.push_back(command.substr(0, at));
     command = command.substr(at + 1);
@@ -294,13 +294,28 @@ std::vector<std::string> effort_words(const runs::EffortSummary& effort) {
 std::string shell_word(const std::string& word) {
   constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
   if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
+  // What a terminal would take for a command, or for no letter, goes in as its bytes: so the command can be pasted.
+  if (!is_printable(word)) {
+    std::string safe = "$'";
+    for (const char c : word) {
+      const bool is_plain = c >= 0x20 && c < 0x7F && c != '\'' && c != '\\';
+      safe += is_plain ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    }
+    return safe + "'";
+  }
   std::string safe = "'";
   for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return safe + "'";
 }
 
 std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
-  if (info.behaviour == runs::kImported) return fmt::format("twocone localise RUN --method {}", shell_word(method));
+  if (info.behaviour == runs::kImported) {
+    std::string import;
+    for (const std::string& word : info.import_options) import += " " + shell_word(word);
+    // Runs of older versions do not keep how they were imported.
+    if (!import.empty()) import = fmt::format("twocone import{} --out RUN && ", import);
+    return fmt::format("{}twocone localise RUN --method {}", import, shell_word(method));
+  }
   // Whether the file said so or the command line: said twice it is the same. Twelve digits undo the division by 1000.
   const bool has_budget = method != "paper" && robot.estimator.stage == "adaptive" && robot.estimator.budget_s;
   const std::string budget =

@@ -20,8 +20,8 @@ namespace {
   throw DiskError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
 }
 
-int open_for_writing(const std::filesystem::path& file) {
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+int open_for_writing(const std::filesystem::path& file, int how = O_TRUNC) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | how, 0666);
   if (descriptor < 0) fail(file);
   return descriptor;
 }
@@ -62,16 +62,44 @@ void link_or_copy(const std::filesystem::path& from, const std::filesystem::path
   if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
 }
 
-LineFile::LineFile(const std::filesystem::path& file) : file_(file), descriptor_(open_for_writing(file)) {}
+LineFile::LineFile(const std::filesystem::path& file, OldLines old)
+    : file_(file), descriptor_(open_for_writing(file, old == OldLines::kDrop ? O_TRUNC : O_APPEND)) {
+  if (old == OldLines::kKeep) kept_.emplace(file);
+}
 
 LineFile::LineFile(LineFile&& other) noexcept
-    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : file_(std::move(other.file_)),
+      kept_(std::move(other.kept_)),
+      kept_bytes_(other.kept_bytes_),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 LineFile::~LineFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void LineFile::add(std::string_view line) {
+bool LineFile::pass_over(std::string_view line, Equal equal) {
+  const auto old = kept_->next();
+  if (!old) {
+    // What is left was being written when the program ended.
+    if (::ftruncate(descriptor_, static_cast<off_t>(kept_bytes_)) != 0) fail(file_);
+    kept_.reset();
+    return false;
+  }
+  std::string_view before = *old;
+  if (equal == Equal::kButLastField) {
+    before = before.substr(0, before.rfind(','));
+    line = line.substr(0, line.rfind(','));
+  }
+  if (equal != Equal::kNot && before != line) {
+    throw DiskError(fmt::format("{}:{}: is '{}', but made again it is '{}': the run cannot be gone on with",
+                                file_.string(), kept_->number(), before, line));
+  }
+  kept_bytes_ += old->size() + 1;
+  return true;
+}
+
+void LineFile::add(std::string_view line, Equal equal) {
+  if (kept_ && pass_over(line, equal)) return;
   // One write for the whole line: what a reader finds after a kill is whole lines, but for a full disk's last one.
   write_all(descriptor_, std::string(line) + '\n', file_);
 }

@@ -12,6 +12,8 @@
 #include "apps/files/text_file.h"
 #include "apps/files/to_layers.h"
 #include "apps/runs/disk.h"
+#include "apps/runs/new_folder.h"
+#include "apps/runs/replace_run.h"
 #include "apps/runs/run_data.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
@@ -60,7 +62,7 @@ std::string odometry_text(const RunData& run, const files::Robot& robot) {
 
 }  // namespace
 
-void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
+void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to, bool replace) {
   const RunData run = read_run(from);
   const files::Robot robot = files::read_robot(robot_file);
   refuse_other_robots(run, robot);
@@ -70,17 +72,19 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
     throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
                                        run.frames.size(), run.drive.size()));
   }
-  if (fs::exists(to / "run.yaml") || fs::exists(to / "frames.csv")) {
-    throw DiskError(fmt::format("{} holds a run already: choose another --out, or remove it first", to.string()));
+  std::error_code none_such;
+  if (fs::equivalent(from, to, none_such)) {
+    throw DiskError(fmt::format("{} is the run itself: choose another --out", to.string()));
   }
-  std::error_code error;
-  fs::create_directories(to, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", to.string(), error.message()));
+  if (replace) remove_run(to);
+  NewFolder folder(to);
   std::vector<std::string> cameras{"lower", "upper"};
   for (const files::NamedCameraEntry& other : run.robot.others) cameras.push_back(other.name);
   for (const FrameRow& row : run.frames) {
     for (const std::string& camera : cameras) {
-      link_or_copy(camera_picture(from, camera, row.frame), camera_picture(to, camera, row.frame));
+      // A frame that has lost an image stays so: localise() says what becomes of it.
+      const fs::path picture = camera_picture(from, camera, row.frame);
+      if (fs::exists(picture)) link_or_copy(picture, camera_picture(to, camera, row.frame));
     }
   }
   // Copies: a program may write on at the end of a table.
@@ -88,6 +92,7 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   if (!run.truth.empty()) write_whole(to / "truth.tum", files::read_text(from / "truth.tum"));
   write_whole(to / "odometry.tum", odometry_text(run, robot));
   write_run_yaml_for_robot(from, robot_file, to);  // last: from now on it is a run
+  folder.keep();
 }
 
 }  // namespace twocone::runs

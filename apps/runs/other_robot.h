@@ -14,9 +14,9 @@ namespace twocone::runs {
 /// file that names a map with other landmarks or bounds is refused.
 /// @param from also a run that was cut off
 /// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
-/// @param to a folder without a run
+/// @param to a folder without a run; `replace`: one that is there goes (replace_run.h). A failure leaves none
 /// @throws files::FileError (a file that cannot be read, another robot altogether), DiskError
 void copy_run_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
-                        const std::filesystem::path& to);
+                        const std::filesystem::path& to, bool replace = false);
 
 }  // namespace twocone::runs

@@ -23,10 +23,13 @@
 #include "apps/runs/effort.h"
 #include "apps/runs/notices.h"
 #include "apps/runs/outage.h"
+#include "apps/runs/replace_run.h"
 #include "apps/runs/rim_warnings.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/run_yaml.h"
+#include "apps/runs/scene_files.h"
 #include "apps/runs/start_check.h"
+#include "apps/runs/stored_images.h"
 #include "apps/runs/summary.h"
 #include "apps/runs/track.h"
 #include "apps/runs/truth_table.h"
@@ -115,6 +118,7 @@ class Loop {
     info_.method = to_string(options.method);
     info_.seed = options.seed;
     info_.frames_wanted = options.frames;
+    info_.truth = options.truth;
     if (options.method == Method::kPaper) return;
     try {
       baseline_.emplace(Baseline{Estimator(Method::kPaper, robot, map), Track(Method::kPaper, robot), {}});
@@ -124,9 +128,12 @@ class Loop {
   }
 
   Result<RunInfo> go(const Progress& progress, const std::atomic<bool>& stop) {
+    if (options_.replace) check_replaceable(options_.out);  // better said now than after a start
     stop_ = &stop;
     drivers::RobotSettings settings = files::to_robot_settings(robot_, map_, options_.seed);
     if (settings.world) {
+      if (map_.scene && robot_.attach.empty()) info_.scene_files = scene_files(map_);
+      if (options_.old == OldLines::kKeep) replay_stored(*settings.world);
       start_place_ = place_of_start();
       settings.world->seat.body.start_place = start_place_;
       settings.world->place.render.notice = [this](const std::string& notice) { notices_.add(notice); };
@@ -138,7 +145,8 @@ class Loop {
     begin_start_check(settings);
     auto opened = open(settings);
     if (!opened) return opened.error();
-    folder_.emplace(options_.out);
+    if (options_.replace) remove_run(options_.out);
+    folder_.emplace(options_.out, options_.old);
     write_run_yaml(folder_->path(), info_, robot_, map_.file);
     if (is_simulated_ && options_.tell) {
       options_.tell(fmt::format("{} frames; POV-Ray takes some seconds for the first", options_.frames));
@@ -163,18 +171,16 @@ class Loop {
     }
     for (const std::string& notice : notices_.take()) note(notice);
     if (auto event = over_budget()) note(*event);
-    file_results(folder_->path(), info_.method);
     info_.finished = true;
     info_.wall_s = seconds_since(begin_);
     info_.own_cpu_s = cpu_seconds(RUSAGE_SELF);
     info_.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);
-    write_run_yaml(folder_->path(), info_, robot_, map_.file);
     if (baseline_) {
       const std::string paper(to_string(Method::kPaper));
-      write_results(folder_->path(), paper, baseline_->answers, OnTop::kNo);
-      write_summary_of(read_run(folder_->path(), paper), OnTop::kNo);
+      write_results(folder_->path(), paper, baseline_->answers, OnTop::kNo, summary_of(paper));
     }
-    write_summary_of(read_run(folder_->path()), OnTop::kYes);
+    file_results(folder_->path(), info_.method, summary_of(info_.method));
+    write_run_yaml(folder_->path(), info_, robot_, map_.file);  // last: a run that says so has all its results
     return info_;
   }
 
@@ -203,7 +209,22 @@ class Loop {
 
   void note(const std::string& event) {
     info_.events.push_back(event);
-    if (options_.tell) options_.tell(event);
+    if (options_.tell && finished_ >= replayed_) options_.tell(event);  // what is replayed was told before
+  }
+
+  [[nodiscard]] SummaryOf summary_of(const std::string& method) const {
+    return [this, method](const std::filesystem::path& results) {
+      return to_json(summarise(read_run_with(folder_->path(), results, method)), info_);
+    };
+  }
+
+  /// The world is driven again from its start, and the cameras hand out what they took then.
+  void replay_stored(drivers::SimulatedWorld& world) {
+    const StoredImages stored(options_.out);
+    replayed_ = stored.frames();
+    clock_before_s_ = stored.last_host_t_s();
+    world.seat.stored = stored;
+    info_.events.push_back(fmt::format("gone on with after {} frames that were there", replayed_));
   }
 
   /// What a real robot is made of, in run.yaml from the first frame on.
@@ -371,7 +392,7 @@ class Loop {
                     upper.sequence,
                     lower.lost_before,
                     upper.lost_before,
-                    seconds_since(begin_)};
+                    clock_before_s_ + seconds_since(begin_)};
     record.drive = {t_s, command_.left_radps, command_.right_radps, angles.left_rad, angles.right_rad};
     note_contact(number, robot.contact());
     if (const auto truth = robot.true_pose()) record.truth = PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
@@ -573,6 +594,8 @@ class Loop {
   double last_t_s_ = 0;
   double step_s_ = 0;
   int finished_ = 0;
+  int replayed_ = 0;           ///< frames of a run that is gone on with
+  double clock_before_s_ = 0;  ///< when the last of them came, since that run began
   bool has_rested_ = false;
   bool was_late_ = false;
   const bool is_simulated_;

@@ -26,6 +26,10 @@ struct RunOptions {
   Method method = kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
+  /// kKeep: `out` holds an equal run that was cut off (resume.h): it is driven again from the start with the pictures
+  /// that are there, and goes on where they end.
+  OldLines old = OldLines::kDrop;
+  bool replace = false;  ///< a run that is in `out` goes (replace_run.h) once the robot has been opened
   bool truth = false;         ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
   /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
   std::chrono::milliseconds patience{10'000};
@@ -45,6 +49,8 @@ struct RunOptions {
 /// Method `paper` is made of the same pictures besides, into methods/paper/, as the baseline; where it cannot be
 /// (mirrors that its formulas do not hold for), run.yaml says so.
 ///
+/// The folder is locked from the start, and goes again if the run ends before its first frame.
+///
 /// When a device fails, the wheels stop, and it is asked again until it answers (Outage); a simulation is not asked
 /// again. A failure that lasts ends the run: what was written stays readable, and the message names the frame.
 /// @param robot,map as read from their files. @param stop set from outside (a signal) ends the run after the present
@@ -55,12 +61,25 @@ struct RunOptions {
 Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunOptions& options,
                     const Progress& progress, const std::atomic<bool>& stop);
 
-/// Ranges and fixes again from the stored frames, with the `estimator:` that run.yaml keeps, into methods/NAME/ and the
-/// top of the run folder.
-/// @returns the run with the new results. @throws files::FileError, DiskError. Errors: kNotFound, kBadData (pictures)
-Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress);
+/// What localise() does with a frame that has lost an image, or has one that cannot be read.
+enum class Missing {
+  kRefused,  ///< names it, and changes nothing
+  kAllowed,  ///< verdict `no_image`, and no answer
+};
 
-/// summary.json of a run's method, from its tables. @throws DiskError
+struct LocaliseOptions {
+  Missing missing = Missing::kRefused;
+  const std::atomic<bool>* stop = nullptr;  ///< set from outside (a signal): ends the work, and changes nothing
+};
+
+/// Ranges and fixes again from the stored frames, with the `estimator:` that run.yaml keeps, into methods/NAME/ and the
+/// top of the run folder: all of it, or, where anything fails, none. Holds the folder's lock.
+/// @returns the run with the new results. @throws files::FileError (also for a run without frames), DiskError (also
+/// where another program writes into the folder). Errors: kNotFound, kBadData (pictures, by name), kRefused (stopped)
+Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress,
+                         const LocaliseOptions& options = {});
+
+/// summary.json of a run's method, from its tables. Needs the folder's RunLock. @throws DiskError
 void write_summary_of(const RunData& run, OnTop on_top);
 
 }  // namespace twocone::runs

@@ -8,6 +8,7 @@
 
 #include "apps/files/file_error.h"
 #include "apps/files/text_file.h"
+#include "apps/runs/results_exchange.h"
 #include "apps/runs/run_yaml.h"
 #include "apps/runs/tables.h"
 #include "localisation/fix.h"
@@ -55,8 +56,8 @@ std::filesystem::path upper_picture(const std::filesystem::path& run, std::uint6
 namespace {
 
 /// The method asked for last, whose results lie on top; nothing while a run has no summary.
-std::optional<std::string> method_on_top(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "summary.json";
+std::optional<std::string> method_of(const std::filesystem::path& results) {
+  const std::filesystem::path file = results / "summary.json";
   if (!std::filesystem::exists(file)) return std::nullopt;
   const auto json = nlohmann::json::parse(files::read_text(file), nullptr, false);
   if (!json.is_object() || !json.contains("method") || !json["method"].is_string()) return std::nullopt;
@@ -66,7 +67,7 @@ std::optional<std::string> method_on_top(const std::filesystem::path& folder) {
 }  // namespace
 
 std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method) {
-  std::filesystem::path results = method.empty() ? run : run / "methods" / method;
+  std::filesystem::path results = method.empty() ? top_results(run) : run / "methods" / method;
   if (!std::filesystem::is_directory(results)) {
     throw files::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
                                        run.string(), method, run.string(), method));
@@ -75,24 +76,37 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
 }
 
 RunData read_run(const std::filesystem::path& folder, const std::string& method, Tables tables) {
+  // A writer exchanges results within milliseconds: the second reading is of one state, if it is not a run of many
+  // localisations at once.
+  constexpr int kMostReadings = 10;
+  for (int reading = 1;; ++reading) {
+    const std::string before = results_state(folder);
+    const auto is_one_state = [&] { return reading == kMostReadings || results_state(folder) == before; };
+    try {
+      const std::filesystem::path results = results_folder(folder, method);
+      RunData run = read_run_with(folder, results, method, tables);
+      if (is_one_state()) return run;
+    } catch (const files::FileError&) {
+      if (is_one_state()) throw;
+    }
+  }
+}
+
+RunData read_run_with(const std::filesystem::path& folder, const std::filesystem::path& results,
+                      const std::string& method, Tables tables) {
   RunData run;
   run.folder = folder;
   RunYaml yaml = read_run_yaml(folder);
   run.info = std::move(yaml.info);
   run.robot = std::move(yaml.robot);
   run.map = std::move(yaml.map);
-  run.method = method.empty() ? method_on_top(folder).value_or(run.info.method) : method;
+  run.method = method.empty() ? method_of(results).value_or(run.info.method) : method;
 
-  const std::filesystem::path results = results_folder(folder, method);
+  // Written last, so read first: a row in it stands for a frame whose other rows are there.
+  if (!std::filesystem::exists(folder / "frames.csv")) {
+    throw files::FileError(fmt::format("{}: frames.csv is missing, which says what frames there are", folder.string()));
+  }
   run.frames = read_frames(folder / "frames.csv");
-  // frames.csv is written last, so a row in it stands for a frame whose pictures and other rows are there; pictures may
-  // have been taken away since.
-  const auto missing = std::find_if(run.frames.begin(), run.frames.end(), [&folder](const FrameRow& row) {
-    return !std::filesystem::exists(lower_picture(folder, row.frame)) ||
-           !std::filesystem::exists(upper_picture(folder, row.frame));
-  });
-  run.frames.erase(missing, run.frames.end());
-
   run.drive = read_drive(folder / "drive.csv");
   run.truth = read_poses(folder / "truth.tum");
   run.odometry = read_poses(folder / "odometry.tum");

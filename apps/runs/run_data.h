@@ -22,6 +22,14 @@ struct CaptureCounts {
 /// The behaviour of a run that another program recorded (apps/foreign).
 inline constexpr const char* kImported = "imported";
 
+/// A file that a run was made from, as it was then.
+struct SourceFile {
+  std::string file;    ///< absolute
+  std::string digest;  ///< of its bytes (scene_files.h)
+
+  friend bool operator==(const SourceFile&, const SourceFile&) = default;
+};
+
 /// run.yaml: enough to repeat the run.
 struct RunInfo {
   std::string version;  ///< of twocone
@@ -31,7 +39,10 @@ struct RunInfo {
   std::string method;     ///< asked for when it was run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
+  bool truth = false;                      ///< RunOptions::truth
+  std::vector<SourceFile> scene_files{};   ///< the scene and what it names; none on hardware
   std::vector<std::string> effects;        ///< of the simulation that are on, each with its reason; none on hardware
+  std::vector<std::string> import_options{};  ///< of kImported: words of the command but for --out
   std::vector<std::string> devices{};      ///< of a real robot: what each is and what it made of its settings
   std::optional<CaptureCounts> capture{};  ///< of a real robot
   bool finished = false;                   ///< false: the run was cut off, by a kill, a full disk or a device
@@ -162,10 +173,15 @@ enum class Tables {
   kFrames,  ///< not ranges, fixes, sightings, effort and track, which are the long ones (apps/runs/answer_reader.h)
 };
 
-/// Reads a finished or a cut-off run: a half-written last line of a table is left out, and rows beyond the last frame
-/// with both pictures too. @param method of methods/NAME; empty: those on top
-/// @throws files::FileError naming file and line
+/// Reads a finished or a cut-off run, also one that is being written: a half-written last line of a table is left out,
+/// and rows beyond the last of frames.csv too; results that are replaced meanwhile are read again.
+/// Pictures are not looked for. @param method of methods/NAME; empty: those on top
+/// @throws files::FileError naming file and line; frames.csv is missing
 RunData read_run(const std::filesystem::path& folder, const std::string& method = "", Tables tables = Tables::kAll);
+
+/// The same with the tables of `method` that lie in `results`.
+RunData read_run_with(const std::filesystem::path& folder, const std::filesystem::path& results,
+                      const std::string& method, Tables tables = Tables::kAll);
 
 /// Where the tables of a method are: methods/METHOD; empty: on top. @throws files::FileError where there are none
 std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method);

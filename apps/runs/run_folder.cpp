@@ -13,29 +13,16 @@
 namespace twocone::runs {
 namespace {
 
+constexpr const char* kSummary = "summary.json";
+
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
 }
 
-void remove_file(const std::filesystem::path& file) {
-  std::error_code error;
-  std::filesystem::remove(file, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", file.string(), error.message()));
-}
-
-std::filesystem::path prepare(const std::filesystem::path& folder) {
-  if (std::filesystem::exists(folder / "run.yaml") || std::filesystem::exists(folder / "frames.csv")) {
-    throw DiskError(fmt::format("{} holds a run already: choose another --out, or remove it first", folder.string()));
-  }
-  make_folder(folder / "lower");
-  make_folder(folder / "upper");
-  return folder;
-}
-
-LineFile table(const std::filesystem::path& file, const std::string& header) {
-  LineFile lines(file);
+LineFile table(const std::filesystem::path& file, const std::string& header, OldLines old) {
+  LineFile lines(file, old);
   lines.add(header);
   return lines;
 }
@@ -48,46 +35,58 @@ std::string text_of(const std::string& header, const std::vector<std::string>& l
 
 }  // namespace
 
-RunFolder::RunFolder(const std::filesystem::path& folder)
-    : folder_(prepare(folder)),
-      frames_(table(folder / "frames.csv", frames_header())),
-      drive_(table(folder / "drive.csv", drive_header())),
-      ranges_(table(folder / "ranges.csv", ranges_header())),
-      fixes_(table(folder / "fixes.csv", fixes_header())),
-      effort_(table(folder / "effort.csv", effort_header())),
-      truth_(folder / "truth.tum"),
-      odometry_(folder / "odometry.tum"),
-      estimate_(folder / "estimate.tum"),
-      track_(table(folder / "track.csv", track_header())) {}
+RunFolder::RunFolder(const std::filesystem::path& folder, OldLines old)
+    : folder_(folder),
+      old_(old),
+      new_(folder, old),
+      frames_(table(folder / "frames.csv", frames_header(), old)),
+      drive_(table(folder / "drive.csv", drive_header(), old)),
+      ranges_(table(folder / "ranges.csv", ranges_header(), old)),
+      fixes_(table(folder / "fixes.csv", fixes_header(), old)),
+      effort_(table(folder / "effort.csv", effort_header(), old)),
+      truth_(folder / "truth.tum", old),
+      odometry_(folder / "odometry.tum", old),
+      estimate_(folder / "estimate.tum", old),
+      track_(table(folder / "track.csv", track_header(), old)) {}
+
+void RunFolder::store(const std::filesystem::path& file, const Image& image) const {
+  if (old_ == OldLines::kKeep) {
+    const auto stored = read_picture(file);
+    const auto rgb = to_rgb8(image);
+    if (stored && rgb && *stored == *rgb) return;
+  }
+  write_picture(file, image);
+}
 
 void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& upper,
                     const std::vector<OtherPicture>& others) {
-  write_picture(lower_picture(folder_, record.frame.frame), lower);
-  write_picture(upper_picture(folder_, record.frame.frame), upper);
+  store(lower_picture(folder_, record.frame.frame), lower);
+  store(upper_picture(folder_, record.frame.frame), upper);
   for (const OtherPicture& other : others) {
     const auto file = camera_picture(folder_, other.camera, record.frame.frame);
     make_folder(file.parent_path());
-    write_picture(file, *other.image);
+    store(file, *other.image);
   }
   drive_.add(to_line(record.drive));
   for (const RangeRow& row : record.answer.ranges) ranges_.add(to_line(row));
   for (const FixRow& row : record.answer.fixes) fixes_.add(to_line(row));
   if (!record.answer.sightings.empty() && !sightings_) {
-    sightings_.emplace(table(folder_ / "sightings.csv", sightings_header()));
+    sightings_.emplace(table(folder_ / "sightings.csv", sightings_header(), old_));
   }
   for (const SightingRow& row : record.answer.sightings) sightings_->add(to_line(row));
-  if (record.answer.effort) effort_.add(to_line(*record.answer.effort));
+  if (record.answer.effort) effort_.add(to_line(*record.answer.effort), Equal::kNot);
   if (record.truth) truth_.add(to_line(*record.truth));
   odometry_.add(to_line(record.odometry));
   if (record.answer.track) {
     track_.add(to_line(*record.answer.track));
     if (const auto pose = pose_of(*record.answer.track)) estimate_.add(to_line(*pose));
   }
-  frames_.add(to_line(record.frame));
+  frames_.add(to_line(record.frame), Equal::kButLastField);  // the machine's clock
+  new_.keep();
 }
 
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers, OnTop on_top) {
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const SummaryOf& summary) {
   std::vector<std::string> ranges;
   std::vector<std::string> fixes;
   std::vector<std::string> sightings;
@@ -103,38 +102,33 @@ void write_results(const std::filesystem::path& folder, const std::string& metho
     track.push_back(to_line(*answer.track));
     if (const auto pose = pose_of(*answer.track)) estimate.push_back(to_line(*pose));
   }
-  make_folder(folder / "methods" / method);
-  std::vector<std::filesystem::path> places{folder / "methods" / method};
-  if (on_top == OnTop::kYes) places.push_back(folder);
-  for (const auto& place : places) {
-    write_whole(place / "ranges.csv", text_of(ranges_header(), ranges));
-    write_whole(place / "fixes.csv", text_of(fixes_header(), fixes));
-    write_whole(place / "effort.csv", text_of(effort_header(), effort));
-    write_whole(place / "estimate.tum", text_of("", estimate));
-    write_whole(place / "track.csv", text_of(track_header(), track));
-    if (sightings.empty()) {
-      remove_file(place / "sightings.csv");  // another method's, which this one's ranges do not rest on
-    } else {
-      write_whole(place / "sightings.csv", text_of(sightings_header(), sightings));
-    }
-  }
+  ResultsExchange exchange(folder, method);
+  const std::filesystem::path& stage = exchange.stage();
+  write_whole(stage / "ranges.csv", text_of(ranges_header(), ranges));
+  write_whole(stage / "fixes.csv", text_of(fixes_header(), fixes));
+  write_whole(stage / "effort.csv", text_of(effort_header(), effort));
+  write_whole(stage / "estimate.tum", text_of("", estimate));
+  write_whole(stage / "track.csv", text_of(track_header(), track));
+  if (!sightings.empty()) write_whole(stage / "sightings.csv", text_of(sightings_header(), sightings));
+  if (summary) write_whole(stage / kSummary, summary(stage));
+  exchange.commit(on_top);
 }
 
-void file_results(const std::filesystem::path& folder, const std::string& method) {
-  make_folder(folder / "methods" / method);
-  for (const char* name : {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "track.csv"}) {
-    write_whole(folder / "methods" / method / name, files::read_text(folder / name));
+void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary) {
+  ResultsExchange exchange(folder, method);
+  for (const char* const name : kResultFiles) {
+    if (std::string_view(name) == kSummary || !std::filesystem::exists(folder / name)) continue;
+    write_whole(exchange.stage() / name, files::read_text(folder / name));
   }
-  if (std::filesystem::exists(folder / "sightings.csv")) {
-    write_whole(folder / "methods" / method / "sightings.csv", files::read_text(folder / "sightings.csv"));
-  }
+  if (summary) write_whole(exchange.stage() / kSummary, summary(exchange.stage()));
+  exchange.commit(OnTop::kYes);
 }
 
 void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
                    OnTop on_top) {
   make_folder(folder / "methods" / method);
-  write_whole(folder / "methods" / method / "summary.json", json);
-  if (on_top == OnTop::kYes) write_whole(folder / "summary.json", json);
+  write_whole(folder / "methods" / method / kSummary, json);
+  if (on_top == OnTop::kYes) write_whole(folder / kSummary, json);
 }
 
 Result<Image> read_picture(const std::filesystem::path& file) {

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/runs/disk.h"
 #include "apps/runs/estimator.h"
+#include "apps/runs/new_folder.h"
+#include "apps/runs/results_exchange.h"
 #include "apps/runs/run_data.h"
 #include "hal/image.h"
 
@@ -29,12 +33,15 @@ struct OtherPicture {
   std::shared_ptr<const Image> image;
 };
 
-/// Writes a run folder frame by frame. A frame's row in frames.csv comes last: what is in there is wholly on disk.
+/// Writes a run folder frame by frame, and holds its lock. A frame's row in frames.csv comes last: what is in there is
+/// wholly on disk.
 class RunFolder {
  public:
-  /// Makes the folder; one that holds a run already is refused, so that no run is lost to another.
+  /// Makes the folder (NewFolder), which goes again if no frame is added.
+  /// @param old kKeep: the folder of a run that was cut off. The caller adds its frames again from the first on; what
+  /// is there stays and must be the same, and what is missing is written
   /// @throws DiskError
-  explicit RunFolder(const std::filesystem::path& folder);
+  explicit RunFolder(const std::filesystem::path& folder, OldLines old = OldLines::kDrop);
 
   [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
 
@@ -43,22 +50,28 @@ class RunFolder {
            const std::vector<OtherPicture>& others = {});
 
  private:
+  void store(const std::filesystem::path& file, const Image& image) const;
+
   std::filesystem::path folder_;
+  OldLines old_;
+  NewFolder new_;
   LineFile frames_, drive_, ranges_, fixes_, effort_, truth_, odometry_, estimate_, track_;
   std::optional<LineFile> sightings_;  ///< from the first frame with a sighting on
 };
 
-/// Whether a method's results also go to the top of the folder, where those of the method asked for last are.
-enum class OnTop { kNo, kYes };
+/// Makes summary.json from the tables of a method, which lie in the folder that it is given.
+using SummaryOf = std::function<std::string(const std::filesystem::path& results)>;
 
-/// Writes the tables of one method into methods/NAME/, whole files only. @throws DiskError
+/// Replaces the results of a method (ResultsExchange). Needs the folder's RunLock.
+/// @param summary none: no summary.json. @throws DiskError and what `summary` throws; then nothing has changed
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers, OnTop on_top);
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const SummaryOf& summary = {});
 
-/// Copies the tables on top into methods/NAME/, after a live run has written them. @throws DiskError
-void file_results(const std::filesystem::path& folder, const std::string& method);
+/// The same with the tables that a live run has written on top. Needs the folder's RunLock.
+/// @throws as write_results()
+void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary = {});
 
-/// Writes summary.json into methods/NAME/. @throws DiskError
+/// Writes summary.json into methods/NAME/. Needs the folder's RunLock. @throws DiskError
 void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
                    OnTop on_top);
 

@@ -70,7 +70,16 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   put("method", info.method);
   put("seed", info.seed);
   put("frames_wanted", info.frames_wanted);
+  if (info.truth) put("truth", true);
+  if (!info.scene_files.empty()) {
+    out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
+    for (const SourceFile& source : info.scene_files) {
+      out << YAML::Key << source.file << YAML::Value << YAML::DoubleQuoted << source.digest;
+    }
+    out << YAML::EndMap;
+  }
   put("effects", info.effects);
+  if (!info.import_options.empty()) put("import_options", info.import_options);
   if (!info.devices.empty()) put("devices", info.devices);
   if (info.capture) {
     out << YAML::Key << "capture" << YAML::Value << YAML::BeginMap;
@@ -110,6 +119,56 @@ void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesy
   write_again(to, node);
 }
 
+namespace {
+
+/// The first place where two nodes differ, below `path`; empty: nowhere.
+std::string difference(const std::string& path, const YAML::Node& then, const YAML::Node& now) {
+  const auto below = [&path](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  const auto text = [](const YAML::Node& node) {
+    YAML::Emitter out;
+    out << YAML::Flow << node;
+    return std::string(out.c_str());
+  };
+  if (then.Type() != now.Type() || !(then.IsMap() || then.IsSequence())) {
+    const std::string before = text(then), after = text(now);
+    // Paths are kept as they were reached: robots/../scenes/lab.pov is scenes/lab.pov.
+    const auto normal = [](const std::string& value) { return std::filesystem::path(value).lexically_normal(); };
+    return normal(before) == normal(after) ? "" : fmt::format("{} was {}, and is {}", path, before, after);
+  }
+  if (then.IsSequence()) {
+    if (then.size() != now.size()) return fmt::format("{} had {} entries, and has {}", path, then.size(), now.size());
+    for (std::size_t i = 0; i < then.size(); ++i) {
+      if (std::string found = difference(fmt::format("{}[{}]", path, i), then[i], now[i]); !found.empty()) return found;
+    }
+    return {};
+  }
+  for (const auto& entry : then) {
+    const auto key = entry.first.as<std::string>();
+    if (!now[key]) return fmt::format("{} was {}, and is not there any more", below(key), text(entry.second));
+    if (std::string found = difference(below(key), entry.second, now[key]); !found.empty()) return found;
+  }
+  for (const auto& entry : now) {
+    const auto key = entry.first.as<std::string>();
+    if (!then[key]) return fmt::format("{} was not there, and is {}", below(key), text(entry.second));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string changed_since(const std::filesystem::path& folder) {
+  const auto file = file_of(folder);
+  const YAML::Node node = load(file);
+  files::Robot robot = files::read_robot(field<std::string>(node, "robot_file", file));
+  robot.estimator = files::parse_robot(node["robot"], file).estimator;  // perhaps of the command line
+  if (std::string found = difference("", node["robot"], files::load_robot_node(robot)); !found.empty()) {
+    return fmt::format("{}: {}", robot.file.string(), found);
+  }
+  const auto map_file = field<std::string>(node, "map_file", file);
+  const std::string found = difference("", node["map"], files::load_map_node(map_file));
+  return found.empty() ? "" : fmt::format("{}: {}", map_file, found);
+}
+
 RunYaml read_run_yaml(const std::filesystem::path& folder) {
   const auto file = file_of(folder);
   if (!std::filesystem::exists(file)) {
@@ -124,8 +183,18 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   run.info.method = field<std::string>(node, "method", file);
   run.info.seed = field<std::uint64_t>(node, "seed", file);
   run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
+  // Runs on hardware, and those of older versions, have no such key.
+  if (node["scene_files"]) {
+    for (const auto& entry : node["scene_files"]) {
+      run.info.scene_files.push_back({entry.first.as<std::string>(), entry.second.as<std::string>("")});
+    }
+  }
   // Runs of before there were effects have no such key.
   if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
+  if (node["import_options"]) {
+    run.info.import_options = field<std::vector<std::string>>(node, "import_options", file);
+  }
   // Runs of a simulation have neither of these.
   if (node["devices"]) run.info.devices = field<std::vector<std::string>>(node, "devices", file);
   if (node["capture"]) {

@@ -32,4 +32,8 @@ struct RunYaml {
 };
 RunYaml read_run_yaml(const std::filesystem::path& folder);
 
+/// The first difference between the robot file and map that run.yaml keeps and those files as they are now:
+/// "robots/lab_sim.yaml: drive.wheel_radius_m was 0.05, and is 0.06". Empty: none. @throws files::FileError
+std::string changed_since(const std::filesystem::path& folder);
+
 }  // namespace twocone::runs

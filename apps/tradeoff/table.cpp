@@ -36,7 +36,7 @@ std::string head(const Sweep& sweep) {
                                            sweep.seed, sweep.legs, sweep.settings.size()));
   if (!sweep.machine.empty()) text += paragraph("machine: " + sweep.machine);
   std::vector<std::string> words;
-  std::string command = ascii(sweep.repeat);
+  std::string command = sweep.repeat;
   for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
     words.push_back(command.substr(0, at));
     command = command.substr(at + 1);

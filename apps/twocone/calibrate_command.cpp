@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -15,6 +16,7 @@
 #include "apps/files/robot_writer.h"
 #include "apps/runs/disk.h"
 #include "apps/runs/run_data.h"
+#include "apps/runs/run_lock.h"
 #include "apps/runs/version.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
@@ -107,13 +109,22 @@ std::vector<std::string> header_lines(const calibrate::Report& report) {
   return lines;
 }
 
+/// The lock of the run folder that `file` lies in; nothing where it lies in none.
+std::optional<runs::RunLock> lock_around(const std::filesystem::path& file) {
+  const auto folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::exists(folder / "run.yaml")) return {};
+  return std::optional<runs::RunLock>(std::in_place, folder);
+}
+
 void execute(Options options) {
   for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
-  if (options.json.empty()) options.json = options.out.parent_path() / "calibration.json";
+  // Named after the robot file, so that two calibrations in one folder stay two.
+  const std::string stem = options.out.stem().string();
+  if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");
   std::vector<std::filesystem::path> results{options.out, options.json};
   if (!options.figures.empty()) {
     for (const char* view : {"lower", "upper"}) {
-      results.push_back(options.figures / fmt::format("calibration_{}.svg", view));
+      results.push_back(options.figures / fmt::format("{}.calibration_{}.svg", stem, view));
     }
   }
   if (!options.force) refuse_overwriting(results);
@@ -127,10 +138,7 @@ void execute(Options options) {
     options.settings.progress = [&bar](double done) { bar.show(done); };
     report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
   }
-  runs::write_whole(options.out,
-                    files::calibrated_robot_text(robot.file, options.out, report->rig,
-                                                 {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
-                                                 header_lines(*report)));
+  const auto lock = lock_around(options.out);
   runs::write_whole(options.json, calibrate::to_json(*report));
   if (!options.figures.empty()) {
     std::error_code error;
@@ -139,6 +147,11 @@ void execute(Options options) {
     runs::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
     runs::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
   }
+  // Last: a robot file that is there has all that belongs to it.
+  runs::write_whole(options.out,
+                    files::calibrated_robot_text(robot.file, options.out, report->rig,
+                                                 {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
+                                                 header_lines(*report)));
   fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
              options.json.string());
   if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
@@ -154,8 +167,8 @@ void add_calibrate(CLI::App& program) {
       ->required();
   command->add_option("--out", options->out, "Robot file to write")->required();
   command->add_option("--robot", options->robot, "Robot file to begin from; default: the run's own");
-  command->add_option("--json", options->json, "The numbers for programs; default: calibration.json beside --out");
-  command->add_option("--figures", options->figures, "Folder for calibration_lower.svg and calibration_upper.svg");
+  command->add_option("--json", options->json, "The numbers for programs; default: STEM.calibration.json beside --out");
+  command->add_option("--figures", options->figures, "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
   command->add_option("--frames", options->settings.frames, "How many frames to look at, spread over the runs")
       ->check(CLI::Range(4, 100'000))
       ->capture_default_str();

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
+#include "apps/twocone/stop_signals.h"
 #include "hal/result.h"
 
 /// The subcommands. Each adds itself and its options to the program; its callback runs it.
@@ -22,6 +25,13 @@ class CannotTell : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A signal has ended the work in good order: what is left of it, and the next step. main() prints the line and exits
+/// with 128 and the signal's number, as a shell would have it.
+class Interrupted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// The call itself is wrong: main() prints the line and exits with 2.
 class BadUsage : public std::runtime_error {
  public:
@@ -33,6 +43,13 @@ template <typename T>
 T value_or_fail(Result<T> result) {
   if (!result) throw CommandFailed(result.error().message);
   return std::move(*result);
+}
+
+/// The same, but Interrupted with `next` where a signal has ended the work.
+template <typename T>
+T value_or_interrupted(Result<T> result, const std::string& next) {
+  if (!result && stop_signal() != 0) throw Interrupted(next);
+  return value_or_fail(std::move(result));
 }
 
 void add_run(CLI::App& program);

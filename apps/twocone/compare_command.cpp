@@ -15,6 +15,7 @@
 #include "apps/compare/render_again.h"
 #include "apps/compare/show/page.h"
 #include "apps/runs/disk.h"
+#include "apps/runs/run_lock.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -108,6 +109,42 @@ void judge(const Options& options, const compare::Comparison& comparison) {
   if (!untold.empty()) throw CannotTell(untold);
 }
 
+/// The comparison's folder, locked. One that was made here goes again where nothing was kept in it to go on from.
+class OutFolder {
+ public:
+  explicit OutFolder(const std::filesystem::path& folder) : folder_(folder), was_there_(std::filesystem::exists(folder)) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw CommandFailed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+    lock_.emplace(folder);
+  }
+  ~OutFolder() {
+    std::error_code ignored;
+    if (!was_there_ && !holds_work()) std::filesystem::remove_all(folder_, ignored);
+  }
+  OutFolder(const OutFolder&) = delete;
+  OutFolder& operator=(const OutFolder&) = delete;
+
+ private:
+  [[nodiscard]] bool holds_work() const {
+    std::error_code error;
+    for (std::filesystem::recursive_directory_iterator entry(folder_, error), end; !error && entry != end;
+         entry.increment(error)) {
+      const auto name = entry->path().filename();
+      if (entry->is_regular_file() && name != runs::RunLock::kFileName && name != "rendered_from.txt") return true;
+    }
+    return bool(error);
+  }
+
+  const std::filesystem::path folder_;
+  const bool was_there_;
+  std::optional<runs::RunLock> lock_;
+};
+
+std::string next_step(const std::filesystem::path& out) {
+  return fmt::format("interrupted: what was measured is kept in {}; next: the same command goes on there", out.string());
+}
+
 void execute(Options options) {
   check(options);
   const std::atomic<bool>& stop = stop_on_signals();
@@ -120,9 +157,7 @@ void execute(Options options) {
     options.out = fmt::format("runs/compare-{}{}", name_of(settings.real),
                               options.scene.empty() ? "-with-" + name_of(settings.simulated) : "-rendered");
   }
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) throw CommandFailed(fmt::format("cannot make {}: {}", options.out.string(), error.message()));
+  const OutFolder folder(options.out);
   if (!options.scene.empty()) {
     settings.simulated = options.out / "simulated";
     settings.is_rendered = true;
@@ -135,7 +170,10 @@ void execute(Options options) {
     again.fit_frames = settings.fit_frames;
     again.progress = [&bar](double done) { bar.show(done); };
     again.stop = &stop;
-    if (const Status rendered = compare::render_again(again); !rendered) throw CommandFailed(rendered.error().message);
+    if (const Status rendered = compare::render_again(again); !rendered) {
+      if (stop) throw Interrupted(next_step(options.out));
+      throw CommandFailed(rendered.error().message);
+    }
   }
   settings.work = options.out / "parts";
   for (const auto& [key, value] : options.limits) {
@@ -145,7 +183,7 @@ void execute(Options options) {
   {
     ProgressBar bar("compare");
     settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
-    outcome = value_or_fail(compare::compare(settings));
+    outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
   }
   compare::advise(outcome->comparison.sources);
   fmt::print("{}\n", compare::table(outcome->comparison));

@@ -17,6 +17,7 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kBadUsage = 2;
 constexpr int kCannotTell = 3;
+constexpr int kSignalled = 128;  // and the signal's number, as a shell reports a program that it ended
 
 int complain(const char* what, int status) noexcept {
   std::fputs("twocone: ", stderr);
@@ -68,6 +69,8 @@ int run_and_catch(int argc, char** argv) {
     return complain(error.what(), kBadUsage);
   } catch (const twocone::cli::CannotTell& error) {
     return complain(error.what(), kCannotTell);
+  } catch (const twocone::cli::Interrupted& stopped) {
+    return complain(stopped.what(), kSignalled + twocone::cli::stop_signal());
   } catch (const std::exception& error) {
     // What could not be written is named by main().
     if (std::ferror(stdout) != 0) return kFailed;

@@ -9,6 +9,8 @@
 #include "apps/report/report.h"
 #include "apps/report/table.h"
 #include "apps/runs/run.h"
+#include "apps/runs/run_lock.h"
+#include "apps/runs/run_yaml.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -17,8 +19,11 @@ namespace twocone::cli {
 namespace {
 
 void execute(const std::filesystem::path& folder) {
+  (void)runs::read_run_yaml(folder);  // no lock in a folder that is no run
+  // A run that another program writes is read as it is by now, and its summary is left to that program.
+  const auto lock = runs::RunLock::try_take(folder);
   const runs::RunData data = runs::read_run(folder);
-  runs::write_summary_of(data, runs::OnTop::kYes);
+  if (lock) runs::write_summary_of(data, runs::OnTop::kYes);
   std::vector<std::string> notes;  // write_report tells the same again
   fmt::print("{}", report::table_of(data, notes));
   std::fflush(stdout);

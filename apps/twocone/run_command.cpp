@@ -10,10 +10,13 @@
 
 #include <fmt/format.h>
 
+#include "apps/files/to_layers.h"
 #include "apps/report/table.h"
 #include "apps/runs/effort.h"
+#include "apps/runs/resume.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
+#include "apps/runs/run_yaml.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -24,6 +27,7 @@ namespace {
 
 struct Options {
   std::filesystem::path robot;
+  std::filesystem::path resume;  ///< run folder; empty: a new run
   std::string method;  ///< empty: the robot file's
   std::optional<double> budget_ms;
   runs::RunOptions run;
@@ -46,12 +50,36 @@ files::Robot with_budget(files::Robot robot, const Options& options) {
   }
 }
 
+/// What an interrupted run has left, and how it goes on.
+std::string next_step(const runs::RunOptions& run, bool is_simulated) {
+  if (!std::filesystem::exists(run.out / "run.yaml")) {
+    return "interrupted before its first frame: no run folder is left; next: the same command again";
+  }
+  const std::string folder = run.out.string();
+  const runs::RunData data = runs::read_run(run.out, "", runs::Tables::kFrames);
+  return fmt::format("interrupted: {} of {} frames are in {}; next: twocone {} {}", data.frames.size(),
+                     data.info.frames_wanted, folder, is_simulated ? "run --resume" : "report", folder);
+}
+
+Result<runs::RunInfo> drive(Options& options, const runs::Progress& progress, const std::atomic<bool>& stop,
+                            const files::Robot& robot) {
+  if (!options.resume.empty()) return runs::resume(options.run.out, options.run, progress, stop);
+  return runs::run(robot, files::read_map(robot.map), options.run, progress, stop);
+}
+
 void execute(Options options) {
-  files::Robot robot = files::read_robot(options.robot);
-  options.run.method = options.method.empty() ? runs::method_of(robot) : runs::method_named(options.method);
-  if (options.budget_ms) robot = with_budget(std::move(robot), options);
-  const files::Map map = files::read_map(robot.map);
-  if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
+  files::Robot robot;
+  if (options.resume.empty()) {
+    robot = files::read_robot(options.robot);
+    options.run.method = options.method.empty() ? runs::method_of(robot) : runs::method_named(options.method);
+    if (options.budget_ms) robot = with_budget(std::move(robot), options);
+    if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
+  } else {
+    const runs::RunYaml before = runs::read_run_yaml(options.resume);
+    robot = before.robot;
+    options.run.frames = before.info.frames_wanted;
+    options.run.out = options.resume;
+  }
 
   // The present frame is finished and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
@@ -60,8 +88,10 @@ void execute(Options options) {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
     options.run.tell = [&bar](const std::string& event) { bar.say(event); };
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
-    value_or_fail(runs::run(
-        robot, map, options.run, [&bar](double done) { bar.show(done); }, stop));
+    const auto driven = drive(
+        options, [&bar](double done) { bar.show(done); }, stop, robot);
+    if (!driven && stop) throw Interrupted(next_step(options.run, files::is_simulated(robot)));
+    value_or_fail(driven);
   }
   const runs::RunData data = runs::read_run(options.run.out);
   std::vector<std::string> notes;
@@ -76,7 +106,10 @@ void add_run(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
-  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
+  auto* resume = command->add_option("--resume", options->resume,
+                                     "Run folder of a simulated run that was interrupted or killed: go on with it,\n"
+                                     "as it was begun; takes no other option");
   command->add_option("--frames", options->run.frames, "Stereo frames to take")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
@@ -101,7 +134,14 @@ void add_run(CLI::App& program) {
       ->capture_default_str();
   command->add_flag("--truth", options->run.truth,
                     "Also write what each mirror pixel really shows (simulation; 6 renderings a frame)");
-  command->callback([options] { execute(*options); });
+  command->add_flag("--force", options->run.replace, "Replace the run that is in --out");
+  for (CLI::Option* const other : command->get_options()) {
+    if (other != resume && other->get_name() != "--help") resume->excludes(other);
+  }
+  command->callback([options, robot, resume] {
+    if (robot->count() + resume->count() == 0) throw BadUsage("run: --robot is required, or --resume");
+    execute(*options);
+  });
 }
 
 }  // namespace twocone::cli

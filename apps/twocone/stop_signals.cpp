@@ -7,9 +7,14 @@ namespace twocone::cli {
 namespace {
 
 std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+std::atomic<int> signal_that_came{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
+              "a signal handler may touch them");
 
-void on_signal(int /*signal*/) { stop_asked = true; }
+void on_signal(int signal) {
+  signal_that_came = signal;
+  stop_asked = true;
+}
 
 }  // namespace
 
@@ -25,5 +30,7 @@ const std::atomic<bool>& stop_on_signals() {
   if (before.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
   return stop_asked;
 }
+
+int stop_signal() { return signal_that_came; }
 
 }  // namespace twocone::cli

@@ -9,4 +9,7 @@ namespace twocone::cli {
 /// can end in good order; a second one ends the program at once.
 const std::atomic<bool>& stop_on_signals();
 
+/// The signal that came; 0: none yet.
+int stop_signal();
+
 }  // namespace twocone::cli

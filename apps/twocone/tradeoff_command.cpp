@@ -103,8 +103,8 @@ void run_missing(const Options& options, const tradeoff::Subject& subject, const
   }
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
-    throw CommandFailed(fmt::format("stopped: {} of {} shards are in {}, the same command goes on there",
-                                    all - missing.size() + done, all, folder.path().string()));
+    throw Interrupted(fmt::format("interrupted: {} of {} shards are in {}; next: the same command goes on there",
+                                  all - missing.size() + done, all, folder.path().string()));
   }
 }
 
@@ -117,11 +117,14 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject
              options.check_legs);
   std::fflush(stdout);
   int tried = 0;
-  tradeoff::Choice choice =
-      value_or_fail(tradeoff::choose(sweep, wish, [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
-        ProgressBar bar(fmt::format("trial {}", ++tried));
-        return tradeoff::run_check(subject, folder, setting, options.check_legs, shown_by(bar, options.jobs), stop);
-      }));
+  tradeoff::Choice choice = value_or_interrupted(
+      tradeoff::choose(sweep, wish,
+                       [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
+                         ProgressBar bar(fmt::format("trial {}", ++tried));
+                         return tradeoff::run_check(subject, folder, setting, options.check_legs,
+                                                    shown_by(bar, options.jobs), stop);
+                       }),
+      fmt::format("interrupted: the sweep is in {}; next: the same command goes on there", folder.path().string()));
   for (const tradeoff::Trial& trial : choice.trials) fmt::print("trial   {}\n", tradeoff::describe(sweep, trial));
   fmt::print("choice  {}\n", choice.why);
   runs::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, wish, choice));

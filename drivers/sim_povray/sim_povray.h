@@ -157,6 +157,9 @@ struct SeatSettings {
   /// ready. Must neither block nor throw, and may be called after the robot has left. Not told: pictures by which a
   /// mirror is found; those of a world that another program serves; any where the system does not tell.
   std::function<void(const RenderedPicture&)> rendered{};
+  /// The finished image that a camera (by ViewSettings::camera_name) took at an instant of an equal world before: it is
+  /// handed out, and none is rendered. Null: there is none. Called by grab().
+  std::function<std::shared_ptr<const Image>(const std::string& camera, std::uint64_t tick)> stored{};
 };
 
 /// So far back a world knows where everything was, beside its last step.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -83,7 +84,7 @@ class SimCamera final : public Camera {
       next_ = tick + 1;
       if (drops(view_settings_.effects, seed(), name(), tick)) continue;
       const Timestamp captured{ClockKind::kSimulated, seat.state().now - capture_before(view_settings_.effects)};
-      Frame frame({tick, captured, tick - unseen_}, seat.picture(view_));
+      Frame frame({tick, captured, tick - unseen_}, picture_of(tick));
       if (!is_late(view_settings_.effects, seed(), name(), tick)) return handed_out(std::move(frame));
       late_ = std::move(frame);
     }
@@ -97,6 +98,17 @@ class SimCamera final : public Camera {
   }
 
   void do_stop() noexcept override { shared_->seat->release_view(view_); }
+
+  std::shared_future<ImageResult> picture_of(std::uint64_t tick) {
+    if (const auto& stored = shared_->settings.stored) {
+      if (auto image = stored(name(), tick)) {
+        std::promise<ImageResult> there;
+        there.set_value(std::move(image));
+        return there.get_future().share();
+      }
+    }
+    return shared_->seat->picture(view_);
+  }
 
   Frame handed_out(Frame frame) {
     unseen_ = frame.header().sequence + 1;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/disk.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/runs/run_folder.h"
@@ -39,6 +40,33 @@ TEST(Disk, LinesAreThereAtOnce) {
   EXPECT_EQ(folder.read("a.csv"), "1,2\n3,4\n");
 }
 
+// Catches a table that is shorter than before while a run is gone on with, and one that goes on otherwise than it began.
+TEST(Disk, KeptLinesStayAndMustBeTheSame) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.csv", "a,b\n1,2.5\n3,4");  // killed in the middle of a line
+  {
+    LineFile lines(file, OldLines::kKeep);
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4");
+    lines.add("a,b");
+    lines.add("1,7", Equal::kButLastField);
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4") << "what was there is as it was";
+    lines.add("3,44");
+    lines.add("5,6");
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
+  }
+  {
+    LineFile lines(file, OldLines::kKeep);
+    lines.add("a,b");
+    EXPECT_THAT(error_of([&] { lines.add("2,2.5", Equal::kButLastField); }),
+                testing::HasSubstr("a.csv:2: is '1', but made again it is '2'"));
+  }
+  LineFile lines(file, OldLines::kKeep);
+  lines.add("anything", Equal::kNot);
+  lines.add("1,2.5");
+  EXPECT_THAT(error_of([&] { lines.add("3,4"); }), testing::HasSubstr("a.csv:3: is '3,44'"));
+  EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
+}
+
 TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
   const TemporaryFolder folder;
   const auto file = folder.write("file", "");
@@ -47,7 +75,7 @@ TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
   LineFile full("/dev/full");
   EXPECT_EQ(error_of([&] { full.add("x"); }), "cannot write /dev/full: No space left on device");
   EXPECT_EQ(error_of([&] { RunFolder run(file / "run"); }),
-            "cannot make the folder " + (file / "run" / "lower").string() + ": Not a directory");
+            "cannot make the folder " + (file / "run").string() + ": Not a directory");
 }
 
 // Catches a row in frames.csv whose pictures are not there yet: a reader takes what is in it for whole.

@@ -165,9 +165,9 @@ void fields_of(A& archive, In<A, DriveLimits>& limits) {
 }
 template <typename A>
 void fields_of(A& archive, In<A, SeatSettings>& settings) {
-  auto& [name, body, drive, map_outline, run_ahead_frames, rendered] = settings;
+  auto& [name, body, drive, map_outline, run_ahead_frames, rendered, stored] = settings;
   archive(name, body, drive, map_outline, run_ahead_frames);
-  (void)rendered;  // a function of the client's: it stays there
+  (void)rendered, (void)stored;  // functions of the client's: they stay there
 }
 template <typename A>
 void fields_of(A& archive, In<A, CameraEffects>& effects) {
