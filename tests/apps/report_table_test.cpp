@@ -262,6 +262,22 @@ TEST(RepeatCommand, OfAnImportedRunIsNoRun) {
   runs::RunInfo info = known_info();
   info.behaviour = runs::kImported;
   EXPECT_EQ(repeat_command(info, synthetic_robot(), "paper"), "twocone localise RUN --method paper");
+  info.import_options = {"--robot", "/r.yaml", "--lower", "/my cam"};
+  EXPECT_EQ(repeat_command(info, synthetic_robot(), "paper"),
+            "twocone import --robot /r.yaml --lower '/my cam' --out RUN && twocone localise RUN --method paper");
+}
+
+// Letters of any language can be pasted; what a terminal would obey comes as its bytes.
+TEST(RepeatCommand, KeepsLettersAndNoControlCharacters) {
+  EXPECT_EQ(shell_word("robots/Käthe.yaml"), "'robots/Käthe.yaml'");
+  EXPECT_EQ(shell_word("日本/r.yaml"), "'日本/r.yaml'");
+  EXPECT_EQ(shell_word("a\x1b[2J'\\"), "$'a\\x1b[2J\\x27\\x5c'");
+  EXPECT_EQ(shell_word("a\xc2\x9b"), "$'a\\xc2\\x9b'") << "a control character of 8 bits";
+  EXPECT_EQ(shell_word("a\xff"), "$'a\\xff'");
+  files::Robot robot = synthetic_robot();
+  robot.file = "Käthe.yaml";
+  EXPECT_NE(table(known_summary(), known_info(), robot, nullptr, nullptr).find("repeat: twocone run --robot 'Käthe.yaml'"),
+            std::string::npos);
 }
 
 }  // namespace

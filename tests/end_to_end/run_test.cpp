@@ -7,11 +7,16 @@
 #include <fstream>
 #include <iterator>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/files/file_error.h"
+#include "apps/files/text_file.h"
 #include "apps/files/to_layers.h"
+#include "apps/runs/resume.h"
 #include "apps/runs/run_folder.h"
 #include "apps/runs/summary.h"
+#include "apps/runs/tables.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -98,6 +103,52 @@ TEST_F(RunInTheLab, LocaliseGivesTheSameAnswersAgain) {
   EXPECT_EQ(bytes(run / "methods" / "full" / "fixes.csv"), fixes);
 }
 
+// What was lost: an image gone in the middle, and localise wrote tables of the frames before it.
+TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
+  ASSERT_TRUE(go(kSmall, "run", 6, "still"));
+  const std::filesystem::path run = folder_ / "run";
+  const std::string state = results_state(run), ranges = bytes(run / "ranges.csv");
+  const auto refused = [&] {
+    const auto again = localise(run, kDefaultMethod, [](double) {});
+    EXPECT_EQ(results_state(run), state);
+    return again ? std::string("none") : again.error().message;
+  };
+  const std::string upper = bytes(upper_picture(run, 2));
+  std::filesystem::remove(upper_picture(run, 2));
+  EXPECT_THAT(refused(), testing::AllOf(testing::HasSubstr("upper/000002.png"), testing::HasSubstr("--allow-missing")));
+  std::ofstream(upper_picture(run, 2)) << upper.substr(0, 20);  // damaged
+  EXPECT_THAT(refused(), testing::HasSubstr("upper/000002.png is not a picture"));
+
+  const auto allowed = localise(run, kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed});
+  ASSERT_TRUE(allowed) << allowed.error().message;
+  EXPECT_EQ(allowed->frames.size(), 6U);
+  ASSERT_EQ(allowed->fixes.size(), 6U);
+  for (const FixRow& row : allowed->fixes) EXPECT_EQ(row.verdict == "no_image", row.frame == 2) << row.frame;
+  for (const RangeRow& row : allowed->ranges) {
+    EXPECT_EQ(row.verdict == "no_image", row.frame == 2) << row.frame;
+    if (row.frame == 2) EXPECT_FALSE(row.range_m);
+  }
+  EXPECT_NE(bytes(run / "ranges.csv"), ranges);
+
+  std::filesystem::remove_all(run / "upper");
+  const std::string before = results_state(run);
+  EXPECT_FALSE(localise(run, kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed}))
+      << "no frame can be looked at";
+  std::filesystem::rename(run / "frames.csv", run / "frames");
+  EXPECT_THROW((void)localise(run, kDefaultMethod, [](double) {}), files::FileError);
+  EXPECT_EQ(results_state(run), before);
+}
+
+TEST_F(RunInTheLab, LocaliseThatIsStoppedChangesNothing) {
+  ASSERT_TRUE(go(kSmall, "run", 3, "still"));
+  const std::string state = results_state(folder_ / "run");
+  std::atomic<bool> stop{false};
+  const auto again = localise(
+      folder_ / "run", Method::kPaper, [&stop](double done) { stop = done > 0.5; }, {.stop = &stop});
+  ASSERT_FALSE(again);
+  EXPECT_EQ(results_state(folder_ / "run"), state);
+}
+
 // What the robot believes of its mirrors must not reach the simulator.
 TEST_F(RunInTheLab, NoValueOfTheRigChangesAPixel) {
   std::vector<std::vector<Image>> pictures;
@@ -139,14 +190,155 @@ TEST_F(RunInTheLab, ARigThatIsOffIsWarnedOf) {
   EXPECT_NE(info->events[0].find("radius 59."), std::string::npos) << info->events[0];
 }
 
-TEST_F(RunInTheLab, StopsWhenAskedAndKeepsWhatIsThere) {
+// An empty folder that a failed start left barred the next one.
+TEST_F(RunInTheLab, ThatEndsBeforeItsFirstFrameLeavesNoFolder) {
   stop_ = true;
   const auto info = go(kSmall, "run", 5);
   ASSERT_FALSE(info);
   EXPECT_EQ(info.error().message, "stopped from outside after 0 frames");
-  const RunData data = read_run(folder_ / "run");
-  EXPECT_FALSE(data.info.finished);
-  EXPECT_TRUE(data.frames.empty());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
+}
+
+/// A robot whose cameras draw random numbers, and lose frames.
+std::string noisy_robot(const testing_support::TemporaryFolder& folder) {
+  std::string text = files::read_text(kSmall);
+  const auto put = [&text](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  put("../../../scenes", TWOCONE_SOURCE_DIR "/scenes");
+  put("encoder_counts_per_turn: 1024",
+      "encoder_counts_per_turn: 1024, camera: {full_well_electrons: 8000, read_noise_electrons: 4, "
+      "drop_probability: 0.15, late_probability: 0.15}");
+  return folder.write("noisy.yaml", text).string();
+}
+
+class Resumed : public RunInTheLab {
+ protected:
+  static constexpr int kFrames = 12, kCutAfter = 4;
+
+  void SetUp() override {
+    robot_ = noisy_robot(temporary_);
+    ASSERT_TRUE(go(robot_, "whole", kFrames));
+    cut("cut");
+  }
+
+  /// A run that is stopped from outside.
+  void cut(const std::string& out) {
+    const auto info = run_until(out, kCutAfter);
+    ASSERT_FALSE(info);
+    ASSERT_GE(read_run(folder_ / out).frames.size(), std::size_t(kCutAfter));
+    ASSERT_LT(read_run(folder_ / out).frames.size(), std::size_t(kFrames));
+  }
+
+  Result<RunInfo> run_until(const std::string& out, int frame) {
+    const files::Robot robot = files::read_robot(robot_);
+    RunOptions options;
+    options.frames = kFrames;
+    options.seed = 7;
+    options.out = folder_ / out;
+    std::atomic<bool> stop{false};
+    const auto stop_there = [&](double done) { stop = stop || done * kFrames >= frame - 0.5; };
+    return run(robot, files::read_map(robot.map), options, stop_there, stop);
+  }
+
+  Result<RunInfo> go_on(const std::string& out, int until = kFrames + 1) {
+    std::atomic<bool> stop{false};
+    const auto stop_there = [&](double done) { stop = stop || done * kFrames >= until - 0.5; };
+    return resume(folder_ / out, {}, stop_there, stop);
+  }
+
+  void expect_like_unbroken(const std::string& out) const {
+    for (const char* table :
+         {"ranges.csv", "fixes.csv", "sightings.csv", "estimate.tum", "odometry.tum", "truth.tum", "drive.csv",
+          "methods/full/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
+      EXPECT_EQ(bytes(folder_ / out / table), bytes(folder_ / "whole" / table)) << table;
+    }
+    const auto whole = read_frames(folder_ / "whole" / "frames.csv"), again = read_frames(folder_ / out / "frames.csv");
+    ASSERT_EQ(again.size(), whole.size());
+    std::uint64_t lost = 0;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      FrameRow row = again[i];
+      row.host_t_s = whole[i].host_t_s;
+      EXPECT_EQ(to_line(row), to_line(whole[i]));
+      lost += whole[i].lower_lost;
+      for (const auto& picture : {lower_picture, upper_picture}) {
+        const auto one = read_picture(picture(folder_ / "whole", i)), other = read_picture(picture(folder_ / out, i));
+        ASSERT_TRUE(one && other) << i;
+        EXPECT_EQ(*one, *other) << i;
+      }
+    }
+    EXPECT_GT(lost, 0U) << "no frame was lost: frame and sequence number are the same, and less was shown";
+    EXPECT_TRUE(read_run(folder_ / out).info.finished);
+  }
+
+  std::string refusal(const std::string& out) {
+    try {
+      (void)go_on(out);
+    } catch (const files::FileError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  std::string robot_;
+};
+
+TEST_F(Resumed, IsLikeAnUnbrokenRun) {
+  const auto info = go_on("cut");
+  ASSERT_TRUE(info) << info.error().message;
+  expect_like_unbroken("cut");
+  EXPECT_THAT(refusal("cut"), testing::HasSubstr("it is finished, with all its 12 frames"));
+}
+
+// As kill -9 leaves it: rows of a frame that is not in frames.csv, half a line, no end told; then cut once more.
+TEST_F(Resumed, ALineHalfWrittenAnImageLostAndASecondStopChangeNothing) {
+  const std::filesystem::path run = folder_ / "cut";
+  const std::string drive = bytes(folder_ / "whole" / "drive.csv"), frames = bytes(run / "frames.csv");
+  std::ofstream(run / "drive.csv", std::ios::trunc) << drive.substr(0, drive.size() / 2);
+  std::ofstream(run / "frames.csv", std::ios::app) << "5,0.3";
+  std::filesystem::remove(lower_picture(run, 1));
+  std::ofstream(upper_picture(run, 2), std::ios::trunc) << "no picture";
+  ASSERT_FALSE(go_on("cut", 2)) << "it was stopped while it replayed";
+  EXPECT_EQ(bytes(run / "frames.csv").substr(0, frames.size()), frames) << "a table was shorter in between";
+  const auto info = go_on("cut");
+  ASSERT_TRUE(info) << info.error().message;
+  expect_like_unbroken("cut");
+}
+
+TEST_F(Resumed, IsRefusedWhereItCouldNotBeTheSame) {
+  const auto change = [](const std::filesystem::path& file, const std::string& from, const std::string& to) {
+    std::string text = bytes(file);
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(file, std::ios::trunc) << text;
+  };
+  const std::filesystem::path yaml = folder_ / "cut" / "run.yaml";
+  const std::string kept = bytes(yaml), robot = bytes(robot_);
+  const auto put_back = [&] {
+    std::ofstream(yaml, std::ios::trunc) << kept;
+    std::ofstream(robot_, std::ios::trunc) << robot;
+  };
+  change(robot_, "wheel_radius_m: 0.05", "wheel_radius_m: 0.06");
+  EXPECT_THAT(refusal("cut"), testing::EndsWith("noisy.yaml: drive.wheel_radius_m was 0.05, and is 0.06"));
+  put_back();
+  change(yaml, "commit: ", "commit: 123");
+  EXPECT_THAT(refusal("cut"), testing::HasSubstr("made it, and this is"));
+  put_back();
+  const std::string scene = TWOCONE_SOURCE_DIR "/scenes/lab.pov";
+  change(yaml, scene + ": \"", scene + ": \"0");
+  EXPECT_THAT(refusal("cut"), testing::EndsWith("lab.pov has changed"));
+  put_back();
+  change(yaml, "name: red", "name: rot");
+  EXPECT_THAT(refusal("cut"), testing::HasSubstr("lab.map.yaml: landmarks[0].name was rot, and is red"));
+  put_back();
+  change(yaml, "driver: sim_povray", "driver: memory");
+  change(yaml, "driver: sim_povray", "driver: memory");
+  change(yaml, "driver: sim_povray", "driver: memory");
+  EXPECT_THAT(refusal("cut"), testing::HasSubstr("its robot is real"));
+  put_back();
+  // What is there and what comes out again must be the same, whatever the reason.
+  change(folder_ / "cut" / "truth.tum", "0.0", "0.1");
+  EXPECT_THROW((void)go_on("cut"), DiskError);
 }
 
 TEST_F(RunInTheLab, ARunIsNotLostToAnother) {

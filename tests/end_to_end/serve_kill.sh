@@ -43,7 +43,7 @@ start_robot() { # FILE OUT
   "$twocone" run --robot "$source_dir/robots/pair/$1.yaml" --frames 100000 --behaviour still --out "$work/$2" \
     >/dev/null 2>"$work/$2.errors" &
 }
-# end PID NAME STATUS: asks it to end, and waits. A run that is stopped from outside has failed: 1.
+# end PID NAME STATUS: asks it to end, and waits. A run that SIGTERM has ended: 128 + 15.
 end() {
   kill -TERM "$1" 2>/dev/null
   eventually "$patience_s" dead "$1" || { fail "$2 does not end"; kill -9 "$1"; }
@@ -106,7 +106,7 @@ for ((i = 0; i < times; i++)); do
     eventually "$patience_s" has_rows "$work/$out" $((before + 2)) || fail "time $i: the other robot does not go on: $(cat "$work/$out.errors")"
     timeout "$patience_s" "$twocone" run --robot "$source_dir/robots/pair/$file.yaml" --frames 2 --behaviour still \
       --out "$work/again$i" >/dev/null 2>"$work/again.errors" || fail "time $i: no new robot $who: $(cat "$work/again.errors")"
-    end "$other" "time $i: the other robot" 1
+    end "$other" "time $i: the other robot" 143
     end "$server" "time $i: the server" 0
     nothing_left || fail "time $i: left in $folder: $(ls -A "$folder")"
     echo "time $i: robot $who killed, noticed within $took ms"

@@ -230,6 +230,19 @@ TEST(RobotFile, AwkwardNamesComeThroughANodeUnchanged) {
   }
 }
 
+// A name with a path in it wrote a run outside of runs/.
+TEST(RobotFile, OnDiskHasANameThatIsFitForAFolder) {
+  const testing_support::TemporaryFolder folder;
+  const auto read_named = [&folder](const std::string& name) {
+    return read_robot(folder.write("robot.yaml", with(good_text(), "name: nina", "name: " + name))).name;
+  };
+  for (const char* const good : {"nina", "lab 2", "K\u00f6nig", "a.b", "'- x'"}) EXPECT_NO_THROW(read_named(good)) << good;
+  for (const std::string& bad : {std::string("../../x"), std::string("/tmp/x"), std::string("a/b"), std::string(".."),
+                                 std::string(".hidden"), std::string("\"a\\nb\""), std::string(201, 'a')}) {
+    EXPECT_THAT(message_of([&] { read_named(bad); }), testing::HasSubstr("must be fit for a folder's name")) << bad;
+  }
+}
+
 TEST(RobotFile, ANodeOfARelativeFileHasAnAbsoluteMap) {
   const std::filesystem::path file = std::filesystem::relative(data("good_robot.yaml"));
   ASSERT_TRUE(file.is_relative());
