@@ -185,11 +185,20 @@ std::vector<std::string> options_of(const Recording& recording) {
   add("--lower-times", recording.lower_times);
   add("--upper-times", recording.upper_times);
   switch (recording.unit) {
-    case StampUnit::kTold: break;
-    case StampUnit::kSeconds: words.insert(words.end(), {"--times-in", "s"}); break;
-    case StampUnit::kMilliseconds: words.insert(words.end(), {"--times-in", "ms"}); break;
-    case StampUnit::kMicroseconds: words.insert(words.end(), {"--times-in", "us"}); break;
-    case StampUnit::kNanoseconds: words.insert(words.end(), {"--times-in", "ns"}); break;
+    case StampUnit::kTold:
+      break;
+    case StampUnit::kSeconds:
+      words.insert(words.end(), {"--times-in", "s"});
+      break;
+    case StampUnit::kMilliseconds:
+      words.insert(words.end(), {"--times-in", "ms"});
+      break;
+    case StampUnit::kMicroseconds:
+      words.insert(words.end(), {"--times-in", "us"});
+      break;
+    case StampUnit::kNanoseconds:
+      words.insert(words.end(), {"--times-in", "ns"});
+      break;
   }
   add("--trajectory", recording.trajectory);
   add("--odometry", recording.odometry);
@@ -242,8 +251,10 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
                                zero.count() % 1'000'000'000));
 
   std::error_code error;
-  if (fs::exists(out) && !fs::exists(out / "run.yaml") && !(fs::is_directory(out) && fs::is_empty(out, error))) {
-    throw runs::DiskError(fmt::format("{} is not an empty folder: choose another --out", out.string()));
+  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out, error))) {
+    const bool is_run = fs::exists(out / "run.yaml");
+    throw runs::DiskError(fmt::format("{} {}: choose another --out, or remove it first", out.string(),
+                                      is_run ? "holds a run already" : "is not an empty folder"));
   }
   runs::NewFolder folder(out);
   store_pictures(pairs, lower, upper, out, progress);

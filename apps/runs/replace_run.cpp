@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Beside kResultFiles and the cameras' folders; what `report` and `compare --scene` add is among them.
-constexpr std::array kRunFiles{"run.yaml",     "frames.csv",  "drive.csv", "truth.tum",          "odometry.tum",
+constexpr std::array kRunFiles{"run.yaml",         "frames.csv",  "drive.csv", "truth.tum",         "odometry.tum",
                                RunLock::kFileName, "report.html", "figures",   "rendered_from.txt", "methods"};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
@@ -61,8 +61,8 @@ bool is_of_run(const std::string& name) {
 bool is_of_frame(const std::string& name) {
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
   const std::string ending = name.substr(digits);
-  return digits >= 6 && (ending == ".png" || ending == ".png.part" || ending == ".truth.csv" ||
-                         ending == ".truth.csv.part");
+  return digits >= 6 &&
+         (ending == ".png" || ending == ".png.part" || ending == ".truth.csv" || ending == ".truth.csv.part");
 }
 
 void refuse_others_files(const fs::path& folder) {

@@ -9,8 +9,8 @@
 namespace twocone::runs {
 
 /// The files that a method's results are, in methods/NAME/ and on top of the run folder. Not every method makes each.
-inline constexpr std::array kResultFiles{"ranges.csv",   "fixes.csv",    "sightings.csv",
-                                         "effort.csv",   "estimate.tum", "track.csv", "summary.json"};
+inline constexpr std::array kResultFiles{"ranges.csv",   "fixes.csv", "sightings.csv", "effort.csv",
+                                         "estimate.tum", "track.csv", "summary.json"};
 
 /// Whether a method's results also go to the top of the folder, where those of the method asked for last are.
 enum class OnTop { kNo, kYes };

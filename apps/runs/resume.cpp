@@ -41,8 +41,9 @@ std::string why_not(const std::filesystem::path& folder, const RunYaml& run) {
     return "its robot is real: where that stands now, no program can put it back to; begin a new run";
   }
   if (!run.robot.attach.empty()) {
-    return fmt::format("its world '{}' is served by another program, where other robots may have moved; begin a new run",
-                       run.robot.attach);
+    return fmt::format(
+        "its world '{}' is served by another program, where other robots may have moved; begin a new run",
+        run.robot.attach);
   }
   if (budget_of(method_named(info.method), run.robot)) {
     return "it has a time budget, so that the clock took part in its answers; begin a new run";
@@ -51,11 +52,17 @@ std::string why_not(const std::filesystem::path& folder, const RunYaml& run) {
   const std::string then = made_by(fmt::format("{} ({})", info.version, info.commit), info.compiler);
   const std::string now = made_by(fmt::format("{} ({})", version(), commit()), compiler());
   if (then != now) return fmt::format("twocone {} made it, and this is {}", then, now);
-  if (std::string changed = changed_since(folder); !changed.empty()) return changed;
+  try {
+    if (std::string changed = changed_since(folder); !changed.empty()) return changed;
+  } catch (const files::FileError& error) {
+    return error.what();
+  }
   return changed_scene(info.scene_files, scene_files(run.map));
 }
 
 }  // namespace
+
+std::string why_not_resumed(const std::filesystem::path& folder) { return why_not(folder, read_run_yaml(folder)); }
 
 Result<RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
                        const std::atomic<bool>& stop) {

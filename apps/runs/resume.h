@@ -3,15 +3,20 @@
 
 #include <atomic>
 #include <filesystem>
+#include <string>
 
 #include "apps/runs/run.h"
 
 namespace twocone::runs {
 
-/// Goes on with a simulated run that was interrupted or killed, so that its tables and images become those of an unbroken
-/// one: the world is driven again from the start, which costs little, and the images that are there are looked at in
-/// place of rendered ones. Every row that is there must come out again; a run whose tables say otherwise is refused.
-/// No table is ever shorter than before, also when this is killed in its turn.
+/// Why resume() would refuse the run, as far as can be told before it is driven; empty: it would not.
+/// @throws files::FileError for a folder that is no run
+std::string why_not_resumed(const std::filesystem::path& folder);
+
+/// Goes on with a simulated run that was interrupted or killed, so that its tables and images become those of an
+/// unbroken one: the world is driven again from the start, which costs little, and the images that are there are looked
+/// at in place of rendered ones. Every row that is there must come out again; a run whose tables say otherwise is
+/// refused. No table is ever shorter than before, also when this is killed in its turn.
 ///
 /// effort.csv and the last column of frames.csv tell what the machine did, and are not repeated.
 /// @param options only `tell` and `open` count; the rest is the run's own

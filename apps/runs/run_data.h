@@ -39,18 +39,18 @@ struct RunInfo {
   std::string method;     ///< asked for when it was run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
-  bool truth = false;                      ///< RunOptions::truth
-  std::vector<SourceFile> scene_files{};   ///< the scene and what it names; none on hardware
-  std::vector<std::string> effects;        ///< of the simulation that are on, each with its reason; none on hardware
+  bool truth = false;                         ///< RunOptions::truth
+  std::vector<SourceFile> scene_files{};      ///< the scene and what it names; none on hardware
+  std::vector<std::string> effects;           ///< of the simulation that are on, each with its reason; none on hardware
   std::vector<std::string> import_options{};  ///< of kImported: words of the command but for --out
-  std::vector<std::string> devices{};      ///< of a real robot: what each is and what it made of its settings
-  std::optional<CaptureCounts> capture{};  ///< of a real robot
-  bool finished = false;                   ///< false: the run was cut off, by a kill, a full disk or a device
-  double wall_s = 0;                       ///< of the whole run; 0 if it was cut off
-  double render_wait_s = 0;                ///< of that, waiting for pictures
-  double own_cpu_s = 0;                    ///< processor time of this program
-  double render_cpu_s = 0;                 ///< processor time of the programs it started: POV-Ray
-  std::vector<std::string> events;         ///< what happened on the way, a sentence each
+  std::vector<std::string> devices{};         ///< of a real robot: what each is and what it made of its settings
+  std::optional<CaptureCounts> capture{};     ///< of a real robot
+  bool finished = false;                      ///< false: the run was cut off, by a kill, a full disk or a device
+  double wall_s = 0;                          ///< of the whole run; 0 if it was cut off
+  double render_wait_s = 0;                   ///< of that, waiting for pictures
+  double own_cpu_s = 0;                       ///< processor time of this program
+  double render_cpu_s = 0;                    ///< processor time of the programs it started: POV-Ray
+  std::vector<std::string> events;            ///< what happened on the way, a sentence each
 };
 
 /// A row of frames.csv.

@@ -168,7 +168,8 @@ void add_calibrate(CLI::App& program) {
   command->add_option("--out", options->out, "Robot file to write")->required();
   command->add_option("--robot", options->robot, "Robot file to begin from; default: the run's own");
   command->add_option("--json", options->json, "The numbers for programs; default: STEM.calibration.json beside --out");
-  command->add_option("--figures", options->figures, "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
+  command->add_option("--figures", options->figures,
+                      "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
   command->add_option("--frames", options->settings.frames, "How many frames to look at, spread over the runs")
       ->check(CLI::Range(4, 100'000))
       ->capture_default_str();

@@ -112,7 +112,8 @@ void judge(const Options& options, const compare::Comparison& comparison) {
 /// The comparison's folder, locked. One that was made here goes again where nothing was kept in it to go on from.
 class OutFolder {
  public:
-  explicit OutFolder(const std::filesystem::path& folder) : folder_(folder), was_there_(std::filesystem::exists(folder)) {
+  explicit OutFolder(const std::filesystem::path& folder)
+      : folder_(folder), was_there_(std::filesystem::exists(folder)) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw CommandFailed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
@@ -142,7 +143,8 @@ class OutFolder {
 };
 
 std::string next_step(const std::filesystem::path& out) {
-  return fmt::format("interrupted: what was measured is kept in {}; next: the same command goes on there", out.string());
+  return fmt::format("interrupted: what was measured is kept in {}; next: the same command goes on there",
+                     out.string());
 }
 
 void execute(Options options) {

@@ -41,10 +41,10 @@ runs::RunData localise(const Options& options, runs::Method method, const std::f
   runs::LocaliseOptions how;
   if (options.allow_missing) how.missing = runs::Missing::kAllowed;
   how.stop = &stop;
-  return value_or_interrupted(runs::localise(
-                                  folder, method, [&bar](double done) { bar.show(done); }, how),
-                              fmt::format("interrupted: {} is as it was; next: the same command again",
-                                          options.folder.string()));
+  return value_or_interrupted(
+      runs::localise(
+          folder, method, [&bar](double done) { bar.show(done); }, how),
+      fmt::format("interrupted: {} is as it was; next: the same command again", options.folder.string()));
 }
 
 /// The run's images under another robot's file. What fails leaves no folder that would bar the next try.

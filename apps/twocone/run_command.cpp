@@ -10,13 +10,12 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/to_layers.h"
 #include "apps/report/table.h"
 #include "apps/runs/effort.h"
 #include "apps/runs/resume.h"
 #include "apps/runs/run.h"
-#include "apps/twocone/command_line.h"
 #include "apps/runs/run_yaml.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -28,7 +27,7 @@ namespace {
 struct Options {
   std::filesystem::path robot;
   std::filesystem::path resume;  ///< run folder; empty: a new run
-  std::string method;  ///< empty: the robot file's
+  std::string method;            ///< empty: the robot file's
   std::optional<double> budget_ms;
   runs::RunOptions run;
   double patience_s = std::chrono::duration<double>(run.patience).count();
@@ -51,14 +50,15 @@ files::Robot with_budget(files::Robot robot, const Options& options) {
 }
 
 /// What an interrupted run has left, and how it goes on.
-std::string next_step(const runs::RunOptions& run, bool is_simulated) {
+std::string next_step(const runs::RunOptions& run) {
   if (!std::filesystem::exists(run.out / "run.yaml")) {
     return "interrupted before its first frame: no run folder is left; next: the same command again";
   }
   const std::string folder = run.out.string();
   const runs::RunData data = runs::read_run(run.out, "", runs::Tables::kFrames);
   return fmt::format("interrupted: {} of {} frames are in {}; next: twocone {} {}", data.frames.size(),
-                     data.info.frames_wanted, folder, is_simulated ? "run --resume" : "report", folder);
+                     data.info.frames_wanted, folder,
+                     runs::why_not_resumed(run.out).empty() ? "run --resume" : "report", folder);
 }
 
 Result<runs::RunInfo> drive(Options& options, const runs::Progress& progress, const std::atomic<bool>& stop,
@@ -90,7 +90,7 @@ void execute(Options options) {
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
     const auto driven = drive(
         options, [&bar](double done) { bar.show(done); }, stop, robot);
-    if (!driven && stop) throw Interrupted(next_step(options.run, files::is_simulated(robot)));
+    if (!driven && stop) throw Interrupted(next_step(options.run));
     value_or_fail(driven);
   }
   const runs::RunData data = runs::read_run(options.run.out);

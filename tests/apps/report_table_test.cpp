@@ -276,8 +276,9 @@ TEST(RepeatCommand, KeepsLettersAndNoControlCharacters) {
   EXPECT_EQ(shell_word("a\xff"), "$'a\\xff'");
   files::Robot robot = synthetic_robot();
   robot.file = "Käthe.yaml";
-  EXPECT_NE(table(known_summary(), known_info(), robot, nullptr, nullptr).find("repeat: twocone run --robot 'Käthe.yaml'"),
-            std::string::npos);
+  EXPECT_NE(
+      table(known_summary(), known_info(), robot, nullptr, nullptr).find("repeat: twocone run --robot 'Käthe.yaml'"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -85,6 +85,10 @@ expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "
 expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
 expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
 expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
+# Named after the robot file: what another calibration left in the folder is not in the way.
+touch "$work/calibration.json" "$work/twice.calibration.json"
+expect 'calibrate beside another' 1 'no run here' "$twocone" calibrate "$lab" --out "$work/once.yaml"
+expect 'calibrate onto numbers' 1 'twice.calibration.json exists: --force' "$twocone" calibrate "$lab" --out "$work/twice.yaml"
 import() { "$twocone" import --robot robots/small.yaml --lower "$work/cam0" --upper "$work/cam1" --out "$work/imported" "$@"; }
 export -f import
 mkdir "$work/cam0" "$work/cam1"
@@ -134,6 +138,7 @@ expect 'compare with a limit nan' 2 'max-range-mm is nan' bash -c 'compare none 
 expect 'compare without false alarms' 2 'false-alarm is 0, must be above 0 and below 1' bash -c 'compare none none --false-alarm 0'
 expect 'compare onto a robot file' 1 'small.yaml exists: --force replaces it' bash -c 'compare none none --write-robot robots/small.yaml'
 expect 'compare with too few frames' 2 'frames: Value 3 not in range' bash -c 'compare none none --frames 3'
+[ -e "$work/comparison" ] && fail 'compare: a folder was left behind'
 expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none --out "$work/file"
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
@@ -148,6 +153,17 @@ expect 'a robot file for a map' 1 'small.yaml: is a robot file; a map is wanted'
 printf 'name: tab\n\tmap: x\n' >robots/tab.yaml
 expect 'robot file indented by a tab' 1 'tab.yaml:2: the line is indented by a tab' bash -c 'run --robot robots/tab.yaml'
 expect 'no robot' 2 'robot' "$twocone" run
+expect 'neither robot nor run' 2 'robot is required, or --resume' "$twocone" run
+expect 'resume of no run' 1 'no run here' "$twocone" run --resume "$lab"
+expect 'resume with another option' 2 'resume excludes --seed' "$twocone" run --resume "$lab" --seed 3
+expect 'localise with --force alone' 2 'force needs --out' "$twocone" localise "$lab" --force
+expect 'run onto a folder of others' 1 'does not replace .*: it is no run of twocone' "$twocone" run --robot robots/small.yaml --frames 1 --out "$lab/robots" --force
+ln -s "$lab/robots" "$work/link"
+expect 'run onto a link' 1 'does not replace .*: it is a link' "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/link/" --force
+expect 'run onto the working folder' 1 'does not replace [.]: ' "$twocone" run --robot robots/small.yaml --frames 1 --out . --force
+[ -e robots/small.yaml ] || fail '--force has removed what is no run'
+variant robots/small.yaml 's|^name: small|name: ../../small|' robots/elsewhere.yaml
+expect 'robot with a path for a name' 1 "name is '../../small', must be fit for a folder" "$twocone" run --robot robots/elsewhere.yaml
 expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many
 expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 0
 expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --method magic

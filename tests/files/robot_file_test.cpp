@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/files/robot_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include "tests/files/fixtures.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::files {
 namespace {
@@ -236,7 +238,8 @@ TEST(RobotFile, OnDiskHasANameThatIsFitForAFolder) {
   const auto read_named = [&folder](const std::string& name) {
     return read_robot(folder.write("robot.yaml", with(good_text(), "name: nina", "name: " + name))).name;
   };
-  for (const char* const good : {"nina", "lab 2", "K\u00f6nig", "a.b", "'- x'"}) EXPECT_NO_THROW(read_named(good)) << good;
+  for (const char* const good : {"nina", "lab 2", "K\u00f6nig", "a.b", "'- x'"})
+    EXPECT_NO_THROW(read_named(good)) << good;
   for (const std::string& bad : {std::string("../../x"), std::string("/tmp/x"), std::string("a/b"), std::string(".."),
                                  std::string(".hidden"), std::string("\"a\\nb\""), std::string(201, 'a')}) {
     EXPECT_THAT(message_of([&] { read_named(bad); }), testing::HasSubstr("must be fit for a folder's name")) << bad;

@@ -146,6 +146,17 @@ TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
   EXPECT_THAT(run.info.events.back(), HasSubstr("and so it stayed"));
 }
 
+// The folder of a start that failed barred the same command.
+TEST_F(DeviceRun, ThatFailsBeforeItsFirstFrameLeavesNoFolder) {
+  drive_faults_.disconnect_after = 0;
+  options_.patience = 0ms;
+  EXPECT_FALSE(go());
+  EXPECT_FALSE(std::filesystem::exists(options_.out));
+  drive_faults_ = {};
+  const auto info = go();
+  EXPECT_TRUE(info) << info.error().message;
+}
+
 TEST_F(DeviceRun, WithoutPatienceTheFirstFailureEndsIt) {
   lower_faults_.disconnect_after = kGoesAfter;
   options_.patience = 0ms;

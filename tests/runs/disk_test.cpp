@@ -40,7 +40,8 @@ TEST(Disk, LinesAreThereAtOnce) {
   EXPECT_EQ(folder.read("a.csv"), "1,2\n3,4\n");
 }
 
-// Catches a table that is shorter than before while a run is gone on with, and one that goes on otherwise than it began.
+// Catches a table that is shorter than before while a run is gone on with, and one that goes on otherwise than it
+// began.
 TEST(Disk, KeptLinesStayAndMustBeTheSame) {
   const TemporaryFolder folder;
   const auto file = folder.write("a.csv", "a,b\n1,2.5\n3,4");  // killed in the middle of a line
