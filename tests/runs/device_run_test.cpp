@@ -135,7 +135,7 @@ TEST_F(DeviceRun, TellsWhatEachFramesAnswerTook) {
 }
 
 TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
-  drive_faults_.disconnect_after = kGoesAfter;  // for good
+  drive_faults_.disconnect_after = 4 * kGoesAfter;  // for good, and after the first frames were looked at
   options_.patience = 300ms;
   const auto info = go();
   ASSERT_FALSE(info);
