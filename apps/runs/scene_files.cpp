@@ -24,8 +24,9 @@ std::string digest_of(std::string_view bytes) {
 
 class SceneFiles {
  public:
-  explicit SceneFiles(const fs::path& scene) : folder_(fs::absolute(scene).lexically_normal().parent_path()) {
-    add(scene);
+  explicit SceneFiles(const files::Map& map) : folders_(map.scene_paths) {
+    folders_.push_back(fs::absolute(*map.scene).lexically_normal().parent_path());
+    add(*map.scene);
   }
   [[nodiscard]] const std::map<std::string, std::string>& digests() const { return digests_; }
 
@@ -52,12 +53,14 @@ class SceneFiles {
       const std::string_view name = std::string_view(text).substr(open + 1, close - open - 1);
       // A quotation mark that only opens, in a comment say, must not hide the names behind it.
       const bool is_name = !name.empty() && name.size() < 256 && name.find('\n') == std::string_view::npos;
-      if (is_name) add(folder_ / name);
+      for (const fs::path& folder : folders_) {
+        if (is_name) add(folder / name);
+      }
       open = is_name ? text.find('"', close + 1) : close;
     }
   }
 
-  const fs::path folder_;
+  std::vector<fs::path> folders_;
   std::map<std::string, std::string> digests_;
 };
 
@@ -65,7 +68,7 @@ class SceneFiles {
 
 std::vector<SourceFile> scene_files(const files::Map& map) {
   std::vector<SourceFile> sources;
-  const SceneFiles files(*map.scene);
+  const SceneFiles files(map);
   for (const auto& [file, digest] : files.digests()) sources.push_back({file, digest});
   return sources;
 }
