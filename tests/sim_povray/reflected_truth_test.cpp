@@ -34,6 +34,7 @@ const std::filesystem::path kScenes = std::filesystem::path(TWOCONE_SOURCE_DIR) 
 PlaceSettings place(const char* scene) {
   PlaceSettings settings;
   settings.scene = kScenes / scene;
+  settings.scene_paths = {kScenes};  // as their maps name the folder parts
   settings.unit_m = 0.05;
   return settings;
 }
