@@ -52,7 +52,7 @@ kill -TERM "$endless"
 for _ in $(seq 200); do kill -0 "$endless" 2>/dev/null || break; sleep 0.1; done
 kill -0 "$endless" 2>/dev/null && { kill -9 "$endless"; fail "a stop is not heard while the first images are rendered"; }
 wait "$endless" && fail "a run that was stopped ended well"
-grep -q "stopped" "$work/endless.log" || fail "endless: $(cat "$work/endless.log")"
+grep -q "interrupted before its first frame" "$work/endless.log" || fail "endless: $(cat "$work/endless.log")"
 
 "$twocone" serve --scene "$work/map/near.pov" >/dev/null 2>"$work/serve.log" && fail "a scene was taken for a map"
 grep -q "is a POV-Ray scene; a map is wanted" "$work/serve.log" || fail "serve: $(cat "$work/serve.log")"
