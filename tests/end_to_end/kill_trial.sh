@@ -186,9 +186,12 @@ trial() { # NUMBER SIGNAL
 }
 
 count() { grep -c "$1" "$2" 2>/dev/null || true; }
+: >shell.err
 for signal in KILL INT; do
+  first=0
+  [ $signal = INT ] && first=100000
   for ((i = $(count "^$signal" done.txt); i < times; i++)); do
-    trial $((i + (signal == INT ? 100000 : 0))) $signal 2>>shell.err
+    trial $((first + i)) $signal 2>>shell.err
     ((failures)) && cat shell.err >&2 && finish
   done
 done

@@ -249,8 +249,8 @@ class Resumed : public RunInTheLab {
 
   void expect_like_unbroken(const std::string& out) const {
     for (const char* table :
-         {"ranges.csv", "fixes.csv", "sightings.csv", "estimate.tum", "odometry.tum", "truth.tum", "drive.csv", "track.csv",
-          "methods/full/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
+         {"ranges.csv", "fixes.csv", "sightings.csv", "estimate.tum", "odometry.tum", "truth.tum", "drive.csv",
+          "track.csv", "methods/full/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
       EXPECT_EQ(bytes(folder_ / out / table), bytes(folder_ / "whole" / table)) << table;
     }
     const auto whole = read_frames(folder_ / "whole" / "frames.csv"), again = read_frames(folder_ / out / "frames.csv");

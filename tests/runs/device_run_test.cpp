@@ -73,7 +73,7 @@ class DeviceRun : public testing::Test {
   [[nodiscard]] std::vector<std::string> told() const {
     std::vector<std::string> events;
     for (const std::string& event : told_) {
-      if (!event.starts_with("warning: ")) events.push_back(event);
+      if (!event.starts_with("warning: ") && !event.starts_with("note: ")) events.push_back(event);
     }
     return events;
   }

@@ -25,10 +25,12 @@ class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
  protected:
   /// The old ones are of method full, with sightings; the new ones of paper, without, and shorter.
   void SetUp() override {
-    put("full", "old", {"ranges.csv", "fixes.csv", "sightings.csv", "effort.csv", "estimate.tum", "summary.json"});
-    put("paper", "old paper", {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "summary.json"});
+    put("full", "old",
+        {"ranges.csv", "fixes.csv", "sightings.csv", "effort.csv", "estimate.tum", "track.csv", "summary.json"});
+    put("paper", "old paper", {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "track.csv", "summary.json"});
     ResultsExchange exchange(run_, "full");
-    fill(exchange.stage(), "old", {"ranges.csv", "fixes.csv", "sightings.csv", "effort.csv", "estimate.tum"});
+    fill(exchange.stage(), "old",
+         {"ranges.csv", "fixes.csv", "sightings.csv", "effort.csv", "estimate.tum", "track.csv"});
     exchange.commit(OnTop::kYes);
   }
 
@@ -44,7 +46,7 @@ class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
   bool replaced(int steps) const {
     try {
       ResultsExchange exchange(run_, "paper");
-      fill(exchange.stage(), "new", {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum"});
+      fill(exchange.stage(), "new", {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "track.csv"});
       exchange.commit(OnTop::kYes, GetParam(), killed_before(steps));
       return true;
     } catch (const Killed&) {
@@ -61,9 +63,9 @@ class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
     return all;
   }
 
-  static constexpr const char* kOld = "old;old;old;old;old;-;";
-  static constexpr const char* kOldPaper = "old paper;old paper;-;old paper;old paper;old paper;";
-  static constexpr const char* kNew = "new;new;-;new;new;-;";
+  static constexpr const char* kOld = "old;old;old;old;old;old;-;";
+  static constexpr const char* kOldPaper = "old paper;old paper;-;old paper;old paper;old paper;old paper;";
+  static constexpr const char* kNew = "new;new;-;new;new;new;-;";
 
   const TemporaryFolder temporary_;
   const std::filesystem::path run_ = temporary_.path() / "run";
