@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -22,6 +23,8 @@ constexpr double kDark = 6;        // likewise: black and the noise on it
 constexpr double kInlier_px = 1.0;
 constexpr double kMinSupport = 1.0 / 3;
 constexpr int kIterations = 30;
+// The step from the last lit pixel is spread over the diagonals of two pixels by the interpolation.
+constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
 
 double sample(const cv::Mat& grey, double x, double y) {
   const int column = static_cast<int>(std::floor(x));
@@ -33,29 +36,34 @@ double sample(const cv::Mat& grey, double x, double y) {
          fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
 }
 
-/// Brightness along the search, outwards, as far as the picture goes.
-std::vector<double> profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
+/// Brightness along one direction, outwards.
+struct Profile {
+  std::vector<double> grey;  ///< the search and a little beyond it, as far as the picture goes
+  std::size_t searched = 0;  ///< so many of them are the search
+};
+
+Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
   // No more than the picture is wide and high.
   const double longest = 2.0 * (grey.cols + grey.rows);
-  const int count = static_cast<int>(std::min(2 * kSearch * about.radius_px, longest) * kSamplesPerPixel);
+  const auto search = std::size_t(std::min(2 * kSearch * about.radius_px, longest) * kSamplesPerPixel);
   std::vector<double> profile;
-  for (int i = 0; i < count; ++i) {
+  // What gets dark at the very end of the search is seen to stay dark by what lies behind it.
+  for (std::size_t i = 0; i < search + 2 * kSpread; ++i) {
     const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
     if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) break;
     profile.push_back(sample(grey, p.x(), p.y()));
   }
-  return profile;
+  const std::size_t searched = std::min(search, profile.size());
+  return {std::move(profile), searched};
 }
 
-/// The samples before the picture gets dark and stays so to the end of the search: a picture may hold the mirror and
-/// its nearest surroundings only, and where it ends is no rim.
-std::size_t lit(const std::vector<double>& profile) {
-  const auto last = std::find_if(profile.rbegin(), profile.rend(), [](double grey) { return grey > kDark; });
-  const auto lit = std::size_t(profile.rend() - last);
-  // The step from the last lit pixel is spread over the diagonals of two pixels by the interpolation.
-  constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
-  if (profile.size() - lit <= kSpread) return profile.size();
-  return lit > kSpread ? lit - kSpread : 0;
+/// The samples of the search before the picture gets dark and stays so: a picture may hold the mirror and its nearest
+/// surroundings only, and where it ends is no rim.
+std::size_t lit(const Profile& profile) {
+  const auto last = std::find_if(profile.grey.rbegin(), profile.grey.rend(), [](double grey) { return grey > kDark; });
+  const auto lit = std::size_t(profile.grey.rend() - last);
+  if (profile.grey.size() - lit <= kSpread) return profile.searched;
+  return std::min(lit > kSpread ? lit - kSpread : 0, profile.searched);
 }
 
 /// The place of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
@@ -93,8 +101,8 @@ std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircl
   for (int i = 0; i < kDirections; ++i) {
     const double angle_rad = 2 * std::numbers::pi * i / kDirections;
     const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
-    const std::vector<double> profile = profile_along(grey, about, out);
-    const auto step = strongest_step(profile, which == Edges::kAll ? profile.size() : lit(profile), least);
+    const Profile profile = profile_along(grey, about, out);
+    const auto step = strongest_step(profile.grey, which == Edges::kAll ? profile.searched : lit(profile), least);
     if (!step) continue;
     edges.emplace_back(about.centre_px + out * (about.radius_px * (1 - kSearch) + *step / kSamplesPerPixel));
   }
