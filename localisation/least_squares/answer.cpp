@@ -162,12 +162,13 @@ double limit_of(const Problem& problem, const Minima& minima) {
   return std::min(best, largest_believed(problem)) + kRival;
 }
 
-/// Adds every minimum that could be the answer or its rival.
-void add_searched(const Problem& problem, Minima& minima) {
-  // The lowest come first. Only numbers that contradict each other by orders of magnitude leave more.
-  constexpr int kMostStarts = 256;
+/// Adds every minimum that could be the answer or its rival. @returns whether that is all of them
+bool add_searched(const Problem& problem, Minima& minima) {
+  // Of cells that could not be made small; the lowest come first.
+  constexpr int kMostCoarse = 256;
   const double limit = limit_of(problem, minima);
-  int starts = 0;
+  int coarse = 0;
+  bool is_all = true;
   for (const Cell& cell : cells_below(problem, limit)) {
     // Where the parabola of a known minimum is what is found, there is no other.
     const auto is_told_by = [&](const Minimum& m) {
@@ -176,10 +177,13 @@ void add_searched(const Problem& problem, Minima& minima) {
     };
     const std::span<const Minimum> known = minima.all();
     if (std::any_of(known.begin(), known.end(), is_told_by)) continue;
-    if (cell.is_fine && !may_hold_minimum(problem, cell.middle, cell.reach)) continue;
-    if (++starts > kMostStarts) return;
+    if (cell.is_small ? !may_hold_minimum(problem, cell.middle, cell.reach, cell.is_fine) : ++coarse > kMostCoarse) {
+      is_all = is_all && cell.is_small;
+      continue;
+    }
     minima.add(minimise(problem, cell.middle, kWorth * limit));
   }
+  return is_all;
 }
 
 Answer nothing(FixVerdict verdict) {
@@ -310,6 +314,7 @@ Answer solve(const Problem& problem) {
   Minima minima;
   Starts starts;
   bool is_settled = false;
+  bool is_searched = true;
   if (problem.places.both >= 2) {
     const Alignment alignment = align(problem);
     const Minimum m = minimise(problem, alignment.state);
@@ -325,9 +330,11 @@ Answer solve(const Problem& problem) {
       minima.add(m);
       if (starts.is_one_valley && m.converged && m.cost < limit) break;
     }
-    if (problem.has_heading && problem.places.ranged >= 1) add_searched(problem, minima);
+    if (problem.has_heading && problem.places.ranged >= 1) is_searched = add_searched(problem, minima);
   }
   Answer a = weigh(problem, minima);
+  // An answer beside which others may stand is none; a weak one says so itself.
+  if (!is_searched && a.verdict != FixVerdict::kWeak) a.verdict = FixVerdict::kTooFew;
   if (a.verdict != FixVerdict::kTooFew && a.verdict != FixVerdict::kContradictory) {
     a.is_consistent = is_consistent(problem, a);
   }

@@ -26,6 +26,7 @@ struct Sector {
   double half_turn_rad;
   double radius;
   double half_radius;
+  bool is_small = false;
   bool is_fine = false;
 };
 
@@ -91,6 +92,7 @@ class Search {
         if (judged.least > limit_) continue;
         if (judged.is_small) {
           small.push_back(s);
+          small.back().is_small = true;
           small.back().is_fine = judged.is_fine;
           continue;
         }
@@ -184,7 +186,7 @@ class Search {
   [[nodiscard]] Cell middle_of(const Sector& sector) const {
     const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
     const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
-    Cell cell{with_heading(problem_, x, y), reach_of(sector), 0, sector.is_fine};
+    Cell cell{with_heading(problem_, x, y), reach_of(sector), 0, sector.is_small, sector.is_fine};
     cell.cost = cost_at(problem_, cell.middle);
     return cell;
   }

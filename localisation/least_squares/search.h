@@ -10,9 +10,10 @@ namespace twocone::localisation::least_squares {
 /// A small part of the plane in which chi-squared may be as low as was asked for, and the best heading at its middle.
 struct Cell {
   State middle;
-  double reach = 0;      ///< of its farthest place from the middle
-  double cost = 0;       ///< chi-squared at the middle
-  bool is_fine = false;  ///< no whitened number changes within it by more than kCellSigmas
+  double reach = 0;       ///< of its farthest place from the middle
+  double cost = 0;        ///< chi-squared at the middle
+  bool is_small = false;  ///< false only where halving ended early
+  bool is_fine = false;   ///< no whitened number changes within it by more than kCellSigmas
 };
 
 /// Where chi-squared can be below `limit`: cells of some two sigmas that cover all such places, the lowest first.
@@ -29,6 +30,6 @@ struct Cell {
 std::vector<Cell> cells_below(const Problem& problem, double limit);
 
 constexpr double kCellSigmas = 2;
-constexpr int kMostCells = 2048;
+constexpr int kMostCells = 8192;
 
 }  // namespace twocone::localisation::least_squares

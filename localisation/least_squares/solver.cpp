@@ -380,11 +380,13 @@ Minimum minimise(const Problem& problem, const State& start, double worth) {
       problem, [&]<class W>(W& work) { return minimise_in<W::MaxRowsAtCompileTime>(problem, start, worth, work); });
 }
 
-bool may_hold_minimum(const Problem& problem, const State& state, double reach) {
+bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine) {
   constexpr double kReaches = 4;    // of a step that is right to a quarter of itself
   constexpr double kNoticed = 0.5;  // of chi-squared, that a ridge falls by
   Minimum here{.state = state};
   here.cost = linearise(problem, state, 0, here.factor);
+  // Where residuals are many sigmas off, their bend would hide that first order holds within a cell.
+  if (!is_fine) return solve(here.factor, problem.unknowns()).head<2>().norm() <= kReaches * reach;
   const Bowl bowl(problem, here, nearest_by_rounding(problem));
   if (!bowl.is_number) return false;
   if (bowl.least() > 0) return bowl.step(here.factor, 0).head<2>().norm() <= kReaches * reach;

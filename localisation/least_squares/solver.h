@@ -45,8 +45,9 @@ constexpr int kMaxSteps = 60;
 Eigen::Vector3d scale_of(const Factor& factor, int unknowns);
 
 /// Whether a minimum may lie within `reach` of a place, or a few times as far: what the slope and all second
-/// derivatives there say. `reach` is small against what they change by.
-bool may_hold_minimum(const Problem& problem, const State& state, double reach);
+/// derivatives there say, or the first ones where the cell is small against the distance of each landmark only
+/// (Cell::is_fine).
+bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine);
 
 /// The singular values (falling) and directions of R with its columns scaled.
 struct Directions {

@@ -150,6 +150,19 @@ TEST(FixRivalsByName, TheRivalOfOneRangeAndThreeBearings) {
       << fix.other_position_m->transpose();
 }
 
+TEST(FixRivalsByName, ARivalBesideALandmark) {
+  // 11 mm from the landmark, which is four sigmas of the range: any direction is near.
+  LandmarkMeasurement range{
+      .landmark_m = {0.66362509629252564, -0.24516542899601879}, .range_m = 2.9946061864717031, .bearing_rad = {}};
+  LandmarkMeasurement one{
+      .landmark_m = {-0.84491227332138585, 2.3409873231601086}, .range_m = {}, .bearing_rad = 0.12123051411813503};
+  LandmarkMeasurement two{
+      .landmark_m = {1.3899570841760625, -2.0448408761398884}, .range_m = {}, .bearing_rad = -1.4474583102456482};
+  for (auto* m : {&range, &one, &two}) m->covariance = Eigen::Vector2d(0.003 * 0.003, 0.0009 * 0.0009).asDiagonal();
+  const Fix fix = fix_by_least_squares(std::vector{range, one, two});
+  EXPECT_TRUE(fix.verdict == FixVerdict::kAmbiguous || fix.verdict == FixVerdict::kTooFew) << to_string(fix.verdict);
+}
+
 INSTANTIATE_TEST_SUITE_P(Mixed, FixRivals,
                          ::testing::Values(Mixed{"R+3B", 0, 1, 3, false}, Mixed{"R+B+B", 0, 1, 2, false},
                                            Mixed{"RR+BB", 0, 2, 2, false}, Mixed{"RB+B+B", 1, 0, 2, false}),
