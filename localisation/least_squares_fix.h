@@ -24,16 +24,17 @@ namespace twocone::localisation {
 /// Where two landmarks with range and bearing do not settle which minimum it is, and there is a range and a bearing,
 /// all places where chi-squared may be low enough are searched by branch and bound (least_squares/search.h), so that
 /// each local minimum within kRival = 27 of the lowest is found: tests/localisation/fix_rivals_test.cpp, against a
-/// search from everywhere. bench/localisation_bench prints what such a set costs (FixOfMixed) beside one that is
-/// settled.
+/// search from everywhere. Where the search cannot be ended (sigmas that differ by many orders of magnitude), there is
+/// no answer: kTooFew. Such a set costs 11 to 18 times a settled one of six landmarks, and one range with two bearings,
+/// whose circle and arc may touch, up to some 700 times (FixOfMixed beside FixByLeastSquares/6 in
+/// bench/localisation_bench).
 ///
 /// * Needs: two ranges (then two answers, or one in between), or two landmarks with range and bearing, or three
 ///   bearings, or one range and two bearings; fewer: kTooFew. Ranges alone give a position without heading
 ///   (Fix::heading_rad empty; the covariance's heading row and column zero).
-/// * kAmbiguous: a second local minimum has a chi-squared of at most 27 above the lowest: both, each with its
-/// covariance,
-///   the better first. Bearings decide where they can. With a third one, or where the second one has no covariance to
-///   first order, more is open than two answers say: kTooFew.
+/// * kAmbiguous: a second local minimum has a chi-squared of at most 27 above the lowest: both, each with
+///   its covariance, the better first. Bearings decide where they can. With a third one, or where the second one has no
+///   covariance to first order, more is open than two answers say: kTooFew.
 /// * kWeak: one direction is not seen to first order: the scaled Jacobian's last singular value is what rounding leaves
 ///   (T3), or chi-squared three sigmas out along that direction is not the 9 that it promises, or two minima have no
 ///   ridge of 9 between them. The position is the minimum; between two minima, on the middle along that direction. The
@@ -43,15 +44,15 @@ namespace twocone::localisation {
 /// * Outliers: where chi-squared of the fit, or of one landmark against the others' forecast of it, is what noise makes
 ///   less often than 1e-4, the smallest set of landmarks is looked for whose removal explains the rest
 ///   (least_squares/outliers.h): one or two of up to 8 in turn; else any number by consensus of samples in a fixed
-///   order, at a cost linear in the landmarks (FixWithOutliers in bench/localisation_bench). Fewer are left out than
+///   order, at a cost linear in the landmarks, 20 to 35 times the fix without outliers (FixWithOutliers beside
+///   FixByLeastSquares in bench/localisation_bench, and fix_outliers_test). Fewer are left out than
 ///   believed, and three or more are believed: two against one cannot be decided. If two such sets tell different
 ///   places, or none explains: kContradictory, unless chi-squared is at most 9 times its degrees of freedom (3 or
 ///   more): then all are taken, as sigmas that are too small. An error that the other measurements do not forecast well
 ///   enough to show cannot be found: tests/localisation/least_squares_statistics_test.cpp counts such rooms. Up to half
 ///   may be wrong; with more than that in agreement, the wrong ones are believed.
-/// * A length 1e8 times the middle one of them is left out before, as an outlier, where the others give a fix that
-/// three
-///   landmarks confirm and that does not expect it.
+/// * A length 1e8 times the middle one of them is left out before, as an outlier, where the others give a fix
+///   that three landmarks confirm and that does not expect it.
 /// * A measurement with a number that is negative (range), not finite, or a covariance that is not positive definite is
 /// no
 ///   measurement: left out and counted in Fix::unusable. So is one without any number, and a range whose sigma is 1e8
