@@ -7,7 +7,8 @@ frames=${3:-10}
 export XDG_RUNTIME_DIR=$work/runtime
 mkdir -m 700 "$XDG_RUNTIME_DIR"
 # Without the trolley nothing moves but the robots.
-sed "/^moving:/,/^[a-z]/{/^moving:/d;/^ *- /d}; s|^scene:.*|scene: $source_dir/scenes/pair/pair.pov|" \
+sed "/^moving:/,/^[a-z]/{/^moving:/d;/^ *- /d}; s|^scene:.*|scene: $source_dir/scenes/pair/pair.pov|
+     s|^scene_paths:.*|scene_paths: [$source_dir/scenes]|" \
   "$source_dir/scenes/pair/pair.map.yaml" >"$work/pair.map.yaml"
 for robot in one two; do
   sed "s|^map:.*|map: $work/pair.map.yaml|" "$source_dir/robots/pair/$robot.yaml" >"$work/$robot.yaml"
@@ -16,6 +17,7 @@ done
 server=$!
 trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$work"' EXIT
 for _ in $(seq 100); do grep -q "serving 'hall'" "$work/serve.log" && break; sleep 0.1; done
+grep -q "serving 'hall'" "$work/serve.log" || fail "serve: $(cat "$work/serve.log")"
 
 # go NAME BEHAVIOUR_ONE BEHAVIOUR_TWO
 go() {

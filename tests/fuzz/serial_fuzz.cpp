@@ -81,17 +81,26 @@ Bytes answer_to(const std::string& protocol, const Bytes& said, Garbage& garbage
   const auto text = [](std::string_view words) { return Bytes(words.begin(), words.end()); };
   if (said.empty()) return {};
   if (protocol == "ros_arduino_bridge") {
-    switch (said.front()) {
-      case 'b':
-        return text("57600\r\n");
-      case 'm':
-        return text("OK\r\n");
-      case 'e':
-        return text(std::to_string(std::int32_t(garbage.below(1ULL << 32))) + " " +
-                    std::to_string(std::int32_t(garbage.below(1ULL << 32))) + "\r\n");
-      default:
-        return text("Invalid Command\r\n");
+    // A line for each CR.
+    std::string answers, line;
+    for (const std::uint8_t byte : said) {
+      if (byte != '\r') {
+        line.push_back(char(byte));
+        continue;
+      }
+      const auto count = [&garbage] { return std::to_string(std::int32_t(garbage.below(1ULL << 32))); };
+      if (line == "b") {
+        answers += "57600\r\n";
+      } else if (line.starts_with("m ")) {
+        answers += "OK\r\n";
+      } else if (line == "e") {
+        answers += count() + " " + count() + "\r\n";
+      } else {
+        answers += "Invalid Command\r\n";
+      }
+      line.clear();
     }
+    return text(answers);
   }
   if (protocol == "create2") {
     Bytes frame{19, 10, 7, std::uint8_t(garbage.below(16)), 43, 0, 0, 44, 0, 0, 35, std::uint8_t(garbage.below(5))};
