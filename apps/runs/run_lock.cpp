@@ -75,7 +75,9 @@ RunLock::RunLock(const std::filesystem::path& folder) : descriptor_(-1) {
 }
 
 RunLock::~RunLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  (void)!::ftruncate(descriptor_, 0);  // equal runs are equal files
+  ::close(descriptor_);
 }
 
 RunLock::RunLock(RunLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}

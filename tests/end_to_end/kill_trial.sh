@@ -15,7 +15,7 @@ frames=8
 [[ " ${commands[*]} " =~ \ (calibrate|compare)\  ]] && frames=24 # a rig is not found from fewer
 mkdir -p "$folder"
 cd "$folder" || exit 1
-touch done.txt
+touch done.txt finished.txt
 
 # Cameras that draw random numbers and lose frames; a tradeoff of it has ideal ones.
 small=$source_dir/tests/end_to_end/data/small.yaml

@@ -58,6 +58,7 @@ TEST(RunLock, ASecondWriterIsRefusedByNameUntilTheFirstHasEnded) {
                   "): wait until that has ended, or choose another folder");
     EXPECT_FALSE(RunLock::try_take(folder.path()));
   }
+  EXPECT_EQ(folder.read(RunLock::kFileName), "") << "equal runs have equal files";
   EXPECT_TRUE(RunLock::try_take(folder.path()));
 }
 
