@@ -50,8 +50,8 @@ Pose moved(const Pose& frame, const Pose& pose);
 /// The other way round: frame^-1 * pose.
 Pose seen_from(const Pose& frame, const Pose& pose);
 
-/// Ends of the segments of relative_error_over: pair 0, and each at which the reference has gone `delta_m` or farther since
-/// the one before. @param delta_m > 0. @throws std::invalid_argument otherwise
+/// Ends of the segments of relative_error_over: pair 0, and each at which the reference has gone `delta_m` or farther
+/// since the one before. @param delta_m > 0. @throws std::invalid_argument otherwise
 std::vector<std::size_t> stretches(std::span<const PosePair> pairs, double delta_m);
 
 }  // namespace twocone::localisation

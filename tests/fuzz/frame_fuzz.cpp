@@ -146,8 +146,8 @@ int main(int argc, char** argv) {
     ++(is_jpeg ? jpegs : raws);
     if (rgb) ++(is_jpeg ? good_jpegs : good_raws);
   }
-  std::printf("%llu pictures: %llu JPEG (%llu of them good), %llu raw (%llu of them good)\n",
-              times, jpegs, good_jpegs, raws, good_raws);
+  std::printf("%llu pictures: %llu JPEG (%llu of them good), %llu raw (%llu of them good)\n", times, jpegs, good_jpegs,
+              raws, good_raws);
   // With none good or none bad, it would not have tried what it is for.
   return times < 1000 || (good_jpegs > 0 && good_jpegs < jpegs && good_raws > 0 && good_raws < raws) ? 0 : 1;
 }
