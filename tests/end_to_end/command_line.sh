@@ -38,8 +38,7 @@ bash -c '"$1" run --robot "$2" --frames 4 --behaviour still --seed 7 --out "$3/c
 # ---- of two equal runs, only times of the machine differ
 for run in full closed; do
   cp -r "$work/$run" "$work/$run.timeless"
-  # .lock holds the number of the process that wrote last.
-  find "$work/$run.timeless" \( -name effort.csv -o -name .lock \) -delete
+  find "$work/$run.timeless" -name effort.csv -delete
   sed -i 's/,[^,]*$//' "$work/$run.timeless/frames.csv"
   find "$work/$run.timeless" \( -name run.yaml -o -name summary.json \) -exec sed -i -E '/(wall_s|render_wait_s|own_cpu_s|render_cpu_s)"?:/d' {} +
 done
