@@ -117,7 +117,7 @@ void FullOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
   const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
   for (auto _ : state) {
-    const auto fix = fix_of(ranging.measure(lab.pictures.lower, lab.pictures.upper), lab);
+    auto fix = fix_of(ranging.measure(lab.pictures.lower, lab.pictures.upper), lab);
     if (fix.used < 6) state.SkipWithError("not all six pillars were used");
     benchmark::DoNotOptimize(fix);
   }
@@ -132,7 +132,7 @@ void StageOfAPair(benchmark::State& state, vision::Stage stage) {
   for (auto _ : state) {
     vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
     looking.take(kAll, stage);
-    const auto fix = fix_of(looking.measurements(), lab);
+    auto fix = fix_of(looking.measurements(), lab);
     if (fix.used < 6) state.SkipWithError("not all six pillars were used");
     benchmark::DoNotOptimize(fix);
   }
@@ -156,7 +156,7 @@ void AdaptiveOfAPair(benchmark::State& state) {
   int refined = 0;
   for (auto _ : state) {
     vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
-    const auto answer = adaptive.run(looking);
+    auto answer = adaptive.run(looking);
     refined = looking.refined();
     if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
     benchmark::DoNotOptimize(answer.fix);

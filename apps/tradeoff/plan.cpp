@@ -182,7 +182,7 @@ constexpr std::array kEnough_m{0.0001, 0.0003, 0.001};
 
 class Settings {
  public:
-  Settings(const files::Robot& robot, const files::Map& map) : robot_(robot) {
+  Settings(const files::Robot& robot, const files::Map& map) {
     all_.landmarks = int(map.landmarks.size());
     all_.rate_hz = robot.lower.rate_hz;
     try {
@@ -239,7 +239,6 @@ class Settings {
     settings_.push_back(setting);
   }
 
-  const files::Robot& robot_;
   Setting all_;
   bool has_paper_ = true;
   std::vector<Setting> settings_;

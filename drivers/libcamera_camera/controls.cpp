@@ -77,8 +77,8 @@ Result<ChosenControls> choose_controls(const lc::Camera& camera, const std::vect
   const lc::ControlInfoMap& has = camera.controls();
   ChosenControls chosen{lc::ControlList(has), {}, {}};
   for (const auto& [name, asked] : wanted) {
-    const auto control =
-        std::find_if(has.begin(), has.end(), [&name = name](const auto& each) { return each.first->name() == name; });
+    const auto control = std::find_if(
+        has.begin(), has.end(), [&wanted_name = name](const auto& each) { return each.first->name() == wanted_name; });
     if (control == has.end()) {
       std::vector<std::string> names;
       for (const auto& [id, limits] : has) {

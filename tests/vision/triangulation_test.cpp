@@ -160,7 +160,7 @@ TEST(NearTopPoint, IsTheRimsNearestToTheViewsAxis) {
 struct RigCase {
   const char* name;
   Rig rig;
-  friend void PrintTo(const RigCase& rig, std::ostream* out) { *out << rig.name; }
+  friend void PrintTo(const RigCase& one, std::ostream* out) { *out << one.name; }
 };
 class TriangulateTest : public testing::TestWithParam<RigCase> {};
 INSTANTIATE_TEST_SUITE_P(Rigs, TriangulateTest, testing::Values(RigCase{"Lab", lab_rig()}, RigCase{"Odd", odd_rig()}),
