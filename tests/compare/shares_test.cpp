@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -18,9 +21,9 @@ Source source(const std::string& kind, const std::string& where, SourceVerdict v
   return {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)};
 }
 
-const Gap& gap(const std::vector<Gap>& gaps, const std::string& of) {
+const Gap& gap(const std::vector<Gap>& gaps, std::string_view of) {
   const auto at = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.of == of; });
-  if (at == gaps.end()) throw std::out_of_range(of);
+  if (at == gaps.end()) throw std::out_of_range(std::string(of));
   return *at;
 }
 

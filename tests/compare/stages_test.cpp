@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,9 +69,9 @@ class Rows : public testing::Test {
     double level = 0;
     return find_rows(runs, of_simulated_, of_real_, find_sources(runs, {}, 1e-3, level), limits);
   }
-  static const Row& row(const std::vector<Row>& rows, const std::string& name) {
+  static const Row& row(const std::vector<Row>& rows, std::string_view name) {
     const auto at = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });
-    if (at == rows.end()) throw std::out_of_range(name);
+    if (at == rows.end()) throw std::out_of_range(std::string(name));
     return *at;
   }
 

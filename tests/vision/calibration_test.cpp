@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -93,10 +94,10 @@ std::map<std::string, double> truth_of(const DriveSettings& world) {
   return truth;
 }
 
-const CalibratedParameter& parameter(const CalibrationResult& result, const std::string& name) {
+const CalibratedParameter& parameter(const CalibrationResult& result, std::string_view name) {
   const auto found = std::find_if(result.parameters.begin(), result.parameters.end(),
-                                  [&name](const CalibratedParameter& p) { return p.name == name; });
-  if (found == result.parameters.end()) throw std::runtime_error("no parameter " + name);
+                                  [name](const CalibratedParameter& p) { return p.name == name; });
+  if (found == result.parameters.end()) throw std::runtime_error("no parameter " + std::string(name));
   return *found;
 }
 
