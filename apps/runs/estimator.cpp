@@ -252,14 +252,16 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const FrameAnswer& answer, c
       row.var_x_m2 = (*covariance)(0, 0);
       row.cov_xy_m2 = (*covariance)(0, 1);
       row.var_y_m2 = (*covariance)(1, 1);
-      // A fix without a heading has no variance of one either.
-      const auto of_heading = [&](int i) { return heading_rad ? std::optional((*covariance)(i, 2)) : std::nullopt; };
-      row.cov_x_heading_m_rad = of_heading(0);
-      row.cov_y_heading_m_rad = of_heading(1);
-      row.var_heading_rad2 = of_heading(2);
     } else {
-      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = row.var_heading_rad2 = std::nullopt;
-      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = std::nullopt;
+      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = std::nullopt;
+    }
+    // A fix without a heading has no variance of one either.
+    if (covariance && heading_rad) {
+      row.cov_x_heading_m_rad = (*covariance)(0, 2);
+      row.cov_y_heading_m_rad = (*covariance)(1, 2);
+      row.var_heading_rad2 = (*covariance)(2, 2);
+    } else {
+      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = row.var_heading_rad2 = std::nullopt;
     }
     row.x_m = position->x();
     row.y_m = position->y();

@@ -44,8 +44,8 @@ std::vector<std::size_t> seen_landmarks(const BundleData& data) {
     if (row.used) seen.push_back(row.landmark_index);
   }
   std::ranges::sort(seen);
-  const auto repeated = std::ranges::unique(seen);
-  seen.erase(repeated.begin(), repeated.end());
+  // Clang 14 does not compile libstdc++'s std::ranges::unique.
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   return seen;
 }
 
