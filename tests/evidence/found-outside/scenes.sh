@@ -25,10 +25,13 @@ found D.11 "a wrapper of a scene that has includes and images beside it" \
   "$render:*ConfinementTest.AnIncludedScenesOwnFolderIsLookedIn*" "$render:*ConfinementTest.*Told*" "files/map_file_test:MapFile.HoldsEveryFieldOfTheFile"
 found D.17 "a robot with another map attaches to a served world" "accepted: ranges 649 mm off" \
   "refused, with the first difference" "$logic:Outline.*" "$logic:HallTest.ARobotWithAnotherMap*"
-found D.18 "\`effects --verify\` of a scene with \`crand\`; of the wine glass" \
+found D.18a "\`effects --verify\` of a scene with \`crand\`; of the wine glass" \
   "13,130 pixels differ, no word why, status 0; 39 pixels, unexplained; \"saved -9 %\"" \
   "the cause is named with file and line, and unasked differences are a failure; the depth of reflections is tried out; times that overlap are not told" \
   "$render:VerifyEffects.*"
+found D.18b "reasons that point at declarations that nothing uses" "\`textures.inc:918\` in the wine glass" \
+  "right as it is: that is the finish of Silver_Texture, which line 203 of the scene names; of 1,430 reasons in povray-examples none stands in a declaration without a use" \
+  "$logic:SceneCalls.WhatIsDeclaredCallsOnlyWhenLiveTextNamesIt:SceneCalls.PovRaysOwnIncludesCallForNothingByThemselves"
 found D.19 "a robot of a served world is stopped (SIGSTOP)" "it holds the others for ever" \
   "it is sent away after 30 s, and the others go on" "$link:Link.WhoAsksForNothing*" "$link:Link.WhoWaitsForItsPictures*"
 found D.21 "a misspelt name in a scene; \"start of robot touches wall\"; \`--scene x.pov\`" \
