@@ -140,12 +140,12 @@ class Consensus {
   /// Landmarks k, k + a, k + b of the circle of all, with steps that differ from sample to sample: no number is random.
   bool take_sample(int k, int size, std::array<Landmark, 3>& sample) const {
     constexpr double kGolden = 0.6180339887498949;
-    std::array<std::size_t, 3> at{};
+    std::array<std::size_t, 3> at{count_, count_, count_};  // what is not drawn stays behind the others
     for (int j = 0; j < size; ++j) {
       const double turn = (k + 1) * kGolden * (j + 1) + j * (0.37 + 0.11 * (k / double(count_)));
       at[std::size_t(j)] = std::min(count_ - 1, std::size_t((turn - std::floor(turn)) * double(count_)));
     }
-    std::sort(at.begin(), at.begin() + size);
+    std::sort(at.begin(), at.end());
     for (int j = 1; j < size; ++j) {
       if (at[std::size_t(j)] == at[std::size_t(j - 1)]) return false;
     }
