@@ -7,7 +7,7 @@ link=sim_povray/sim_povray_link_test
 found D.6 "\`start:\` a metre from where the scene shows the robot; \`mirror_radius_m: 60\`" \
   "every fix \`ok\` and a metre off, no warning; accepted" \
   "both places are named: a warning from 20 mm or 2 degrees, the end of the run beyond \`body.radius_m\`; 60 m is refused" \
-  "runs/start_check_test:StartCheck.*" "$render:ShownCamera.*" "files/robot_file_test:*MirrorInMillimetres*"
+  "runs/start_check_test:StartCheck.*" "$render:ShownCamera.*" "files/files_test:*MirrorInMillimetres*"
 found D.7 "README's block *Several robots*, pasted" "the robots fail: the world is not served yet" \
   "\`run\` waits up to 5 s for the world" "script:tests/end_to_end/served.sh"
 found D.8 "Ctrl-C while the first images are rendered (an endless \`#while\`); the first seconds of a run" \
@@ -22,7 +22,7 @@ found D.10 "a scene that writes a file and reads it again" "fails in 2 of 9 runs
 found D.11 "a wrapper of a scene that has includes and images beside it" \
   "not found, and the message names no way out" \
   "the included scene's own folder is looked in, the map's \`scene_paths:\` name folders, and the message has the line to add" \
-  "$render:*ConfinementTest.AnIncludedScenesOwnFolderIsLookedIn*" "$render:*ConfinementTest.*Told*" "files/map_file_test:MapFile.HoldsEveryFieldOfTheFile"
+  "$render:*ConfinementTest.AnIncludedScenesOwnFolderIsLookedIn*" "$render:*ConfinementTest.*Told*" "files/files_test:MapFile.HoldsEveryFieldOfTheFile"
 found D.17 "a robot with another map attaches to a served world" "accepted: ranges 649 mm off" \
   "refused, with the first difference" "$logic:Outline.*" "$logic:HallTest.ARobotWithAnotherMap*"
 found D.18a "\`effects --verify\` of a scene with \`crand\`; of the wine glass" \
@@ -36,7 +36,7 @@ found D.19 "a robot of a served world is stopped (SIGSTOP)" "it holds the others
   "it is sent away after 30 s, and the others go on" "$link:Link.WhoAsksForNothing*" "$link:Link.WhoWaitsForItsPictures*"
 found D.21 "a misspelt name in a scene; \"start of robot touches wall\"; \`--scene x.pov\`" \
   "no list of names; no file and line; \"3:12: illegal map value\"" "the names that there are; file and line; what is wanted instead" \
-  "$logic:Scene.SaysWhatItLookedFor" "$logic:HallTest.ARobotIsClaimedOnce*" "files/map_file_test:MapFile.ASceneInPlaceOfAMap*"
+  "$logic:Scene.SaysWhatItLookedFor" "$logic:HallTest.ARobotIsClaimedOnce*" "files/files_test:MapFile.ASceneInPlaceOfAMap*"
 
 step examples tests/evidence/found-outside/povray_examples.bash "$twocone" "$work/examples"
 count() { awk -v name="$1" '$1 == name { print $2 }' "$work/examples.log"; }
