@@ -6,11 +6,14 @@ for suite in bookworm trixie; do
     packages=""
     if [ "$compiler" = g++ ]; then packages=$work/deb_$suite; fi
     step "$name" tests/evidence/fresh_debian.sh "$suite" "$compiler" $packages
-    took() { sed -n "s/^took $1: //p" "$work/$name.log"; }
-    again=$(took 'second test')
-    what="fresh $suite, $(sed -n 's/^compiler: //p' "$work/$name.log")"
-    row "$what: \`./demo.sh\`" "$(took 'first demo') s with all set-up; again, 10 frames: $(took 'second demo') s" "ends; again quickly" "$([ -n "$(took 'second demo')" ] && echo yes || echo no)"
-    row "$what: \`./test.sh\`" "$(took 'first test') s; ${again:+again $again s; }$(grep -E 'tests passed' "$work/$name.log" | tail -n 1)" "passes" "$(passed "$name")"
+    took() { sed -n "s/^took $1: \(.*\)/\1 s/p" "$work/$name.log"; }
+    demo=$(took 'first demo') demo_again=$(took 'second demo') tests=$(took 'first test') tests_again=$(took 'second test')
+    version=$(sed -n 's/^compiler: //p' "$work/$name.log")
+    what="fresh $suite, ${version:-$compiler}"
+    row "$what: \`./demo.sh\`" "${demo:-not run}${demo:+ with all set-up}${demo_again:+; again, 10 frames: $demo_again}" "ends; again quickly" \
+      "$([ -n "$demo_again" ] && echo yes || echo no)"
+    row "$what: \`./test.sh\`" "${tests:-not run}${tests_again:+; again $tests_again}${tests:+; $(grep -E 'tests passed' "$work/$name.log" | tail -n 1)}" "passes" \
+      "$(passed "$name")"
     if [ "$compiler" = clang++ ]; then continue; fi
     step "deb_$suite" tests/evidence/deb.sh "$suite" "$packages"
     row "the package built on $suite, on a fresh $suite" "$(grep -c '^row .*yes$' "$work/deb_$suite.log") rows met, $(grep -c '^row .*no$' "$work/deb_$suite.log") not" "all" "$(passed "deb_$suite")"

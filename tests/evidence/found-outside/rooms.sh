@@ -13,4 +13,4 @@ room() {
 }
 room lab 450 449 0.837
 room hall 150 150 0.386
-room workshop 150 146 0.471
+room workshop 450 442 0.434
