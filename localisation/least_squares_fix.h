@@ -44,7 +44,7 @@ namespace twocone::localisation {
 /// * Outliers: where chi-squared of the fit, or of one landmark against the others' forecast of it, is what noise makes
 ///   less often than 1e-4, the smallest set of landmarks is looked for whose removal explains the rest
 ///   (least_squares/outliers.h): one or two of up to 8 in turn; else any number by consensus of samples in a fixed
-///   order, at a cost linear in the landmarks, 20 to 35 times the fix without outliers (FixWithOutliers beside
+///   order, at a cost linear in the landmarks, 17 to 30 times the fix without outliers (FixWithOutliers beside
 ///   FixByLeastSquares in bench/localisation_bench, and fix_outliers_test). Fewer are left out than
 ///   believed, and three or more are believed: two against one cannot be decided. If two such sets tell different
 ///   places, or none explains: kContradictory, unless chi-squared is at most 9 times its degrees of freedom (3 or
@@ -53,10 +53,9 @@ namespace twocone::localisation {
 ///   may be wrong; with more than that in agreement, the wrong ones are believed.
 /// * A length 1e8 times the middle one of them is left out before, as an outlier, where the others give a fix
 ///   that three landmarks confirm and that does not expect it.
-/// * A measurement with a number that is negative (range), not finite, or a covariance that is not positive definite is
-/// no
-///   measurement: left out and counted in Fix::unusable. So is one without any number, and a range whose sigma is 1e8
-///   times the problem's size or more. A bearing whose sigma is pi / sqrt(3) rad or more, that of any direction, is
+/// * A measurement with a number that is negative (range), not finite, or a covariance that is not positive definite
+///   is no measurement: left out and counted in Fix::unusable. So is one without any number, and a range whose sigma is
+///   1e8 times the problem's size or more. A bearing whose sigma is pi / sqrt(3) rad or more, that of any direction, is
 ///   none. Range 0 is data. A landmark nearer than the position is known has no gradient (T16): the covariance is that
 ///   of the others.
 /// * No range is taken to be better known than the doubles that hold it and the landmarks' coordinates.

@@ -177,8 +177,9 @@ bool add_searched(const Problem& problem, Minima& minima) {
     };
     const std::span<const Minimum> known = minima.all();
     if (std::any_of(known.begin(), known.end(), is_told_by)) continue;
-    if (cell.is_small ? !may_hold_minimum(problem, cell.middle, cell.reach, cell.is_fine) : ++coarse > kMostCoarse) {
-      is_all = is_all && cell.is_small;
+    if (cell.is_small && !may_hold_minimum(problem, cell.middle, cell.reach, cell.is_fine)) continue;
+    if (!cell.is_small && ++coarse > kMostCoarse) {
+      is_all = false;
       continue;
     }
     minima.add(minimise(problem, cell.middle, kWorth * limit));

@@ -11,7 +11,7 @@ jobs=${3:-2}
 examples=/usr/share/doc/povray/examples
 limit=60
 [ -d "$examples" ] || { echo "no $examples: apt install povray-examples" >&2; exit 1; }
-mkdir -p "$folder/done" "$folder/work"
+mkdir -p "$folder/done" "$folder/trials"
 folder=$(realpath "$folder")
 # Scenes that write files write them here when they are rendered by themselves.
 [ -d "$folder/alone" ] || { cp -r "$examples" "$folder/alone.part" && mv "$folder/alone.part" "$folder/alone"; }
@@ -71,7 +71,7 @@ seconds() { awk -v a="$1" -v b="$2" 'BEGIN { printf "%.1f", b - a }'; }
 one() { # one SCENE: its line
   local name=${1#"$examples/"} key begin status alone wrapped reason=""
   key=${name//\//__}
-  local into=$folder/done/$key.tsv dir=$folder/work/$key
+  local into=$folder/done/$key.tsv dir=$folder/trials/$key
   [ ! -s "$into" ] || return 0
   rm -rf "$dir" && mkdir -p "$dir"
   begin=$EPOCHREALTIME status=0
