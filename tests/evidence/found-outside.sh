@@ -30,6 +30,9 @@ found() {
 answered() { lines+="| $1 | $2 | | right as it is: $3 | | |"$'\n'; }
 
 for area in tests/evidence/found-outside/*.sh; do . "$area"; done
+# The fresh trees have a page of their own, which every change of the set-up asks for again.
+trixie=$(grep 'fresh trixie' "$pages/fresh-debian.md" || echo '| no |')
+lines+="| F | fresh Debian 13: \`./demo.sh\` | a compile error: a false warning of g++ 14 is an error in every preset | warnings are errors only where TWOCONE_WARNINGS_AS_ERRORS is set, as \`.ci/run\` does | [fresh-debian](fresh-debian.md) | $(grep -q '| no |$' <<<"$trixie" && echo no || echo yes) |"$'\n'
 
 blocks+=$'\n'"## Line by line"$'\n\n'"Tests are programs below build/release/tests with their filters, or scripts. \`met\`: they pass in this commit."$'\n\n'
 blocks+="| line | reproduction | before | after | tests | met |"$'\n'"|---|---|---|---|---|---|"$'\n'"$(sort -V <<<"${lines%$'\n'}")"$'\n'

@@ -53,7 +53,8 @@ struct Lab {
     std::uniform_real_distribution<double> turn(-3.1, 3.1);
     std::vector<Frame> frames;
     for (int i = 0; i < count; ++i) {
-      Frame frame{{seen_from(six_pillars(), {x(random), y(random)}, turn(random)), {}, {}}, {}, {}};
+      const Eigen::Vector2d robot_m{x(random), y(random)};
+      Frame frame{{seen_from(six_pillars(), robot_m, turn(random)), {}, {}}, {}, {}};
       frame.lower = lower.picture(frame.scene, {1, double(i % 3)}, random);
       frame.upper = upper.picture(frame.scene, {1, double(i % 3)}, random);
       frames.push_back(std::move(frame));
@@ -185,15 +186,22 @@ TEST(FullStages, OneLandmarkInOneViewLeavesTheOthersAsTheyWereFound) {
   EXPECT_THROW(looking.take(std::array{std::size_t(6)}, Stage::kFine), std::out_of_range);
 }
 
-// The start decides where the outline is read, not what it says: to what the last step leaves.
+// The start decides which pixels the outline is read from: it moves the answer within its sigma, and where there is no
+// noise by what the last step leaves.
 constexpr double kSameAnswer_px = 0.02;
+// Measured over 90 frames: at most 2 %, whether the place is right or 0.4 m off.
+constexpr double kMostOtherAnswers = 0.06;
 
 TEST(FullStages, AnExpectedPlaceGivesTheSameAnswerAndAWrongOneDoesNoHarm) {
   const Lab& lab = half_lab();
-  int compared = 0;
-  for (const auto& frame : lab.frames(2)) {
-    const auto uniform = lab.ranging.measure(frame.lower, frame.upper);
-    for (const double off_m : {0.0, 0.006, 0.4}) {
+  const auto frames = lab.frames(kFrames);
+  for (const double off_m : {0.0, 0.006, 0.4}) {
+    int compared = 0;
+    int others = 0;
+    int judged = 0;
+    double chi_squared = 0;
+    for (const auto& frame : frames) {
+      const auto uniform = lab.ranging.measure(frame.lower, frame.upper);
       Looking looking = lab.ranging.look(frame.lower, frame.upper);
       for (const std::size_t k : kAll) {
         const Eigen::Vector2d& centre_m = frame.scene.landmarks[k].centre_m;
@@ -202,20 +210,31 @@ TEST(FullStages, AnExpectedPlaceGivesTheSameAnswerAndAWrongOneDoesNoHarm) {
       }
       const auto guided = looking.measurements();
       for (const std::size_t k : kAll) {
-        for (const auto sighting : {&RangeMeasurement::lower_sighting, &RangeMeasurement::upper_sighting}) {
+        const Eigen::Vector2d& centre_m = frame.scene.landmarks[k].centre_m;
+        const Eigen::Vector2d near_m = centre_m * (1 - lab.targets[k].radius_m / centre_m.norm());
+        const Eigen::Vector3d near_top_m(near_m.x(), near_m.y(), *lab.targets[k].top_m);
+        for (const auto& [sighting, mirror] : {std::pair(&RangeMeasurement::lower_sighting, &lab.rig.lower),
+                                               std::pair(&RangeMeasurement::upper_sighting, &lab.rig.upper)}) {
           const auto& one = guided[k].*sighting;
           const auto& other = uniform[k].*sighting;
           // A thin one may be fitted from a good start only.
           if (!other) continue;
-          ASSERT_TRUE(one) << k << ", expected " << off_m << " m off";
           ++compared;
           const double sigma_px = std::sqrt(other->covariance_px2.trace());
-          EXPECT_LT((one->pixel_px - other->pixel_px).norm(), kSameAnswer_px + sigma_px) << k << ", " << off_m;
+          if (!one || (one->pixel_px - other->pixel_px).norm() > kSameAnswer_px + sigma_px) ++others;
+          if (guided[k].verdict != RangeVerdict::kOk) continue;
+          ++judged;
+          const Eigen::Vector2d error_px = one->pixel_px - *mirror->project(near_top_m);
+          chi_squared += error_px.dot(one->covariance_px2.inverse() * error_px) / 2;
         }
       }
     }
+    EXPECT_GE(compared, 9 * kFrames) << "of twelve a frame, " << off_m << " m off";
+    EXPECT_LE(others, kMostOtherAnswers * compared) << off_m << " m off";
+    EXPECT_GE(judged, 8 * kFrames) << off_m << " m off";
+    EXPECT_GT(chi_squared / judged, kLeastCoarse) << off_m << " m off";
+    EXPECT_LT(chi_squared / judged, kMostCoarse) << off_m << " m off";
   }
-  EXPECT_GE(compared, 2 * 3 * 9) << "of twelve a frame";
 }
 
 TEST(FullStages, OnlyWhatIsWantedIsLookedFor) {

@@ -1,5 +1,8 @@
+#!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Debian 12 and 13, with both compilers, each from nothing.
+# The two commands on Debian 12 and 13, with both compilers, each from nothing; then the package that each Debian's g++ has built.
+. "$(dirname "$0")/common.sh"
+
 for suite in bookworm trixie; do
   for compiler in g++ clang++; do
     name=fresh_${suite}_$compiler
@@ -19,4 +22,4 @@ for suite in bookworm trixie; do
     row "the package built on $suite, on a fresh $suite" "$(grep -c '^row .*yes$' "$work/deb_$suite.log") rows met, $(grep -c '^row .*no$' "$work/deb_$suite.log") not" "all" "$(passed "deb_$suite")"
   done
 done
-lines+="| F | fresh Debian 13: \`./demo.sh\` | a compile error: a false warning of g++ 14 is an error in every preset | warnings are errors only where TWOCONE_WARNINGS_AS_ERRORS is set, as \`.ci/run\` does | the rows of trixie above | $(passed fresh_trixie_g++) |"$'\n'
+page "the two commands on a fresh Debian"
