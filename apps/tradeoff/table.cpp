@@ -112,6 +112,7 @@ std::string heads() {
   std::string text;
   for (std::size_t i = 0; i < 2; ++i) {
     std::vector<std::string> cells;
+    cells.reserve(kColumns.size());
     for (const Column& column : kColumns) cells.emplace_back(column.heads[i]);
     text += line(cells);
   }

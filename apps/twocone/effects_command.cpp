@@ -112,6 +112,7 @@ void execute(const Options& options) {
   const sim_povray::PlaceSettings place = settings.world->attach.empty() ? settings.world->place : files::to_place(map);
   const std::vector<View> views = views_of(settings);
   std::vector<sim_povray::ViewSettings> asked;
+  asked.reserve(views.size());
   for (const View& view : views) asked.push_back(view.settings);
 
   print_effects(

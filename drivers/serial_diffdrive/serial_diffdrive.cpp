@@ -137,7 +137,7 @@ class SerialDiffDrive::Impl {
   Status open() {
     if (auto there = plug_in(); !there) return there;
     ListeningWire heard(*wire_);
-    const Status greeted = greet(heard, kGreeting);
+    Status greeted = greet(heard, kGreeting);
     if (greeted || heard.count() == 0) return greeted;
     const Error& error = greeted.error();
     if (error.code != ErrorCode::kTimeout && error.code != ErrorCode::kBadData) return greeted;
