@@ -19,10 +19,8 @@ std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& /*
 
 V4l2Camera::V4l2Camera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 V4l2Camera::~V4l2Camera() = default;
-Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Settings& /*settings*/,
-                                                     std::shared_ptr<Kernel> /*kernel*/) {
-  return no_v4l2();
-}
+// NOLINTNEXTLINE(performance-unnecessary-value-param): the one that opens a camera keeps its kernel
+Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Settings&, std::shared_ptr<Kernel>) { return no_v4l2(); }
 Result<CameraSettings> V4l2Camera::do_configure(const CameraSettings& /*wanted*/) { return no_v4l2(); }
 Status V4l2Camera::do_start() { return no_v4l2(); }
 Result<Frame> V4l2Camera::do_grab(std::chrono::milliseconds /*timeout*/) { return no_v4l2(); }

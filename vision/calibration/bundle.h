@@ -13,7 +13,6 @@ namespace twocone::vision::calibration {
 
 struct SightingRow {
   std::size_t frame;  ///< index into BundleState::poses
-  Side side;
   std::size_t landmark_index;  ///< into BundleState::landmarks
   KnownLandmark landmark;
   BodyTwist twist;
@@ -24,8 +23,9 @@ struct SightingRow {
   /// Sightings that err alike, as indices into BundleState::biases: those of one landmark in one view, those at about
   /// one radius in one view, and those that are both.
   std::array<std::size_t, 3> groups{};
-  Eigen::Matrix2d axes = Eigen::Matrix2d::Identity();  ///< columns: outwards from the tip, and across that
+  Side side;
   bool used = true;
+  Eigen::Matrix2d axes = Eigen::Matrix2d::Identity();  ///< columns: outwards from the tip, and across that
 };
 
 /// The wheels' way from one frame to the next.

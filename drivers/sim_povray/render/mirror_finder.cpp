@@ -69,7 +69,7 @@ std::vector<Spot> largest_patch(std::vector<char> set, int width_px, int height_
       patch.push_back({double(column), double(row)});
       for (int r = std::max(0, row - 1); r <= std::min(height_px - 1, row + 1); ++r) {
         for (int c = std::max(0, column - 1); c <= std::min(width_px - 1, column + 1); ++c) {
-          char& there = set[std::size_t(r * width_px + c)];
+          char& there = set[std::size_t(r) * width_px + c];
           if (there != 0) open.push_back(r * width_px + c);
           there = 0;
         }
@@ -114,7 +114,7 @@ bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circl
     for (int column = 0; column < whole.width_px; ++column) {
       const double off = std::hypot(column - circle.centre.column_px, row - circle.centre.row_px) - circle.radius_px;
       if (off > -kEdge_px && off < kMaskTeeth_px + kEdge_px) continue;
-      const auto at = std::size_t(3 * (row * whole.width_px + column));
+      const std::size_t at = 3 * (std::size_t(row) * whole.width_px + column);
       for (std::size_t i = at; i < at + 3; ++i) {
         if (off < 0 ? masked.bytes[i] != whole.bytes[i] : masked.bytes[i] > kBlack) return false;
       }
