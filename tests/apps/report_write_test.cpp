@@ -69,7 +69,7 @@ std::string written(const runs::RunData& run, ReportResult* result = nullptr,
   }
   if (result != nullptr) *result = *report;
   EXPECT_EQ(report->html, run.folder / "report.html");
-  const std::string html = content_of(report->html);
+  std::string html = content_of(report->html);
   expect_well_formed(html, "report.html");
   for (const char* outside : {"src=\"http", "href=\"http", "@import", "url(http"}) EXPECT_FALSE(has(html, outside));
   for (const char* bad : {">nan", " nan ", ">NaN", " inf "}) EXPECT_FALSE(has(html, bad));

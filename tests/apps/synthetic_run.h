@@ -102,7 +102,7 @@ inline runs::RangeRow synthetic_range(const runs::RunData& run, const runs::Fram
 inline cv::Mat synthetic_picture(const runs::RunData& run, const vision::MirrorView& view, const runs::PoseRow& pose) {
   cv::Mat picture(run.robot.lower.height_px, run.robot.lower.width_px, CV_8UC3, cv::Scalar::all(20));
   const auto& s = view.settings();
-  const cv::Point centre(static_cast<int>(s.centre_px.x() + 0.5), static_cast<int>(s.centre_px.y() + 0.5));
+  const cv::Point centre(cvRound(s.centre_px.x()), cvRound(s.centre_px.y()));
   cv::circle(picture, centre, static_cast<int>(s.rim_radius_px), cv::Scalar(150, 155, 160), cv::FILLED, cv::LINE_AA);
   for (const files::Landmark& landmark : run.map.landmarks) {
     const double range = std::hypot(landmark.x_m - pose.x_m, landmark.y_m - pose.y_m);

@@ -103,7 +103,7 @@ class Schedule {
  private:
   nanoseconds latency() { return pick({0ms, 1ms, 16ms}); }
   nanoseconds pick(std::initializer_list<nanoseconds> values) { return values.begin()[random_() % values.size()]; }
-  bool is(std::initializer_list<Kind> kinds) const {
+  [[nodiscard]] bool is(std::initializer_list<Kind> kinds) const {
     return kind_ == Kind::kAll || std::find(kinds.begin(), kinds.end(), kind_) != kinds.end();
   }
   double share() { return std::uniform_real_distribution<>(0, 1)(random_); }

@@ -138,7 +138,7 @@ TEST_F(V4l2CameraTest, EveryFormatArrivesAsItIs) {
     PixelFormat layout;
     std::size_t bytes;
   };
-  constexpr std::size_t kPixels = 64 * 48;
+  constexpr std::size_t kPixels = std::size_t(64) * 48;
   for (const Case& c : {Case{V4L2_PIX_FMT_YUYV, "YUYV", PixelFormat::kYuyv, 2 * kPixels},
                         Case{V4L2_PIX_FMT_UYVY, "UYVY", PixelFormat::kUyvy, 2 * kPixels},
                         Case{V4L2_PIX_FMT_NV12, "NV12", PixelFormat::kNv12, kPixels * 3 / 2},

@@ -29,8 +29,8 @@ class ReadingFiles : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  fs::path write(const std::string& name, const std::string& text) const {
-    const fs::path file = folder_ / name;
+  [[nodiscard]] fs::path write(const std::string& name, const std::string& text) const {
+    fs::path file = folder_ / name;
     std::FILE* stream = std::fopen(file.c_str(), "wb");
     EXPECT_NE(stream, nullptr) << file;
     if (stream == nullptr) return file;
@@ -132,8 +132,8 @@ TEST_F(ReadingFiles, PathsStartAtTheFilesFolder) {
 
 TEST_F(ReadingFiles, DotDotBehindALinkMeansWhatTheSystemTakesItFor) {
   fs::create_directories(folder_ / "far/robots");
-  write("far/lab.map.yaml", "far");
-  write("lab.map.yaml", "near");
+  static_cast<void>(write("far/lab.map.yaml", "far"));
+  static_cast<void>(write("lab.map.yaml", "near"));
   fs::create_directory_symlink(folder_ / "far/robots", folder_ / "robots");
   EXPECT_EQ(read_text(resolve("../lab.map.yaml", folder_ / "robots/lab.yaml")), "far");
   EXPECT_EQ(read_text(resolve("../lab.map.yaml", folder_ / "far/robots/lab.yaml")), "far");

@@ -14,7 +14,7 @@
 
 #include "hal/image.h"
 
-using namespace twocone;
+using namespace twocone;  // NOLINT(google-build-using-namespace): a program of its own
 
 namespace {
 
@@ -61,7 +61,7 @@ class Frames {
       void operator()(void* handle) const { tjDestroy(handle); }
     };
     const std::unique_ptr<void, Destroy> encoder(tjInitCompress());
-    const Octets rgb = noise(std::size_t(3 * width_px * height_px));
+    const Octets rgb = noise(3 * std::size_t(width_px) * height_px);
     unsigned char* octets = nullptr;
     unsigned long size = 0;
     if (tjCompress2(encoder.get(), rgb.data(), width_px, 0, height_px, TJPF_RGB, &octets, &size, sampling, 70, flags) !=
@@ -129,6 +129,7 @@ bool is_right(const Image& image, const Result<Image>& rgb) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): an exception is a finding, and ends it
 int main(int argc, char** argv) {
   if (argc != 3) return std::fputs("frame_fuzz TIMES SEED\n", stderr), 2;
   const auto times = std::strtoull(argv[1], nullptr, 10);

@@ -17,8 +17,8 @@
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"
 
-using namespace twocone;
-using namespace twocone::sim_povray;
+using namespace twocone;              // NOLINT(google-build-using-namespace): a program of its own
+using namespace twocone::sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
 
 namespace {
 

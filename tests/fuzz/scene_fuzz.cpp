@@ -22,7 +22,7 @@
 
 namespace {
 
-using namespace twocone::sim_povray;
+using namespace twocone::sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
 using Clock = std::chrono::steady_clock;
 
 /// Bytes of an input at most: scenes are cut to pieces of this size, so that a million take minutes.

@@ -16,8 +16,8 @@
 #include "drivers/serial_diffdrive/roboclaw.h"
 #include "drivers/serial_diffdrive/ros_arduino_bridge.h"
 
-using namespace twocone;
-using namespace twocone::serial;
+using namespace twocone;          // NOLINT(google-build-using-namespace): a program of its own
+using namespace twocone::serial;  // NOLINT(google-build-using-namespace): a program of its own
 
 namespace {
 

@@ -31,7 +31,9 @@ class HardwareRigTest : public testing::Test {
     camera.grabs.push_back(Error{ErrorCode::kDisconnected, "unplugged"});
     camera.configured = Error{ErrorCode::kDisconnected, "no such file"};
   }
-  std::ptrdiff_t asked(const std::string& what) const { return std::count(log_->begin(), log_->end(), what); }
+  [[nodiscard]] std::ptrdiff_t asked(const std::string& what) const {
+    return std::count(log_->begin(), log_->end(), what);
+  }
 
   std::shared_ptr<Log> log_ = std::make_shared<Log>();
   std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
