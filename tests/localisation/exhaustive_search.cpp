@@ -136,7 +136,6 @@ std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>
   const auto heading_by = [&](const LandmarkMeasurement& m, double x, double y) {
     return std::atan2(m.landmark_m.y() - y, m.landmark_m.x() - x) - *m.bearing_rad;
   };
-  // NOLINTBEGIN(clang-analyzer-security.FloatLoopCounter): one start more or less at an end does not matter
   // Everywhere: as far out as a range of 8 m from the room's walls may have been measured.
   for (double x = -8; x <= 8; x += 1) {
     for (double y = -8; y <= 8; y += 1) {
@@ -156,7 +155,6 @@ std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>
         turns.push_back(std::atan2(d.y(), d.x()) - off);
       }
     }
-    // NOLINTEND(clang-analyzer-security.FloatLoopCounter)
     for (const double turn : turns) {
       const double x = ranged.landmark_m.x() + *ranged.range_m * std::cos(turn);
       const double y = ranged.landmark_m.y() + *ranged.range_m * std::sin(turn);

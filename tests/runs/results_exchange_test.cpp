@@ -43,7 +43,7 @@ class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
     for (const char* const name : names) write_whole(folder / name, text);
   }
   /// False: it was killed.
-  bool replaced(int steps) const {
+  [[nodiscard]] bool replaced(int steps) const {
     try {
       ResultsExchange exchange(run_, "paper");
       fill(exchange.stage(), "new", {"ranges.csv", "fixes.csv", "effort.csv", "estimate.tum", "track.csv"});

@@ -140,7 +140,7 @@ class Replacing : public testing::Test {
  protected:
   /// Why `folder` is not replaced; everything is still there.
   std::string refusal(const fs::path& folder) {
-    const std::string error = error_of([&] { remove_run(folder); });
+    std::string error = error_of([&] { remove_run(folder); });
     EXPECT_EQ(read_run(run_).frames.size(), 2U) << "the run was touched";
     return error;
   }

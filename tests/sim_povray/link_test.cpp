@@ -351,7 +351,7 @@ TEST_F(Link, AProgramThatDoesNotKeepToTheProtocolIsSentAwayAndOthersGoOn) {
   TestServer server("hall");
   auto good = take("3");
   ASSERT_TRUE(good);
-  using namespace link;
+  using namespace link;  // NOLINT(google-build-using-namespace): the protocol's own names
   const double nan = std::numeric_limits<double>::quiet_NaN();
   SeatSettings bad_seat = seat_named("1");
   bad_seat.body.radius_m = nan;

@@ -161,7 +161,9 @@ TEST(FindPovray, InThePathOrWhereItIsSaidToBe) {
   const TemporaryFolder folder;
   const std::string program = folder.script("tracer", "");
   EXPECT_EQ(find_povray(program).value(), program);
-  const std::string old_path = ::getenv("PATH");
+  const char* path = ::getenv("PATH");
+  ASSERT_NE(path, nullptr);
+  const std::string old_path = path;
   ::setenv("PATH", ("/nowhere:" + folder.path().string()).c_str(), 1);
   const auto found = find_povray("tracer");
   const auto missing = find_povray("sh");

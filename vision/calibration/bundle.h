@@ -12,7 +12,7 @@
 namespace twocone::vision::calibration {
 
 struct SightingRow {
-  std::size_t frame;  ///< index into BundleState::poses
+  std::size_t frame;           ///< index into BundleState::poses
   std::size_t landmark_index;  ///< into BundleState::landmarks
   KnownLandmark landmark;
   BodyTwist twist;
