@@ -5,7 +5,7 @@
 #   ./evidence.sh [TOPIC]     without TOPIC: all there are
 set -euo pipefail
 cd "$(dirname "$0")"
-topics=(main-job simulator accuracy drivers tradeoff compare fresh-debian found-outside)
+topics=(behaviour main-job simulator accuracy drivers tradeoff compare fresh-debian found-outside)
 
 wanted=("${topics[@]}")
 if (($#)); then
