@@ -30,7 +30,7 @@ table() {
 numbers() {
   jq -S '
     def moment: test("^(twocone|commit|compiler|finished|wall_s|render_wait_s|own_cpu_s|render_cpu_s|vision.*_s|localisation.*_s|both.*_s|effort|seconds)$");
-    walk(if type == "object" then with_entries(select((.key | moment | not) and (.value | (type != "string") or (contains("/") | not)))) else . end)' "$1"
+    walk(if type == "object" then with_entries(select(.key | moment | not)) elif type == "string" and contains("/") then "" else . end)' "$1"
 }
 print_hash() { printf '%s  %s\n' "$(sha256sum | cut -d' ' -f1)" "$(translated <<<"$1")"; }
 
