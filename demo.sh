@@ -20,11 +20,11 @@ done
 if ! [[ $frames =~ ^[1-9][0-9]*$ ]]; then echo "demo.sh: --frames is '$frames', must be a whole number from 1" >&2; exit 2; fi
 if ! [[ $seed =~ ^[0-9]+$ ]]; then echo "demo.sh: --seed is '$seed', must be a whole number from 0" >&2; exit 2; fi
 
-# About 0.55 s of processor time a stereo frame, shared by the cores; setting up and building come first, once.
+# A stereo frame takes about 0.55 s of processor time, shared by the cores. The first call also sets up and builds.
 cores=$(nproc)
 run_s=$((frames * 55 / 100 / (cores > 4 ? 4 : cores) + 5))
 build="nothing to build"
-[ -x build/release/twocone ] || build="some 4 minutes of set-up and building before it, the first time"
+[ -x build/release/twocone ] || build="the first call needs about 4 more minutes for set-up and building"
 echo "demo: $frames stereo frames at 640x480, about $((run_s / 60)) min $((run_s % 60)) s on $cores cores; $build"
 
 cmake/setup.sh

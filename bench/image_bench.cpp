@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera's picture costs to become RGB: to_rgb8 beside OpenCV, in one thread, of one picture of 640 x 480
-// pixels, each into memory of its own. Quote ratios from one run of this program, and medians:
-// --benchmark_repetitions=9
-// --benchmark_report_aggregates_only=true
+// Measures the cost of converting a camera's image to RGB: to_rgb8 compared with OpenCV, in one thread, for one image
+// of 640 x 480 pixels, each into memory of its own. Quote ratios from one run of this program, and medians:
+// --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgcodecs.hpp>
@@ -17,24 +16,24 @@ using namespace twocone;  // NOLINT(google-build-using-namespace): a program of 
 constexpr int kWidthPx = 640;
 constexpr int kHeightPx = 480;
 
-/// Colours that change slowly and a little noise, about what a JPEG decoder meets.
-cv::Mat bgr_picture() {
-  cv::Mat picture(kHeightPx, kWidthPx, CV_8UC3);
+/// An image with slowly changing colours and a little noise, similar to the input of a JPEG decoder.
+cv::Mat bgr_image() {
+  cv::Mat image(kHeightPx, kWidthPx, CV_8UC3);
   for (int row = 0; row < kHeightPx; ++row) {
     for (int column = 0; column < kWidthPx; ++column) {
       const int noise = (row * 7919 + column * 104729) % 11;
-      picture.at<cv::Vec3b>(row, column) = {cv::saturate_cast<std::uint8_t>(row / 2 + noise),
-                                            cv::saturate_cast<std::uint8_t>(column / 3 + noise),
-                                            cv::saturate_cast<std::uint8_t>(255 - (row + column) / 5 - noise)};
+      image.at<cv::Vec3b>(row, column) = {cv::saturate_cast<std::uint8_t>(row / 2 + noise),
+                                          cv::saturate_cast<std::uint8_t>(column / 3 + noise),
+                                          cv::saturate_cast<std::uint8_t>(255 - (row + column) / 5 - noise)};
     }
   }
-  return picture;
+  return image;
 }
 
-/// The layout's bytes as an OpenCV picture; what they show does not matter to the cost.
-cv::Mat raw_picture(PixelFormat format) {
-  const cv::Mat bgr = bgr_picture();
-  const int size = int(*picture_bytes(format, kWidthPx, kHeightPx));
+/// The layout's bytes as an OpenCV image; their content does not affect the cost.
+cv::Mat raw_image(PixelFormat format) {
+  const cv::Mat bgr = bgr_image();
+  const int size = int(*image_bytes(format, kWidthPx, kHeightPx));
   const cv::Mat bytes(1, size, CV_8U, bgr.data);
   switch (format) {
     case PixelFormat::kYuyv:
@@ -65,13 +64,13 @@ int conversion(PixelFormat format) {
 }
 
 void to_rgb8_of(benchmark::State& state, PixelFormat format) {
-  const cv::Mat raw = raw_picture(format);
+  const cv::Mat raw = raw_image(format);
   const Image image{kWidthPx, kHeightPx, format, Bytes(raw.datastart, raw.dataend)};
   for (auto _ : state) benchmark::DoNotOptimize(to_rgb8(image));
 }
 
 void cvt_color_of(benchmark::State& state, PixelFormat format) {
-  const cv::Mat raw = raw_picture(format);
+  const cv::Mat raw = raw_image(format);
   cv::setNumThreads(1);
   for (auto _ : state) {
     cv::Mat rgb;
@@ -82,7 +81,7 @@ void cvt_color_of(benchmark::State& state, PixelFormat format) {
 
 std::vector<std::uint8_t> jpeg() {
   std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", bgr_picture(), bytes, {cv::IMWRITE_JPEG_QUALITY, 85});
+  cv::imencode(".jpg", bgr_image(), bytes, {cv::IMWRITE_JPEG_QUALITY, 85});
   return bytes;
 }
 
@@ -91,7 +90,7 @@ void JpegToRgb8(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(to_rgb8(image));
 }
 
-/// Leaves it BGR.
+/// The result stays BGR.
 void JpegByImdecode(benchmark::State& state) {
   const auto bytes = jpeg();
   cv::setNumThreads(1);

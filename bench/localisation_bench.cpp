@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one fix costs. Quote the ratio to SvdOfMatrix3d, from one run of this program; and medians:
+// Measures the cost of one fix. Quote the ratio to SvdOfMatrix3d from one run of this program, and medians:
 // --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 #include <cmath>
 #include <vector>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace twocone;  // NOLINT(google-build-using-namespace): a program of its own
 
-/// The yardstick: one Jacobi SVD with both bases.
+/// The reference: one Jacobi SVD with both bases.
 void SvdOfMatrix3d(benchmark::State& state) {
   Eigen::Matrix3d m;
   m << 0.83, -1.27, 0.41, 2.13, 0.37, -0.59, -0.71, 1.91, 1.13;
@@ -34,7 +34,7 @@ BENCHMARK(SvdOfMatrix3d);
 std::vector<localisation::LandmarkMeasurement> sightings(int count, bool has_bearings) {
   std::vector<localisation::LandmarkMeasurement> all;
   for (int i = 0; i < count; ++i) {
-    const double turn = 2.3999632 * i;  // the golden angle: no symmetry
+    const double turn = 2.3999632 * i;  // the golden angle avoids symmetry
     const double error = std::sin(17.0 * i + 1);
     localisation::LandmarkMeasurement m;
     m.landmark_m = {2.7 * std::cos(turn), 2.2 * std::sin(turn) + 0.05 * i / count};
@@ -68,7 +68,7 @@ void FixWithTwoOutliersOfSix(benchmark::State& state) {
 }
 BENCHMARK(FixWithTwoOutliersOfSix);
 
-/// So many landmarks with a range only, and so many with a bearing only: sets whose minima are searched for.
+/// Some landmarks with a range only and some with a bearing only: sets whose minima need a search.
 void FixOfMixed(benchmark::State& state) {
   const int ranges = int(state.range(0));
   auto measurements = sightings(ranges + int(state.range(1)), true);

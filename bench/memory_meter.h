@@ -16,8 +16,8 @@
 
 namespace twocone::bench {
 
-/// The most memory that this program and all that it has started had at one time, as looked at every 50 ms: the sum of
-/// their proportional set sizes (/proc/PID/smaps_rollup), in which a page that several share is shared out.
+/// The peak memory of this program and all processes that it has started, sampled every 50 ms: the sum of their
+/// proportional set sizes (/proc/PID/smaps_rollup), in which a shared page is divided among its users.
 class MemoryMeter {
  public:
   MemoryMeter() : thread_([this] { watch(); }) {}
@@ -38,7 +38,7 @@ class MemoryMeter {
       long kib = 0;
       if (word == "Pss:" && file >> kib) return kib;
     }
-    return 0;  // it has ended
+    return 0;  // the process has ended
   }
   static long all_kib() {
     std::map<std::string, std::string> parents;

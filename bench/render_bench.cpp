@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering against the obvious way, in one run on one machine: the same recorded stereo frames and the same closed
-// loop, once with a POV-Ray process per picture, started as one would by hand, and once with held processes.
+// Compares rendering with the obvious method, in one run on one machine: the same recorded stereo frames and the same
+// closed loop, once with a POV-Ray process per image, started as by hand, and once with held processes.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -25,10 +25,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "base/child_process.h"
 #include "bench/memory_meter.h"
-#include "drivers/sim_povray/render/child_process.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/pool_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "tests/support/temporary_folder.h"
 
@@ -54,12 +54,13 @@ struct Options {
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Processor time of this program and of all that it has started and reaped: what does not depend on who else works.
+/// Processor time of this program and of all processes that it has started and reaped, which does not depend on other
+/// programs.
 double processor_s() {
   double sum = 0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+  for (const int processes : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
     rusage usage{};
-    ::getrusage(who, &usage);
+    ::getrusage(processes, &usage);
     for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
   }
   return sum;
@@ -71,13 +72,13 @@ T value(Result<T> result) {
   return std::move(*result);
 }
 
-/// Where the robot is in a frame: on a circle of 1 m diameter through its start.
+/// The robot's motion in a frame: on a circle of 1 m diameter through its start.
 FloorMotion motion(int frame) {
   const double a = 0.021 * frame;
   return motion_between({0, 0, 0}, {0.5 * std::sin(a), 0.5 - 0.5 * std::cos(a), std::remainder(a, 2 * M_PI)});
 }
 
-/// Two views, each seen in the obvious way and in ours.
+/// Two views, each rendered by the obvious method and by ours.
 struct Stereo {
   Scene scene;
   NamedBlock robot;
@@ -90,30 +91,30 @@ struct Size {
 };
 
 struct View {
-  std::shared_ptr<const Mould> mould;
+  std::shared_ptr<const ViewTemplate> view_template;
   std::optional<MirrorSight> sight;
 };
 
 View our_view(const Stereo& stereo, const Povray& povray, const NamedBlock& camera, Size size) {
   View view;
   view.sight = value(find_mirror(povray, stereo.scene, stereo.robot, camera, size.width_px, size.height_px, -1));
-  Mould mould = stereo.scene.mould({stereo.robot}, camera, view.sight ? view.sight->mask : "");
-  mould.width_px = size.width_px;
-  mould.height_px = size.height_px;
-  if (view.sight) mould.window = view.sight->window;
-  view.mould = std::make_shared<const Mould>(std::move(mould));
+  ViewTemplate view_template = stereo.scene.view_template({stereo.robot}, camera, view.sight ? view.sight->mask : "");
+  view_template.width_px = size.width_px;
+  view_template.height_px = size.height_px;
+  if (view.sight) view_template.window = view.sight->window;
+  view.view_template = std::make_shared<const ViewTemplate>(std::move(view_template));
   return view;
 }
 
-/// A picture as one would make it by hand: scene into a file, POV-Ray, PNG.
-fs::path obvious_picture(const Stereo& stereo, const std::string& program, const fs::path& folder, int frame,
-                         std::size_t view, Size size, const std::vector<std::string>& more = {}) {
+/// Makes an image as by hand: scene into a file, POV-Ray, PNG.
+fs::path obvious_image(const Stereo& stereo, const std::string& program, const fs::path& folder, int frame,
+                       std::size_t view, Size size, const std::vector<std::string>& more = {}) {
   const std::string name = fmt::format("{:06}_{}", frame, view);
   const fs::path pov = folder / (name + ".pov");
   const fs::path png = folder / (name + ".png");
   const FloorMotion m = motion(frame);
   std::ofstream(pov) << stereo.scene.seen({{stereo.robot, m}}, {stereo.cameras[view], m}, stereo.unit_m);
-  ChildRequest request;
+  base::ChildRequest request;
   request.program.path = program;
   request.program.arguments = {"+I" + pov.string(), "+O" + png.string(), fmt::format("+W{}", size.width_px),
                                fmt::format("+H{}", size.height_px), "-D"};
@@ -122,12 +123,12 @@ fs::path obvious_picture(const Stereo& stereo, const std::string& program, const
   request.program.folder = fs::absolute(stereo.scene.path()).parent_path().string();
   request.max_output = std::size_t{1} << 20;
   request.timeout = std::chrono::minutes(5);
-  const ChildResult result = run_child(request);
-  if (result.end != ChildResult::End::kEnded || result.wait_status != 0) throw std::runtime_error(result.errors);
+  const base::ChildResult result = base::run_child(request);
+  if (result.end != base::ChildResult::End::kEnded || result.wait_status != 0) throw std::runtime_error(result.errors);
   return png;
 }
 
-/// `count` things to do by `threads` threads, in order of their numbers.
+/// Runs `count` jobs on `threads` threads, in the order of their numbers.
 void in_threads(int threads, int count, const std::function<void(int)>& work) {
   std::mutex mutex;
   int next = 0;
@@ -155,7 +156,7 @@ cv::Mat bgr(const Image& image) {
   return result;
 }
 
-/// Pixels inside the mirror that are not the same.
+/// The number of pixels inside the mirror that differ.
 int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sight) {
   int count = 0;
   for (int row = 0; row < a.rows; ++row) {
@@ -167,10 +168,10 @@ int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sigh
   return count;
 }
 
-/// Our way of a recorded run: many frames under way, each picture written as PNG. Seconds.
+/// Records a run by our method: many frames in progress, each image written as PNG. Returns seconds.
 double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>& views, int frames,
               const fs::path& folder) {
-  constexpr int kUnderWay = 24;  // pictures
+  constexpr int kUnderWay = 24;  // images
   std::mutex mutex;
   std::condition_variable changed;
   int under_way = 0;
@@ -198,18 +199,18 @@ double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>&
         ++under_way;
       }
       const fs::path path = folder / fmt::format("{:06}_{}.png", frame, v);
-      renderer.submit(
-          {fmt::format("frame {}, view {}", frame, v), views[v].mould, stereo.scene.pose_text({m}, m, stereo.unit_m)},
-          [&, path](ImageResult picture) {
-            const std::lock_guard lock(mutex);
-            --under_way;
-            if (picture) {
-              finished.emplace_back(path, *picture);
-            } else {
-              error = picture.error().message;
-            }
-            changed.notify_all();
-          });
+      renderer.submit({fmt::format("frame {}, view {}", frame, v), views[v].view_template,
+                       stereo.scene.pose_text({m}, m, stereo.unit_m)},
+                      [&, path](ImageResult image) {
+                        const std::lock_guard lock(mutex);
+                        --under_way;
+                        if (image) {
+                          finished.emplace_back(path, *image);
+                        } else {
+                          error = image.error().message;
+                        }
+                        changed.notify_all();
+                      });
     }
   }
   {
@@ -223,12 +224,13 @@ double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>&
   return seconds_since(begin);
 }
 
-/// A closed loop: the next pose only after both pictures of a frame. Seconds from pose to pictures, for each frame.
-std::vector<double> loop(int frames, const std::function<void(int)>& both_pictures) {
+/// Runs a closed loop: the next pose follows only after both images of a frame. Returns seconds from pose to images for
+/// each frame.
+std::vector<double> loop(int frames, const std::function<void(int)>& both_images) {
   std::vector<double> latencies;
   for (int frame = 0; frame < frames; ++frame) {
     const auto begin = Clock::now();
-    both_pictures(frame);
+    both_images(frame);
     latencies.push_back(seconds_since(begin));
   }
   return latencies;
@@ -236,14 +238,14 @@ std::vector<double> loop(int frames, const std::function<void(int)>& both_pictur
 
 void both_held(const Stereo& stereo, Renderer& renderer, const std::vector<View>& views, int frame) {
   const FloorMotion m = motion(frame);
-  std::vector<std::future<ImageResult>> pictures;
+  std::vector<std::future<ImageResult>> images;
   for (const View& view : views) {
     auto promise = std::make_shared<std::promise<ImageResult>>();
-    pictures.push_back(promise->get_future());
-    renderer.submit({fmt::format("frame {}", frame), view.mould, stereo.scene.pose_text({m}, m, stereo.unit_m)},
-                    [promise](ImageResult picture) { promise->set_value(std::move(picture)); });
+    images.push_back(promise->get_future());
+    renderer.submit({fmt::format("frame {}", frame), view.view_template, stereo.scene.pose_text({m}, m, stereo.unit_m)},
+                    [promise](ImageResult image) { promise->set_value(std::move(image)); });
   }
-  for (auto& picture : pictures) (void)value(picture.get());
+  for (auto& image : images) (void)value(image.get());
 }
 
 double median(std::vector<double> values) {
@@ -292,14 +294,14 @@ nlohmann::json measure(const Options& options) {
   begin = Clock::now();
   processor = processor_s();
   for (int i = 0; i < 2 * obvious_frames; ++i) {
-    (void)obvious_picture(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size);
+    (void)obvious_image(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size);
   }
   const double scale = double(options.frames) / obvious_frames;
   result["recorded_obvious_s"] = seconds_since(begin) * scale;
   result["recorded_obvious_processor_s"] = (processor_s() - processor) * scale;
   begin = Clock::now();
   in_threads(2, 2 * obvious_frames,
-             [&](int i) { (void)obvious_picture(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size); });
+             [&](int i) { (void)obvious_image(stereo, program, theirs.path(), i / 2, std::size_t(i % 2), size); });
   result["recorded_two_at_once_s"] = seconds_since(begin) * scale;
 
   std::fprintf(stderr, "comparing pixels\n");
@@ -310,11 +312,11 @@ nlohmann::json measure(const Options& options) {
     const MirrorSight& sight = *views[view].sight;
     const std::string name = fmt::format("{:06}_{}.png", i / 2, view);
     const cv::Mat got = cv::imread((ours.path() / name).string());
-    const fs::path again = obvious_picture(stereo, program, bounded.path(), i / 2, view, size, {"+BM2"});
+    const fs::path again = obvious_image(stereo, program, bounded.path(), i / 2, view, size, {"+BM2"});
     with_default += different_inside(got, cv::imread((theirs.path() / name).string()), sight);
     with_bsp += different_inside(got, cv::imread(again.string()), sight);
   }
-  result["compared_pictures"] = 2 * compared;
+  result["compared_images"] = 2 * compared;
   result["different_pixels_against_default"] = with_default;
   result["different_pixels_against_bm2"] = with_bsp;
 
@@ -322,7 +324,7 @@ nlohmann::json measure(const Options& options) {
   const auto obvious_frame = [&](int threads) {
     return [&, threads](int frame) {
       in_threads(threads, 2, [&](int view) {
-        (void)obvious_picture(stereo, program, theirs.path(), frame, std::size_t(view), loop_size);
+        (void)obvious_image(stereo, program, theirs.path(), frame, std::size_t(view), loop_size);
       });
     };
   };
@@ -332,7 +334,7 @@ nlohmann::json measure(const Options& options) {
   for (const NamedBlock& camera : stereo.cameras) loop_views.push_back(our_view(stereo, povray, camera, loop_size));
   PoolRenderer renderer(povray, pool);
   const auto ours_frame = [&](int frame) { both_held(stereo, renderer, loop_views, frame); };
-  (void)loop(options.processes, ours_frame);  // until all processes are there
+  (void)loop(options.processes, ours_frame);  // until all processes have started
   const auto latencies = loop(2 * options.loop_frames, ours_frame);
   result["loop_ours_s"] = median(latencies);
   result["loop_ours_slowest_s"] = *std::max_element(latencies.begin(), latencies.end());
@@ -359,10 +361,9 @@ void print(const Options& options, const nlohmann::json& r) {
   row("povray, two at once", number("loop_two_at_once_s"), loop_ours, 3);
   row("held processes", loop_ours, loop_ours, 3);
   fmt::print("  {:<30}{:>9.3f}\n", "held processes, slowest frame", number("loop_ours_slowest_s"));
-  fmt::print(
-      "\npixels inside the mirrors that differ, in {} pictures: {} from povray's as it is, {} from povray +BM2\n",
-      r.at("compared_pictures").get<int>(), r.at("different_pixels_against_default").get<int>(),
-      r.at("different_pixels_against_bm2").get<int>());
+  fmt::print("\npixels inside the mirrors that differ, in {} images: {} from povray's as it is, {} from povray +BM2\n",
+             r.at("compared_images").get<int>(), r.at("different_pixels_against_default").get<int>(),
+             r.at("different_pixels_against_bm2").get<int>());
   fmt::print("most memory, this program and all its processes: {:.0f} MiB; finding the mirrors once: {:.1f} s\n",
              number("memory_mib"), number("set_up_s"));
   fmt::print("{}\n", r.at("rendering").get<std::string>());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one stereo frame costs above the HAL. Quote ratios from one run of this program: of FullOfAPair to PairToHsv,
-// OpenCV's conversion of the same pair from BGR to HSV in one thread; of others to DecodePngPair, the work of reading
-// the same two pictures from a run folder. And medians: --benchmark_repetitions=9
-// --benchmark_report_aggregates_only=true
+// Measures the cost of one stereo frame above the HAL. Quote ratios from one run of this program: of OutlineOfAPair to
+// PairToHsv, OpenCV's conversion of the same pair from BGR to HSV in one thread; of others to DecodePngPair, the work
+// of reading the same two images from a run folder. Quote medians:
+// --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 
 #include <array>
 #include <functional>
@@ -11,11 +11,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/runs/adaptive.h"
+#include "apps/estimation/adaptive.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/support/synthetic_lab.h"
-#include "vision/full_ranging.h"
+#include "vision/outline_ranging.h"
 #include "vision/paper_ranging.h"
 #include "vision/rim.h"
 #include "vision/unwrap.h"
@@ -41,8 +41,8 @@ std::vector<vision::Target> six_targets() {
           {"cyan", {0, 1, 1}, 0.15}, {"magenta", {1, 0, 1}, 0.15}, {"yellow", {1, 1, 0}, 0.15}};
 }
 
-/// Six spokes on grey, from the tip out to `radius_px`: about what pillars look like, with as many coloured pixels.
-cv::Mat picture(double radius_px) {
+/// Six spokes on grey, from the tip out to `radius_px`: similar to landmarks, with as many coloured pixels.
+cv::Mat image(double radius_px) {
   const cv::Vec3b colours[] = {{200, 20, 20},  {20, 200, 20},  {20, 20, 200},
                                {20, 200, 200}, {200, 20, 200}, {200, 200, 20}};
   cv::Mat p(kSize, CV_8UC3);
@@ -61,7 +61,7 @@ cv::Mat picture(double radius_px) {
 
 void DecodePngPair(benchmark::State& state) {
   std::vector<std::uint8_t> png;
-  cv::imencode(".png", picture(130), png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  cv::imencode(".png", image(130), png, {cv::IMWRITE_PNG_COMPRESSION, 1});
   for (auto _ : state) {
     benchmark::DoNotOptimize(cv::imdecode(png, cv::IMREAD_COLOR));
     benchmark::DoNotOptimize(cv::imdecode(png, cv::IMREAD_COLOR));
@@ -71,8 +71,8 @@ BENCHMARK(DecodePngPair)->Unit(benchmark::kMillisecond);
 
 void PaperRangingOfAPair(benchmark::State& state) {
   const vision::PaperRanging ranging(lab_rig(), six_targets(), kSize, kSize);
-  const cv::Mat lower = picture(130);
-  const cv::Mat upper = picture(60);
+  const cv::Mat lower = image(130);
+  const cv::Mat upper = image(60);
   for (auto _ : state) benchmark::DoNotOptimize(ranging.measure(lower, upper));
 }
 BENCHMARK(PaperRangingOfAPair)->Unit(benchmark::kMillisecond);
@@ -85,15 +85,15 @@ void FixByTriangle(benchmark::State& state) {
 }
 BENCHMARK(FixByTriangle)->Unit(benchmark::kMicrosecond);
 
-/// The lab's six pillars in a room of its own brightness, with the noise of a camera.
+/// The lab's six landmarks in a room of the lab's brightness, with the noise of a camera.
 struct LabPair {
   vision::testing_support::SyntheticRig rig{vision::testing_support::lab_rig(),
                                             {.level = 0.45, .cells = 24, .contrast = 0.3}};
-  std::vector<vision::testing_support::SyntheticLandmark> pillars = vision::testing_support::six_pillars();
-  vision::testing_support::SyntheticRig::Pair pictures;
+  std::vector<vision::testing_support::SyntheticLandmark> landmarks = vision::testing_support::six_landmarks();
+  vision::testing_support::SyntheticRig::Pair images;
   LabPair() {
     std::mt19937_64 random(1);
-    pictures = rig.take({vision::testing_support::seen_from(pillars, {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
+    images = rig.take({vision::testing_support::seen_from(landmarks, {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
   }
 };
 const LabPair& lab_pair() {
@@ -101,39 +101,39 @@ const LabPair& lab_pair() {
   return pair;
 }
 
-/// The fix from measurements of the lab's pillars.
+/// The fix from measurements of the lab's landmarks.
 localisation::Fix fix_of(const std::vector<vision::RangeMeasurement>& measured, const LabPair& lab) {
   std::vector<localisation::LandmarkMeasurement> measurements;
   for (std::size_t k = 0; k < measured.size(); ++k) {
     if (!measured[k].covariance) continue;
     measurements.push_back(
-        {lab.pillars[k].centre_m, measured[k].range_m, measured[k].bearing_rad, *measured[k].covariance});
+        {lab.landmarks[k].centre_m, measured[k].range_m, measured[k].bearing_rad, *measured[k].covariance});
   }
   return localisation::fix_by_least_squares(measurements);
 }
 
 /// Vision and localisation of one stereo frame.
-void FullOfAPair(benchmark::State& state) {
+void OutlineOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
-  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
   for (auto _ : state) {
-    auto fix = fix_of(ranging.measure(lab.pictures.lower, lab.pictures.upper), lab);
-    if (fix.used < 6) state.SkipWithError("not all six pillars were used");
+    auto fix = fix_of(ranging.measure(lab.images.lower, lab.images.upper), lab);
+    if (fix.used < 6) state.SkipWithError("not all six landmarks were used");
     benchmark::DoNotOptimize(fix);
   }
 }
-BENCHMARK(FullOfAPair)->Unit(benchmark::kMillisecond);
+BENCHMARK(OutlineOfAPair)->Unit(benchmark::kMillisecond);
 
-/// The same, all landmarks taken to a stage.
+/// As OutlineOfAPair, with all landmarks measured to a stage.
 void StageOfAPair(benchmark::State& state, vision::Stage stage) {
   const LabPair& lab = lab_pair();
-  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
   constexpr std::array<std::size_t, 6> kAll{0, 1, 2, 3, 4, 5};
   for (auto _ : state) {
-    vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
-    looking.take(kAll, stage);
-    auto fix = fix_of(looking.measurements(), lab);
-    if (fix.used < 6) state.SkipWithError("not all six pillars were used");
+    vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
+    observation.take(kAll, stage);
+    auto fix = fix_of(observation.measurements(), lab);
+    if (fix.used < 6) state.SkipWithError("not all six landmarks were used");
     benchmark::DoNotOptimize(fix);
   }
 }
@@ -142,22 +142,22 @@ BENCHMARK(FoundOfAPair)->Unit(benchmark::kMillisecond);
 void CoarseOfAPair(benchmark::State& state) { StageOfAPair(state, vision::Stage::kCoarse); }
 BENCHMARK(CoarseOfAPair)->Unit(benchmark::kMillisecond);
 
-/// The same, refined until the position's sigma is so many tenths of a millimetre; 0: all landmarks.
+/// As OutlineOfAPair, refined until the position's sigma is this number of tenths of a millimetre; 0: all landmarks.
 void AdaptiveOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
-  const vision::FullRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.pillars), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
   std::vector<Eigen::Vector2d> landmarks_m;
-  for (const auto& pillar : lab.pillars) landmarks_m.push_back(pillar.centre_m);
+  for (const auto& landmark : lab.landmarks) landmarks_m.push_back(landmark.centre_m);
   const std::array<Eigen::Vector2d, 2> centres_px{lab.rig.rig.lower.settings().centre_px,
                                                   lab.rig.rig.upper.settings().centre_px};
   const std::function<double()> no_clock;
   const double enough_m = 1e-4 * double(state.range(0)) + 1e-9;
-  const runs::Adaptive adaptive(landmarks_m, centres_px, {true, enough_m, std::nullopt}, no_clock, 0);
+  const estimation::Adaptive adaptive(landmarks_m, centres_px, {true, enough_m, std::nullopt}, no_clock, 0);
   int refined = 0;
   for (auto _ : state) {
-    vision::Looking looking = ranging.look(lab.pictures.lower, lab.pictures.upper);
-    auto answer = adaptive.run(looking);
-    refined = looking.refined();
+    vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
+    auto answer = adaptive.run(observation);
+    refined = observation.refined();
     if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
     benchmark::DoNotOptimize(answer.fix);
   }
@@ -171,8 +171,8 @@ void PairToHsv(benchmark::State& state) {
   cv::Mat lower;
   cv::Mat upper;
   for (auto _ : state) {
-    cv::cvtColor(lab.pictures.lower, lower, cv::COLOR_BGR2HSV);
-    cv::cvtColor(lab.pictures.upper, upper, cv::COLOR_BGR2HSV);
+    cv::cvtColor(lab.images.lower, lower, cv::COLOR_BGR2HSV);
+    cv::cvtColor(lab.images.upper, upper, cv::COLOR_BGR2HSV);
     benchmark::DoNotOptimize(lower.data);
     benchmark::DoNotOptimize(upper.data);
   }
@@ -181,13 +181,13 @@ BENCHMARK(PairToHsv)->Unit(benchmark::kMillisecond);
 
 void Unwrap(benchmark::State& state) {
   const auto rig = lab_rig();
-  const cv::Mat p = picture(130);
+  const cv::Mat p = image(130);
   for (auto _ : state) benchmark::DoNotOptimize(vision::unwrap(p, rig.lower, 1440));
 }
 BENCHMARK(Unwrap)->Unit(benchmark::kMillisecond);
 
 void FindRim(benchmark::State& state) {
-  const cv::Mat p = picture(236);
+  const cv::Mat p = image(236);
   for (auto _ : state) benchmark::DoNotOptimize(vision::find_rim(p, {{319.5, 239.5}, 236, 0}));
 }
 BENCHMARK(FindRim)->Unit(benchmark::kMillisecond);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The Open Dynamics Engine, which brings no file of its own for CMake: ODE_FOUND and the target ODE::ODE.
+# Finds the Open Dynamics Engine, which has no CMake file of its own: defines ODE_FOUND and the target ODE::ODE.
 find_path(ODE_INCLUDE_DIR ode/ode.h)
 find_library(ODE_LIBRARY ode)
 include(FindPackageHandleStandardArgs)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what twocone needs from Debian 12 or 13, and nothing that is there already. Run by demo.sh, test.sh and evidence.sh.
-#   cmake/setup.sh [--lint | --evidence]      with clang-format and clang-tidy, or with what evidence.sh needs
+# Installs the packages of Debian 12 or 13 that twocone needs and that are missing. demo.sh, test.sh and evidence.sh run it.
+#   cmake/setup.sh [--lint | --evidence]      also clang-format and clang-tidy, or the packages for evidence.sh
 set -euo pipefail
 
 packages=(
@@ -15,7 +15,7 @@ case "${1:-}" in
   --lint) packages+=(clang-format clang-tidy) ;;
   --evidence)
     packages+=(jq imagemagick debootstrap povray-examples lintian time)
-    # The virtual machine of tests/guest, what is tried in it, and what its modules are built with.
+    # For the virtual machine of tests/vm, the tests in it, and the build of its modules.
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
     packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
     ;;
@@ -33,7 +33,7 @@ if ((${#missing[@]})); then
     sudo=(sudo)
   fi
   export DEBIAN_FRONTEND=noninteractive
-  # A set timeout and retries: a mirror that does not answer must not hang the set-up.
+  # The timeouts and retries prevent that a mirror which does not answer blocks the set-up.
   options=(-qq -o Acquire::Retries=3 -o Acquire::http::Timeout=60 -o DPkg::Lock::Timeout=300)
   "${sudo[@]}" apt-get "${options[@]}" update
   "${sudo[@]}" apt-get "${options[@]}" install -y --no-install-recommends "${missing[@]}" >/dev/null

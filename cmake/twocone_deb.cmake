@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cpack` in a build folder: twocone_VERSION_ARCHITECTURE.deb, with the very binary that was built and tested there.
+# `cpack` in a build folder makes twocone_VERSION_ARCHITECTURE.deb with the binary that was built and tested there.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME twocone)
 set(CPACK_PACKAGE_CONTACT "${TWOCONE_MAINTAINER}")
@@ -12,7 +12,7 @@ from the ranges and bearings of landmarks on a map.
 The same program drives a real robot (V4L2 or libcamera cameras, motor
 controllers of ros_arduino_bridge, RoboClaw or Create 2) and one that is
 simulated by POV-Ray.")
-# Neither stripped nor linked anew: the bytes are those that the tests ran.
+# The binary is neither stripped nor linked again, so it is the one that the tests ran.
 set(CPACK_STRIP_FILES OFF)
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};${PROJECT_NAME};program;/")
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
@@ -20,7 +20,7 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The simulation runs POV-Ray, the report gnuplot, both as programs; a robot needs neither to drive.
+# The simulation runs POV-Ray and the report runs gnuplot, both as programs; a real robot needs neither.
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "povray, povray-includes, gnuplot-nox | gnuplot")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/deb/postinst)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)

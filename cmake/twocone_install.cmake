@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-# Two components: `program` is what a robot needs and what the Debian package holds; `development` is find_package(twocone)
-# for other projects: the library targets, their headers, and what they depend on.
-install(EXPORT twoconeTargets NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone COMPONENT development)
+# There are two components. `program` holds the files that a robot needs and that are in the Debian package. `development`
+# is for find_package(twocone) in other projects: the public interface (include/twocone), its shared libraries and a
+# pkg-config file.
+foreach(component twocone localisation)
+  install(EXPORT twoconeTargets-${component} NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone
+          COMPONENT development)
+endforeach()
+configure_file(cmake/twocone.pc.in ${PROJECT_BINARY_DIR}/twocone.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/twocone.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 configure_package_config_file(cmake/twoconeConfig.cmake.in ${PROJECT_BINARY_DIR}/twoconeConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/twoconeConfig.cmake ${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake
-              cmake/FindODE.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone COMPONENT development)
 
-# As in the source tree, so that robots/lab_sim.yaml finds ../scenes/lab.map.yaml.
+# The folders are as in the source tree, so that robots/lab_sim.yaml finds ../scenes/lab.map.yaml.
 install(DIRECTORY robots scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/twocone COMPONENT program)
 install(FILES cmake/deb/70-twocone.rules DESTINATION lib/udev/rules.d COMPONENT program)
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
         PATTERN evidence EXCLUDE PATTERN twocone.1 EXCLUDE PATTERN *.sh EXCLUDE PATTERN *.pov EXCLUDE PATTERN *.inc EXCLUDE)
 
-# What Debian wants compressed. At configure time: an install must not need a build of its own.
-set(TWOCONE_MAINTAINER "twocone <twocone@localhost>" CACHE STRING "Who answers for the Debian package: NAME <ADDRESS>")
+# Debian requires these files compressed. This happens at configure time, because an install must not need a build.
+set(TWOCONE_MAINTAINER "twocone <twocone@localhost>" CACHE STRING "Maintainer of the Debian package: NAME <ADDRESS>")
 configure_file(cmake/deb/changelog.in ${PROJECT_BINARY_DIR}/changelog @ONLY)
 find_program(GZIP gzip REQUIRED)
 function(twocone_install_compressed source destination)

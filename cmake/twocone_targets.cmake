@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-# One way to make a library, a program and a test, so that no folder can forget the warnings or the alias.
+# Functions that make a library, a program or a test, so that every folder sets the warnings and the alias.
 
 function(twocone_set_up target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    # GCC 12 sees an overlap in `"a" + std::string` that is not there (its bug 105329).
+    # GCC 12 wrongly warns of an overlap in `"a" + std::string` (its bug 105329).
     target_compile_options(${target} PRIVATE -Wno-restrict)
   endif()
   if(TWOCONE_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${TWOCONE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${TWOCONE_SANITIZE})
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-      # Between the sanitizers' checks GCC loses sight of what an optional holds, and warns of members never read.
+      # With the sanitizers' checks GCC loses track of an optional's state, and warns of members that are never read.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
     endif()
   endif()
 endfunction()
 
-# twocone_precompile(TARGET product|tests): headers that most of it includes are compiled once, a quarter of a build. In preset dev
-# alone: an #include that was forgotten is told by the others, and by ./test.sh --lint.
+# twocone_precompile(TARGET product|tests): compiles headers that most files include only once, which saves a quarter of a
+# build. This is done only in preset dev: the other presets, and ./test.sh --lint, detect a missing #include.
 function(twocone_precompile target of)
-  get_target_property(for_shared ${target} POSITION_INDEPENDENT_CODE)
-  if(NOT TWOCONE_PRECOMPILE OR for_shared)
+  if(NOT TWOCONE_PRECOMPILE)
     return()
   endif()
   set(owner twocone_precompiled_for_${of})
@@ -40,30 +39,26 @@ function(twocone_precompile target of)
     endif()
   endif()
   target_precompile_headers(${target} REUSE_FROM ${owner})
-  # GCC takes them only where the macros are the same, of which fmt has one.
+  # GCC uses precompiled headers only if all macros are the same, and fmt defines one.
   target_link_libraries(${target} PRIVATE fmt::fmt)
 endfunction()
 
 # twocone_library(NAME SOURCES a.cpp ... HEADERS public.h ... DEPENDS twocone::hal ... PRIVATE_DEPENDS ...)
-# HEADERS are the folder's API and are installed; the folder's other headers are private to it.
+# HEADERS are the folder's API; its other headers are private to it. None is installed: other programs use
+# include/twocone.
 function(twocone_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   set(target twocone_${name})
   add_library(${target} ${ARG_SOURCES})
   add_library(twocone::${name} ALIAS ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/twocone>)
+  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PUBLIC ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE_DEPENDS})
   twocone_set_up(${target})
   twocone_precompile(${target} product)
-  install(TARGETS ${target} EXPORT twoconeTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-  install(FILES ${ARG_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/twocone/${folder} COMPONENT development)
 endfunction()
 
 # twocone_test(NAME SOURCES a_test.cpp ... DEPENDS twocone::hal ... [LABEL slow] [TIMEOUT seconds])
-# One label only: gtest_discover_tests of CMake 3.25 drops the time-out behind a second one.
+# A test has only one label: gtest_discover_tests of CMake 3.25 drops the time-out after a second label.
 function(twocone_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Run at every build, so that a result names the source that made it: writes version.cpp anew when the commit has changed.
+# Runs at every build, so that a result names the source that made it: writes version.cpp again when the commit has changed.
 # cmake -D SOURCE=... -D IN=... -D OUT=... -D PROJECT_VERSION=... (and the compiler's variables) -P twocone_version.cmake
 set(TWOCONE_COMMIT unknown)
 find_program(GIT git)

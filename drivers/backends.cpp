@@ -21,7 +21,12 @@ namespace {
 
 constexpr const char* kDrivePart = "drive";
 
-/// What the parts of one robot share, made once before them.
+// A world in this program advances without delay, because its images arrive later. A served world waits for the slowest
+// of its robots, whose program may be working on an image.
+constexpr std::chrono::milliseconds kFrameTimeout{5'000};
+constexpr std::chrono::milliseconds kServedFrameTimeout{60'000};
+
+/// Objects that the parts of one robot share. They are made before the parts.
 struct Shared {
   std::shared_ptr<ManualClock> clock = std::make_shared<ManualClock>();  ///< memory
   std::unique_ptr<sim_povray::Simulation> simulation;                    ///< sim_povray
@@ -73,27 +78,110 @@ Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& p
   return std::unique_ptr<DiffDrive>(*std::move(drive));
 }
 
+/// What `checked` complains about; empty: nothing.
+template <typename Check>
+std::string complaint_of(Check checked) {
+  try {
+    checked();
+    return {};
+  } catch (const std::invalid_argument& complaint) {
+    return complaint.what();
+  }
+}
+
+// ---- checks and lists of each driver
+
+std::string complaint_about_v4l2(const CameraDevice& device) {
+  return complaint_of([&] { v4l2::check(to_v4l2(device)); });
+}
+std::string complaint_about_libcamera(const CameraDevice& device) {
+  return complaint_of([&] { libcamera_camera::check(to_libcamera(device)); });
+}
+
+void list_v4l2(Devices& devices) {
+  for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
+    devices.found.push_back({std::string(kV4l2Camera), camera.stable_path.empty() ? camera.path : camera.stable_path,
+                             fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
+                             std::move(camera.modes)});
+  }
+}
+void list_libcamera(Devices& devices) {
+  auto cameras = libcamera_camera::list_cameras();
+  if (!cameras) {
+    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcameraCamera, cameras.error().message));
+    return;
+  }
+  for (libcamera_camera::CameraInfo& camera : *cameras) {
+    devices.found.push_back({std::string(kLibcameraCamera), camera.id, camera.model, std::move(camera.formats)});
+  }
+}
+void list_serial_ports(Devices& devices) {
+  for (const serial::PortInfo& port : serial::list_ports()) {
+    devices.found.push_back({std::string(kSerialDiffDrive),
+                             port.stable_path.empty() ? port.path : port.stable_path,
+                             port.description.empty() ? port.path : fmt::format("{} ({})", port.description, port.path),
+                             {}});
+  }
+}
+
+std::string v4l2_node(const std::string& name) { return v4l2::node_of(name); }
+
+/// The id of the one camera of that model; else the name itself.
+std::string libcamera_id(const std::string& name) {
+  const auto cameras = libcamera_camera::list_cameras();
+  if (!cameras) return name;
+  const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
+  if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) return name;
+  return std::find_if(cameras->begin(), cameras->end(), is_it)->id;
+}
+
+/// All that the program knows of one driver. Only this table names every driver.
 struct Row {
-  Backend told;
+  Backend backend;
   CameraOpener open_camera = nullptr;
   DriveOpener open_drive = nullptr;
+  std::string (*complain)(const CameraDevice&) =
+      nullptr;                       ///< what is wrong with a camera's device keys; empty: nothing
+  void (*list)(Devices&) = nullptr;  ///< adds this machine's devices
+  std::string (*device_id)(const std::string& name) = nullptr;  ///< equal for two names of one camera
 };
 
+using Keys = Backend::Keys;
 const std::array kRows{
     Row{{kMemory, true, true, ""}, open_memory_camera, open_memory_drive},
     Row{{kSimPovray, true, true, ""}, open_sim_camera, open_sim_drive},
-    Row{{kV4l2Camera, true, false, v4l2::why_not()}, open_v4l2_camera},
-    Row{{kLibcameraCamera, true, false, libcamera_camera::why_not()}, open_libcamera_camera},
-    Row{{kSerialDiffDrive, false, true, serial::why_not()}, nullptr, open_serial_drive},
+    Row{{kV4l2Camera, true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
+        open_v4l2_camera,
+        nullptr,
+        complaint_about_v4l2,
+        list_v4l2,
+        v4l2_node},
+    Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
+        open_libcamera_camera,
+        nullptr,
+        complaint_about_libcamera,
+        list_libcamera,
+        libcamera_id},
+    Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
+        nullptr,
+        open_serial_drive,
+        nullptr,
+        list_serial_ports},
 };
 
 const auto kBackends = [] {
-  std::array<Backend, kRows.size()> told{};
-  std::transform(kRows.begin(), kRows.end(), told.begin(), [](const Row& row) { return row.told; });
-  return told;
+  std::array<Backend, kRows.size()> all{};
+  std::transform(kRows.begin(), kRows.end(), all.begin(), [](const Row& row) { return row.backend; });
+  return all;
 }();
 
-/// A part as the messages call it, and what it asks for.
+/// Null: there is no such driver.
+const Row* find_row(std::string_view driver) {
+  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.backend.name == driver; });
+  return row == kRows.end() ? nullptr : &*row;
+}
+
+/// A part, by its name in messages, and the driver that it requests.
 struct Wanted {
   std::string part;
   bool is_camera;
@@ -104,7 +192,7 @@ struct Wanted {
 
 std::string other_part(const OtherCamera& camera) { return "cameras." + camera.name; }
 
-/// lower, upper, drive, then the other cameras.
+/// The parts in this order: lower, upper, drive, then the other cameras.
 std::vector<Wanted> parts_of(const RobotSettings& settings) {
   std::vector<Wanted> parts{{"cameras.lower", true, settings.lower.driver},
                             {"cameras.upper", true, settings.upper.driver},
@@ -113,7 +201,7 @@ std::vector<Wanted> parts_of(const RobotSettings& settings) {
   return parts;
 }
 
-/// The drivers that could do it, or could if they were in this build: "memory, sim_povray".
+/// The drivers for this kind of part that are in this build, or those that are not: "memory, sim_povray".
 std::string drivers_for(const Wanted& wanted, bool available = true) {
   std::vector<std::string_view> names;
   for (const Backend& backend : kBackends) {
@@ -123,29 +211,29 @@ std::string drivers_for(const Wanted& wanted, bool available = true) {
 }
 
 Result<const Row*> find_row(const Wanted& wanted) {
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.told.name == wanted.driver; });
-  if (row == kRows.end()) {
+  const Row* const row = find_row(wanted.driver);
+  if (row == nullptr) {
     const std::string lacking = drivers_for(wanted, false);
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: there is no driver '{}'; drivers for it are: {}{}", wanted.part, wanted.driver,
                              drivers_for(wanted), lacking.empty() ? "" : " (not in this build: " + lacking + ")")};
   }
-  if (!wanted.suits(row->told)) {
+  if (!wanted.suits(row->backend)) {
     return Error{ErrorCode::kRefused,
                  fmt::format("{}: driver '{}' is for {}; drivers for it are: {}", wanted.part, wanted.driver,
                              wanted.is_camera ? "a drive" : "cameras", drivers_for(wanted))};
   }
-  if (!row->told.available()) {
+  if (!row->backend.available()) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("{}: driver '{}' is not in this build: {}; drivers that are: {}", wanted.part,
-                             wanted.driver, row->told.why_not, drivers_for(wanted))};
+                             wanted.driver, row->backend.why_not, drivers_for(wanted))};
   }
-  return &*row;
+  return row;
 }
 
 bool is_simulated(const Wanted& wanted) { return wanted.driver == kSimPovray; }
 
-/// Every part's row, once all are known to go together.
+/// The row of every part, after the check that all can be combined.
 Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
   const auto parts = parts_of(settings);
   std::vector<const Row*> rows;
@@ -156,12 +244,12 @@ Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
   }
   const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
-    std::vector<std::string> told;
-    told.reserve(parts.size());
-    for (const Wanted& part : parts) told.push_back(fmt::format("{}: {}", part.part, part.driver));
+    std::vector<std::string> named;
+    named.reserve(parts.size());
+    for (const Wanted& part : parts) named.push_back(fmt::format("{}: {}", part.part, part.driver));
     return Error{ErrorCode::kRefused, fmt::format("{}: sim_povray moves all parts of a robot or none: a simulated "
                                                   "camera cannot see a real drive move",
-                                                  fmt::join(told, ", "))};
+                                                  fmt::join(named, ", "))};
   }
   return rows;
 }
@@ -170,63 +258,49 @@ Error in_part(const std::string& part, const Error& error) {
   return {error.code, fmt::format("{}: {}", part, error.message)};
 }
 
-/// Calls `checked` and adds what it complains about to `bad`.
+/// Adds what `checked` complains about to `bad`.
 template <typename Check>
 void collect(std::string& bad, const std::string& part, Check checked) {
-  try {
-    checked();
-  } catch (const std::invalid_argument& complaint) {
-    bad += fmt::format("\n  {}: {}", part, complaint.what());
+  if (const std::string complaint = complaint_of(checked); !complaint.empty()) {
+    bad += fmt::format("\n  {}: {}", part, complaint);
   }
 }
 
-/// What a camera's driver asks of its part.
+/// Checks a part by the rules of its driver.
 void check_part(std::string& bad, const std::string& part, const CameraPart& camera) {
   collect(bad, part, [&] { twocone::check(camera.settings); });
   collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
-  if (camera.driver == kV4l2Camera) collect(bad, part, [&] { v4l2::check(to_v4l2(camera.device)); });
-  if (camera.driver == kLibcameraCamera)
-    collect(bad, part, [&] { libcamera_camera::check(to_libcamera(camera.device)); });
+  const Row* const row = find_row(camera.driver);
+  const std::string complaint = row != nullptr && row->complain != nullptr ? row->complain(camera.device) : "";
+  if (!complaint.empty()) bad += fmt::format("\n  {}: {}", part, complaint);
 }
 
 void check_part(std::string& bad, const DrivePart& drive) {
   collect(bad, kDrivePart, [&] { twocone::check(drive.limits); });
-  if (drive.driver != kSerialDiffDrive) return;
+  const Row* const row = find_row(drive.driver);
+  if (row == nullptr || row->backend.keys != Keys::kSerialDrive) return;
   if (drive.serial) {
     collect(bad, kDrivePart, [&] { serial::check(*drive.serial); });
   } else {
-    bad += fmt::format("\n  {}: serial is missing, {} needs it", kDrivePart, kSerialDiffDrive);
+    bad += fmt::format("\n  {}: serial is missing, {} needs it", kDrivePart, drive.driver);
   }
 }
 
 Error not_alone(const std::string& part) {
-  return {ErrorCode::kRefused, fmt::format("{}: a part of a simulated robot is nothing by itself", part)};
+  return {ErrorCode::kRefused, fmt::format("{}: a part of a simulated robot cannot be opened alone", part)};
 }
 
 }  // namespace
 
 Devices list_devices() {
   Devices devices;
-  if (!v4l2::why_not().empty()) devices.not_looked_for.push_back(fmt::format("{}: {}", kV4l2Camera, v4l2::why_not()));
-  for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.found.push_back({std::string(kV4l2Camera), camera.stable_path.empty() ? camera.path : camera.stable_path,
-                             fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
-                             std::move(camera.modes)});
-  }
-  if (auto cameras = libcamera_camera::list_cameras()) {
-    for (libcamera_camera::CameraInfo& camera : *cameras) {
-      devices.found.push_back({std::string(kLibcameraCamera), camera.id, camera.model, std::move(camera.formats)});
+  for (const Row& row : kRows) {
+    if (row.list == nullptr) continue;
+    if (row.backend.available()) {
+      row.list(devices);
+    } else {
+      devices.not_looked_for.push_back(fmt::format("{}: {}", row.backend.name, row.backend.why_not));
     }
-  } else {
-    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcameraCamera, cameras.error().message));
-  }
-  if (!serial::why_not().empty())
-    devices.not_looked_for.push_back(fmt::format("{}: {}", kSerialDiffDrive, serial::why_not()));
-  for (const serial::PortInfo& port : serial::list_ports()) {
-    devices.found.push_back({std::string(kSerialDiffDrive),
-                             port.stable_path.empty() ? port.path : port.stable_path,
-                             port.description.empty() ? port.path : fmt::format("{} ({})", port.description, port.path),
-                             {}});
   }
   return devices;
 }
@@ -261,24 +335,13 @@ Status check_cameras_differ(const RobotSettings& settings) {
   struct Entry {
     std::string part;
     const CameraPart* camera;
-    std::string device;  ///< by the one name that the driver knows it by
+    std::string device;  ///< the unique name that the driver uses for it
   };
   std::vector<Entry> entries{{"cameras.lower", &settings.lower, {}}, {"cameras.upper", &settings.upper, {}}};
   for (const OtherCamera& other : settings.others) entries.push_back({other_part(other), &other.part, {}});
-  std::optional<std::vector<libcamera_camera::CameraInfo>> known;
   for (Entry& entry : entries) {
-    const std::string& name = entry.camera->device.name;
-    if (entry.camera->driver == kV4l2Camera) entry.device = v4l2::node_of(name);
-    if (entry.camera->driver != kLibcameraCamera) continue;
-    if (!known) {
-      auto cameras = libcamera_camera::list_cameras();
-      known = cameras ? *std::move(cameras) : std::vector<libcamera_camera::CameraInfo>{};
-    }
-    entry.device = name;
-    const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
-    if (std::count_if(known->begin(), known->end(), is_it) == 1) {
-      entry.device = std::find_if(known->begin(), known->end(), is_it)->id;
-    }
+    const Row* const row = find_row(entry.camera->driver);
+    if (row != nullptr && row->device_id != nullptr) entry.device = row->device_id(entry.camera->device.name);
   }
   for (auto a = entries.begin(); a != entries.end(); ++a) {
     for (auto b = a + 1; b != entries.end(); ++b) {
@@ -293,6 +356,11 @@ Status check_cameras_differ(const RobotSettings& settings) {
 }
 
 std::span<const Backend> backends() { return kBackends; }
+
+const Backend* find_backend(std::string_view name) {
+  const Row* const row = find_row(name);
+  return row == nullptr ? nullptr : &row->backend;
+}
 
 void check(const RobotSettings& settings) {
   std::string bad;
@@ -318,7 +386,7 @@ void check(const RobotSettings& settings) {
     if (!settings.world) {
       bad += "\n  world: is missing, sim_povray needs one";
     } else {
-      collect(bad, "world", [&] { sim_povray::check(settings.world->seat); });
+      collect(bad, "world", [&] { sim_povray::check(settings.world->session); });
       if (settings.world->attach.empty()) collect(bad, "world", [&] { sim_povray::check(settings.world->place); });
     }
   }
@@ -333,14 +401,18 @@ Result<Robot> open_robot(const RobotSettings& settings) {
 
   Shared shared;
   std::unique_ptr<GroundTruth> truth;
+  RobotPace pace;
   if (settings.drive.driver == kSimPovray) {
     SimulatedWorld world = *settings.world;
-    world.seat.drive = settings.drive.limits;
-    auto simulation = world.attach.empty() ? sim_povray::Simulation::open(world.place, world.seat)
-                                           : sim_povray::Simulation::attach(world.attach, world.seat);
+    world.session.drive = settings.drive.limits;
+    auto simulation = world.attach.empty() ? sim_povray::Simulation::open(world.place, world.session)
+                                           : sim_povray::Simulation::attach(world.attach, world.session);
     if (!simulation) return simulation.error();
     shared.simulation = *std::move(simulation);
     truth = shared.simulation->open_truth();
+    pace = {.waits_for_program = true,
+            .frame_timeout = world.attach.empty() ? kFrameTimeout : kServedFrameTimeout,
+            .notice = "POV-Ray takes some seconds for the first"};
   }
   auto lower = (*rows)[0]->open_camera(shared, "lower", settings.lower);
   if (!lower) return in_part("cameras.lower", lower.error());
@@ -356,7 +428,7 @@ Result<Robot> open_robot(const RobotSettings& settings) {
     others.push_back({wanted.name, *std::move(camera), wanted.part.settings});
   }
   return Robot(StereoRig(*std::move(lower), *std::move(upper), settings.max_skew), *std::move(drive), std::move(truth),
-               std::move(others));
+               std::move(others), std::move(pace));
 }
 
 }  // namespace twocone::drivers

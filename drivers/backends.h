@@ -17,7 +17,7 @@
 #include "hal/result.h"
 #include "hal/robot.h"
 
-/// The one place that names every driver, and opens a robot from its parsed settings.
+/// The only place that names every driver. It opens a robot from its parsed settings.
 namespace twocone::drivers {
 
 /// The drivers' names, as after `driver:` in a robot file.
@@ -27,32 +27,43 @@ inline constexpr std::string_view kV4l2Camera = "v4l2_camera";
 inline constexpr std::string_view kLibcameraCamera = "libcamera_camera";
 inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 
-/// One row of the table of drivers: also those that are known but not in this build, so that a robot file which asks
-/// for one is told what is missing.
+/// One row of the table of drivers. The table also lists drivers that are known but not in this build, so that a
+/// message about a robot file that names one can report what is missing.
 struct Backend {
+  /// What a robot file may state of a part of this driver, beside what is common to all parts.
+  enum class Keys {
+    kNone,
+    kCamera,              ///< device, format, controls: CameraDevice
+    kCameraWithIntegers,  ///< the same; the values of its controls are whole numbers
+    kSerialDrive,         ///< protocol, port, baud, ...: serial::SerialDriveSettings
+  };
   std::string_view name;  ///< as after `driver:` in a robot file
   bool for_cameras = false;
   bool for_drive = false;
-  std::string_view why_not;  ///< why this build has it not; empty if it has
+  std::string_view why_not;  ///< why the driver is not in this build; empty: it is
+  Keys keys = Keys::kNone;
 
   [[nodiscard]] bool available() const { return why_not.empty(); }
+  [[nodiscard]] bool has_device() const { return keys != Keys::kNone; }
 };
 
 /// Every driver, in the order in which messages and `devices` list them.
 std::span<const Backend> backends();
+/// The driver of that name; null: there is none.
+const Backend* find_backend(std::string_view name);
 
 /// A real camera.
 struct CameraDevice {
-  std::string name;                                        ///< which one, as its driver names cameras
-  std::string format;                                      ///< as V4L2 names formats; empty: the driver chooses
-  std::vector<std::pair<std::string, double>> controls{};  ///< by the driver's names, in order
+  std::string name;                                        ///< the name by which its driver identifies the camera
+  std::string format;                                      ///< V4L2's name of the format; empty: the driver chooses
+  std::vector<std::pair<std::string, double>> controls{};  ///< the driver's names and values, in order
 
   friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
 };
 
 struct CameraPart {
   std::string driver;
-  CameraSettings settings;              ///< what Robot::start is to ask for
+  CameraSettings settings;              ///< requested by Robot::start
   int antialias = 1;                    ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
   sim_povray::CameraEffects effects{};  ///< sim_povray only
   CameraDevice device{};                ///< v4l2_camera and libcamera_camera only
@@ -60,15 +71,15 @@ struct CameraPart {
 
 /// A camera beyond the pair.
 struct OtherCamera {
-  std::string name;  ///< as after `cameras:` in the robot file; for sim_povray, what the scene calls it
+  std::string name;  ///< as after `cameras:` in the robot file; for sim_povray, also its name in the scene
   CameraPart part;
 };
 
-/// The world of a simulated robot: one inside this program, or one that another program serves.
+/// The world of a simulated robot: either inside this program, or served by another program.
 struct SimulatedWorld {
-  std::string attach;               ///< name of the served world; empty: `place`, inside this program
-  sim_povray::PlaceSettings place;  ///< unused when attached
-  sim_povray::SeatSettings seat;    ///< its `drive` is replaced by RobotSettings::drive.limits
+  std::string attach;                   ///< name of the served world; empty: `place` is opened inside this program
+  sim_povray::PlaceSettings place;      ///< unused when attached
+  sim_povray::SessionSettings session;  ///< its `drive` is replaced by RobotSettings::drive.limits
 };
 
 struct DrivePart {
@@ -77,54 +88,54 @@ struct DrivePart {
   std::optional<serial::SerialDriveSettings> serial{};  ///< needed by serial_diffdrive
 };
 
-/// What a robot is made of. The parts' names in messages are those of the robot file: cameras.lower, cameras.upper,
-/// drive.
+/// The parts of a robot. Messages name them as the robot file does: cameras.lower, cameras.upper, drive.
 struct RobotSettings {
-  CameraPart lower;  ///< for sim_povray, the camera that the scene calls `lower`
+  CameraPart lower;  ///< for sim_povray, the camera that is named `lower` in the scene
   CameraPart upper;
   DrivePart drive;
-  /// Pairs whose exposures are farther apart are refused, >= 0. Memory and sim_povray show one instant: 0 suits them.
+  /// Pairs whose exposures are farther apart are refused, >= 0. Both cameras of memory and of sim_povray show the same
+  /// moment, so 0 suits them.
   std::chrono::nanoseconds max_skew{0};
   std::vector<OtherCamera> others;      ///< at the rate of the pair
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
-/// A device of this machine that a robot file could name.
+/// A device of this machine that a robot file can name.
 struct Device {
   std::string driver;
-  std::string name;  ///< for the robot file: a name that stays the same after the next plugging in, if it has one
-  std::string what;  ///< maker, model, where it is now
+  std::string name;  ///< for the robot file: if possible, a name that remains the same when it is plugged in again
+  std::string what;  ///< maker, model, present place
   std::vector<std::string> details;  ///< formats and sizes of a camera
 };
 struct Devices {
   std::vector<Device> found;
-  /// Kinds of devices that could not be looked for, each with why.
+  /// Kinds of devices that could not be searched for, each with the reason.
   std::vector<std::string> not_looked_for;
 };
-/// Cameras and serial ports, in the order of backends(). Opens cameras for a moment, ports not.
+/// Lists cameras and serial ports, in the order of backends(). It opens each camera briefly, but no port.
 Devices list_devices();
 
-/// One part of a robot by itself, for whoever tests it; one of a simulation has no meaning without the others.
-/// Errors: as open_robot's; kRefused for sim_povray. @throws std::invalid_argument naming every bad field
+/// Opens one part of a robot alone, for tests of that part. A part of a simulation has no meaning without the others.
+/// Errors: those of open_robot; kRefused for sim_povray. @throws std::invalid_argument naming every bad field
 Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera);
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive);
 
-/// Two of the robot's cameras that are one, though the robot file may name it in two ways; nothing: each has its own.
-/// Looks at this machine's devices. Error: kRefused, naming both entries.
+/// Checks that no two entries of the robot are the same camera, which the robot file may name in two ways. It looks at
+/// this machine's devices. Error: kRefused, naming both entries.
 Status check_cameras_differ(const RobotSettings& settings);
 
-/// @throws std::invalid_argument naming every bad field by its part; among them a pair of cameras with two rates, and
-/// sim_povray without a world.
+/// @throws std::invalid_argument naming every bad field by its part; also if the two cameras of the pair have different
+/// rates, or if sim_povray has no world.
 void check(const RobotSettings& settings);
 
-/// Opens every part and puts them together; the caller starts it with `lower.settings` and `upper.settings`.
+/// Opens every part and assembles the robot. The caller starts it with `lower.settings` and `upper.settings`.
 ///
-/// `memory`: all three parts share one simulated clock that the cameras' grabs advance by a frame period (lock-step):
-/// such a robot runs at once and without devices, and has no ground truth. `sim_povray`: one Simulation, with truth.
-/// Either moves all parts of a robot or none.
+/// `memory`: all three parts share one simulated clock, which the cameras' grabs advance by a frame period (lock-step).
+/// Such a robot runs without devices and without waiting, and has no ground truth. `sim_povray`: all parts belong to
+/// one Simulation, with ground truth. Either all parts of a robot have this driver or none has.
 ///
 /// Errors: kNotFound (no such driver), kUnavailable (known, not in this build), kRefused (a driver for another kind of
-/// part; parts that cannot go together; one camera for two entries), and those of Simulation::open and open_camera.
+/// part; parts that cannot be combined; one camera for two entries), and those of Simulation::open and open_camera.
 /// @throws std::invalid_argument as check() does.
 Result<Robot> open_robot(const RobotSettings& settings);
 

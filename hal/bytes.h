@@ -13,9 +13,9 @@
 
 namespace twocone {
 
-/// The bytes of a picture: its own, or lent by a driver, whose buffer goes back to the device with the last copy of the
-/// picture. Reading costs nothing either way; whoever could write to lent ones, by a call that is not const, gets a
-/// copy of his own first.
+/// The bytes of an image: its own, or lent by a driver. A lent buffer goes back to the device when the last copy of the
+/// image is destroyed. Reading never copies. A call that is not const could write, so it first replaces lent bytes by a
+/// copy that the image owns.
 class Bytes {
  public:
   using value_type = std::uint8_t;
@@ -25,7 +25,7 @@ class Bytes {
   Bytes(std::initializer_list<std::uint8_t> own) : own_(own) {}
   template <std::input_iterator From>
   Bytes(From begin, From end) : own_(begin, end) {}
-  /// @param lender keeps `bytes` where they are and as they are, until the last copy lets go of it
+  /// @param lender keeps `bytes` valid and unchanged until the last copy releases it
   static Bytes lent(std::span<const std::uint8_t> bytes, std::shared_ptr<const void> lender) {
     Bytes result;
     result.lent_ = bytes;

@@ -22,35 +22,35 @@ struct CameraSettings {
 /// @throws std::invalid_argument naming every field that is not positive and finite.
 void check(const CameraSettings& settings);
 
-/// What a camera is and what it made of its settings, for a person and for records.
+/// A description of a camera and of the settings that it applied, for a person and for records.
 struct CameraFacts {
   CameraSettings settings;  ///< as applied
-  bool rate_told = true;    ///< else the device does not tell, and `settings.rate_hz` is what was asked for
+  bool rate_told = true;    ///< false: the device does not report its rate; `settings.rate_hz` is the requested one
   std::string device;       ///< model and place: "vivid (/dev/video0)"; empty: no device
-  std::string format;       ///< of its pixels, by the driver's name; empty: no device
-  /// As read back from the device, in the order in which they were set.
+  std::string format;       ///< pixel format by the driver's name; empty: no device
+  /// Names and values as read back from the device, in the order in which they were set.
   std::vector<std::pair<std::string, double>> controls;
 };
 
-/// A source of pictures, real or rendered.
+/// A source of images, real or rendered.
 ///
 ///     kClosed --configure--> kConfigured --start--> kStreaming
 ///                             ^  |   ^                  |
 ///                             +--+   +------stop--------+
 ///
-/// To write a backend, derive, fill in the four private virtuals, and add a case beside
-/// tests/drivers/memory_conformance_test.cpp; the public calls check state and arguments, so that a backend need not.
-/// One thread at a time.
+/// To write a backend, derive from this class, implement the four private virtual functions, and add a case beside
+/// tests/drivers/memory_conformance_test.cpp. The public calls check state and arguments, so a backend need not.
+/// A camera must be used by one thread at a time.
 class Camera {
  public:
   enum class State { kClosed, kConfigured, kStreaming };
 
-  /// A backend's own destructor must end the stream: here, its do_stop() is already gone.
+  /// A backend's own destructor must end the stream, because its do_stop() no longer exists here.
   virtual ~Camera() = default;
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
-  /// Applies `settings` or the nearest that the device has, and returns what was applied. Allowed in kClosed,
+  /// Applies `settings`, or the nearest ones that the device has, and returns the applied settings. Allowed in kClosed,
   /// kConfigured. Errors: kInvalidState, kUnavailable, kDisconnected, kRefused. @throws std::invalid_argument as
   /// check() does.
   Result<CameraSettings> configure(const CameraSettings& settings);
@@ -58,7 +58,7 @@ class Camera {
   /// Begins the stream. Allowed in kConfigured. Errors: kInvalidState, kUnavailable, kDisconnected, kRefused.
   Status start();
 
-  /// The newest exposure not handed out before; waits at most `timeout` for it, and never longer than
+  /// Returns the newest frame that was not returned before. Waits for it at most `timeout`, and never longer than
   /// kLongestWait. Allowed in kStreaming.
   /// Errors: kInvalidState, kTimeout, kDisconnected, kBadData. @throws std::invalid_argument for a negative timeout.
   Result<Frame> grab(std::chrono::milliseconds timeout);
@@ -67,7 +67,7 @@ class Camera {
   void stop() noexcept;
 
   [[nodiscard]] State state() const { return state_; }
-  /// Of a camera that was configured; before that, defaults.
+  /// Describes the camera once it is configured; before that, the fields have their defaults.
   [[nodiscard]] CameraFacts facts() const;
 
  protected:
@@ -78,7 +78,7 @@ class Camera {
   virtual Status do_start() = 0;
   virtual Result<Frame> do_grab(std::chrono::milliseconds timeout) = 0;
   virtual void do_stop() noexcept = 0;
-  /// Fills in what the driver knows beside `settings`.
+  /// Fills in the facts that only the driver knows; `settings` is filled in already.
   virtual void do_tell(CameraFacts&) const {}
 
   CameraSettings applied_{};

@@ -8,10 +8,10 @@ namespace twocone {
 
 enum class ClockKind {
   kSimulated,  ///< the simulated world's time; 0 when the world begins
-  kSteady,     ///< std::chrono::steady_clock; its zero means nothing
+  kSteady,     ///< std::chrono::steady_clock; its zero has no meaning
 };
 
-/// A moment, and whose clock says so. Moments of different clocks cannot be compared.
+/// A moment and the clock that measured it. Moments of different clocks cannot be compared.
 struct Timestamp {
   ClockKind clock = ClockKind::kSteady;
   std::chrono::nanoseconds since_zero{0};
@@ -23,10 +23,10 @@ struct Timestamp {
 /// `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
 std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier);
 
-/// The longest that any call waits, whatever it was asked for: beyond it, deadlines would overflow their type.
+/// The longest time that any call waits, even if a longer one is requested. A longer one could overflow a deadline.
 constexpr std::chrono::milliseconds kLongestWait = std::chrono::hours(24);
 
-/// A source of time. Passed in, never global, so that a test or a simulation owns the time it runs in.
+/// A source of time. It is passed in and never global, so that a test or a simulation controls its own time.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -41,7 +41,7 @@ class SteadyClock final : public Clock {
   [[nodiscard]] Timestamp now() const override;
 };
 
-/// Stands still until it is told to advance. May be read from any thread.
+/// A clock that changes only by advance(). It may be read from any thread.
 class ManualClock final : public Clock {
  public:
   explicit ManualClock(ClockKind kind = ClockKind::kSimulated) : kind_(kind) {}

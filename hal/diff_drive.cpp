@@ -31,7 +31,7 @@ Result<WheelSpeeds> DiffDrive::set_speeds(const WheelSpeeds& wanted) {
   const double fastest = std::max(std::abs(wanted.left_radps), std::abs(wanted.right_radps));
   WheelSpeeds applied = wanted;
   if (fastest > limits_.max_speed_radps) {
-    // Each wheel by its share of the faster one: a factor max/fastest would underflow for huge speeds.
+    // Each wheel is scaled by its ratio to the faster one: a factor max/fastest would underflow for huge speeds.
     applied = {limits_.max_speed_radps * (wanted.left_radps / fastest),
                limits_.max_speed_radps * (wanted.right_radps / fastest)};
   }

@@ -18,7 +18,7 @@ struct WheelSpeeds {
   friend bool operator==(const WheelSpeeds&, const WheelSpeeds&) = default;
 };
 
-/// Angles that the wheels have turned since the drive was opened, as the encoders tell; they do not wrap.
+/// Angles that the wheels have turned since the drive was opened, as the encoders measure them; they do not wrap.
 struct WheelAngles {
   Timestamp time;
   double left_rad = 0;
@@ -33,38 +33,38 @@ struct DriveLimits {
 /// @throws std::invalid_argument naming every field that is not positive and finite.
 void check(const DriveLimits& limits);
 
-/// What a drive is, for a person and for records.
+/// A description of a drive, for a person and for records.
 struct DriveFacts {
   std::string device;          ///< "/dev/ttyUSB0 at 57600 baud"; empty: no device
-  std::string controller;      ///< kind and version, as it told them; empty: no device
-  double counts_per_turn = 0;  ///< of a wheel; 0: its angles are not counted
-  /// The controller itself stops the wheels after so long without a command; none: it never does.
+  std::string controller;      ///< kind and version, as it reports them; empty: no device
+  double counts_per_turn = 0;  ///< encoder counts per turn of a wheel; 0: the angles do not come from counts
+  /// Time without a command after which the controller itself stops the wheels; none: it never does.
   std::optional<std::chrono::milliseconds> own_timeout;
-  bool is_guarded = false;  ///< another process stops the wheels when this one cannot
+  bool has_watchdog = false;  ///< a second process stops the wheels if this one cannot
 };
 
 /// Two wheels on one axle.
 ///
-/// Dead-man rule, kept by every backend and checked by tests/drivers/diff_drive_conformance_test.cpp: when no
-/// set_speeds() has come for command_timeout(), the wheels stop by themselves; so they do on stop() and when the drive
-/// is destroyed. To write a backend, derive, fill in the three private virtuals and the destructor, and add it to that
-/// suite.
+/// Every backend keeps the dead-man rule, which tests/drivers/diff_drive_conformance_test.cpp checks: when no
+/// set_speeds() was called for `command_timeout`, the wheels stop by themselves. They also stop on stop() and when the
+/// drive is destroyed. To write a backend, derive from this class, implement the three private virtual functions and
+/// the destructor, and add the backend to that suite.
 class DiffDrive {
  public:
-  /// A backend's own destructor must stop the wheels: here, its do_stop() is already gone.
+  /// A backend's own destructor must stop the wheels, because its do_stop() no longer exists here.
   virtual ~DiffDrive() = default;
   DiffDrive(const DiffDrive&) = delete;
   DiffDrive& operator=(const DiffDrive&) = delete;
 
-  /// Sets both speeds from now on and returns what was applied: where a wheel would pass the limit, both are scaled by
-  /// one factor, which keeps the path's curvature. Errors: kTimeout, kDisconnected, kBadData, kRefused.
+  /// Sets both speeds and returns the applied ones. If a wheel would exceed the limit, both are scaled by one factor,
+  /// which keeps the path's curvature. Errors: kTimeout, kDisconnected, kBadData, kRefused.
   /// @throws std::invalid_argument for a speed that is not finite.
   Result<WheelSpeeds> set_speeds(const WheelSpeeds& wanted);
 
   /// The newest angles. Errors: kTimeout, kDisconnected, kBadData.
   Result<WheelAngles> read_angles();
 
-  /// Stops the wheels now. An error means that the device could not be told; the dead-man rule then stops them.
+  /// Stops the wheels now. An error means that the device did not get the command; the dead-man rule then stops them.
   Status stop() noexcept;
 
   [[nodiscard]] const DriveLimits& limits() const { return limits_; }

@@ -14,7 +14,7 @@ Frame::Frame(Header header, Image image) : header_(header) {
 }
 
 ImageResult Frame::image(std::chrono::milliseconds timeout) const {
-  // A copy of the future: one shared_future object must not be waited on from two threads.
+  // Each call waits on its own copy: two threads must not wait on one shared_future object.
   const auto pixels = pixels_;
   if (pixels.wait_for(std::min(timeout, kLongestWait)) != std::future_status::ready) {
     return Error{ErrorCode::kTimeout,

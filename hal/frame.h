@@ -12,30 +12,30 @@
 
 namespace twocone {
 
-/// What arrives at the promise's end: pixels that many may read, or why there are none.
+/// The pixels, which many may read, or the reason why there are none.
 using ImageResult = Result<std::shared_ptr<const Image>>;
 
-/// One picture of one camera. Cheap to copy: copies share the pixels.
+/// One image of one camera. Cheap to copy: copies share the pixels.
 ///
-/// The pixels may still be on their way (a simulation renders in the background; on hardware they are already there).
+/// The pixels may arrive after the frame: a simulation renders in the background. On hardware they are already present.
 class Frame {
  public:
   struct Header {
-    std::uint64_t sequence =
-        0;               ///< counts the camera's exposures, also those that were lost; may begin anew at a start
-    Timestamp captured;  ///< middle of the exposure, as well as the backend knows it
-    std::uint64_t lost_before = 0;     ///< exposures lost since the frame handed out before this one
-    std::uint64_t skipped_before = 0;  ///< those of them that had come, and were passed over for a newer one
+    /// Number of the exposure, lost exposures included; may start again from its first value at start().
+    std::uint64_t sequence = 0;
+    Timestamp captured;                ///< middle of the exposure, as well as the backend knows it
+    std::uint64_t lost_before = 0;     ///< exposures lost since the previous frame that was returned
+    std::uint64_t skipped_before = 0;  ///< how many of them had arrived, but were skipped for a newer one
   };
 
   Frame(Header header, std::shared_future<ImageResult> pixels) : header_(header), pixels_(std::move(pixels)) {}
-  /// A frame whose pixels are there.
+  /// Makes a frame whose pixels are already present.
   Frame(Header header, Image image);
 
   [[nodiscard]] const Header& header() const { return header_; }
 
-  /// Waits at most `timeout` (and kLongestWait) for the pixels; may be called again and from several threads.
-  /// Errors: kTimeout (still on their way), or what the backend met: kUnavailable, kDisconnected, kBadData, kRefused.
+  /// Waits for the pixels at most `timeout` and at most kLongestWait. It may be called again and from several threads.
+  /// Errors: kTimeout (not yet arrived), or the backend's error: kUnavailable, kDisconnected, kBadData, kRefused.
   [[nodiscard]] ImageResult image(std::chrono::milliseconds timeout) const;
 
  private:

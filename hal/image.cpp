@@ -15,7 +15,7 @@ namespace twocone {
 namespace {
 
 std::vector<std::uint8_t> room_for_rgb8(const Image& image) {
-  return std::vector<std::uint8_t>(*picture_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
+  return std::vector<std::uint8_t>(*image_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
 }
 
 std::vector<std::uint8_t> from_nv12(const Image& image) {
@@ -30,7 +30,7 @@ std::vector<std::uint8_t> from_nv12(const Image& image) {
   return rgb;
 }
 
-/// Layouts in which rows follow each other without anything between.
+/// Converts layouts in which the rows follow each other without a gap.
 template <typename Convert>
 std::vector<std::uint8_t> at_one_go(const Image& image, std::size_t count, Convert convert) {
   std::vector<std::uint8_t> rgb = room_for_rgb8(image);
@@ -39,7 +39,7 @@ std::vector<std::uint8_t> at_one_go(const Image& image, std::size_t count, Conve
 }
 
 Error bad_jpeg(const Image& image, const std::string& why) {
-  return {ErrorCode::kBadData, fmt::format("JPEG picture of {} x {} pixels, {} bytes: {}", image.width_px,
+  return {ErrorCode::kBadData, fmt::format("JPEG image of {} x {} pixels, {} bytes: {}", image.width_px,
                                            image.height_px, image.bytes.size(), why)};
 }
 
@@ -58,7 +58,7 @@ Result<std::vector<std::uint8_t>> from_jpeg(const Image& image) {
     return bad_jpeg(image, fmt::format("it has {} x {} pixels", width, height));
   }
   std::vector<std::uint8_t> rgb = room_for_rgb8(image);
-  // A warning means damage, most often a picture that is cut off: what was not there would be grey.
+  // A warning means damage, most often a truncated image. The missing part would be grey.
   if (tjDecompress2(decoder.get(), image.bytes.data(), image.bytes.size(), rgb.data(), width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
     return bad_jpeg(image, tjGetErrorStr2(decoder.get()));
@@ -89,7 +89,7 @@ std::string_view to_string(PixelFormat format) {
   return "";
 }
 
-std::optional<std::size_t> picture_bytes(PixelFormat format, int width_px, int height_px) {
+std::optional<std::size_t> image_bytes(PixelFormat format, int width_px, int height_px) {
   if (width_px <= 0 || height_px <= 0) return std::nullopt;
   const std::size_t pixels = std::size_t(width_px) * std::size_t(height_px);
   switch (format) {
@@ -112,7 +112,7 @@ std::optional<std::size_t> picture_bytes(PixelFormat format, int width_px, int h
 
 Result<Image> to_rgb8(const Image& image) {
   const bool is_jpeg = image.format == PixelFormat::kMjpeg && image.width_px > 0 && image.height_px > 0;
-  if (!is_jpeg && picture_bytes(image.format, image.width_px, image.height_px) != image.bytes.size()) {
+  if (!is_jpeg && image_bytes(image.format, image.width_px, image.height_px) != image.bytes.size()) {
     return Error{ErrorCode::kBadData, fmt::format("image of {} x {} {} pixels holds {} bytes", image.width_px,
                                                   image.height_px, to_string(image.format), image.bytes.size())};
   }

@@ -12,20 +12,21 @@ namespace twocone {
 struct NamedCamera {
   std::string name;  ///< the key in the robot file's `cameras:`; neither empty nor `lower` nor `upper`
   std::unique_ptr<Camera> camera;
-  CameraSettings settings;  ///< what Robot::start asks it for
+  CameraSettings settings;  ///< requested by Robot::start
 };
 
-/// A picture of such a camera.
+/// A frame of such a camera.
 struct NamedFrame {
   std::string name;
   Frame frame;
 };
 
-/// Configures and starts a camera. One that gives another size than is wanted is refused: sizes are calibrated.
+/// Configures and starts a camera. A camera that applies another size than the wanted one is refused, because the
+/// calibration holds for one size.
 /// Errors: kRefused and those of Camera::configure and Camera::start, with `name` before them.
 Status start_camera(const std::string& name, Camera& camera, const CameraSettings& wanted);
 
-/// The same error with the camera's name before it: "upper: the cable is out".
+/// Returns the error with the camera's name before its message: "upper: the cable is out".
 Error with_name(const std::string& name, const Error& error);
 
 }  // namespace twocone

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 
-// Debian's compiler makes code for every x86-64 processor, and that has no instruction that puts three channels side by
-// side: with those of the last ten years' processors these loops take a third to a half of the time.
+// By default, Debian's compiler makes code for every x86-64 processor, which has no instruction that interleaves three
+// channels. With the instructions of the last ten years' processors, these loops take a third to a half of the time.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define TWOCONE_AND_FOR_NEWER_PROCESSORS __attribute__((target_clones("avx2", "default")))
 #else
@@ -17,11 +17,12 @@ namespace {
 
 using Byte = std::uint8_t;
 
-/// A 256th of `value`, from 0 to 255.
+/// `value` / 256, clamped to 0 ... 255.
 [[gnu::always_inline]] inline Byte clipped(int value) { return static_cast<Byte>(std::clamp(value >> 8, 0, 255)); }
 
-/// Light of pixel i at light[kStep * i], colour of pair i at u[2 * kStep * i] and v[...]. Channels are computed apart
-/// and put together after: a compiler finds its vectors in each of these loops, and in none that does both.
+/// The luma of pixel i is light[kStep * i]; the chroma of pair i is u[2 * kStep * i] and v[2 * kStep * i]. One loop
+/// computes the channels and a second one interleaves them: a compiler vectorises each of these, but no loop that does
+/// both.
 template <std::size_t kStep>
 [[gnu::always_inline]] inline void from_yuv(const Byte* light, const Byte* u, const Byte* v, std::size_t pairs,
                                             Byte* to) {

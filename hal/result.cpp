@@ -17,6 +17,8 @@ std::string_view to_string(ErrorCode code) {
       return "Disconnected";
     case ErrorCode::kBadData:
       return "BadData";
+    case ErrorCode::kCancelled:
+      return "Cancelled";
     case ErrorCode::kRefused:
       return "Refused";
   }

@@ -9,15 +9,16 @@
 
 namespace twocone {
 
-/// What the world did, in the few kinds that a caller can act on differently.
+/// Kinds of failure. There is one kind for each different way in which a caller can react.
 enum class ErrorCode {
   kNotFound,      ///< no such device, file or driver: check the name
-  kUnavailable,   ///< known, but not in this build or not on this machine: install or plug in
+  kUnavailable,   ///< known, but not in this build or not on this machine: install it or plug it in
   kInvalidState,  ///< the call is not allowed in the object's present state
-  kTimeout,       ///< nothing came before the deadline: trying again is safe
-  kDisconnected,  ///< the device or its program went away: open it again
-  kBadData,       ///< bytes came, but they are no frame or reply
-  kRefused,       ///< the device or its program says no to what was asked, and the message says why
+  kTimeout,       ///< nothing arrived before the deadline: it is safe to try again
+  kDisconnected,  ///< the device or its program is gone: open it again
+  kBadData,       ///< bytes arrived, but they are not a frame or reply
+  kCancelled,     ///< the caller requested the end (a signal): work done so far remains valid
+  kRefused,       ///< the device or its program refused the request; the message holds the reason
 };
 
 /// The code's name without its `k`, for messages and tables: "Timeout".
@@ -33,14 +34,14 @@ struct Error {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  // Both convert silently on purpose: `return value;` and `return Error{...};`.
+  // Both are implicit on purpose, for `return value;` and `return Error{...};`.
   Result(T value) : content_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
   Result(Error error) : content_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool has_value() const { return content_.index() == 0; }
   explicit operator bool() const { return has_value(); }
 
-  /// The value; asking for it without one is a bug of the caller.
+  /// The value. A call on a result without a value is a bug of the caller.
   [[nodiscard]] const T& value() const& { return assert(has_value()), std::get<0>(content_); }
   [[nodiscard]] T& value() & { return assert(has_value()), std::get<0>(content_); }
   [[nodiscard]] T&& value() && { return assert(has_value()), std::move(std::get<0>(content_)); }
@@ -56,7 +57,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> content_;
 };
 
-/// Done, or the reason why not.
+/// Success, or the reason why not.
 template <>
 class [[nodiscard]] Result<void> {
  public:

@@ -2,6 +2,7 @@
 #include "hal/robot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 
@@ -9,6 +10,10 @@
 
 namespace twocone {
 namespace {
+
+// A camera that delivers nothing for this many periods, and for at least this time, has failed.
+constexpr double kSilentPeriods = 4;
+constexpr std::chrono::milliseconds kLeastSilence{1'000};
 
 void check(const std::vector<NamedCamera>& others) {
   std::string bad;
@@ -25,13 +30,26 @@ void check(const std::vector<NamedCamera>& others) {
 }  // namespace
 
 Robot::Robot(StereoRig cameras, std::unique_ptr<DiffDrive> drive, std::unique_ptr<GroundTruth> truth,
-             std::vector<NamedCamera> others)
-    : cameras_(std::move(cameras)), drive_(std::move(drive)), truth_(std::move(truth)), others_(std::move(others)) {
+             std::vector<NamedCamera> others, RobotPace pace)
+    : cameras_(std::move(cameras)),
+      drive_(std::move(drive)),
+      truth_(std::move(truth)),
+      others_(std::move(others)),
+      pace_(std::move(pace)) {
   if (!drive_) throw std::invalid_argument("Robot: needs a drive");
   check(others_);
 }
 
 Robot::~Robot() { stop(); }
+
+RobotPace Robot::pace() const {
+  RobotPace pace = pace_;
+  if (pace.frame_timeout.count() != 0) return pace;
+  const double rate_hz = std::min(cameras_.lower().facts().settings.rate_hz, cameras_.upper().facts().settings.rate_hz);
+  pace.frame_timeout =
+      std::max(kLeastSilence, std::chrono::milliseconds(std::llround(1000 * kSilentPeriods / rate_hz)));
+  return pace;
+}
 
 Status Robot::start(const CameraSettings& lower, const CameraSettings& upper) {
   if (auto started = cameras_.start(lower, upper); !started) return started;
@@ -76,7 +94,7 @@ std::optional<Pose2> Robot::true_pose() const {
 std::string Robot::contact() const { return truth_ ? truth_->contact() : std::string(); }
 
 void Robot::stop() noexcept {
-  // The dead-man rule covers a drive that cannot be told; there is nobody left to hand the error to.
+  // There is no caller to report the error to. If the drive did not get the command, the dead-man rule stops it.
   if (drive_) (void)drive_->stop();
   stop_cameras();
 }

@@ -14,53 +14,69 @@
 
 namespace twocone {
 
-/// Where the robot really is. A simulation offers it, hardware does not. For records and reports; no behaviour asks.
+/// The robot's true pose. A simulation offers it, hardware does not. It is for records and reports; no behaviour uses
+/// it.
 class GroundTruth {
  public:
   virtual ~GroundTruth() = default;
-  /// The true pose at the instant of the newest frame.
+  /// The true pose at the time of the newest frame.
   [[nodiscard]] virtual Pose2 true_pose() const = 0;
-  /// What the robot's body touches at that instant, as a person would call it: "wall", "landmark red". Empty: nothing.
+  /// The name, for a person, of the object that the robot's body touches at that time: "wall", "landmark red". Empty:
+  /// none.
   [[nodiscard]] virtual std::string contact() const { return {}; }
+};
+
+/// How the robot's time passes, as its drivers report it. A control loop takes its timeouts from this.
+struct RobotPace {
+  /// The world is stopped between calls of next_frame(), however long the program takes: no image becomes outdated, and
+  /// a part that fails does not recover by itself. True in simulation.
+  bool waits_for_program = false;
+  /// A pair that takes longer is a fault. Zero: four periods of the slower camera's applied rate, at least one second.
+  std::chrono::milliseconds frame_timeout{0};
+  std::string notice{};  ///< what a person should know before the first frame; empty: nothing
 };
 
 /// The whole robot, made from opened devices. Start here to write a controller (examples/controller).
 ///
-/// `next_frame` is the only step: a simulated world advances by one frame period and stands still otherwise; on
-/// hardware the call waits for the next pair. One thread at a time.
+/// Only `next_frame` advances time: a simulated world advances by one frame period and is stopped otherwise; on
+/// hardware the call waits for the next pair. A robot must be used by one thread at a time.
 ///
-/// A robot may have more cameras than the pair. Each of them is grabbed once after every pair: in simulation it shows
-/// the pair's instant, on hardware its newest exposure; its frame says when that was.
+/// A robot may have more cameras than the pair. Each of them is grabbed once after every pair. In simulation its frame
+/// shows the same moment as the pair; on hardware it is the camera's newest one. The frame's header holds its time.
 class Robot {
  public:
   /// @param truth may be null
   /// @param others cameras besides the pair, in the order in which they are started and grabbed
-  /// @throws std::invalid_argument for a missing drive; naming every camera of `others` that is missing or whose name
-  /// is empty, `lower`, `upper` or used twice
+  /// @throws std::invalid_argument for a missing drive, or naming every camera of `others` that is missing or whose
+  /// name is empty, `lower`, `upper` or used twice
   Robot(StereoRig cameras, std::unique_ptr<DiffDrive> drive, std::unique_ptr<GroundTruth> truth,
-        std::vector<NamedCamera> others = {});
+        std::vector<NamedCamera> others = {}, RobotPace pace = {});
   Robot(Robot&&) noexcept = default;
   Robot& operator=(Robot&&) = delete;
   ~Robot();
 
-  /// Starts the pair, then the others with their own settings; if one does not start, none is left running.
+  /// Starts the pair, then the others with their own settings. If one does not start, all are stopped.
   /// Errors: those of StereoRig::start and start_camera.
   Status start(const CameraSettings& lower, const CameraSettings& upper);
 
-  /// The next pair, for which and for the other cameras' frames together `timeout` is the limit. What has come when a
-  /// later camera fails is kept for the next call, so that trying again loses no frame and moves no world.
+  /// Returns the next pair. `timeout` limits the wait for the pair and the other cameras' frames together. If a later
+  /// camera fails, the frames that have arrived are kept for the next call. Trying again then loses no frame and does
+  /// not advance the simulated world.
   /// Errors: those of StereoRig::grab; those of Camera::grab with the camera's name before them.
   Result<StereoFrame> next_frame(std::chrono::milliseconds timeout);
 
-  /// What the other cameras saw with the newest pair, in the order of the constructor; empty before it.
+  /// The other cameras' frames that belong to the newest pair, in the order of the constructor; empty before the first
+  /// pair.
   [[nodiscard]] const std::vector<NamedFrame>& other_frames() const { return other_frames_; }
 
+  /// The pace, with the frame_timeout that follows from the cameras' applied rates. These are known after start().
+  [[nodiscard]] RobotPace pace() const;
   [[nodiscard]] DiffDrive& drive() { return *drive_; }
   [[nodiscard]] const StereoRig& cameras() const { return cameras_; }
 
-  /// Where the robot really was at the newest frame; nothing on hardware.
+  /// The true pose at the newest frame; nothing on hardware.
   [[nodiscard]] std::optional<Pose2> true_pose() const;
-  /// What its body touched at the newest frame; empty if nothing, and on hardware.
+  /// The object that the robot's body touched at the newest frame; empty if none, and on hardware.
   [[nodiscard]] std::string contact() const;
 
   /// Stops the wheels first, then the cameras.
@@ -74,8 +90,9 @@ class Robot {
   std::unique_ptr<DiffDrive> drive_;
   std::unique_ptr<GroundTruth> truth_;
   std::vector<NamedCamera> others_;
+  RobotPace pace_;
   std::vector<NamedFrame> other_frames_;
-  // Of an instant whose frames have not all come.
+  // Frames of a call of next_frame() in which a camera failed; the next call uses them.
   std::optional<StereoFrame> waiting_pair_;
   std::vector<NamedFrame> waiting_others_;
 };

@@ -69,7 +69,7 @@ void StereoRig::drop(std::unique_ptr<Frame>& frame) {
   frame.reset();
 }
 
-/// Takes the camera's next frame in the place of the one that waits, and lets the time pass if there is none.
+/// Replaces the waiting frame by the camera's next one. If there is none, waits until `end`.
 void StereoRig::let_pass(Eye& eye, SteadyTime end) {
   if (!eye.is_lost) {
     auto frame = eye.camera->grab(until(end));
@@ -89,7 +89,7 @@ Status StereoRig::look_for(Eye& eye, Eye& other, SteadyTime deadline) {
   if (std::chrono::steady_clock::now() < eye.next_try) let_pass(other, end);
   const SteadyTime now = std::chrono::steady_clock::now();
   if (now < eye.next_try) {
-    return Error{ErrorCode::kDisconnected, fmt::format("{}: the camera went away; it is looked for", eye.view)};
+    return Error{ErrorCode::kDisconnected, fmt::format("{}: the camera is disconnected; waiting for it", eye.view)};
   }
   eye.next_try = now + kBetweenTries;
   if (auto started = start(eye); !started) return started;
@@ -114,8 +114,8 @@ nanoseconds StereoRig::waiting_skew() const {
   return upper_.waiting->header().captured - lower_.waiting->header().captured;
 }
 
-/// Puts the next frame of the older one's camera in its place if that is nearer to the newer one. It would have come
-/// within a period: a camera that is slower than it tells is not waited for.
+/// Replaces the older frame by the next one of the same camera if that is nearer in time to the newer frame. The next
+/// frame is due within a period, so there is no longer wait for a camera that is slower than the rate it reports.
 Status StereoRig::find_nearer(SteadyTime deadline) {
   const nanoseconds skew = waiting_skew();
   Eye& older = skew.count() > 0 ? lower_ : upper_;

@@ -9,7 +9,7 @@
 
 namespace twocone {
 
-/// The two views of one instant.
+/// The two views of one moment.
 struct StereoFrame {
   Frame lower;
   Frame upper;
@@ -18,18 +18,18 @@ struct StereoFrame {
   [[nodiscard]] std::chrono::nanoseconds skew() const { return upper.header().captured - lower.header().captured; }
 };
 
-/// Two cameras that look at the same time.
+/// Two cameras that take images at the same time.
 ///
-/// Of two that run free, either may be half a period behind the other: a frame is paired with the nearest of the
-/// other's, not with the first that the limit allows.
+/// If the two cameras run freely, either may be half a period behind the other. A frame is therefore paired with the
+/// nearest frame of the other camera, not with the first one within the limit.
 ///
-/// A camera that goes away (kDisconnected) is looked for by the calls of grab() that follow: it is configured and
-/// started again, at most four times a second, until it is back. The other one goes on meanwhile, a frame a call; these
-/// find no partner. One that comes back with another size of picture is refused, and looked for on.
+/// If a camera is lost (kDisconnected), the following calls of grab() try to configure and start it again, at most four
+/// times a second, until it is back. Meanwhile each call takes one frame of the other camera; these frames have no
+/// partner. A camera that returns with another image size is refused, and the tries continue.
 class StereoRig {
  public:
-  /// In frame periods: a skew limit with which each frame of two cameras that run freely, at one rate, has a partner. A
-  /// tenth more than the half: at the very half, each jitter would cost a frame.
+  /// A skew limit in frame periods. With it, each frame of two cameras that run freely at one rate has a partner. It is
+  /// 0.1 above one half: at exactly one half, every jitter would lose a frame.
   static constexpr double kFreeSkew = 0.6;
 
   /// @param max_skew pairs whose exposures are farther apart than this are refused, >= 0
@@ -39,11 +39,11 @@ class StereoRig {
   /// Errors: those of Camera::configure and Camera::start, with the view's name before them.
   Status start(const CameraSettings& lower, const CameraSettings& upper);
 
-  /// The next pair within the skew limit; a frame without a partner is dropped (and counted) in favour of a newer one.
-  /// A frame that was grabbed when its partner failed is kept for the next call.
-  /// Errors: those of Camera::grab, with the view's name before them, and while a camera is looked for those of its
-  /// start; kTimeout also when no pair came together in time.
-  /// @throws std::invalid_argument for a negative timeout, or for two cameras that tell the time of different clocks
+  /// Returns the next pair within the skew limit. A frame without a partner is dropped (and counted) in favour of a
+  /// newer one. If one camera fails, the other camera's frame is kept for the next call.
+  /// Errors: those of Camera::grab, with the view's name before them; those of its start while a camera is lost;
+  /// kTimeout also if no pair was found in time.
+  /// @throws std::invalid_argument for a negative timeout, or for two cameras whose timestamps have different clocks
   Result<StereoFrame> grab(std::chrono::milliseconds timeout);
 
   void stop() noexcept;
@@ -53,7 +53,7 @@ class StereoRig {
   [[nodiscard]] std::chrono::nanoseconds max_skew() const { return max_skew_; }
   /// Frames dropped so far because they had no partner.
   [[nodiscard]] std::uint64_t unpaired() const { return unpaired_; }
-  /// How often a camera was found again.
+  /// The number of times that a lost camera was started again.
   [[nodiscard]] std::uint64_t recoveries() const { return recoveries_; }
 
  private:
@@ -64,7 +64,7 @@ class StereoRig {
     std::unique_ptr<Camera> camera;
     CameraSettings settings{};
     std::unique_ptr<Frame> waiting{};
-    std::unique_ptr<Frame> next{};  ///< the one after it, if that came already
+    std::unique_ptr<Frame> next{};  ///< the frame after `waiting`, if it has arrived
     std::chrono::nanoseconds period{};
     bool is_lost = false;
     SteadyTime next_try{};

@@ -6,7 +6,7 @@
 namespace twocone {
 namespace {
 
-/// The length in bytes of the character that `text` begins with; 0 where that is no UTF-8. @param code what it is
+/// The length in bytes of the first character of `text`; 0 if it is not UTF-8. @param code receives its code point
 std::size_t decode(std::string_view text, std::uint32_t& code) {
   const auto byte = [&](std::size_t i) { return std::uint32_t(std::uint8_t(text[i])); };
   const std::uint32_t first = byte(0);
@@ -21,7 +21,7 @@ std::size_t decode(std::string_view text, std::uint32_t& code) {
     if (byte(i) >> 6 != 0x2) return 0;
     code = code << 6 | (byte(i) & 0x3F);
   }
-  // Longer than need be, surrogates, beyond Unicode.
+  // Overlong forms, surrogates and values beyond Unicode are not valid.
   constexpr std::uint32_t kLeast[]{0, 0, 0x80, 0x800, 0x10000};
   const bool is_surrogate = code >= 0xD800 && code < 0xE000;
   return code < kLeast[length] || is_surrogate || code > 0x10FFFF ? 0 : length;

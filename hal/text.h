@@ -6,9 +6,9 @@
 
 namespace twocone {
 
-/// Text from outside, such as a device's name, as it may be shown in a terminal: well-formed UTF-8 without control
-/// characters and without marks that turn the direction of writing; each byte of anything else becomes '?'. To be
-/// called where such text enters the program.
+/// Makes text from outside, such as a device's name, safe for a terminal: well-formed UTF-8 without control characters
+/// and without marks that change the direction of writing. Each byte of anything else becomes '?'. Call this where such
+/// text enters the program.
 std::string printable(std::string_view text);
 
 }  // namespace twocone

@@ -16,7 +16,7 @@ double chi_squared_tail(double value, int degrees_of_freedom) {
     return std::erfc(normal / std::numbers::sqrt2) / 2;
   }
   const bool odd = degrees_of_freedom % 2 != 0;
-  // Each term follows from the one before: half^k / k!, with k whole or half a number.
+  // Each term follows from the one before: half^k / k!, with k an integer or a half-integer.
   double k = odd ? 0.5 : 0;
   double term = std::exp(-half) * (odd ? 2 * std::sqrt(half) * std::numbers::inv_sqrtpi : 1);
   double sum = odd ? std::erfc(std::sqrt(half)) : 0;

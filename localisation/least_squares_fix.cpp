@@ -23,9 +23,9 @@ using least_squares::Landmark;
 using least_squares::Place;
 using least_squares::Problem;
 
-/// Fewer tell too little of their own scatter.
+/// Fewer degrees of freedom give too little information on the scatter.
 constexpr int kLeastWidening = 3;
-/// Chi-squared is thought usual as long as it is exceeded so often.
+/// Chi-squared counts as usual if its tail probability is above this.
 constexpr double kUsual = 0.05;
 
 Eigen::Vector2d to_world(const Frame& frame, const Place& place) {
@@ -59,7 +59,7 @@ void fill(Fix& fix, const Problem& problem, const Answer& answer, const Frame& f
   }
   if (answer.unseen) {
     Eigen::Vector3d direction = *answer.unseen;
-    // Metres beside radians; by whichever factor does not overflow.
+    // Metres and radians are mixed; use the factor that does not overflow.
     if (frame.unit_m > 1) {
       direction.z() /= frame.unit_m;
     } else {
@@ -69,8 +69,8 @@ void fill(Fix& fix, const Problem& problem, const Answer& answer, const Frame& f
   }
 }
 
-/// Where the residuals are larger than the stated sigmas make them, sigmas that are all too small are the likelier
-/// reason than chance: the covariance is widened by chi-squared over its degrees of freedom (Birge's ratio).
+/// Where the residuals are larger than the stated sigmas explain, too small sigmas are a more likely reason than
+/// chance: the covariance is multiplied by chi-squared over its degrees of freedom (Birge's ratio).
 void widen(Fix& fix) {
   if (fix.degrees_of_freedom < kLeastWidening || !fix.covariance) return;
   if (chi_squared_tail(fix.chi_squared, fix.degrees_of_freedom) > kUsual) return;
@@ -79,17 +79,18 @@ void widen(Fix& fix) {
   if (fix.other_covariance) *fix.other_covariance *= fix.widening;
 }
 
-/// All measurements together, each a little worse than it says: told with the covariance that they really have.
+/// Returns whether the fit of all measurements can be used with a widened covariance, because each is only a little
+/// worse than its sigma.
 bool is_mild(const Answer& all) {
   return all.verdict == FixVerdict::kOk && all.degrees_of_freedom >= kLeastWidening &&
          all.chi_squared <= least_squares::kMostRatio * all.degrees_of_freedom;
 }
 
-/// Nearer than this share of the largest length, what it is measured against has lost no more than half its digits.
+/// Up to this ratio to the largest length, a length loses no more than half of its digits.
 constexpr double kFar = 1e8;
 
-/// Places in `measurements` of those that lie, or say that the robot is, so much farther out than the middle one of
-/// them that beside them the others would lose their digits.
+/// Indices of the measurements whose landmark or range is farther out than the median by so much that the others would
+/// lose their digits.
 std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
   std::vector<double> x;
   std::vector<double> y;
@@ -107,7 +108,7 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
   const Eigen::Vector2d middle_m(middle_of(x), middle_of(y));
   std::vector<double> sizes_m;
   for (const LandmarkMeasurement& m : measurements) {
-    // Halves: the sum of two huge numbers is none.
+    // Halve first: the sum of two huge numbers overflows.
     const Eigen::Vector2d half_m = m.landmark_m / 2 - middle_m / 2;
     sizes_m.push_back(std::max(half_m.cwiseAbs().maxCoeff(), m.range_m.value_or(0) / 2));
   }
@@ -173,7 +174,7 @@ Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   return fix_with(measurements, room.data());
 }
 
-/// Whether a measurement is what a fix of others expects, as far as doubles of its size can say.
+/// Returns whether a measurement agrees with a fix of the others, up to the rounding of doubles of its size.
 bool is_expected(const LandmarkMeasurement& m, const Fix& fix) {
   constexpr double kSigmas2 = 25;
   const Eigen::Vector2d to_m = m.landmark_m - *fix.position_m;
@@ -195,7 +196,8 @@ bool is_expected(const LandmarkMeasurement& m, const Fix& fix) {
   return true;
 }
 
-/// Without what is out by orders of magnitude, where the others give a fix and do not expect it.
+/// The fix without measurements that are far out by orders of magnitude; nothing unless the others give a fix that
+/// contradicts them.
 std::optional<Fix> fix_without_far(std::span<const LandmarkMeasurement> measurements) {
   const std::vector<int> far = find_far(measurements);
   if (far.empty() || 2 * far.size() >= measurements.size()) return std::nullopt;
@@ -207,7 +209,7 @@ std::optional<Fix> fix_without_far(std::span<const LandmarkMeasurement> measurem
     index.push_back(i);
   }
   Fix fix = fix_of(near);
-  // Believed is what others confirm, and by more of them than are left out.
+  // The fix must be confirmed by further landmarks, and use more of them than are left out.
   if (fix.verdict != FixVerdict::kOk || fix.degrees_of_freedom < 1 || fix.used < least_squares::kFewestBelieved ||
       fix.used <= int(far.size() + fix.outliers.size())) {
     return std::nullopt;
@@ -221,7 +223,7 @@ std::optional<Fix> fix_without_far(std::span<const LandmarkMeasurement> measurem
   return fix;
 }
 
-/// Whether any length is so much larger than another that find_far() may find something; takes no heap.
+/// Returns whether a length is so much larger than another that find_far() may find a measurement; it needs no heap.
 bool may_have_far(std::span<const LandmarkMeasurement> measurements) {
   double longest_m = 0;
   double shortest_m = std::numeric_limits<double>::infinity();

@@ -10,7 +10,7 @@
 
 namespace twocone::localisation {
 
-// Its slope at 0 is 0, so the quotient is exact to rounding for every x but 0 itself.
+// The slope of sinc at 0 is 0, so the quotient is exact to rounding for every x except 0.
 double sinc(double x) { return x == 0 ? 1 : std::sin(x) / x; }
 
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m) {
@@ -26,8 +26,8 @@ Pose drive_arc(const Pose& pose, double left_m, double right_m, double separatio
 
 double wrap_angle_rad(double angle_rad) {
   if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
-  // std::remainder by a rounded 2 pi would be off by 4e-17 a turn; the library reduces sin and cos by pi to full
-  // length.
+  // std::remainder with a rounded 2 pi would be off by 4e-17 for each turn; the library reduces the arguments of sin
+  // and cos with all digits of pi.
   return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
 }
 
@@ -55,7 +55,7 @@ const Pose& Odometry::update(double left_rad, double right_rad) {
                                 wheels_.radius_m * (right_rad - right_rad_), wheels_.separation_m);
     if (!std::isfinite(next.x_m) || !std::isfinite(next.y_m) || !std::isfinite(next.heading_rad)) {
       throw std::invalid_argument(
-          fmt::format("Odometry::update: from left {} rad, right {} rad to {} rad, {} rad is farther than numbers go",
+          fmt::format("Odometry::update: from left {} rad, right {} rad to {} rad, {} rad exceeds the range of numbers",
                       left_rad_, right_rad_, left_rad, right_rad));
     }
     pose_ = next;
@@ -64,6 +64,11 @@ const Pose& Odometry::update(double left_rad, double right_rad) {
   left_rad_ = left_rad;
   right_rad_ = right_rad;
   return pose_;
+}
+
+WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_rad) {
+  const double half_m = turn_rad * wheels.separation_m / 2;
+  return {(arc_m - half_m) / wheels.radius_m, (arc_m + half_m) / wheels.radius_m};
 }
 
 }  // namespace twocone::localisation

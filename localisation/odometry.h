@@ -12,16 +12,17 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-/// `angle_rad` brought into (-pi, pi], right to the spacing of doubles however many turns it holds. The doubles nearest
-/// to pi and -pi both lie inside and stay. Not finite becomes NaN.
+/// Returns `angle_rad` wrapped to (-pi, pi], accurate to the spacing of doubles for any number of turns. The doubles
+/// nearest to pi and -pi are both inside and do not change. A value that is not finite becomes NaN.
 double wrap_angle_rad(double angle_rad);
 
-/// `pose` after the wheels' contact points have gone `left_m` and `right_m` along one exact arc (class Odometry), with
-/// `separation_m` between them, > 0. Not finite where the way is farther than numbers go.
+/// Returns `pose` after the wheels' contact points have moved by `left_m` and `right_m` along one exact arc (class
+/// Odometry), with `separation_m` between them, > 0. The result is not finite where the distance exceeds the range of
+/// doubles.
 /// @throws std::invalid_argument for another separation
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m);
 
-/// sin(x) / x, right to rounding for every x.
+/// sin(x) / x, accurate to rounding for every x.
 double sinc(double x);
 
 struct WheelGeometry {
@@ -29,15 +30,25 @@ struct WheelGeometry {
   double separation_m = 0;  ///< between the contact points, > 0
 };
 
-/// Dead reckoning from the wheels: the pose that the angles alone tell, with no slip.
+/// The angles by which both wheels turn.
+struct WheelTurns {
+  double left_rad = 0;
+  double right_rad = 0;
+};
+/// Inverse kinematics: left = (arc - turn b / 2) / r, right = (arc + turn b / 2) / r, the inverse of D and T of
+/// Odometry. It is linear, so speeds (m/s, rad/s) give speeds (rad/s).
+WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_rad);
+
+/// Dead reckoning from the wheels: the pose from the angles alone, without slip.
 ///
-/// Between two readings the robot is taken to drive one exact arc of length D = r (dl + dr) / 2 and turn T = r (dr -
-/// dl) / b:
+/// Between two readings the robot is assumed to drive one exact arc of length D = r (dl + dr) / 2 and turn
+/// T = r (dr - dl) / b:
 ///
 ///     x += D sinc(T/2) cos(heading + T/2),   y += D sinc(T/2) sin(heading + T/2),   heading += T,
 ///
-/// which loses no digit near T = 0, where the textbook's v/w form does. (The simulated world has its own arc, on
-/// purpose: the truth must not share code with the belief that is judged by it; a test holds both to 50-digit values.)
+/// which loses no digit near T = 0, where the textbook's v/w form does. (The simulated world has its own arc on
+/// purpose: the truth must not share code with the belief that is compared with it. A test compares both with 50-digit
+/// values.)
 class Odometry {
  public:
   /// @throws std::invalid_argument naming every bad field

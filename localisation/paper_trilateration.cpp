@@ -11,7 +11,7 @@
 namespace twocone::localisation {
 namespace {
 
-// Beyond, the differences of coordinates overflow; no world is that large.
+// Beyond this, differences of coordinates overflow; no world is that large.
 constexpr double kFarthest_m = 1e300;
 
 struct CircleOfRange {
@@ -19,7 +19,8 @@ struct CircleOfRange {
   double radius_m;
 };
 
-/// Where two circles meet: one point and its mirror image in the line of centres; equal where they touch or miss.
+/// The intersections of two circles: a point and its mirror image in the line of centres; equal where they touch or
+/// miss.
 struct Meeting {
   Eigen::Vector2d left_m;
   Eigen::Vector2d right_m;
@@ -28,19 +29,19 @@ struct Meeting {
 
 enum class Contact { kApart, kTouch, kCross };
 
-/// How the circles of a triangle with these sides (two radii and the distance of the centres) meet, and its area.
+/// The contact of two circles and the area of the triangle whose sides are the radii and the distance of the centres.
 struct Triangle {
   Contact contact;
   double area_m2;
 };
 
-/// By Kahan's form of Heron's formula: every bracket is a difference of given numbers or a sum of positive ones, so
-/// near-degenerate triangles keep the digits that their sides hold.
+/// Uses Kahan's form of Heron's formula: every bracket is a difference of given numbers or a sum of positive ones, so
+/// near-degenerate triangles keep the digits of their sides.
 Triangle triangle(double a, double b, double c) {
   std::array<double, 3> s{a, b, c};
   std::sort(s.begin(), s.end(), std::greater<>());
   const double closing = s[2] - (s[0] - s[1]);  // < 0: the sides close no triangle
-  // Each side was rounded once, and so was the inner difference: below this nothing tells "touch" from "just not".
+  // Each side was rounded once, and so was the inner difference: below this, "touch" and "just not" are the same.
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * s[0];
   if (std::abs(closing) <= rounding) return {Contact::kTouch, 0};
   if (closing < 0) return {Contact::kApart, 0};
@@ -48,7 +49,7 @@ Triangle triangle(double a, double b, double c) {
           std::sqrt((s[0] + (s[1] + s[2])) * closing * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]))) / 4};
 }
 
-/// Nothing for circles round one centre.
+/// Returns nothing for circles with one centre.
 std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
   const Eigen::Vector2d between = b.centre_m - a.centre_m;
   const double distance = std::hypot(between.x(), between.y());
@@ -57,8 +58,8 @@ std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
 
   const Triangle sides = triangle(distance, a.radius_m, b.radius_m);
   if (sides.contact == Contact::kApart) {
-    // Side by side, or one inside the other: the two points of the line of centres where the circles come nearest to
-    // each other.
+    // The circles are side by side, or one is inside the other: take the two points on the line of centres where they
+    // are nearest to each other.
     const bool outside = a.radius_m + b.radius_m < distance;
     const double from_a = outside || a.radius_m > b.radius_m ? a.radius_m : -a.radius_m;
     const double from_b = outside || b.radius_m > a.radius_m ? distance - b.radius_m : distance + b.radius_m;
@@ -72,14 +73,14 @@ std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
   return Meeting{foot + across, foot - across, false};
 }
 
-/// How far `p_m` lies off the circle.
+/// The distance of `p_m` from the circle.
 double miss(const Eigen::Vector2d& p_m, const CircleOfRange& circle) {
   return std::abs(std::hypot(p_m.x() - circle.centre_m.x(), p_m.y() - circle.centre_m.y()) - circle.radius_m);
 }
 
 struct Corner {
   Eigen::Vector2d chosen_m;
-  Eigen::Vector2d other_m;  // equals chosen_m unless nothing can choose
+  Eigen::Vector2d other_m;  // equals chosen_m unless the two are tied
   bool gap = false;
   bool tied = false;
 };
@@ -87,8 +88,8 @@ struct Corner {
 Corner choose(const Meeting& m, const CircleOfRange& third) {
   const double left = miss(m.left_m, third);
   const double right = miss(m.right_m, third);
-  // A meeting point carries the rounding of its foot and height: a few units in the last place of the lengths that made
-  // it, and a difference of two misses carries it twice.
+  // An intersection has the rounding of its foot and height, a few units in the last place of the lengths that it is
+  // computed from; a difference of two distances has it twice.
   const double rounding = 16 * std::numeric_limits<double>::epsilon() *
                           (m.left_m.norm() + m.right_m.norm() + third.centre_m.norm() + third.radius_m);
   const bool tied = std::abs(left - right) <= rounding && (m.left_m - m.right_m).norm() > rounding;
@@ -125,8 +126,8 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     circles[i] = {usable[i].landmark_m - origin, usable[i].range_m};
     largest_m = std::max({largest_m, circles[i].radius_m, circles[i].centre_m.cwiseAbs().maxCoeff()});
   }
-  // In units of the largest length, Heron's product of four neither overflows nor underflows; a power of two, so that
-  // no digit changes.
+  // In units of the largest length, Heron's product of four neither overflows nor underflows. The unit is a power of
+  // two, so that no digit changes.
   int exponent = 0;
   std::frexp(largest_m, &exponent);
   const double unit_m = std::ldexp(1.0, exponent - 1);
@@ -140,8 +141,7 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
   }
   if (corners.empty()) return fix;  // all three landmarks in one place: one landmark, not three
 
-  // Which side a tied pair's answers lie on is settled together: each further tied corner joins the answer it is nearer
-  // to.
+  // The sides of tied corners are chosen together: each further tied corner joins the answer to which it is nearer.
   std::vector<Eigen::Vector2d> first;
   std::vector<Eigen::Vector2d> second;
   bool tied = false;

@@ -29,7 +29,7 @@ std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eige
     sum += j.transpose() * information[i] * j;
   }
   if (!sum.allFinite() || !(sum.diagonal().minCoeff() > 0)) return std::nullopt;
-  // To unit diagonal first: metres beside radians.
+  // Scale to unit diagonal first, since metres and radians are mixed.
   const Eigen::Vector3d scale = sum.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * sum * scale.asDiagonal();
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(scaled);

@@ -14,11 +14,11 @@
 namespace twocone::localisation {
 namespace {
 
-/// A fix that is consistent with so many more numbers than it has unknowns checks itself: two landmarks never have
+/// A consistent fix with at least this many more numbers than unknowns is checked by itself; two landmarks never have
 /// them.
 constexpr int kCheckedBy = 2;
 
-/// Nothing where the fix has no covariance that means something.
+/// Returns nothing where the fix has no valid covariance.
 std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Eigen::Vector2d>& position_m,
                                                           const std::optional<double>& heading_rad,
                                                           const std::optional<Eigen::Matrix3d>& covariance) {
@@ -98,7 +98,7 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
     const double right = right_rad - last_->right_rad;
     if (!std::isfinite(dt_s) || !std::isfinite(left) || !std::isfinite(right)) {
       throw std::invalid_argument(fmt::format(
-          "PoseFilter::predict: from {} s, {} rad, {} rad to {} s, {} rad, {} rad is farther than numbers go",
+          "PoseFilter::predict: from {} s, {} rad, {} rad to {} s, {} rad, {} rad exceeds the range of numbers",
           last_->t_s, last_->left_rad, last_->right_rad, t_s, left_rad, right_rad));
     }
     if (believed_) believed_->predict(dt_s, left, right, wheels_, noise_);
@@ -108,7 +108,7 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
         elsewhere_->turn(left, right, wheels_, noise_);
       }
     } catch (const std::invalid_argument&) {
-      elsewhere_.reset();  // as vague as numbers go: no place to go on from, and no reason to refuse the reading
+      elsewhere_.reset();  // too vague to continue from; that is no reason to refuse the reading
     }
   }
   last_ = {t_s, left_rad, right_rad};
@@ -144,7 +144,7 @@ void PoseFilter::Elsewhere::turn(double left_rad, double right_rad, const WheelG
                                  const OdometryNoise& noise) {
   const double per_wheel = wheels.radius_m / wheels.separation_m;
   turned_rad += (right_rad - left_rad) * per_wheel;
-  // Both wheels the worse way, step by step: more than independent errors come to.
+  // Both wheels' errors are summed as in the worst case, step by step: more than independent errors cause.
   vague_rad += (noise.slip * (std::abs(left_rad) + std::abs(right_rad)) + noise.angle_rad) * per_wheel;
 }
 
@@ -174,9 +174,9 @@ FixUse PoseFilter::correct_by_position(const Measurement& m) {
 }
 
 FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
-  const PoseEstimate told{{m.pose.x(), m.pose.y(), wrap_angle_rad(m.pose.z())}, m.covariance};
+  const PoseEstimate measured{{m.pose.x(), m.pose.y(), wrap_angle_rad(m.pose.z())}, m.covariance};
   if (!believed_) {
-    believed_.emplace(told, noise_);
+    believed_.emplace(measured, noise_);
     state_ = FilterState::kTracking;
     return FixUse::kStarted;
   }
@@ -191,7 +191,7 @@ FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
     ++elsewhere_->fixes;
     elsewhere_->has_turned = elsewhere_->has_turned || elsewhere_->shows_turn(m);
   } else {
-    elsewhere_.emplace(Elsewhere{.hypothesis = PoseHypothesis(told, noise_), .first = m});
+    elsewhere_.emplace(Elsewhere{.hypothesis = PoseHypothesis(measured, noise_), .first = m});
   }
   elsewhere_->checked += is_checked ? 1 : 0;
   const bool is_found =

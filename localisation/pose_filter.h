@@ -11,71 +11,73 @@
 
 namespace twocone::localisation {
 
-/// How far the wheels are believed.
+/// The noise of the wheels.
 struct OdometryNoise {
-  /// Relative standard deviation of each wheel's way (slip, wrong radius), correlated over `correlation_s`.
+  /// Relative standard deviation of each wheel's travel (slip, wrong radius), correlated over `correlation_s`.
   double slip = 0.01;          ///< >= 0
   double correlation_s = 2.0;  ///< > 0
   double angle_rad = 0.006;    ///< of one reading of a wheel's angle: a 1024-count encoder's step, > 0
 };
 
-/// What the filter believes, world frame.
+/// The filter's estimate, world frame.
 struct PoseEstimate {
   Pose pose;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of x (m), y (m), heading (rad)
 };
 
-/// Why the filter says what it says.
+/// The filter's state.
 enum class FilterState {
   kLost,      ///< no fix yet, or the last fix contradicts it: the estimate is odometry since the last trusted one
   kTracking,  ///< fixes and odometry agree
 };
 
-/// As in track.csv: lost, tracking.
+/// Returns the name in track.csv: lost, tracking.
 std::string_view to_string(FilterState state);
 
-/// What became of a fix.
+/// How the filter used a fix.
 enum class FixUse {
-  kStarted,      ///< the estimate begins with it
-  kTaken,        ///< fused with the estimate; of kWeak and of a fix without heading the part that it tells
-  kRelocated,    ///< the last of those that show the robot elsewhere: the estimate goes on from them
+  kStarted,      ///< the estimate starts with it
+  kTaken,        ///< fused with the estimate; for kWeak and a fix without heading, the observed part only
+  kRelocated,    ///< the last of several that show the robot elsewhere: the estimate continues from them
   kNoFix,        ///< there is no position
-  kNoSigma,      ///< it has no covariance (kWeak: no measurements) that means something
+  kNoSigma,      ///< it has no valid covariance (kWeak: no valid measurements)
   kOutOfBounds,  ///< the robot cannot be there
-  kUnexpected,   ///< farther from where the wheels have brought the robot than chance explains
-  kUndecided,    ///< of two answers both are expected
-  kNotGaussian,  ///< kWeak: what is known after it would be no ellipse
-  kCannotStart,  ///< it tells a part of the pose, and there is no estimate yet to which that could be added
+  kUnexpected,   ///< farther from the odometry's position than chance explains
+  kUndecided,    ///< both of two answers are expected
+  kNotGaussian,  ///< kWeak: the distribution after it would be no ellipse
+  kCannotStart,  ///< it gives a part of the pose, and there is no estimate yet to complete it
 };
-/// As in track.csv: started, taken, relocated, no_fix, no_sigma, out_of_bounds, unexpected, undecided, not_gaussian,
-/// cannot_start.
+/// Returns the name in track.csv: started, taken, relocated, no_fix, no_sigma, out_of_bounds, unexpected, undecided,
+/// not_gaussian, cannot_start.
 std::string_view to_string(FixUse use);
 
-/// The Kalman filter of one hypothesis of where the robot is; PoseFilter holds up to two of them.
+/// The Kalman filter of one hypothesis of the robot's pose; PoseFilter holds up to two of them.
 ///
-/// State: x, y, heading; the relative slip of the left and right wheel (each wheel's way is r dphi (1 + slip), slip a
-/// first-order Gauss-Markov process); the errors of the last reading of both wheels' angles; the bend. A reading's
-/// error belongs to two ways, to the end of one and the beginning of the next, so it comes back out again: with it in
+/// State: x, y, heading; the relative slip of the left and right wheel (each wheel's travel is r dphi (1 + slip), slip
+/// is a first-order Gauss-Markov process); the errors of the last reading of both wheels' angles; the bend. A reading's
+/// error affects two intervals, the end of one and the beginning of the next, with opposite signs. With this error in
 /// the state, the readings' noise does not add up to a random walk.
 ///
-/// The bend is what the first order leaves out of a heading that is not known. By an error t of the heading a way d
-/// ends t d beside the arc and t^2 d / 2 short of it, a chi-squared number that stays the same from step to step, so
-/// that its share of the way adds up. It is a state of variance 1 that shortens each way by kBend sigma_heading^2 d.
+/// The bend is the second-order effect of an unknown heading. With an error t of the heading, a path of length d ends t
+/// d beside the arc and t^2 d / 2 short of it. This is a chi-squared number that stays the same from step to step, so
+/// its share of the path adds up. The bend is a state of variance 1 that shortens each path by kBend sigma_heading^2 d.
 class PoseHypothesis {
  public:
   using Vector = Eigen::Matrix<double, 8, 1>;
   using Matrix = Eigen::Matrix<double, 8, 8>;
 
-  /// Twice the root mean square of t^2 / 2 over sigma^2 (sqrt(3) / 2), since its tail is longer than a Gaussian's: so
-  /// regions of 99.9 % hold 99.5 % at least, and those of 50 % hold more than that (pose_filter_extremes_test.cpp).
+  /// Twice the root mean square of t^2 / 2 over sigma^2 (sqrt(3) / 2), since its tail is longer than a Gaussian's. With
+  /// this value, regions of 99.9 % contain the truth in 99.5 % at least, and those of 50 % in more than 50 %
+  /// (pose_filter_extremes_test.cpp).
   static constexpr double kBend = 1.7320508075688772;
 
-  /// Certain of nothing but what `start` says.
+  /// Starts from `start`; slips and reading errors have the sigmas of `noise`.
   /// @throws std::invalid_argument for a pose that is not finite and a matrix that is no covariance (is_covariance)
   PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise);
 
-  /// Wheels turned by these angles since the last call, in `dt_s` >= 0. The pose goes along the exact arc (drive_arc).
-  /// @throws std::invalid_argument where pose or covariance are farther than numbers go; nothing is changed then
+  /// Predicts the pose after the wheels turned by these angles since the last call, in `dt_s` >= 0. The pose moves
+  /// along the exact arc (drive_arc).
+  /// @throws std::invalid_argument where pose or covariance exceed the range of doubles; nothing is changed then
   void predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels, const OdometryNoise& noise);
 
   /// A measured pose, or a measured position.
@@ -86,12 +88,14 @@ class PoseHypothesis {
 
     [[nodiscard]] int rows() const { return has_heading ? 3 : 2; }
   };
-  /// Whether the difference lies inside the 1 - kGate ellipse.
+  /// Returns whether the difference is inside the 1 - kGate ellipse.
   [[nodiscard]] bool expects(const Measurement& m) const;
-  /// Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which stays symmetric and positive whatever K's rounding.
-  /// @returns false, with nothing changed, where numbers are so far apart that rounding leaves no covariance
+  /// Updates by a measurement in Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which stays symmetric and positive
+  /// whatever K's rounding.
+  /// @returns false, with nothing changed, where numbers differ so much in size that rounding leaves no valid
+  /// covariance
   [[nodiscard]] bool correct(const Measurement& m);
-  /// By what a weak fix was made from (least_squares/posterior.h); unchanged but for kTaken.
+  /// Updates by the measurements of a weak fix (least_squares/posterior.h); nothing is changed except for kTaken.
   /// @returns kTaken, kUnexpected, kNotGaussian or kNoSigma
   FixUse correct(const Fix& weak);
 
@@ -100,8 +104,8 @@ class PoseHypothesis {
 
  private:
   struct Difference {
-    Eigen::Vector3d value;       ///< measured less expected; past the rows 0
-    Eigen::Matrix3d covariance;  ///< past the rows the identity
+    Eigen::Vector3d value;       ///< measured minus expected; 0 beyond the rows
+    Eigen::Matrix3d covariance;  ///< the identity beyond the rows
   };
   [[nodiscard]] Difference difference(const Measurement& m) const;
   [[nodiscard]] bool become(const Vector& state, const Matrix& covariance);
@@ -110,38 +114,38 @@ class PoseHypothesis {
   Matrix covariance_ = Matrix::Identity();
 };
 
-/// Method `full`, estimate.tum and track.csv: odometry fused with the fixes of single frames, each of which stays what
-/// it is.
+/// Method `outline`, estimate.tum and track.csv: odometry fused with the fixes of single frames. The fixes themselves
+/// do not change.
 ///
-/// An extended Kalman filter (PoseHypothesis). Frames without a fix are predicted through. A fix outside the 1 - kGate
-/// ellipse of the difference is not taken, and the filter is lost until a fix is expected again. A robot that has been
-/// carried elsewhere is found by a second hypothesis, which begins with the first of the unexpected fixes: when
-/// kRelocateAfter in a row agree with it, the filter goes on from them. Those fixes must check themselves by two
-/// degrees of freedom each, as three landmarks give them; with less, as of two landmarks, they must also turn as the
-/// wheels did, since a mirrored or a wrongly labelled pair agrees with itself for as long as the robot stands or drives
-/// straight on.
+/// It is an extended Kalman filter (PoseHypothesis). Frames without a fix are predicted only. A fix outside the
+/// 1 - kGate ellipse of the difference is not taken, and the filter is lost until a fix is expected again. A robot that
+/// was carried elsewhere is found by a second hypothesis, which starts with the first of the unexpected fixes: when
+/// kRelocateAfter in a row agree with it, the filter continues from them. Each of those fixes must be checked by two
+/// degrees of freedom of its own, as three landmarks give them. Fixes with less, as from two landmarks, must also turn
+/// as the wheels did, since a mirrored or wrongly labelled pair agrees with itself as long as the robot stands or
+/// drives straight on.
 ///
-/// Of the verdicts: kOk is taken, without a heading as a position only. kAmbiguous is taken where just one of its
-/// answers lies inside the gate. kWeak is taken by its measurements about the filter's own place, and only where an
-/// ellipse can hold what is known then (least_squares/posterior.h). Those three start or contradict nothing by
-/// themselves but for kOk with a heading. A fix without covariance, and the other verdicts, are not used.
+/// Use of the verdicts: kOk is taken, without a heading as a position only. kAmbiguous is taken where exactly one of
+/// its answers is inside the gate. kWeak is taken by its measurements about the filter's own position, and only where
+/// an ellipse can represent the result (least_squares/posterior.h). Of these three, only kOk with a heading can start
+/// the filter or contradict it. A fix without covariance, and the other verdicts, are not used.
 ///
-/// The fixes' errors are taken as independent. What they share from frame to frame (a map, a rig that is wrong by a
-/// hair, a robot that stands still before the same pixels) is not in the covariance.
+/// The fixes' errors are taken as independent. Errors that they share from frame to frame (of the map, of a slightly
+/// wrong rig, of a robot that stands still and sees the same pixels) are not in the covariance.
 class PoseFilter {
  public:
   static constexpr int kRelocateAfter = 3;
-  /// How often a fix that is right is not expected.
+  /// The probability that a correct fix is not expected.
   static constexpr double kGate = 1e-6;
 
-  /// Lost until the first fix. @throws std::invalid_argument naming every bad field
+  /// The filter is lost until the first fix. @throws std::invalid_argument naming every bad field
   PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise);
 
-  /// Takes the wheels' total angles at a time. The first call sets the zero. @throws std::invalid_argument for angles
-  /// or times that are not finite, a time before the last one, and a way that is farther than numbers go; nothing is
-  /// changed then
+  /// Takes the wheels' total angles at a time. The first call sets the zero.
+  /// @throws std::invalid_argument for angles or times that are not finite, a time before the last one, and a distance
+  /// beyond the range of doubles; nothing is changed then
   void predict(double t_s, double left_rad, double right_rad);
-  /// Takes the fix of the frame whose angles predict() was last given. @returns what became of it
+  /// Takes the fix of the frame whose angles were given to predict() last. @returns how the fix was used
   FixUse correct(const Fix& fix);
 
   [[nodiscard]] FilterState state() const { return state_; }
@@ -150,9 +154,9 @@ class PoseFilter {
 
  private:
   using Measurement = PoseHypothesis::Measurement;
-  /// @param is_checked by kCheckedBy degrees of freedom
+  /// @param is_checked whether the fix has kCheckedBy degrees of freedom
   FixUse correct_by_pose(const Measurement& m, bool is_checked);
-  /// A position alone, which may start nothing, into the hypotheses that expect it.
+  /// Updates the hypotheses that expect the position. A position alone cannot start a hypothesis.
   FixUse correct_by_position(const Measurement& m);
   FixUse correct_by_one_of(const Measurement& one, const Measurement& other);
 
@@ -160,14 +164,14 @@ class PoseFilter {
   OdometryNoise noise_;
   FilterState state_ = FilterState::kLost;
   std::optional<PoseHypothesis> believed_;
-  /// Begun by a fix that was not expected.
+  /// A hypothesis that an unexpected fix started.
   struct Elsewhere {
     PoseHypothesis hypothesis;
     Measurement first;
     int fixes = 1;
     int checked = 0;
-    double turned_rad = 0;    ///< by the wheels, since the first
-    double vague_rad = 0;     ///< sigma of that
+    double turned_rad = 0;    ///< turn by the wheels since the first fix
+    double vague_rad = 0;     ///< sigma of that turn
     bool has_turned = false;  ///< a fix has shown that turn, and not its mirror image
 
     void turn(double left_rad, double right_rad, const WheelGeometry& wheels, const OdometryNoise& noise);

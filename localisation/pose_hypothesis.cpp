@@ -13,7 +13,7 @@
 namespace twocone::localisation {
 namespace {
 
-// Places in the state.
+// Indices into the state.
 constexpr int kX = 0;
 constexpr int kY = 1;
 constexpr int kHeading = 2;
@@ -23,8 +23,8 @@ constexpr int kLeftReading = 5;
 constexpr int kRightReading = 6;
 constexpr int kBendState = 7;
 
-/// d sinc(u) / du = (u cos u - sin u) / u^2. Below 0.02 three terms of its series are right to 1e-17, where the
-/// quotient would lose eps / u of the two that cancel.
+/// d sinc(u) / du = (u cos u - sin u) / u^2. Below 0.02 three terms of its series are accurate to 1e-17, where the
+/// quotient would lose eps / u by cancellation.
 double sinc_slope(double u) {
   if (std::abs(u) < 0.02) return u * (-1 / 3.0 + u * u * (1 / 30.0 - u * u / 840));
   return (u * std::cos(u) - std::sin(u)) / (u * u);
@@ -53,8 +53,8 @@ PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& n
 void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels,
                              const OdometryNoise& noise) {
   const double r = wheels.radius_m;
-  // A reading is the angle plus its error: the way is that of the readings' difference, less the new error (0 as far as
-  // anybody knows) and plus the old one.
+  // A reading is the angle plus its error. The travel is that of the readings' difference, minus the new error
+  // (expected value 0) and plus the old one.
   const double left_seen_m = r * (left_rad + state_[kLeftReading]);
   const double right_seen_m = r * (right_rad + state_[kRightReading]);
   const double left_m = left_seen_m * (1 + state_[kLeftSlip]);
@@ -85,13 +85,13 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   f(kLeftSlip, kLeftSlip) = f(kRightSlip, kRightSlip) = kept;
   f(kBendState, kBendState) = 1;
 
-  // The new readings' errors enter the pose with the sign opposite to the old ones', and become the state's.
+  // The new readings' errors enter the pose with the opposite sign of the old ones, and replace them in the state.
   Eigen::Matrix<double, 8, 2> g = Eigen::Matrix<double, 8, 2>::Zero();
   g.block<3, 1>(0, 0) = -f.block<3, 1>(0, kLeftReading);
   g.block<3, 1>(0, 1) = -f.block<3, 1>(0, kRightReading);
   g(kLeftReading, 0) = g(kRightReading, 1) = 1;
 
-  // The heading's variance on the way: the mean of both ends, more than an error that grows evenly has.
+  // The heading's variance over the path: the mean of both ends, which is more than an evenly growing error has.
   const double reading2 = noise.angle_rad * noise.angle_rad;
   const double heading2 =
       (covariance_(kHeading, kHeading) + f.row(kHeading).dot(covariance_ * f.row(kHeading).transpose()) +
@@ -100,11 +100,11 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   f.block<3, 1>(0, kBendState) = -kBend * heading2 * way_m * by_way;
 
   Matrix p = f * covariance_ * f.transpose() + reading2 * g * g.transpose();
-  // 1 - kept^2 without cancellation.
+  // This is 1 - kept^2 without cancellation.
   const double renewed = -std::expm1(-2 * dt_s / noise.correlation_s) * noise.slip * noise.slip;
   p(kLeftSlip, kLeftSlip) += renewed;
   p(kRightSlip, kRightSlip) += renewed;
-  // What fixes have told of the bend was of a heading's error that is another now.
+  // Information from fixes on the bend belongs to an earlier heading error, so it is discarded.
   p(kBendState, kBendState) = 1;
   Vector next;
   next << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0,
@@ -112,8 +112,8 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   next.head<3>() += f.block<3, 1>(0, kBendState) * state_[kBendState];
   if (!next.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
     throw std::invalid_argument(
-        fmt::format("PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s is farther than "
-                    "numbers go",
+        fmt::format("PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s exceed the "
+                    "range of numbers",
                     left_rad, right_rad, dt_s));
   }
   covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
@@ -166,11 +166,11 @@ FixUse PoseHypothesis::correct(const Fix& weak) {
   const Eigen::Matrix3d prior = covariance_.topLeftCorner<3, 3>();
   const Posterior posterior = least_squares::update({state_.head<3>(), prior}, weak.measurements, weak.widening);
   if (posterior.kind == Posterior::Kind::kNothing) return FixUse::kNoSigma;
-  // What the measurements contradict each other by is no fault of the prior.
+  // The contradiction among the measurements does not count against the prior.
   const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
   if (chi_squared_tail(against_prior, 3) < PoseFilter::kGate) return FixUse::kUnexpected;
   if (posterior.kind == Posterior::Kind::kNotGaussian) return FixUse::kNotGaussian;
-  // The other states follow by what they share with the pose; the form is Joseph's, so it stays positive.
+  // The other states follow by their correlation with the pose. The form is Joseph's, so the covariance stays positive.
   const Eigen::Matrix<double, 8, 3> gain = prior.llt().solve(covariance_.topRows<3>()).transpose();
   Matrix left = Matrix::Identity();
   left.leftCols<3>() -= gain;

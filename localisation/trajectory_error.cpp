@@ -99,7 +99,7 @@ std::optional<Pose> alignment(std::span<const PosePair> pairs) {
     ex += pair.estimate.x_m / count;
     ey += pair.estimate.y_m / count;
   }
-  // The best turn of points in the plane is the angle of the sum of conj(estimate) * reference about the middles.
+  // The best rotation of points in the plane is the angle of the sum of conj(estimate) * reference about the means.
   double along = 0, across = 0, size = 0;
   for (const PosePair& pair : pairs) {
     const double ax = pair.estimate.x_m - ex, ay = pair.estimate.y_m - ey;
@@ -108,7 +108,7 @@ std::optional<Pose> alignment(std::span<const PosePair> pairs) {
     across += ax * by - ay * bx;
     size += std::hypot(ax, ay) * std::hypot(bx, by);
   }
-  constexpr double kLeastShare = 1e-12;  // below, what is left is rounding: no direction stands out
+  constexpr double kLeastShare = 1e-12;  // a smaller share is rounding: no direction is distinct
   if (!(std::hypot(along, across) > kLeastShare * size)) return std::nullopt;
   const double heading_rad = std::atan2(across, along);
   const Pose turned = moved({0, 0, heading_rad}, {ex, ey, 0});

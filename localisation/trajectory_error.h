@@ -10,7 +10,7 @@
 
 namespace twocone::localisation {
 
-/// The pose at which an estimate stands in the place of a reference: poses of one instant.
+/// The pose of a reference and its estimate at the same time.
 struct PosePair {
   Pose reference;
   Pose estimate;
@@ -18,39 +18,40 @@ struct PosePair {
 
 /// Errors of a trajectory, as evo defines them (Grupp 2017, metrics APE and RPE; Sturm et al. 2012), in the plane.
 struct TrajectoryError {
-  std::size_t count = 0;  ///< of errors
+  std::size_t count = 0;  ///< number of errors
   double rmse_m = 0;      ///< of the translation parts
   double mean_m = 0;
   double max_m = 0;
   double rmse_rad = 0;  ///< of the rotation angles, absolute
 };
 
-/// Absolute: E_i = Q_i^-1 P_i for reference Q and estimate P, its translation's norm and its angle. Nothing for no
-/// pair.
+/// Absolute error: E_i = Q_i^-1 P_i for reference Q and estimate P, its translation's norm and its angle. Nothing
+/// without pairs.
 std::optional<TrajectoryError> absolute_error(std::span<const PosePair> pairs);
 
-/// Relative over `delta` pairs: E_i = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), j = i + delta, for i = 0, delta, 2 delta, ...:
-/// evo's default, whose segments do not overlap. Nothing for fewer than delta + 1 pairs. @param delta >= 1
+/// Relative error over `delta` pairs: E_i = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), j = i + delta, for i = 0, delta, 2 delta, ...
+/// This is evo's default, with segments that do not overlap. Nothing for fewer than delta + 1 pairs. @param delta >= 1
 /// @throws std::invalid_argument for 0
 std::optional<TrajectoryError> relative_error(std::span<const PosePair> pairs, std::size_t delta);
 
-/// Relative over `delta_m` of the reference's way: each segment ends with the first pair at which the reference has
-/// gone so far or farther since the segment began, and the next begins there. Nothing where no segment is whole.
+/// Relative error over `delta_m` of the reference's path: each segment ends with the first pair at which the reference
+/// has moved at least that far since the segment began, and the next begins there. Nothing where no segment is
+/// complete.
 /// @param delta_m > 0. @throws std::invalid_argument otherwise
 std::optional<TrajectoryError> relative_error_over(std::span<const PosePair> pairs, double delta_m);
 
-/// The turn and shift that bring the estimates' places nearest to the reference's in the sense of least squares
-/// (Umeyama 1991, without scale): to be put before each estimate with `moved`. Two pairs at least, not all at one
-/// place, else nothing.
+/// The rotation and translation that bring the estimates' positions nearest to the reference's in the sense of least
+/// squares (Umeyama 1991, without scale). Apply it to each estimate with `moved`. Nothing for fewer than two pairs, or
+/// if all are at one place.
 std::optional<Pose> alignment(std::span<const PosePair> pairs);
 
-/// `pose`, told in the coordinates of `frame`, in those in which `frame` is told: frame * pose.
+/// Returns frame * pose: `pose` is given in the coordinates of `frame`, the result in those in which `frame` is given.
 Pose moved(const Pose& frame, const Pose& pose);
 
-/// The other way round: frame^-1 * pose.
+/// The inverse of moved(): frame^-1 * pose.
 Pose seen_from(const Pose& frame, const Pose& pose);
 
-/// Ends of the segments of relative_error_over: pair 0, and each at which the reference has gone `delta_m` or farther
+/// Ends of the segments of relative_error_over: pair 0, and each at which the reference has moved by `delta_m` or more
 /// since the one before. @param delta_m > 0. @throws std::invalid_argument otherwise
 std::vector<std::size_t> stretches(std::span<const PosePair> pairs, double delta_m);
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// hall.pov : an assembly hall with a tall robot among eight high pillars. A second place to measure accuracy in: all
-// that matters for it differs from lab.pov: size, number, width and height of the landmarks, mirrors, pictures,
-// centres, focal lengths and the turn of a camera.
+// hall.pov : an assembly hall with a tall robot among eight high pillars. It is a second room to measure accuracy,
+// and differs from lab.pov in all relevant properties: size; number, width and height of the landmarks; mirrors,
+// images, image centres, focal lengths and the azimuth of a camera.
 //
 // SCALE  1 POV-Ray unit = 5 cm; world (x, y, z) metres is POV-Ray <x, z, y> / 0.05, as W() does.
 // ROOM   x from -4.0 to 4.0 m, y from -3.5 to 3.5 m, ceiling at 3.40 m.
 // NAMES  robot, lower, upper and outside, as in lab.pov; the robot stands at the world's origin, heading along x.
 //
 // RULES, as in lab.pov: only the pillars are strongly coloured (all else (max-min)/max <= 0.40 in linear rgb), lights
-// are pure white, pillars are matt and end at exactly 1.60 m. The mirrors see what is above 0.86 m, and whatever is
-// higher than 0.80 m stands outside the hull of the pillars, so never between robot and pillar. robots/hall_sim.yaml and
-// hall.map.yaml hold the same numbers.
+// are pure white, pillars are matt and end at exactly 1.60 m. The mirrors see objects above 0.86 m. Objects higher than
+// 0.80 m stand outside the convex hull of the pillars, hence never between robot and pillar. robots/hall_sim.yaml and
+// hall.map.yaml contain the same numbers.
 
 #version 3.7;
 #include "parts/robot.inc"
@@ -260,7 +260,7 @@ cylinder { W(1.25, -0.85, 0.45) W(1.25, -0.85, 0.50) 0.36*M texture { T_Wood } }
 // Heights of the head, in metres above the floor, all on the robot's axis:
 //   0.70 lower lens    0.86 lower tip    0.95 lower rim, 0.09 in radius
 //   1.15 upper lens    1.31 upper tip    1.40 upper rim, 0.09 in radius
-// A mirror sees elevations from level up to 19.8 degrees: of the robot only the mast, 0.20 m behind, not its arms.
+// A mirror sees elevations from level up to 19.8 degrees. Of the robot it sees only the mast, 0.20 m behind, no arms.
 union {
   //*PMName robot
   object { Robot_Body scale 1.35 }                       // 0.27 m in radius, wheels 0.0675 m, 0.405 m apart
@@ -283,16 +283,16 @@ union {
 }
 
 // ---------------------------------------------------------------- cameras ----
-// A picture 600 pixels high has a focal length of 600 times the length of direction's upright part: 804 and 792
-// pixels; times 0.09/0.25 that is the rim's radius, 289.44 and 285.12. What direction has to the side moves the axis out of
-// the picture's middle (399.5, 299.5), by -600 times that: to (402.8, 297.4) and (396.8, 303.4).
+// An image 600 pixels high has a focal length of 600 times the vertical part of `direction`: 804 and 792 pixels. Times
+// 0.09/0.25 this is the rim's radius, 289.44 and 285.12. The horizontal part of `direction` moves the axis from the
+// image's middle (399.5, 299.5) by -600 times its length: to (402.8, 297.4) and (396.8, 303.4).
 camera {
   //*PMName lower
   perspective
   direction <-0.0055, 1.34, 0.0035>  up <0, 0, -1>  right <4/3, 0, 0>
   translate Robot_Up(0.70)
 }
-// Turned by 1.2 rad, counter-clockwise seen from above
+// This camera is rotated by 1.2 rad, counter-clockwise seen from above
 camera {
   //*PMName upper
   perspective
@@ -300,7 +300,7 @@ camera {
   rotate -y*degrees(1.2)
   translate Robot_Up(1.15)
 }
-// Standing in the north-east of the walkway; last, hence the default
+// View from the north-east of the walkway. The last camera is the default.
 camera {
   //*PMName outside
   perspective

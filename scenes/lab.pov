@@ -9,25 +9,25 @@
 // SCALE  1 POV-Ray unit = 5 cm.
 // AXES   POV-Ray is left-handed with y up. The world of the robot is
 //        right-handed: x forward, y left, z up, in metres. World (x, y, z)
-//        is POV-Ray <x, z, y> / 0.05; the macro W() below does just that.
+//        is POV-Ray <x, z, y> / 0.05; the macro W() below converts it.
 // ROOM   x from -3.05 to 3.05 m, y from -2.55 to 2.55 m, ceiling at 2.60 m.
-// NAMES  A program moves the robot and takes the pictures. It finds these
+// NAMES  A program moves the robot and takes the images. It finds these
 //        top-level blocks by the comment on the first line inside the braces:
 //          robot    the robot, standing at the world's origin, heading along x
 //          lower    camera under the lower mirror, lens at 0.25 m
 //          upper    camera under the upper mirror, lens at 0.55 m
-//          outside  a look at the whole lab; being last, it is the default
+//          outside  a view of the whole lab; as the last one, it is the default
 //        Keep them at top level, and keep braces out of comments.
 //
 // RULES that the robot's vision depends on; please keep them when editing:
 //  1. Only the six pillars are strongly coloured. Every other pigment has
 //     (max-min)/max <= 0.40 in linear rgb, and the lights are pure white, so
-//     hue and saturation alone tell a pillar from its surroundings.
+//     hue and saturation alone distinguish a pillar from its surroundings.
 //  2. Pillars are matt and end at exactly 0.90 m: that edge is measured.
 //  3. Furniture over 0.60 m stands against a wall and beside, never between,
 //     the lines of sight from the arena (|x| <= 2.2, |y| <= 1.7) to a pillar.
 //  4. Rendering is cheap: thousands of frames are made. Two point lights; no
-//     transparency, area lights or radiosity; the mirrors alone reflect. The
+//     transparency, area lights or radiosity; only the mirrors reflect. The
 //     furniture is made of many separate objects rather than of large unions,
 //     because POV-Ray bounds those better (the robot has to be one union, so its
 //     base has a bound of its own). Flat things on a wall cast no shadow.
@@ -50,12 +50,12 @@ global_settings {
 background { color rgb 0.75 }
 
 // ---------------------------------------------------------------- lights ----
-// Just under their fittings, which cast no shadow. Exactly white (rule 1).
+// They are just under their fittings, which cast no shadow, and exactly white (rule 1).
 light_source { W(-1.2,  0.6, 2.45) color rgb 0.57 }
 light_source { W( 1.4, -0.7, 2.45) color rgb 0.57 }
 
 // -------------------------------------------------------------- finishes ----
-// The ambient part stands for light scattered about the room.
+// The ambient part represents light scattered in the room.
 #declare F_Matt  = finish { ambient 0.30 diffuse 0.62 }
 #declare F_Glow  = finish { ambient 1.00 diffuse 0.00 }   // screens, lamps, sky
 #declare F_Metal = finish { ambient 0.25 diffuse 0.50 specular 0.45 roughness 0.03 }
@@ -92,8 +92,8 @@ light_source { W( 1.4, -0.7, 2.45) color rgb 0.57 }
 #declare T_Plastic  = texture { pigment { color rgb <0.045, 0.046, 0.050> } finish { F_Gloss } }
 
 // ------------------------------------------------------------------ room ----
-// The shell casts no shadow: every shadow ray would test it for nothing.
-// Floor: oak planks 0.12 m wide, each with a tone of its own.
+// The shell casts no shadow, because every shadow ray would test it in vain.
+// Floor: oak planks 0.12 m wide, each with its own tone.
 box { W(-RX, -RY, -0.05) W(RX, RY, 0)
   texture {
     pigment {
@@ -111,8 +111,8 @@ box { W(-RX, -RY, -0.05) W(RX, RY, 0)
   }
   no_shadow
 }
-// Ceiling: tiles of 0.6 m. Lit by the room as a whole rather than by lamps that
-// hang just under it, which would leave two burnt spots.
+// Ceiling: tiles of 0.6 m. The room as a whole lights it, because lamps that
+// hang just under it would leave two overexposed spots.
 box { W(-RX, -RY, RZ) W(RX, RY, RZ+0.05)
   pigment {
     gradient x
@@ -638,8 +638,8 @@ cylinder { W(1.20, -0.80, 0.20) W(1.20, -0.80, 0.28) 0.17*M texture { T_Steel } 
   cylinder { <-2.6, 3.76, 0> <-2.6, 4.40, 0> 0.20 texture { T_AluDk } }
 }
 
-// All that is below 0.30 m, in one bound: most rays start at the mirrors above
-// and miss it with a single test. Without bounds a frame costs a tenth more.
+// All parts below 0.30 m have one bound: most rays start at the mirrors above
+// and miss it with a single test. Without bounds a frame takes a tenth longer.
 #declare Base = union {
   object { Chassis }
   object { Bay }
@@ -691,7 +691,7 @@ union {
 }
 
 // ---------------------------------------------------------------- cameras ----
-// Pinholes looking straight up. With direction 1.475 and up 1 a picture 480
+// Pinholes looking straight up. With direction 1.475 and up 1 an image 480
 // pixels high has a focal length of 1.475*480 = 708 pixels, so the mirror's rim,
 // 0.06 m out and 0.18 m up, is a circle of 708*0.06/0.18 = 236 pixels.
 camera {
@@ -704,7 +704,7 @@ camera {
   perspective
   location <0, 11, 0>  direction <0, 1.475, 0>  up <0, 0, -1>  right <4/3, 0, 0>
 }
-// Standing in the north-east of the arena; last, hence the default
+// View from the north-east of the arena. The last camera is the default.
 camera {
   //*PMName outside
   perspective

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// workshop.pov : a small workshop with a small robot among five posts, no two of one width or height. A third place to
-// measure accuracy in: little mirrors, thin landmarks, one picture mirrored, both turned, neither centred.
+// workshop.pov : a small workshop with a small robot among five posts of different widths and heights. It is a third
+// room to measure accuracy: small mirrors, thin landmarks, one mirrored image, both images rotated and not centred.
 //
 // SCALE  1 POV-Ray unit = 5 cm; world (x, y, z) metres is POV-Ray <x, z, y> / 0.05, as W() does.
 // ROOM   x from -2.25 to 2.25 m, y from -1.75 to 1.75 m, ceiling at 2.30 m.
 // NAMES  robot, lower, upper and outside, as in lab.pov; the robot stands at the world's origin, heading along x.
 //
 // RULES, as in lab.pov: only the posts are strongly coloured (all else (max-min)/max <= 0.40 in linear rgb), lights are
-// pure white, posts are matt and end at exactly the height that the map says. The mirrors see what is above 0.27 m, and
-// whatever is higher than 0.22 m stands outside the hull of the posts, so never between robot and post.
-// robots/workshop_sim.yaml and workshop.map.yaml hold the same numbers.
+// pure white, posts are matt and end at exactly the height in the map. The mirrors see objects above 0.27 m. Objects
+// higher than 0.22 m stand outside the convex hull of the posts, hence never between robot and post.
+// robots/workshop_sim.yaml and workshop.map.yaml contain the same numbers.
 
 #version 3.7;
 #include "parts/robot.inc"
@@ -234,8 +234,8 @@ torus { 0.105*M, 0.03*M translate W(0.62, -0.45, 0.08) texture { T_Moss } }
 // Heights of the head, in metres above the floor, all on the robot's axis:
 //   0.20 lower lens    0.27 lower tip    0.31 lower rim, 0.04 in radius
 //   0.42 upper lens    0.49 upper tip    0.53 upper rim, 0.04 in radius
-// A mirror sees elevations from level up to 20.0 degrees: of the robot only the mast, 0.10 m from the axis at a bearing
-// of 2.5 rad, not its arms.
+// A mirror sees elevations from level up to 20.0 degrees. Of the robot it sees only the mast, 0.10 m from the axis at a
+// bearing of 2.5 rad, not its arms.
 union {
   //*PMName robot
   object { Robot_Body scale 0.7 }                        // 0.14 m in radius, wheels 0.035 m, 0.21 m apart
@@ -254,9 +254,9 @@ union {
 }
 
 // ---------------------------------------------------------------- cameras ----
-// Focal lengths of 480 times direction's upright part, 633.6 and 607.2 pixels; times 0.04/0.11 that is the rim's
-// radius, 230.4 and 220.8. What direction has to the side moves the axis out of the picture's middle (319.5, 239.5).
-// This one's picture is mirrored: it turns against the bearing. Its x axis points along -0.8 rad; axis at (316.5, 242.9).
+// The focal length is 480 times the vertical part of `direction`: 633.6 and 607.2 pixels. Times 0.04/0.11 this is the
+// rim's radius, 230.4 and 220.8. The horizontal part moves the axis from the image's middle (319.5, 239.5).
+// The image of this camera is mirrored, against the bearing. Its x axis points along -0.8 rad; axis at (316.5, 242.9).
 camera {
   //*PMName lower
   perspective
@@ -264,7 +264,7 @@ camera {
   rotate y*degrees(0.8)
   translate Robot_Up(0.20)
 }
-// Turned by 2.1 rad, counter-clockwise seen from above; axis at (325.74, 238.3)
+// This camera is rotated by 2.1 rad, counter-clockwise seen from above; axis at (325.74, 238.3)
 camera {
   //*PMName upper
   perspective
@@ -272,7 +272,7 @@ camera {
   rotate -y*degrees(2.1)
   translate Robot_Up(0.42)
 }
-// From the door; last, hence the default
+// View from the door. The last camera is the default.
 camera {
   //*PMName outside
   perspective

@@ -16,16 +16,17 @@
 namespace twocone::vision {
 namespace {
 
-/// Gauss-Legendre with 8 points on (-1, 1): place and weight of those above 0.
+/// Gauss-Legendre quadrature with 8 points on (-1, 1): position and weight of the four points above 0.
 constexpr std::array<std::pair<double, double>, 4> kGauss = {{{0.1834346424956498, 0.3626837833783620},
                                                               {0.5255324099163290, 0.3137066458778873},
                                                               {0.7966664774136267, 0.2223810344533745},
                                                               {0.9602898564975363, 0.1012285362903763}}};
-// Bisections, and steps of Newton's method: a double has 53 bits, and Newton's start is good to the tilt.
+// Numbers of bisections and of Newton steps: a double has 53 bits, and the error of Newton's start is of the size of
+// the tilt.
 constexpr int kBisections = 60;
 constexpr int kGrazingSteps = 12;
 constexpr double kGrazingRounding_rad = 1e-13;
-// For derivatives by central differences that need a few digits only.
+// Step of central differences for derivatives that need a few digits only.
 constexpr double kSmallTurn_rad = 1e-5;
 
 template <typename Function>
@@ -40,7 +41,7 @@ void integrate(double from, double to, const Function& add) {
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// The landmark as one view sees it.
+/// The outline of the landmark in one view.
 class Outline {
  public:
   Outline(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m, double top_m)
@@ -53,7 +54,7 @@ class Outline {
   [[nodiscard]] Eigen::Matrix2d information_px2() const {
     const Eigen::Vector2d from_axis = p_BL_m_ - view_.settings().axis_offset_m;
     const double near_rad = std::atan2(-from_axis.y(), -from_axis.x());
-    // Upright views graze where the radius is square to the line of sight; others near there.
+    // In upright views a ray grazes where the radius is at a right angle to the line of sight; in others, near there.
     const double half_rad = std::acos(radius_m_ / from_axis.norm());
     const double left_rad = grazing(near_rad + half_rad, top_m_);
     const double right_rad = grazing(near_rad - half_rad, top_m_);
@@ -82,8 +83,9 @@ class Outline {
     return pixel ? view_.back_project(*pixel) : std::nullopt;
   }
 
-  /// A ray grazes where the picture of the surface folds: the pixel goes the same way whether the point goes round the
-  /// cylinder or up it. From `start_rad`, which is returned where the view does not show the place.
+  /// Finds the angle at which a ray grazes. There the image of the surface folds: the pixel moves in the same direction
+  /// whether the point moves round the cylinder or up it. Newton's method starts at `start_rad`, which is returned
+  /// where the view does not show the point.
   [[nodiscard]] double grazing(double start_rad, double height_m) const {
     const auto fold = [&](double around_rad) -> std::optional<double> {
       const auto shown = view_.project_with_jacobian(point(around_rad, height_m), Rim::kGoesOn);
@@ -105,7 +107,7 @@ class Outline {
     return around_rad;
   }
 
-  /// Lowest height at which the view shows the line up the cylinder at `around_rad`, the floor at the lowest.
+  /// Lowest height at which the view shows the vertical line on the cylinder at `around_rad`; not below the floor.
   [[nodiscard]] double lowest_shown_m(double around_rad) const {
     const auto is_shown = [&](double height_m) {
       return view_.project_with_jacobian(point(around_rad, height_m), Rim::kGoesOn).has_value();
@@ -138,7 +140,8 @@ class Outline {
     });
   }
 
-  /// One point of the outline. @param along its derivative by what is integrated over @param weight of that
+  /// Adds one point of the outline. @param along its derivative by the integration variable @param weight of the point,
+  /// in that variable
   void add(double around_rad, double height_m, const Eigen::Vector3d& along, double weight,
            Eigen::Matrix2d& information) const {
     const Eigen::Vector3d p_BQ_m = point(around_rad, height_m);
@@ -156,7 +159,7 @@ class Outline {
   Eigen::Vector2d p_BL_m_;
   double radius_m_;
   double top_m_;
-  Eigen::Matrix<double, 3, 2> by_parameters_;  ///< of the axis, by range (m) and bearing (rad)
+  Eigen::Matrix<double, 3, 2> by_parameters_;  ///< derivative of the axis by range (m) and bearing (rad)
 };
 
 }  // namespace

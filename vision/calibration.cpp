@@ -15,7 +15,7 @@
 
 namespace twocone::vision {
 
-using namespace calibration;  // NOLINT(google-build-using-namespace): its parts, of which this is the front
+using namespace calibration;  // NOLINT(google-build-using-namespace): the parts of which this file is the interface
 
 std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
 
@@ -47,8 +47,8 @@ constexpr double kMedianLength = 1.1774100225154747;
 constexpr int kRobustRounds = 8;
 constexpr int kScaleRounds = 4;
 constexpr double kMostOutliers = 1.0 / 3;
-// Sightings are good to a fraction of a pixel, and no rig is this many sigmas from what was believed of it: beyond
-// either the map, the names or the views are not what the problem says.
+// Sightings are accurate to a fraction of a pixel, and no rig is this many sigmas from its prior. Beyond either limit
+// the map, the names or the views differ from those of the problem.
 constexpr double kMostScatter_px = 2;
 constexpr double kMostPriorSigmas = 6;
 
@@ -59,7 +59,7 @@ std::vector<double> whitened_lengths(const BundleData& data, const BundleState& 
   return lengths;
 }
 
-/// How many times their sigma the sightings scatter, by the median of all: outliers hardly move it.
+/// Scatter of the sightings over their sigma, by the median of all: outliers hardly change it.
 double robust_scale(const BundleData& data, const BundleState& state) {
   std::vector<double> lengths = whitened_lengths(data, state);
   const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
@@ -67,7 +67,7 @@ double robust_scale(const BundleData& data, const BundleState& state) {
   return std::max(*middle / kMedianLength, 1e-6);
 }
 
-/// Cauchy's loss, its scale that of the residuals, which shrink as the answer gets better.
+/// Minimises Cauchy's loss. Its scale is that of the residuals, which shrink as the answer gets better.
 bool minimise_robustly(const BundleData& data, BundleSettings settings, BundleState& state) {
   double last = 0;
   for (int round = 0; round < kRobustRounds; ++round) {
@@ -97,8 +97,8 @@ Eigen::Vector2d unbiased_residual_px(const BundleData& data, const SightingRow& 
          row.axes * (state.biases[row.groups[0]] + state.biases[row.groups[1]] + state.biases[row.groups[2]]);
 }
 
-/// Square roots of the reduced chi-squared of sightings and of wheels. The poses are nearly all the sightings', the
-/// slips all the wheels' own.
+/// Sets the scales to the square roots of the reduced chi-squared of sightings and of wheels. The poses are counted
+/// against the sightings, which determine them almost alone; the slips are counted against the wheels.
 void rescale(const BundleData& data, const BundleState& state, std::size_t observed, BundleSettings& settings) {
   double sum = 0;
   double count = 0;
@@ -114,9 +114,9 @@ void rescale(const BundleData& data, const BundleState& state, std::size_t obser
   settings.wheel_scale = std::max(1.0, wheel_scale);
 }
 
-/// Standard deviation of what sightings have in common, by the means of the smaller groups less what
-/// their scatter makes of them (DerSimonian & Laird's way, unweighted). The larger groups are given the same: more than
-/// there is rather than less. Not below `least_px`.
+/// Standard deviation of the error that sightings share, from the means of the smallest groups minus the part that
+/// their scatter causes (DerSimonian & Laird's method, unweighted). The larger groups get the same value, which is too
+/// large rather than too small. Not below `least_px`.
 double systematic_px(const BundleData& data, const BundleState& state, double least_px) {
   struct Sums {
     Eigen::Array2d first = Eigen::Array2d::Zero();
@@ -144,7 +144,7 @@ double systematic_px(const BundleData& data, const BundleState& state, double le
   return count == 0 ? least_px : std::max(least_px, std::sqrt(std::max(0.0, sum / count)));
 }
 
-/// Marks what lies beyond kOutlierSigmas of the scatter.
+/// Marks the sightings beyond kOutlierSigmas of the scatter.
 std::size_t mark_outliers(BundleData& data, const BundleState& state, double scale) {
   const std::vector<double> lengths = whitened_lengths(data, state);
   std::size_t outliers = 0;
@@ -155,8 +155,8 @@ std::size_t mark_outliers(BundleData& data, const BundleState& state, double sca
   return outliers;
 }
 
-/// Frames with fewer than two landmarks left have no pose by themselves: `problem` without what they show, or nothing
-/// if there are none.
+/// Returns `problem` without the sightings of frames that have fewer than two landmarks left, since these determine no
+/// pose; nothing if there are no such frames.
 std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& problem, const Bundle& bundle) {
   std::vector<std::vector<LandmarkSighting>> left(problem.frames.size());
   std::vector<bool> kept(problem.frames.size(), false);
@@ -298,7 +298,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
     result.rig = Rig{to_view(data.model, numbers, problem.rig.lower.settings(), Side::kLower),
                      to_view(data.model, numbers, problem.rig.upper.settings(), Side::kUpper)};
   } catch (const std::invalid_argument&) {
-    return result;  // numbers that no rig has
+    return result;  // parameters outside the domain of a rig
   }
   if (problem.wheels) {
     result.wheels = problem.wheels;

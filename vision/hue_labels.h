@@ -10,29 +10,30 @@
 
 namespace twocone::vision {
 
-/// Which landmark's colour each pixel has, if any: the "colour threshold" of method `paper`.
+/// Labels each pixel with the landmark whose colour it has, if any: the "colour threshold" of method `paper`.
 ///
-/// Pixels are decoded from sRGB to linear light. There shadow and distance scale r, g and b alike, so that hue and
-/// saturation stay, and a pixel that a landmark only half covers mixes in proportion. A pixel has a landmark's colour
-/// when its saturation (max - min) / max is at least kMinSaturation, its brightness max at least kMinBrightness, and
-/// its hue within kHueWindow_rad of the landmark's and nearer to it than to any other's.
+/// Pixels are decoded from sRGB to linear light. There shadow and distance scale r, g and b alike, so hue and
+/// saturation do not change, and a pixel that a landmark only half covers is a mixture in proportion. A pixel has a
+/// landmark's colour when its saturation (max - min) / max is at least kMinSaturation, its brightness max is at least
+/// kMinBrightness, and its hue is within kHueWindow_rad of the landmark's and nearer to it than to any other's.
 class HueLabels {
  public:
-  /// Half: about where a landmark covers half of a pixel before a wall of its own brightness.
+  /// A pixel has about this saturation where a landmark covers half of it in front of a wall of the same brightness.
   static constexpr double kMinSaturation = 0.5;
-  /// Of full scale. Below, 8-bit sRGB steps are coarser than a tenth of the value and hue is noise.
+  /// Share of full scale. Below it, 8-bit sRGB steps are coarser than a tenth of the value, and hue is noise.
   static constexpr double kMinBrightness = 0.01;
-  /// 20 degrees: six landmarks at 60 degrees keep gaps of 20 between their windows.
+  /// 20 degrees: six landmarks with hues 60 degrees apart keep gaps of 20 degrees between their windows.
   static constexpr double kHueWindow_rad = 20 * std::numbers::pi / 180;
 
-  /// @param colours linear rgb, at most 255. @throws std::invalid_argument for a grey one, a negative or infinite one,
-  /// or too many
+  /// @param colours linear rgb, at most 255. @throws std::invalid_argument for a colour that is grey, negative or
+  /// infinite, and for too many colours
   explicit HueLabels(const std::vector<Eigen::Vector3d>& colours);
 
-  /// CV_8U: 0 for none, k + 1 for colour k. @param rgb CV_8UC3, r g b, sRGB-coded
+  /// Returns CV_8U: 0 for no colour, k + 1 for colour k. @param rgb CV_8UC3, r g b, sRGB-coded
   [[nodiscard]] cv::Mat label(const cv::Mat& rgb) const;
 
-  /// Another colour's hue lies within kHueWindow_rad of colour k's: pixels cannot tell the two apart safely.
+  /// Returns whether another colour's hue lies within kHueWindow_rad of colour k's, so that pixels cannot distinguish
+  /// the two safely.
   [[nodiscard]] bool is_ambiguous(std::size_t k) const { return ambiguous_.at(k); }
 
  private:

@@ -11,7 +11,7 @@
 namespace twocone::vision {
 namespace {
 
-// A point on the rim itself must not fall outside it by rounding.
+// A point on the rim must not fall outside it by rounding.
 constexpr double kRimSlack = 1 + 16 * std::numeric_limits<double>::epsilon();
 
 void check(const HyperboloidMirrorSettings& s) {
@@ -46,11 +46,11 @@ std::optional<double> HyperboloidMirror::slope(double distance_m, double height_
   if (!std::isfinite(distance_m) || !std::isfinite(height_m) || distance_m < 0) return std::nullopt;
   const double up_m = height_m - viewpoint_m();
   const double away_m = std::hypot(distance_m, up_m);
-  // t = b^2 / (a - c sin e), with the point's distance from F above and below. Towards an elevation beyond the
-  // asymptote's there is no mirror, and this is negative.
+  // t = b^2 / (a - c sin e), with numerator and denominator times the point's distance from F. At an elevation beyond
+  // that of the asymptote there is no mirror, and the denominator is negative.
   const double towards = settings_.half_axis_m * away_m - settings_.half_focal_m * up_m;
   if (!(towards >= b2_m2_)) return std::nullopt;
-  const double part = b2_m2_ / towards;  // of the way from F to the point, at most all of it
+  const double part = b2_m2_ / towards;  // share of the distance from F to the point, at most 1
   const double slope = part * distance_m / (viewpoint_m() + part * up_m);
   if (!(slope >= 0) || !(slope <= rim_slope_ * kRimSlack)) return std::nullopt;
   return slope;

@@ -13,16 +13,17 @@ struct HyperboloidMirrorSettings {
   double rim_radius_m = 0;  ///< > 0
 };
 
-/// Where a hyperbolic mirror shows points, and back. It has a single viewpoint, the upper focus F: the lens sees a
-/// point by the ray that was on its way to F. Heights are over the lens.
+/// Projection by a hyperbolic mirror, and its inverse. The mirror has a single viewpoint, the upper focus F: the lens
+/// sees a point by the ray that would have passed through F. Heights are over the lens.
 ///
-/// Seen from F at elevation e, the mirror is t = b^2 / (a - c sin e) away, so a point in that direction is reflected at
-/// P = F + t (cos e, sin e), and the lens sees it at the slope P_r / P_z: its image radius over the focal length. Back:
-/// the lens's ray of slope s meets the mirror at height z = b^2 (c + a sqrt(1 + s^2)) / (b^2 - a^2 s^2), and e is the
-/// elevation of (s z, z - 2 c). (Both are the polar form of a conic about its foci: Baker & Nayar 1999.)
+/// Seen from F at elevation e, the mirror is t = b^2 / (a - c sin e) away. So a point in that direction is reflected at
+/// P = F + t (cos e, sin e), and the lens sees it at the slope P_r / P_z, which is its image radius over the focal
+/// length. Inverse: the lens's ray of slope s meets the mirror at height
+/// z = b^2 (c + a sqrt(1 + s^2)) / (b^2 - a^2 s^2), and e is the elevation of (s z, z - 2 c). (Both are the polar form
+/// of a conic about its foci: Baker & Nayar 1999.)
 ///
-/// Error growth: the picture is coarsest in its middle, straight down, where a step of slope is (c + a) / (c - a) times
-/// that of elevation, and finer the farther out.
+/// Error growth: the image is coarsest in its middle, straight down, where a step of slope is (c + a) / (c - a) times a
+/// step of elevation; it gets finer outwards.
 class HyperboloidMirror {
  public:
   /// @throws std::invalid_argument naming every field outside its domain
@@ -37,7 +38,7 @@ class HyperboloidMirror {
   /// mirror's surface, and for input that is not finite.
   [[nodiscard]] std::optional<double> slope(double distance_m, double height_m) const;
 
-  /// Elevation, seen from F, of what the lens sees at `slope`. Nothing outside 0 to rim_slope().
+  /// Elevation, from F, of the ray that the lens sees at `slope`. Nothing outside 0 to rim_slope().
   [[nodiscard]] std::optional<double> elevation_rad(double slope) const;
 
  private:

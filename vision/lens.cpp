@@ -12,8 +12,8 @@
 namespace twocone::vision {
 namespace {
 
-// Newton's error after a step is of the order of the step's square, so after a step of 1e-9 (relative) it is far below
-// a double's rounding, 1e-16, unless the curvature of the model is some hundred times its slope.
+// Newton's error after a step is of the order of the step's square. After a step of 1e-9 (relative) it is far below a
+// double's rounding, 1e-16, unless the curvature of the model is some hundred times its slope.
 constexpr double kLastStep = 1e-9;
 
 void check(const LensDistortion& distortion) {
@@ -69,7 +69,7 @@ std::optional<Lens::Bent> Lens::bend(const Eigen::Vector2d& straight) const {
   const double mixed = 2 * x * y * growth + 2 * p1 * x + 2 * p2 * y;
   bent.jacobian << scale + 2 * x * x * growth + 2 * p1 * y + 6 * p2 * x, mixed,  //
       mixed, scale + 2 * y * y * growth + 6 * p1 * y + 2 * p2 * x;
-  // A fold turns the sign of the determinant; radially past it, that of the trace comes too.
+  // At a fold the sign of the determinant changes; radially beyond it, the sign of the trace changes too.
   if (!(bent.jacobian.determinant() > 0) || !(bent.jacobian.trace() > 0)) return std::nullopt;
   return bent;
 }
@@ -94,7 +94,7 @@ std::optional<Eigen::Vector2d> Lens::undistort(const Eigen::Vector2d& pixel) con
   if (!wanted.allFinite()) return std::nullopt;
   Eigen::Vector2d straight = wanted;
   auto bent = bend(straight);
-  // The start may lie beyond the fold though the answer does not: come in towards the middle.
+  // The start may lie beyond the fold although the answer does not: move it towards the middle.
   for (int i = 0; !bent && i < kSteps; ++i) bent = bend(straight *= 0.75);
 
   for (int i = 0; bent && i < kSteps; ++i) {

@@ -12,9 +12,9 @@
 namespace twocone::vision {
 namespace {
 
-// A point on the rim itself must not fall outside it by the rounding of project() or of a caller's own arithmetic.
+// A point on the rim must not fall outside it by the rounding of project() or of the caller's own arithmetic.
 constexpr double kRimSlack = 1 + 16 * std::numeric_limits<double>::epsilon();
-// The way through a lens and back adds some ten roundings of coordinates a few times as large as the radius.
+// The lens and its inverse add some ten roundings of coordinates a few times as large as the radius.
 constexpr double kRimSlackBehindLens = 1 + 256 * std::numeric_limits<double>::epsilon();
 constexpr double kMostTilt_rad = std::numbers::pi / 4;
 
@@ -99,7 +99,7 @@ std::optional<double> MirrorView::image_radius_px(double distance_m, double heig
   if (rim == Rim::kEnds && !(radius_px <= settings_.rim_radius_px * kRimSlack)) return std::nullopt;
   if (!(slope < tan_half_)) return std::nullopt;                     // along the cone's side
   const double hit_m = d * tan_half_ * slope / (tan_half_ - slope);  // where on the cone the ray is reflected
-  // Sizes near the ends of the doubles overflow on the way; a NaN fails the comparison.
+  // Values near the limits of a double overflow in between; a NaN fails the comparison.
   if (!(distance_m >= hit_m) || !(radius_px > 0) || !std::isfinite(radius_px)) return std::nullopt;
   return radius_px;
 }
@@ -131,10 +131,10 @@ std::optional<PixelWithJacobian<3>> MirrorView::project_with_jacobian(const Eige
 
   const Eigen::Vector2d outwards(p_UQ_m.x() / distance_m, p_UQ_m.y() / distance_m);
   const double sense = settings_.mirrored ? -1 : 1;
-  // offset_px(bearing, 1) without its angles
+  // This is offset_px(bearing, 1) without computing angles.
   const Eigen::Vector2d in_image(cos_azimuth_ * outwards.x() + sin_azimuth_ * outwards.y(),
                                  sense * (cos_azimuth_ * outwards.y() - sin_azimuth_ * outwards.x()));
-  const Eigen::Vector2d across_image(-sense * in_image.y(), sense * in_image.x());  // the way a growing bearing goes
+  const Eigen::Vector2d across_image(-sense * in_image.y(), sense * in_image.x());  // direction of growing bearing
   PixelWithJacobian<3> answer;
   answer.pixel_px = settings_.centre_px + *radius_px * in_image;
   answer.jacobian.leftCols<2>() =
@@ -173,7 +173,7 @@ std::optional<Ray> MirrorView::back_project(const Eigen::Vector2d& pixel, Rim ri
   const double d = settings_.cone.lens_to_tip_m;
   const double hit_up_m = d * tan_half_ / (tan_half_ - slope);
   const double hit_out_m = hit_up_m * slope;
-  // The lens's ray, of direction (slope, 1), mirrored in the cone's side (sin a, cos a).
+  // The lens's ray, of direction (slope, 1), is reflected at the cone's side (sin a, cos a).
   const double out = sin_apex_ - cos_apex_ * slope;
   const double up = cos_apex_ + sin_apex_ * slope;
   const double bearing = bearing_rad(offset);

@@ -10,15 +10,15 @@
 
 namespace twocone::vision {
 
-/// A cone above an upward-looking lens, its tip down, on the lens's axis.
+/// A cone above an upward-looking lens, with its tip down, on the lens's axis.
 struct ConeMirror {
   double apex_rad = std::numbers::pi / 2;  ///< full angle at the tip, in (0, pi)
   double rim_radius_m = 0;                 ///< R, > 0
   double lens_to_tip_m = 0;                ///< d, > 0
 };
 
-/// One mirror in one image. Mirror and camera are one unit on one axis; the unit may stand off the body's axis and
-/// tilt.
+/// One mirror in one image. Mirror and camera are one unit on one axis; the unit may be offset from the body's axis and
+/// tilted.
 struct MirrorViewSettings {
   ConeMirror cone;
   double lens_height_m = 0;  ///< lens above the floor
@@ -26,13 +26,13 @@ struct MirrorViewSettings {
       Eigen::Vector2d::Zero();  ///< the tip's column and row; pixel (0, 0) is the first one's centre
   double rim_radius_px = 0;     ///< r_m, > 0
   double azimuth_rad = 0;       ///< bearing of the image's x axis in the body frame
-  bool mirrored = false;        ///< the image turns against the bearing
-  /// The unit's turn about the body's x and y axes, about its lens: its axis points along R_y(tilt.y) R_x(tilt.x) z.
-  /// Each below a quarter of pi, either way.
+  bool mirrored = false;        ///< the image angle decreases as the bearing grows
+  /// The unit's rotation about the body's x and y axes, about its lens: its axis points along
+  /// R_y(tilt.y) R_x(tilt.x) z. Each is below pi / 4 in magnitude.
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
   Eigen::Vector2d axis_offset_m = Eigen::Vector2d::Zero();  ///< the lens's x and y in the body frame
-  /// `centre_px` and `rim_radius_px` are those of the picture without it.
-  std::optional<LensDistortion> distortion{};  ///< with coefficients that are all 0: as none
+  /// `centre_px` and `rim_radius_px` are those of the image without distortion. Coefficients that are all 0 mean none.
+  std::optional<LensDistortion> distortion{};
 };
 
 /// A half-line in the body frame.
@@ -41,32 +41,33 @@ struct Ray {
   Eigen::Vector3d direction;  ///< unit length
 };
 
-/// Whether the cone is taken to end at its rim, as it does, or to go on: for solvers, whose next step or whose noisy
-/// pixel may lie a little outside.
+/// Whether the cone ends at its rim, as the real one does, or continues. The latter is for solvers, whose next step or
+/// whose noisy pixel may lie a little outside.
 enum class Rim { kEnds, kGoesOn };
 
-/// Where points of the world appear in a cone's image, and back.
+/// Projection of points into a cone mirror's image, and back-projection.
 ///
 /// Body frame: x forward, y left, z up, origin on the floor below the lens. In the half-plane through the axis at
 /// azimuth phi let rho be the distance from the axis and z the height above the lens. Reflection in the cone's side
-/// (half angle a = apex / 2) maps the lens to V = (-d sin 2a, d (1 - cos 2a)), so every point is seen as from V:
+/// (half angle a = apex / 2) maps the lens to V = (-d sin 2a, d (1 - cos 2a)), so every point appears as if seen from
+/// V:
 ///
 ///     h = v (sin 2a (z - V_z) - cos 2a (rho - V_rho)) / (cos 2a (z - V_z) + sin 2a (rho - V_rho)),
 ///     v = (d / R + cot a) r_m.
 ///
 /// For a = 45 degrees these are h = v (z - d) / (rho + d) and equation 2 of Burbridge & Spacek 2006, v = (d / R + 1)
-/// r_m. Bearing and image angle: phi = azimuth + atan2(row - centre_row, column - centre_column), the atan2 negated
+/// r_m. Bearing and image angle: phi = azimuth + atan2(row - centre_row, column - centre_column); the atan2 is negated
 /// when mirrored.
 ///
-/// These are formulas in the *unit's frame*: the body's frame as it would be if the lens stood over the body's origin
-/// and the unit upright. p_B = L + R_y(tilt.y) R_x(tilt.x) (p_U - (0, 0, L_z)) with the lens at L = (axis_offset,
-/// lens_height). And they give the *undistorted picture*, from which the lens (vision/lens.h) makes the camera's.
-/// project() and back_project() go the whole way, from the body's frame to the camera's picture; image_radius_px(),
-/// bearing_rad() and offset_px() stay between the unit's frame and the undistorted picture. Without tilt, offset and
-/// distortion the two are the same.
+/// These formulas hold in the *unit's frame*, which is the body's frame as it would be if the lens stood over the
+/// body's origin and the unit were upright: p_B = L + R_y(tilt.y) R_x(tilt.x) (p_U - (0, 0, L_z)) with the
+/// lens at L = (axis_offset, lens_height). They give the *undistorted image*, which the lens (vision/lens.h) maps to
+/// the camera's image. project() and back_project() map between the body's frame and the camera's image;
+/// image_radius_px(), bearing_rad() and offset_px() map between the unit's frame and the undistorted image. Without
+/// tilt, offset and distortion the two are the same.
 ///
-/// Error growth: a pixel error e moves the bearing by e / h, so towards the horizon (h = 0, the tip) it is lost; h
-/// itself loses the digits that z - V_z cancels, which is the horizon again.
+/// Error growth: a pixel error e changes the bearing by e / h, so the bearing is lost towards the horizon (h = 0, the
+/// tip); h itself loses the digits that cancel in z - V_z, which is again at the horizon.
 class MirrorView {
  public:
   /// @throws std::invalid_argument naming every field outside its domain
@@ -82,36 +83,38 @@ class MirrorView {
   /// Nothing where the mirror does not show it: at or beyond the tip's ray (h <= 0) or outside the rim (h > r_m).
   [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m) const;
 
-  /// The pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing as in image_radius_px, on the axis
-  /// itself, where no bearing exists, where the lens has no answer, and for input that is not finite.
+  /// The pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing where image_radius_px gives nothing, on
+  /// the axis itself (where no bearing exists), where the lens has no answer, and for input that is not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_BQ_m) const;
-  /// The same pixel, to rounding, with its derivative by `p_BQ_m` in px/m.
+  /// The same pixel, up to rounding, with its derivative by `p_BQ_m` in px/m.
   [[nodiscard]] std::optional<PixelWithJacobian<3>> project_with_jacobian(const Eigen::Vector3d& p_BQ_m,
                                                                           Rim rim = Rim::kEnds) const;
 
-  /// The ray that the pixel sees, from the mirror's surface outwards, in the body frame. Nothing at the tip's very
-  /// pixel, outside the rim, where the lens has no answer, and for input that is not finite.
+  /// The ray that the pixel sees, from the mirror's surface outwards, in the body frame. Nothing exactly at the tip,
+  /// outside the rim, where the lens has no answer, and for input that is not finite.
   [[nodiscard]] std::optional<Ray> back_project(const Eigen::Vector2d& pixel, Rim rim = Rim::kEnds) const;
 
-  /// Where the camera's picture has what is at `undistorted_px` in the undistorted one, and back; vision/lens.h says
-  /// when there is nothing. The mirror plays no part in it.
+  /// Maps a pixel of the undistorted image to the camera's image, and back; vision/lens.h states when there is no
+  /// answer. The mirror plays no part in it.
   [[nodiscard]] std::optional<Eigen::Vector2d> distort_px(const Eigen::Vector2d& undistorted_px) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort_px(const Eigen::Vector2d& pixel) const;
 
-  /// Where the lens and the tip are, body frame.
+  /// Positions of the lens and of the tip, body frame.
   [[nodiscard]] Eigen::Vector3d lens_m() const;
   [[nodiscard]] Eigen::Vector3d tip_m() const;
   /// From unit directions to body directions: R_y(tilt.y) R_x(tilt.x).
   [[nodiscard]] const Eigen::Matrix3d& rotation() const { return rotation_; }
-  /// Whether a lens distorts the picture: coefficients that are not all 0.
+  /// Returns whether a lens distorts the image, that is, whether not all coefficients are 0.
   [[nodiscard]] bool has_distortion() const { return lens_.has_value(); }
-  /// Neither tilt nor offset nor distortion.
+  /// Returns whether there is neither tilt nor offset nor distortion.
   [[nodiscard]] bool is_ideal() const { return !is_moved_ && !lens_; }
 
-  /// Bearing in (-pi, pi], unit's frame, of an undistorted image offset from the centre. @param offset_px not zero
+  /// Bearing in (-pi, pi], unit's frame, of an offset from the centre in the undistorted image. @param offset_px not
+  /// zero
   [[nodiscard]] double bearing_rad(const Eigen::Vector2d& offset_px) const;
 
-  /// Offset from the centre of the undistorted image point at `bearing_rad` and `radius_px`: the inverse of the above.
+  /// Offset from the centre of the undistorted image's point at `bearing_rad` and `radius_px`: the inverse of the
+  /// above.
   [[nodiscard]] Eigen::Vector2d offset_px(double bearing_rad, double radius_px) const;
 
  private:
@@ -130,7 +133,7 @@ class MirrorView {
   double sin_azimuth_;
 };
 
-/// The two mirrors of one robot, one above the other on one axis but for their tilts and offsets.
+/// The two mirrors of one robot, one above the other, on one axis except for their tilts and offsets.
 struct Rig {
   MirrorView lower;
   MirrorView upper;

@@ -7,16 +7,16 @@
 
 #include <fmt/format.h>
 
-#include "vision/picture_arguments.h"
+#include "vision/image_arguments.h"
 #include "vision/target_colours.h"
 
 namespace twocone::vision {
 namespace {
 
-// "90 degrees" as a robot file can say it: pi / 2 written with a dozen digits.
+// Tolerance of "90 degrees" in a robot file: pi / 2 written with a dozen digits.
 constexpr double kApexTolerance_rad = 1e-9;
-// Neighbours on a circle lie up to sqrt(2) px apart, and the circle's width of one pixel lets an edge weave in and out
-// of it.
+// Neighbours on a circle are up to sqrt(2) px apart, and an edge may leave and enter a circle of one pixel's width
+// several times.
 constexpr double kRunGap_px = 3;
 
 void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size) {
@@ -59,7 +59,7 @@ void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_si
   if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
 }
 
-/// The middle pixel of the first run of `label` on a circle; nothing if the circle has none.
+/// The middle pixel of the first run of `label` on a circle; nothing if the circle has no such pixel.
 std::optional<cv::Point> middle_of_first_run(const std::vector<cv::Point>& ring, const cv::Mat& labels, int label) {
   std::vector<cv::Point> hits;
   for (const cv::Point& p : ring) {
@@ -116,8 +116,8 @@ std::optional<cv::Point> PaperRanging::find_on_line(const cv::Mat& labels, int l
 }
 
 std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
-  check_picture("PaperRanging", "lower", lower, lower_size_);
-  check_picture("PaperRanging", "upper", upper, upper_size_);
+  check_image("PaperRanging", "lower", lower, lower_size_);
+  check_image("PaperRanging", "upper", upper, upper_size_);
   const cv::Mat lower_labels = hues_.label(lower);
   const cv::Mat upper_labels = hues_.label(upper);
   std::vector<RangeMeasurement> measurements;

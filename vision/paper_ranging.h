@@ -16,36 +16,34 @@ namespace twocone::vision {
 ///
 ///     range = v s / disparity - d (equation 1),   v = (d / R + 1) r_m (equation 2)
 ///
-/// 1. In the lower image test the pixels of a circle round the tip, first the rim's, then ever smaller ones. The first
-///    circle with a pixel of the landmark's colour gives the lower match.
-/// 2. In the upper image go along the line of pixels from the lower match's place to the centre. The first pixel of
-/// that
-///    colour is the upper match.
+/// 1. In the lower image, test the pixels of circles round the tip, first the rim's circle, then ever smaller ones. The
+///    first circle with a pixel of the landmark's colour gives the lower match.
+/// 2. In the upper image, follow the line of pixels from the position of the lower match to the centre. The first pixel
+///    of that colour is the upper match.
 /// 3. The distance between the two is the disparity.
 ///
-/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius: our one
+/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius: our only
 /// addition.
 ///
-/// Settled where the paper leaves it open:
-/// * "above the colour threshold": HueLabels, whose constants say how.
+/// Decisions where the paper leaves a choice:
+/// * "Above the colour threshold" is the test of HueLabels, with its constants.
 /// * A circle of radius k holds the pixels whose distance from the centre rounds to k, so that no pixel lies between
-/// circles.
-/// * A circle that holds several such pixels: the middle one of the first run, counted from the image's x axis.
-/// * The outermost circle whose pixels lie wholly in the mirror is tested first; a match on it is `truncated`, since
-/// the top may
-///   lie outside. (The paper writes 0 for a pillar that is too close.)
-/// * The two images' centres, azimuths and focal lengths may differ: the lower match is carried over by its bearing and
-/// its
-///   radius over v, and the upper match is brought back likewise before the distance is taken. Where they are equal, as
-///   in the paper, that changes nothing.
-/// * No sigma is stated, as the paper states none.
+///   circles.
+/// * Where a circle holds several pixels of the colour, the match is the middle one of the first run, counted from the
+///   image's x axis.
+/// * The outermost circle whose pixels lie wholly in the mirror is tested first. A match on it is `truncated`, since
+///   the top may lie outside. (The paper writes 0 for a landmark that is too close.)
+/// * The two images' centres, azimuths and focal lengths may differ: the lower match is transferred by its bearing and
+///   its radius over v, and the upper match is transferred back in the same way before the distance is taken. Where
+///   they are equal, as in the paper, this changes nothing.
+/// * No sigma is given, as the paper gives none.
 ///
-/// Domain: both cones have an apex of 90 degrees and one R and d, no tilt, no offset and no lens distortion. Error
-/// growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
+/// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset and no lens distortion.
+/// Error growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
 class PaperRanging {
  public:
-  /// @param wanted those of the targets that are looked for; empty: all. The others' verdict is kNotSeen.
-  /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted one that is no target
+  /// @param wanted indices of the targets to search for; empty: all. The verdict of the others is kNotSeen.
+  /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted index that is no target
   PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 

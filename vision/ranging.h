@@ -12,37 +12,37 @@
 
 namespace twocone::vision {
 
-/// What there is to look for: an upright cylinder of one colour.
+/// An expected landmark: an upright cylinder of one colour.
 struct Target {
   std::string name;
-  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb; its hue counts
+  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb; only its hue counts
   double radius_m = 0;                               ///< > 0
-  std::optional<double> top_m{};                     ///< height of its flat top above the floor, where the map tells
-  /// No place from which it is looked at is farther from its axis, > radius_m: how small it can appear. None: it may be
-  /// as small as anything that method `full` sees.
+  std::optional<double> top_m{};                     ///< height of its flat top above the floor, if the map gives it
+  /// Greatest distance of the robot from its axis, > radius_m, which limits how small the landmark can appear. Empty:
+  /// it may be as small as the smallest object that method `outline` detects.
   std::optional<double> greatest_range_m{};
 };
 
-/// Why a range is given or withheld.
+/// The reason why a range is given or withheld.
 enum class RangeVerdict {
   kOk,
   kNotSeen,      ///< no pixel of its colour in the lower mirror
   kTruncated,    ///< its colour reaches the lower rim: the top lies outside the mirror, the landmark is too near
   kNoMatch,      ///< seen in the lower mirror, but not on the line to the centre in the upper one
-  kBeyondLimit,  ///< the disparity is not positive: farther than the views can tell
-  kSameColour,   ///< another landmark has this hue, so neither can be told from the other
+  kBeyondLimit,  ///< the disparity is not positive: farther than the views can measure
+  kSameColour,   ///< another landmark has this hue, so the two cannot be distinguished
   kOneView,      ///< given, from one view and the top's known height: the other view does not show the top
   kOccluded,     ///< something hides a part of the outline: given without bearing where the top is whole, else withheld
   kSaturated,    ///< too bright: its colour is lost, so its outline is not trusted
-  kTwoCandidates,  ///< two things of its colour are seen, and nothing tells which is the landmark
+  kTwoCandidates,  ///< two objects of its colour are seen, and nothing shows which one is the landmark
   kInconsistent,   ///< the two views contradict each other, or the map's height and radius of the landmark
   kImpossible,     ///< no place in the world gives these radii
 };
-/// As in ranges.csv: ok, not_seen, truncated, no_match, beyond_limit, same_colour, one_view, occluded, saturated,
-/// two_candidates, inconsistent, impossible.
+/// Returns the name in ranges.csv: ok, not_seen, truncated, no_match, beyond_limit, same_colour, one_view, occluded,
+/// saturated, two_candidates, inconsistent, impossible.
 std::string_view to_string(RangeVerdict verdict);
 
-/// One landmark in one stereo frame. Fields without an answer are empty.
+/// The measurement of one landmark in one stereo frame. Fields without an answer are empty.
 struct RangeMeasurement {
   RangeVerdict verdict = RangeVerdict::kNotSeen;
   std::optional<double> range_m;        ///< horizontal distance from the mirrors' axis to the landmark's axis

@@ -17,16 +17,16 @@
 namespace twocone::vision {
 namespace {
 
-// About the rim: where each side's level is taken, and what is summed over for the edge.
+// Distances from the rim: of the samples for the level of each side, and of the window summed for the edge.
 constexpr double kLevelFrom_px = 1.5;
-constexpr double kLevelTo_px = 4.0;  // a simulated picture ends 6 px behind the rim
+constexpr double kLevelTo_px = 4.0;  // a simulated image ends 6 px behind the rim
 constexpr double kEdge_px = 2.0;
 constexpr double kSample_px = 0.125;
-constexpr double kLeastContrast = 0.05;  // of white, linear light
+constexpr double kLeastContrast = 0.05;  // share of white, linear light
 constexpr int kIterations = 20;
 constexpr double kMinSupport = 1.0 / 3;
 
-/// Brightness in linear light, 0 to 1, CV_32F: coded values would move an edge by a quarter of a pixel.
+/// Brightness in linear light, 0 to 1, CV_32F. Coded values would move an edge by a quarter of a pixel.
 cv::Mat linear_grey(const cv::Mat& rgb) {
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {
@@ -44,7 +44,7 @@ cv::Mat linear_grey(const cv::Mat& rgb) {
   return grey;
 }
 
-/// Between the pixels' centres; nothing outside them.
+/// Interpolates between the pixels' centres; nothing outside them.
 std::optional<double> brightness_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
   if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
   const int column = static_cast<int>(p.x());
@@ -73,7 +73,7 @@ std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, 
       ++edge_samples;
     }
     if (r < kLevelFrom_px) continue;
-    // Nothing is wholly black but what was not recorded.
+    // Only pixels that were not recorded are fully black.
     if (*behind <= 0) return std::nullopt;
     inside += *before;
     outside += *behind;
@@ -82,7 +82,7 @@ std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, 
   inside /= level_samples;
   outside /= level_samples;
   if (std::abs(inside - outside) < kLeastContrast) return std::nullopt;
-  const double share = (edge / edge_samples / 2 - outside) / (inside - outside);  // of the window that is mirror
+  const double share = (edge / edge_samples / 2 - outside) / (inside - outside);  // share of the window on the mirror
   if (!(share > 0.05 && share < 0.95)) return std::nullopt;
   return circle.radius_px + (2 * share - 1) * kEdge_px;
 }
@@ -104,19 +104,19 @@ std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int 
 
 }  // namespace
 
-cv::Mat median_picture(std::span<const cv::Mat> pictures) {
-  if (pictures.empty()) throw std::invalid_argument("median_picture: wants at least one picture");
-  const cv::Size size = pictures.front().size();
-  for (const cv::Mat& picture : pictures) {
-    if (picture.type() != CV_8UC3 || picture.size() != size)
-      throw std::invalid_argument("median_picture: wants pictures of r g b of one size");
+cv::Mat median_image(std::span<const cv::Mat> images) {
+  if (images.empty()) throw std::invalid_argument("median_image: wants at least one image");
+  const cv::Size size = images.front().size();
+  for (const cv::Mat& image : images) {
+    if (image.type() != CV_8UC3 || image.size() != size)
+      throw std::invalid_argument("median_image: wants images of r g b of one size");
   }
   cv::Mat median(size, CV_8UC3);
-  std::vector<const std::uint8_t*> rows(pictures.size());
-  std::vector<std::uint8_t> values(pictures.size());
+  std::vector<const std::uint8_t*> rows(images.size());
+  std::vector<std::uint8_t> values(images.size());
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   for (int row = 0; row < size.height; ++row) {
-    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = pictures[i].ptr<std::uint8_t>(row);
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = images[i].ptr<std::uint8_t>(row);
     auto* const out = median.ptr<std::uint8_t>(row);
     for (int k = 0; k < 3 * size.width; ++k) {
       for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i][k];
@@ -164,7 +164,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     rim.scatter_px = std::sqrt(squares / weights);
     if (step.norm() < 1e-4) break;
   }
-  // Directions lie a pixel apart and share pixels with their neighbours.
+  // Factor 2: directions are a pixel apart and share pixels with their neighbours.
   const Eigen::Matrix3d covariance = 2 * rim.scatter_px * rim.scatter_px * normal.inverse();
   rim.centre_px = circle->centre_px;
   rim.radius_px = circle->radius_px;
@@ -174,7 +174,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
   return rim;
 }
 
-std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> pictures, const Eigen::Vector2d& expected_px,
+std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
                                           double reach_px) {
   constexpr double kNearest_px = 8;  // closer in, a gradient's own window sees the other side of the tip
   constexpr double kLeastGradient = 0.04;
@@ -185,9 +185,9 @@ std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> pictures, con
     Eigen::Vector2d normal;
   };
   std::vector<Line> lines;
-  for (const cv::Mat& picture : pictures) {
-    if (picture.type() != CV_8UC3) throw std::invalid_argument("measure_tip: wants pictures of r g b");
-    const cv::Mat grey = linear_grey(picture);
+  for (const cv::Mat& image : images) {
+    if (image.type() != CV_8UC3) throw std::invalid_argument("measure_tip: wants images of r g b");
+    const cv::Mat grey = linear_grey(image);
     cv::Mat dx;
     cv::Mat dy;
     cv::Scharr(grey, dx, CV_32F, 1, 0, 1.0 / 32);
@@ -203,7 +203,7 @@ std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> pictures, con
     }
   }
   TipMeasurement tip{expected_px, 0, 0};
-  double scale = 0.5;  // sine of a line's angle off the radius: from a wide look to a narrow one
+  double scale = 0.5;  // limit of the sine of a line's angle off the radius; it shrinks to 0.15
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -222,7 +222,7 @@ std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> pictures, con
     }
     if (tip.edges < kLeastEdges) return std::nullopt;
     tip.centre_px += normal.ldlt().solve(right);
-    // Pixels of one edge are not independent of one another: some three wide, in pictures that are much alike.
+    // Factor 10: pixels of one edge are not independent; an edge is some three pixels wide, and images are much alike.
     const Eigen::Matrix2d covariance = 10 * squares / double(tip.edges) * normal.inverse();
     tip.sigma_px = std::max(kLeastTipSigma_px, std::sqrt(std::max(covariance(0, 0), covariance(1, 1))));
     scale = std::max(0.15, 0.8 * scale);

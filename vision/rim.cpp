@@ -15,15 +15,15 @@ namespace twocone::vision {
 namespace {
 
 constexpr int kDirections = 360;
-constexpr double kSearch = 0.2;  // of the expected radius, to either side
+constexpr double kSearch = 0.2;  // share of the expected radius, to either side
 constexpr int kSamplesPerPixel = 4;
-constexpr double kMinStep = 4;     // grey levels: less is noise
-constexpr double kClearStep = 12;  // three times a noise of 4, which is much
-constexpr double kDark = 6;        // likewise: black and the noise on it
+constexpr double kMinStep = 4;     // grey levels: a smaller step is noise
+constexpr double kClearStep = 12;  // grey levels: three times a noise of 4, which is strong
+constexpr double kDark = 6;        // grey levels: black with such noise on it
 constexpr double kInlier_px = 1.0;
 constexpr double kMinSupport = 1.0 / 3;
 constexpr int kIterations = 30;
-// The step from the last lit pixel is spread over the diagonals of two pixels by the interpolation.
+// The interpolation spreads the step from the last lit pixel over the diagonals of two pixels.
 constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
 
 double sample(const cv::Mat& grey, double x, double y) {
@@ -38,16 +38,16 @@ double sample(const cv::Mat& grey, double x, double y) {
 
 /// Brightness along one direction, outwards.
 struct Profile {
-  std::vector<double> grey;  ///< the search and a little beyond it, as far as the picture goes
-  std::size_t searched = 0;  ///< so many of them are the search
+  std::vector<double> grey;  ///< samples of the search and a little beyond it, as far as the image extends
+  std::size_t searched = 0;  ///< number of samples that belong to the search
 };
 
 Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
-  // No more than the picture is wide and high.
+  // The search is never longer than this, whatever radius is expected.
   const double longest = 2.0 * (grey.cols + grey.rows);
   const auto search = std::size_t(std::min(2 * kSearch * about.radius_px, longest) * kSamplesPerPixel);
   std::vector<double> profile;
-  // What gets dark at the very end of the search is seen to stay dark by what lies behind it.
+  // Samples behind the search show whether an image that gets dark at the very end of the search stays dark.
   for (std::size_t i = 0; i < search + 2 * kSpread; ++i) {
     const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
     if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) break;
@@ -57,8 +57,8 @@ Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::
   return {std::move(profile), searched};
 }
 
-/// The samples of the search before the picture gets dark and stays so: a picture may hold the mirror and its nearest
-/// surroundings only, and where it ends is no rim.
+/// The number of samples of the search before the image gets dark and stays dark. An image may hold only the mirror and
+/// its nearest surroundings, and the end of these is not the rim.
 std::size_t lit(const Profile& profile) {
   const auto last = std::find_if(profile.grey.rbegin(), profile.grey.rend(), [](double grey) { return grey > kDark; });
   const auto lit = std::size_t(profile.grey.rend() - last);
@@ -66,7 +66,7 @@ std::size_t lit(const Profile& profile) {
   return std::min(lit > kSpread ? lit - kSpread : 0, profile.searched);
 }
 
-/// The place of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
+/// The position of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
 std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count, double least) {
   const int half = kSamplesPerPixel;  // the step over two pixels
   const int end = static_cast<int>(count) - half;
@@ -89,9 +89,9 @@ std::optional<double> strongest_step(const std::vector<double>& profile, std::si
   return (best_at + last) / 2.0;
 }
 
-/// Which edges count.
+/// The edges that count.
 enum class Edges {
-  kLit,  ///< not where the picture gets dark for good
+  kLit,  ///< all but those where the image gets dark and stays dark
   kAll,
 };
 
@@ -112,7 +112,7 @@ std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircl
 bool are_enough(const std::vector<Eigen::Vector2d>& edges) { return double(edges.size()) >= kDirections * kMinSupport; }
 
 cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
-  if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants a picture of r g b");
+  if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants an image of r g b");
   if (!(expected.radius_px > 0) || !std::isfinite(expected.radius_px) || !expected.centre_px.allFinite()) {
     throw std::invalid_argument("find_rim: expected.radius_px must be > 0, and centre and radius finite");
   }
@@ -131,7 +131,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2), radii.end());
   circle.radius_px = radii[radii.size() / 2];
 
-  // Gauss-Newton on the distance to the circle with Cauchy weights, whose scale shrinks to a pixel.
+  // Gauss-Newton on the distance to the circle, with Cauchy weights whose scale shrinks to a pixel.
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const double scale_px = std::max(kInlier_px, kSearch * expected.radius_px / (1 << std::min(iteration, 10)));
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -162,7 +162,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
   const cv::Mat grey = checked_grey(rgb, expected);
   const auto rim = circle_of(strongest_edges(grey, expected, Edges::kLit), expected);
-  // A mirror before something dark has its rim where the dark begins.
+  // The rim of a mirror in front of something dark is where the dark begins.
   return rim ? rim : circle_of(strongest_edges(grey, expected, Edges::kAll), expected);
 }
 

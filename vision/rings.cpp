@@ -8,14 +8,14 @@
 
 namespace twocone::vision {
 
-Rings::Rings(const Eigen::Vector2d& centre_px, double rim_radius_px, cv::Size picture) {
-  // Circle k reaches out to k + 1/2, and a pixel's corner half a diagonal farther.
+Rings::Rings(const Eigen::Vector2d& centre_px, double rim_radius_px, cv::Size image) {
+  // Circle k extends to k + 1/2, and a pixel's corner is half a diagonal farther out.
   const int outermost = static_cast<int>(std::floor(rim_radius_px - 0.5 - std::numbers::sqrt2 / 2));
   if (outermost < 0) return;
   rings_.resize(static_cast<std::size_t>(outermost) + 1);
   std::vector<std::vector<std::pair<double, cv::Point>>> by_angle(rings_.size());
-  for (int row = 0; row < picture.height; ++row) {
-    for (int column = 0; column < picture.width; ++column) {
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
       const double dx = column - centre_px.x();
       const double dy = row - centre_px.y();
       const auto k = static_cast<std::size_t>(std::lround(std::hypot(dx, dy)));

@@ -8,12 +8,12 @@
 
 namespace twocone::vision {
 
-/// The pixels of a mirror's image as whole-pixel circles round its tip: circle k holds those whose distance from the
-/// centre rounds to k. Every pixel is on exactly one circle.
+/// The pixels of a mirror's image as whole-pixel circles round its tip: circle k holds the pixels whose distance from
+/// the centre rounds to k. Every pixel is on exactly one circle.
 class Rings {
  public:
-  /// @param rim_radius_px > 0. Pixels beyond the picture's edge are left out.
-  Rings(const Eigen::Vector2d& centre_px, double rim_radius_px, cv::Size picture);
+  /// @param rim_radius_px > 0. Pixels beyond the image's edge are left out.
+  Rings(const Eigen::Vector2d& centre_px, double rim_radius_px, cv::Size image);
 
   /// The largest circle whose pixels lie wholly inside the rim; below 0 if there is none.
   [[nodiscard]] int outermost() const { return static_cast<int>(rings_.size()) - 1; }

@@ -3,7 +3,7 @@
 
 namespace twocone::vision {
 
-/// Linear light, 0 to 1, of an sRGB code, 0 to 255, which need not be whole (IEC 61966-2-1).
+/// Linear light, 0 to 1, of an sRGB code, 0 to 255, which need not be an integer (IEC 61966-2-1).
 double srgb_to_linear(double code);
 
 }  // namespace twocone::vision

@@ -9,7 +9,7 @@
 
 namespace twocone::vision {
 
-/// In the targets' order, as HueLabels and ColourTable take them.
+/// Returns the targets' colours in their order, as HueLabels and ColourTable take them.
 inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
   std::vector<Eigen::Vector3d> colours;
   colours.reserve(targets.size());

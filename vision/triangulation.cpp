@@ -15,22 +15,22 @@ namespace twocone::vision {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// Quantiles of chi-squared at 1 - 1e-6. Two degrees: -2 ln 1e-6. One degree: the square of the normal's two-sided
-// quantile z, erfc(z / sqrt 2) = 1e-6, z = 4.891638475699.
+// Quantiles of chi-squared at 1 - 1e-6. Two degrees of freedom: -2 ln 1e-6. One degree of freedom: the square of the
+// normal distribution's two-sided quantile z, erfc(z / sqrt 2) = 1e-6, z = 4.891638475699.
 constexpr std::array<double, 3> kMostChiSquared = {0, 23.92812697686, 27.63102111593};
 constexpr int kMostSteps = 25;
 constexpr int kMostHalvings = 40;
-// After a step that moves the whitened residual by so little, the next would move it by this times the residual's
-// curvature, at most a tenth: far below a millionth of a sigma.
+// After a step that changes the whitened residual by this little, the next step would change it by this times the
+// residual's curvature, which is at most a tenth: far below a millionth of a sigma.
 constexpr double kLastStepInSigmas = 1e-6;
-// Roundings on a pixel's way through project().
+// Number of roundings of a pixel in project().
 constexpr double kRoundings = 64;
 
 void require_positive(std::string& bad, const char* name, double value, const char* unit) {
   if (!(value > 0) || !std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be > 0;", name, value, unit);
 }
 
-/// A view with its sighting and W, W^T W = covariance^-1.
+/// A view with its sighting and the whitener W, W^T W = covariance^-1.
 struct Seen {
   const MirrorView* view;
   const Sighting* sighting;
@@ -46,7 +46,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
         fmt::format("triangulate: the {} sighting's covariance is [{}, {}; {}, {}] px^2, must be positive definite",
                     view, c(0, 0), c(0, 1), c(1, 0), c(1, 1)));
   }
-  // Inverse of the lower Cholesky factor.
+  // W is the inverse of the lower Cholesky factor.
   const double l00 = std::sqrt(c(0, 0));
   const double l10 = c(1, 0) / l00;
   const double l11 = std::sqrt(determinant) / l00;
@@ -55,7 +55,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
   return inverse;
 }
 
-/// The radius in the undistorted picture; nothing where no place in the world gives such a pixel.
+/// The sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
 std::optional<double> radius_of(const Seen& seen) {
   const MirrorViewSettings& s = seen.view->settings();
   const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
@@ -69,7 +69,7 @@ std::optional<double> radius_of(const Seen& seen) {
   return radius_px;
 }
 
-/// What is solved for.
+/// The unknowns of the fit.
 struct Unknowns {
   double inverse_per_m;  ///< u = 1 / (range + d), > 0
   double bearing_rad;
@@ -80,7 +80,7 @@ struct Unknowns {
 template <int n>
 class Fit {
  public:
-  /// Those of a view that is not there are zero: the sizes are fixed, which halves the time.
+  /// The rows of a view without sighting are zero: fixed sizes halve the time.
   using Rows = Eigen::Matrix<double, 4, n>;
   using Residual = Eigen::Vector4d;
   using Step = Eigen::Matrix<double, n, 1>;
@@ -98,7 +98,7 @@ class Fit {
     return n == 2 ? top_m_ : reference_m_ + x.slope / x.inverse_per_m;
   }
 
-  /// Whitened residuals and their derivatives; false where a view cannot show such a landmark.
+  /// Computes the whitened residuals and their derivatives; returns false where a view cannot show such a landmark.
   bool evaluate(const Unknowns& x, Residual& residual, Rows& rows) const {
     const double range = range_m(x);
     const double top = top_m(x);
@@ -116,7 +116,7 @@ class Fit {
       if (!near_m) return false;
       const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
       if (!shown) return false;
-      // The near point turns about the view's axis as the landmark moves sideways: I - (r / D) (I - e e^T).
+      // The near point rotates about the view's axis as the landmark moves sideways: I - (r / D) (I - e e^T).
       const Eigen::Vector2d from_axis = p_BL_m - seen.view->settings().axis_offset_m;
       const double distance = from_axis.norm();
       const Eigen::Vector2d e = from_axis / distance;
@@ -143,7 +143,7 @@ class Fit {
     if constexpr (n == 3) x.slope += step[2];
   }
 
-  /// What rounding leaves of a residual, in sigmas.
+  /// Rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
     for (int i = 0; i < count_; ++i) {
@@ -164,8 +164,9 @@ class Fit {
 
 double wrapped(double angle_rad) { return std::atan2(std::sin(angle_rad), std::cos(angle_rad)); }
 
-/// J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as Householder's does
-/// (Bjorck 1967). `residual` is left with what no step can take away. False where J has not full rank.
+/// Computes J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as
+/// Householder's method (Bjorck 1967). The part of the residual that no step can remove remains in `residual`. Returns
+/// false where J does not have full rank.
 template <int n>
 bool factorise(Eigen::Matrix<double, 4, n> rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
                Eigen::Matrix<double, n, 1>& turned) {
@@ -185,7 +186,7 @@ bool factorise(Eigen::Matrix<double, 4, n> rows, Eigen::Vector4d& residual, Eige
   return true;
 }
 
-/// Gauss-Newton from `x`, then the answer with its verdict. `answer` comes with what is known before.
+/// Runs Gauss-Newton from `x`, then fills in the answer and its verdict. `answer` holds the fields set before the fit.
 template <int n>
 void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation& answer) {
   typename Fit<n>::Residual residual;
@@ -232,7 +233,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
     return;
   }
   answer.bearing_rad = wrapped(x.bearing_rad);
-  // A fit that runs off to infinity does not converge, since no step leads past u = 0.
+  // A fit that diverges to infinity does not converge, since no step may pass u = 0.
   const Eigen::Matrix<double, n, n> root =
       upper.template triangularView<Eigen::Upper>().solve(Eigen::Matrix<double, n, n>::Identity());
   if (!is_converged || !(x.inverse_per_m >= kMinSigmas * root.row(0).norm())) {
@@ -246,12 +247,12 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.covariance = root_of_both * root_of_both.transpose();
 }
 
-/// The bearing of something very far away, and its variance: that of the pixel's ray.
+/// The bearing of an object at infinity and its variance, which are those of the pixel's ray.
 struct FarBearing {
   double bearing_rad, variance_rad2;
 };
 std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
-  constexpr double kStep_px = 1e-3;  // small beside a pixel's way to the tip, large beside rounding
+  constexpr double kStep_px = 1e-3;  // small against a pixel's distance from the tip, large against rounding
   const auto bearing_of = [](const Ray& r) { return std::atan2(r.direction.y(), r.direction.x()); };
   const double bearing_rad = bearing_of(ray);
   Eigen::Vector2d by_pixel;
@@ -264,7 +265,7 @@ std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
   return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
 }
 
-/// The landmark's axis where the ray meets the height of its top.
+/// The landmark's axis if the ray meets the near point at the height of its top.
 std::optional<Eigen::Vector2d> axis_at_height(const Seen& seen, const Ray& ray, double radius_m, double top_m) {
   const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
   if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
@@ -292,7 +293,7 @@ InverseRange range_from_disparity(double disparity_px, double sigma_px, const Di
   const double scale = geometry.focal_length_px * geometry.mirror_separation_m;  // v s, px m
   answer.inverse_per_m = disparity_px / scale;
   answer.sigma_inverse_per_m = sigma_px / scale;
-  if (!std::isfinite(answer.inverse_per_m) || !std::isfinite(answer.sigma_inverse_per_m)) {  // sizes no rig has
+  if (!std::isfinite(answer.inverse_per_m) || !std::isfinite(answer.sigma_inverse_per_m)) {  // sizes of no real rig
     answer = {};
     answer.verdict = RangeVerdict::kImpossible;
     return answer;
@@ -349,7 +350,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     answer.disparity_px = radii_px[0] - radii_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
   }
 
-  // d of the inverse range, and where slopes are counted from: those of the one view, or of the lower one of two.
+  // d of the inverse range, and the reference height of slopes: of the only view, or of the lower one of two.
   const MirrorViewSettings& first = seen[0].view->settings();
   const double offset_m = first.cone.lens_to_tip_m;
   const double reference_m = seen[0].view->tip_m().z();
@@ -365,11 +366,12 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     return answer;
   }
 
-  // In the vertical plane of the mean bearing each ray is z = height + steepness * out; they meet where these agree.
+  // In the vertical plane of the mean bearing each ray is z = height + steepness * out; the rays meet where these
+  // agree.
   const Eigen::Vector2d mean = rays[0].direction.head<2>().normalized() + rays[1].direction.head<2>().normalized();
   answer.degrees_of_freedom = 1;
   if (!(mean.norm() > kRoundings * kEpsilon)) {
-    answer.verdict = RangeVerdict::kInconsistent;  // in opposite directions
+    answer.verdict = RangeVerdict::kInconsistent;  // the rays point in opposite directions
     return answer;
   }
   const Eigen::Vector2d outwards = mean.normalized();
@@ -382,7 +384,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double bearing_rad = std::atan2(outwards.y(), outwards.x());
   const double near_m = (height_m[1] - height_m[0]) / (steepness[0] - steepness[1]);
   if (!(near_m > 0) || !std::isfinite(near_m)) {
-    // Nowhere before infinity, where only the bearings can contradict each other.
+    // The rays do not meet before infinity, where only the bearings can contradict each other.
     const auto below = far_bearing(seen[0], rays[0]);
     const auto above = far_bearing(seen[1], rays[1]);
     if (!below || !above) return answer;

@@ -17,7 +17,7 @@ cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px) {
   const int height_px = static_cast<int>(std::ceil(s.rim_radius_px));
   cv::Mat columns(height_px, width_px, CV_32F);
   cv::Mat rows(height_px, width_px, CV_32F);
-  const Eigen::Vector2d nowhere(-2, -2);  // outside the picture even for bilinear neighbours: black
+  const Eigen::Vector2d nowhere(-2, -2);  // outside the image even for bilinear neighbours: black
   for (int column = 0; column < width_px; ++column) {
     const double bearing_rad = std::numbers::pi - 2 * std::numbers::pi * (column + 0.5) / width_px;
     for (int row = 0; row < height_px; ++row) {

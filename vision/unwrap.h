@@ -7,11 +7,12 @@
 
 namespace twocone::vision {
 
-/// The mirror's image unrolled: columns are bearings from +pi (left) down to -pi (right), so that left stays left; rows
-/// are image radii from the rim (top) to the tip (bottom), one pixel each. With 90 degree cones that is a cylindrical
-/// panorama whose lowest row is the horizon. Bearings and radii are the unit's own (vision/mirror_view.h), undistorted:
-/// a tilted mirror's horizon stays its lowest row, though the floor is then askew. Bilinear. @throws
-/// std::invalid_argument for a width below 1 or an empty image
+/// Returns the mirror's image unrolled: columns are bearings from +pi (left) down to -pi (right), so that left stays
+/// left; rows are image radii from the rim (top) to the tip (bottom), one pixel each. With 90 degree cones this is a
+/// cylindrical panorama whose lowest row is the horizon. Bearings and radii are those of the unit's frame
+/// (vision/mirror_view.h), undistorted: a tilted mirror's horizon stays the lowest row, although the floor is then
+/// tilted. The interpolation is bilinear.
+/// @throws std::invalid_argument for a width below 1 or an empty image
 cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px);
 
 }  // namespace twocone::vision

@@ -15,7 +15,7 @@ double distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, c
   return (p - (a + t * along)).norm();
 }
 
-/// Signed: negative inside. Inside or out by the even-odd rule.
+/// Returns the signed distance, negative inside the outline. The even-odd rule decides what is inside.
 double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
   double nearest = std::numeric_limits<double>::infinity();
   bool inside = false;

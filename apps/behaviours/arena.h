@@ -14,13 +14,14 @@ struct Disc {
 };
 using Outline = std::vector<Eigen::Vector2d>;  ///< corners of a simple polygon, world frame, metres
 
-/// Where a robot may drive, as its map says: inside the walls, outside every obstacle.
+/// The area in which a robot may drive, according to its map: inside the walls and outside every obstacle.
 struct Arena {
   Eigen::Vector2d min_m, max_m;
   std::vector<Outline> outlines;
   std::vector<Disc> discs;
 
-  /// Distance from `p_m` to the nearest wall or obstacle, metres; negative inside an obstacle or beyond a wall.
+  /// Returns the distance from `p_m` to the nearest wall or obstacle, metres; negative inside an obstacle or beyond a
+  /// wall.
   [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
 };
 

@@ -9,7 +9,8 @@
 namespace twocone::behaviours {
 namespace {
 
-/// In [0, 1). The standard library's distributions differ between implementations; a run should not.
+/// Returns a number in [0, 1). The distributions of the standard library differ between implementations, and a run must
+/// not depend on that.
 double unit(std::mt19937_64& random) { return std::ldexp(double(random() >> 11), -53); }
 
 double turn_rate_on_the_spot(const Body& body) {
@@ -57,7 +58,7 @@ Motion Waypoints::decide(const localisation::Pose& believed, double /*step_s*/) 
   const double most_radps = turn_rate_on_the_spot(body_);
   const double turn_radps = std::clamp(kSteering_1ps * error_rad, -most_radps, most_radps);
   if (std::abs(error_rad) > kTurnOnTheSpot_rad) return {0, std::copysign(most_radps, error_rad)};
-  // Slower close to the point, so that the turn towards it is not outrun.
+  // The robot is slower close to the point, so that it does not pass the point before the turn is complete.
   const double speed_mps = std::min(Wander::kForward * body_.max_speed_mps, std::max(to_go.norm(), kReached_m));
   return {speed_mps, turn_radps};
 }

@@ -13,39 +13,41 @@
 
 namespace twocone::behaviours {
 
-/// What a behaviour wants the body to do.
+/// The motion of the body that a behaviour requests.
 struct Motion {
   double speed_mps = 0;        ///< forward
   double turn_rate_radps = 0;  ///< counter-clockwise
 };
 
-/// Decides once a frame where to go. It sees the pose that the robot believes, never the true one.
+/// Decides once per frame where to go. A behaviour receives the believed pose and never the true one.
 class Behaviour {
  public:
   virtual ~Behaviour() = default;
-  /// @param believed world frame. @param step_s time since the last decision, > 0
+  /// @param believed world frame
+  /// @param step_s time since the last decision, > 0
   virtual Motion decide(const localisation::Pose& believed, double step_s) = 0;
 };
 
-/// What the body can do.
+/// The limits of the body.
 struct Body {
   double radius_m = 0;            ///< > 0
   double max_speed_mps = 0;       ///< of a wheel over the floor, > 0
   double wheel_separation_m = 0;  ///< > 0
 };
 
-/// Stands still.
+/// Stops the robot for the whole run.
 class Still final : public Behaviour {
  public:
   Motion decide(const localisation::Pose& believed, double step_s) override;
 };
 
-/// Random wandering as in section 3.1.2 of the paper: forwards, checking the map, until at a pillar or wall; then a
-/// turn to a random side for a random time; and on. Seeded.
+/// Random wandering as in section 3.1.2 of the paper. The robot drives forward and checks the map until it is blocked
+/// by a landmark or a wall. It then turns to a random side for a random time and drives on. The behaviour is seeded.
 ///
-/// "At" means: the place one look-ahead on has less room than the body and a margin for the error of the believed
-/// pose, and less than there is here (so that a robot that finds itself too close may drive away). If the way is still
-/// blocked after a turn, it turns on to the same side, so that a corner does not hold it.
+/// The robot is blocked if the point one look-ahead in front has less clearance than the body radius plus a margin for
+/// the error of the believed pose, and also less clearance than the present point. The second condition lets a robot
+/// that is too close to an obstacle drive away. If the way is still blocked after a turn, the robot turns on to the
+/// same side, so that a corner does not hold it.
 class Wander final : public Behaviour {
  public:
   static constexpr double kForward = 0.7;  ///< share of the top speed on the straight
@@ -64,19 +66,19 @@ class Wander final : public Behaviour {
   Body body_;
   Arena arena_;
   std::mt19937_64 random_;
-  double turn_left_s_ = 0;  ///< what remains of the present turn
+  double turn_left_s_ = 0;  ///< remaining time of the present turn
   double side_ = 0;         ///< +1 left, -1 right, 0 not turning
 };
 
-/// Drives from point to point, and from the last back to the first: turns on the spot towards a point that lies aside,
-/// else steers at it while driving.
+/// Drives from point to point, and from the last one back to the first. The robot turns on the spot towards a point
+/// that lies to the side, and otherwise steers while it drives.
 class Waypoints final : public Behaviour {
  public:
   static constexpr double kReached_m = 0.10;
   static constexpr double kTurnOnTheSpot_rad = 0.5;
   static constexpr double kSteering_1ps = 1.5;  ///< turn rate per radian of error
 
-  /// @throws std::invalid_argument for no points
+  /// @throws std::invalid_argument if there are no points
   Waypoints(const Body& body, std::vector<Eigen::Vector2d> points_m);
   Motion decide(const localisation::Pose& believed, double step_s) override;
 

@@ -9,41 +9,41 @@
 #include <fmt/format.h>
 
 #include "apps/calibrate/sightings.h"
-#include "apps/files/file_error.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
 
 namespace twocone::calibrate {
 namespace {
 
-// Sightings lean on the rig that they are made under: of an error of half a degree some 6 % are left after two rounds,
-// and about 40 % of that after each further one. Rounds end when no number moves by more than kSettled of its sigma any
-// more.
+// A sighting depends slightly on the rig for which it is made. Of a rig error of half a degree, some 6 % remain after
+// two rounds, and about 40 % of the remainder after each further round. Rounds end when no number moves by more than
+// kSettled of its sigma.
 constexpr int kMostRounds = 12;
 constexpr double kSettled = 0.3;
-// A tip is looked for within a sixth of the rim's radius: farther out a tilt bends the lines.
+// The tip is searched within a sixth of the rim's radius. Farther out a tilt bends the lines.
 constexpr double kTipReach = 1.0 / 6;
 
-std::string names_of(const std::vector<runs::RunData>& runs) {
+std::string names_of(const std::vector<runlog::RunData>& runs) {
   std::string text;
-  for (const runs::RunData& run : runs) text += (text.empty() ? "" : ", ") + run.folder.string();
+  for (const runlog::RunData& run : runs) text += (text.empty() ? "" : ", ") + run.folder.string();
   return text;
 }
 
-std::optional<Error> refusal(const std::vector<runs::RunData>& runs, const files::Robot& robot) {
-  for (const runs::RunData& run : runs) {
-    const auto same = [](const files::CameraEntry& a, const files::CameraEntry& b) {
+std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
+  for (const runlog::RunData& run : runs) {
+    const auto same = [](const config::CameraEntry& a, const config::CameraEntry& b) {
       return a.width_px == b.width_px && a.height_px == b.height_px;
     };
     if (!same(run.robot.lower, robot.lower) || !same(run.robot.upper, robot.upper)) {
-      return Error{ErrorCode::kBadData, fmt::format("{} has pictures of another size than {} says", run.folder.string(),
-                                                    robot.file.string())};
+      return Error{ErrorCode::kBadData,
+                   fmt::format("{} has images of another size than {} says", run.folder.string(), robot.file.string())};
     }
     if (run.frames.size() < vision::CalibrationResult::kMinFrames) {
       return Error{ErrorCode::kBadData,
                    fmt::format("{} has {} frames, a calibration needs {} or more", run.folder.string(),
                                run.frames.size(), vision::CalibrationResult::kMinFrames)};
     }
-    const auto targets = files::to_targets(run.map);
+    const auto targets = config::to_targets(run.map);
     const auto with_height =
         std::count_if(targets.begin(), targets.end(), [](const vision::Target& t) { return t.top_m.has_value(); });
     if (with_height < 2) {
@@ -55,7 +55,7 @@ std::optional<Error> refusal(const std::vector<runs::RunData>& runs, const files
   return std::nullopt;
 }
 
-/// The one line for a verdict that is no answer.
+/// Returns the one-line error for a verdict without an answer.
 Error refusal(const vision::CalibrationResult& result, const std::string& runs) {
   using vision::CalibrationVerdict;
   switch (result.verdict) {
@@ -83,16 +83,16 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
 void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles) {
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
     const auto& view = (side == vision::Side::kLower ? rig.lower : rig.upper).settings();
-    const auto pictures = pictures_for_circles(chosen, side);
-    if (pictures.empty()) continue;
+    const auto images = images_for_circles(chosen, side);
+    if (images.empty()) continue;
     ViewCircles& found = circles[side == vision::Side::kLower ? 0 : 1];
-    found.rim = vision::measure_rim(vision::median_picture(pictures), {view.centre_px, view.rim_radius_px, 0});
-    found.tip = vision::measure_tip(pictures, found.rim ? found.rim->centre_px : view.centre_px,
+    found.rim = vision::measure_rim(vision::median_image(images), {view.centre_px, view.rim_radius_px, 0});
+    found.tip = vision::measure_tip(images, found.rim ? found.rim->centre_px : view.centre_px,
                                     std::max(20.0, kTipReach * view.rim_radius_px));
   }
 }
 
-files::RigView to_file(const vision::MirrorView& view, files::RigView like, const vision::MirrorView& before) {
+config::RigView to_file(const vision::MirrorView& view, config::RigView like, const vision::MirrorView& before) {
   const vision::MirrorViewSettings& s = view.settings();
   like.apex_rad = s.cone.apex_rad;
   like.mirror_radius_m = s.cone.rim_radius_m;
@@ -104,10 +104,10 @@ files::RigView to_file(const vision::MirrorView& view, files::RigView like, cons
   like.axis_offset_m = {s.axis_offset_m.x(), s.axis_offset_m.y()};
   if (!s.distortion) return like;
   if (!before.settings().distortion || *before.settings().distortion != *s.distortion) {
-    like.camera_info.clear();  // its numbers are no longer those of that file
+    like.camera_info.clear();  // the numbers no longer come from that file
     like.distortion = s.distortion->coefficients;
   }
-  // By default they follow the centre and v, which are new now.
+  // The defaults follow the centre and v, which have changed.
   like.distortion_focal_px = {s.distortion->focal_px.x(), s.distortion->focal_px.y()};
   like.distortion_principal_px = {s.distortion->principal_px.x(), s.distortion->principal_px.y()};
   return like;
@@ -120,8 +120,8 @@ bool is_settled(const std::vector<vision::CalibratedParameter>& last,
                     [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
 }
 
-void check(const std::vector<runs::RunData>& runs, const Settings& settings) {
-  if (runs.empty()) throw std::invalid_argument("calibrate: wants a run");
+void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {
+  if (runs.empty()) throw std::invalid_argument("calibrate: there is no run, must be at least one");
   if (settings.frames < int(vision::CalibrationResult::kMinFrames)) {
     throw std::invalid_argument(
         fmt::format("calibrate: frames is {}, must be >= {}", settings.frames, vision::CalibrationResult::kMinFrames));
@@ -130,7 +130,8 @@ void check(const std::vector<runs::RunData>& runs, const Settings& settings) {
 
 }  // namespace
 
-Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Robot& robot, const Settings& settings) {
+Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
+                         const Settings& settings) {
   check(runs, settings);
   if (!vision::can_calibrate()) {
     vision::CalibrationResult none;
@@ -138,11 +139,11 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
     return refusal(none, names_of(runs));
   }
   if (auto error = refusal(runs, robot)) return std::move(*error);
-  const auto tell = [&settings](double done) {
+  const auto notify = [&settings](double done) {
     if (settings.progress) settings.progress(done);
   };
 
-  const vision::Rig before = files::to_rig(robot);
+  const vision::Rig before = config::to_rig(robot);
   const ChosenFrames chosen = choose_frames(runs, settings.frames);
   vision::CalibrationProblem problem{before, to_wheel_belief(robot), chosen.landmarks,       {}, {},
                                      {},     settings.priors,        settings.fit_distortion};
@@ -155,7 +156,7 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
                 .after = before,
                 .rig = robot.rig,
                 .drive = robot.drive};
-  for (const runs::RunData& run : runs) report.runs.push_back(run.folder.string());
+  for (const runlog::RunData& run : runs) report.runs.push_back(run.folder.string());
   report.slip = problem.wheels->slip;
   problem.fit_timing = settings.fit_timing;
   problem.height_px = {robot.lower.height_px, robot.upper.height_px};
@@ -163,10 +164,10 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
   problem.lower_rim = report.circles[0].rim;
   problem.upper_rim = report.circles[1].rim;
   constexpr double kCirclesShare = 0.1;
-  tell(kCirclesShare);
+  notify(kCirclesShare);
 
   for (int round = 0; round < kMostRounds; ++round) {
-    const auto part = [&](double done) { tell(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
+    const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
     Sighted sighted = sight(runs, chosen, report.after, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
@@ -179,13 +180,13 @@ Result<Report> calibrate(const std::vector<runs::RunData>& runs, const files::Ro
     report.is_settled = is_settled(last, report.result.parameters);
     if (report.is_settled) break;
   }
-  tell(1);
+  notify(1);
   report.problem = std::move(problem);
   take(report.result, robot, report);
   return report;
 }
 
-void take(const vision::CalibrationResult& result, const files::Robot& robot, Report& report) {
+void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report) {
   report.result = result;
   report.after = *result.rig;
   report.rig.lower = to_file(report.after.lower, robot.rig.lower, report.before.lower);

@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/runs/version.h"
+#include "apps/runlog/version.h"
 
 namespace twocone::calibrate {
 namespace {
 
-/// A parameter as people read it: millimetres and degrees.
+/// A parameter in units for people: millimetres and degrees.
 struct Shown {
   std::string name;
   std::string unit;
@@ -35,7 +35,7 @@ Shown shown(const std::string& name) {
   return {name, "", 1};
 }
 
-/// So many decimals that sigma has two digits.
+/// Returns the number of decimals that shows two digits of sigma.
 int decimals_for(double sigma) {
   if (!(sigma > 0)) return 4;
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 6);
@@ -61,7 +61,8 @@ std::string circles_line(const char* view, const ViewCircles& circles) {
 
 std::string table(const Report& report) {
   const vision::CalibrationResult& r = report.result;
-  std::string text = fmt::format("twocone {}, commit {}, {}\n", runs::version(), runs::commit(), runs::compiler());
+  std::string text =
+      fmt::format("twocone {}, commit {}, {}\n", runlog::version(), runlog::commit(), runlog::compiler());
   text += fmt::format("calibration of the rig of {}\n", report.robot);
   for (const std::string& run : report.runs) text += fmt::format("  from {}\n", run);
   text += fmt::format(
@@ -86,16 +87,16 @@ std::string table(const Report& report) {
     }
   }
   text +=
-      "\nchange: in sigmas. not observed: the drive tells it less well than was believed beforehand, so it keeps its\n"
-      "value, and its sigma is that of the prior.\n\n";
+      "\nchange: in sigmas. not observed: the drive measures it less precisely than the prior, so it\n"
+      "keeps its value and the sigma of the prior.\n\n";
   text += circles_line("lower", report.circles[0]);
   text += circles_line("upper", report.circles[1]);
   text += fmt::format(
       "\nresiduals of the sightings, rms of a pixel coordinate: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px\n",
       r.rms_before_px[0], r.rms_after_px[0], r.rms_before_px[1], r.rms_after_px[1]);
   text += fmt::format(
-      "they scatter {:.2f} times as much as they state; all sigmas are scaled by it,\n"
-      "and have {:.3f} px in common for each landmark in each view, which more frames do not average away\n",
+      "they scatter {:.2f} times as much as they state; all sigmas are scaled by this factor\n"
+      "an error of {:.3f} px is common to each landmark in a view; more frames do not average it away\n",
       r.sighting_scale, r.systematic_px);
   text += fmt::format("{} rounds of sighting and solving{}\n", report.rounds,
                       report.is_settled ? "" : "; the last one still moved a number by more than 0.3 of its sigma");
@@ -110,9 +111,9 @@ std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const vision::CalibrationResult& r = report.result;
   Json json;
-  json["twocone"] = runs::version();
-  json["commit"] = runs::commit();
-  json["compiler"] = runs::compiler();
+  json["twocone"] = runlog::version();
+  json["commit"] = runlog::commit();
+  json["compiler"] = runlog::compiler();
   json["robot"] = report.robot;
   json["runs"] = report.runs;
   json["rounds"] = report.rounds;

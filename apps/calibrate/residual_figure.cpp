@@ -7,7 +7,7 @@
 
 #include "apps/calibrate/calibrate.h"
 
-// An SVG of lines and circles, written by hand: arrows over a circle need no plotting program.
+// The SVG consists of lines and circles and is written directly. Arrows over a circle need no plotting program.
 namespace twocone::calibrate {
 namespace {
 
@@ -22,7 +22,7 @@ struct Panel {
   double rms_px;
 };
 
-/// So that a residual of the rms is drawn some 12 px long: 1, 2 or 5 times a power of ten.
+/// Returns 1, 2 or 5 times a power of ten, so that a residual of the rms is drawn about 12 px long.
 double magnification(double rms_px) {
   const double wanted = 12 / std::max(rms_px, 1e-6);
   const double power = std::pow(10, std::floor(std::log10(wanted)));
@@ -44,13 +44,13 @@ std::string draw(const Report& report, vision::Side side, const Panel& panel, do
       "<path d=\"M {:.2f} {:.2f} h 8 M {:.2f} {:.2f} v 8\" stroke=\"#777777\"/>\n",
       left_px + kMargin_px, panel.title, panel.rms_px, times, centre.x(), centre.y(), scale * s.rim_radius_px,
       centre.x() - 4, centre.y(), centre.x(), centre.y() - 4);
-  // A pixel of the picture is `scale` of the figure's.
+  // One pixel of the image is `scale` pixels of the figure.
   for (const vision::SightingResidual& r : report.result.residuals) {
     const vision::LandmarkSighting& sighting = report.problem.frames[r.frame].sightings[r.sighting];
     if (sighting.side != side) continue;
     const Eigen::Vector2d from = place(sighting.sighting.pixel_px);
     Eigen::Vector2d arrow = times * (r.*panel.which);
-    // Outliers would cross the whole picture.
+    // The arrow of an outlier could cross the whole figure.
     if (arrow.norm() > 60) arrow *= 60 / arrow.norm();
     const char* colour = r.outlier ? "#cc3311" : "#0077bb";
     svg += fmt::format(

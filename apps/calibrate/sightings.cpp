@@ -6,28 +6,28 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/to_layers.h"
-#include "apps/runs/rgb_picture.h"
-#include "vision/full_ranging.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/rgb_image.h"
+#include "vision/outline_ranging.h"
 
 namespace twocone::calibrate {
 namespace {
 
-constexpr std::size_t kCirclePictures = 31;
+constexpr std::size_t kCircleImages = 31;
 
-std::vector<vision::WheelReading> readings_between(const runs::RunData& run, std::size_t from, std::size_t to) {
+std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
   std::vector<vision::WheelReading> readings;
-  if (to >= run.drive.size()) return readings;  // cut off before the wheels were written
+  if (to >= run.drive.size()) return readings;  // the run was cut off before the wheels were written
   for (std::size_t i = from; i <= to; ++i) {
     readings.push_back({run.drive[i].t_s, run.drive[i].left_rad, run.drive[i].right_rad});
   }
   return readings;
 }
 
-/// Also an error where it has not the camera's size.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const files::CameraEntry& camera) {
-  auto rgb = runs::read_rgb(file);
+/// Also returns an error if the image does not have the camera's size.
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const config::CameraEntry& camera) {
+  auto rgb = runlog::read_rgb(file);
   if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
     return Error{ErrorCode::kBadData, fmt::format("{} has {} x {} pixels, the robot file says {} x {}", file.string(),
                                                   rgb->cols, rgb->rows, camera.width_px, camera.height_px)};
@@ -35,7 +35,8 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file, const files::CameraE
   return rgb;
 }
 
-/// Whether a measurement's sightings are the landmark's: ranges may fail under a rig that is wrong, sightings do not.
+/// Returns whether the sightings belong to the landmark. With a wrong rig, ranges may fail although sightings are
+/// right.
 bool is_trusted(vision::RangeVerdict verdict) {
   using vision::RangeVerdict;
   return verdict == RangeVerdict::kOk || verdict == RangeVerdict::kOneView || verdict == RangeVerdict::kInconsistent ||
@@ -51,25 +52,25 @@ std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted) {
   return rows;
 }
 
-std::optional<vision::BodyTwist> twist_at(const runs::RunData& run, std::size_t row) {
+std::optional<vision::BodyTwist> twist_at(const runlog::RunData& run, std::size_t row) {
   if (row == 0 || row >= run.drive.size()) return std::nullopt;
-  const runs::DriveRow &before = run.drive[row - 1], &after = run.drive[row];
+  const runlog::DriveRow &before = run.drive[row - 1], &after = run.drive[row];
   const double time_s = after.t_s - before.t_s;
   if (!(time_s > 0)) return std::nullopt;
-  const files::Drive& drive = run.robot.drive;
+  const config::Drive& drive = run.robot.drive;
   const double left_mps = drive.wheel_radius_m * (after.left_rad - before.left_rad) / time_s;
   const double right_mps = drive.wheel_radius_m * (after.right_rad - before.right_rad) / time_s;
   return vision::BodyTwist{(left_mps + right_mps) / 2, (right_mps - left_mps) / drive.wheel_separation_m};
 }
 
-ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count) {
+ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) {
   std::size_t all = 0;
-  for (const runs::RunData& run : runs) all += run.frames.size();
+  for (const runlog::RunData& run : runs) all += run.frames.size();
   ChosenFrames chosen;
-  for (const runs::RunData& run : runs) {
+  for (const runlog::RunData& run : runs) {
     const std::size_t first_landmark = chosen.landmarks.size();
-    const auto places = files::to_landmark_positions(run.map);
-    const auto targets = files::to_targets(run.map);
+    const auto places = config::to_landmark_positions(run.map);
+    const auto targets = config::to_targets(run.map);
     for (std::size_t i = 0; i < targets.size(); ++i) {
       chosen.landmarks.push_back({places[i], targets[i].radius_m, targets[i].top_m.value_or(0)});
     }
@@ -85,25 +86,25 @@ ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count) {
   return chosen;
 }
 
-vision::WheelBelief to_wheel_belief(const files::Robot& robot) {
-  // Slip and encoder as any robot's: the robot file's `effects:` are the simulated world's truth and no belief.
+vision::WheelBelief to_wheel_belief(const config::Robot& robot) {
+  // Slip and encoder are those of any robot. `effects:` of the robot file is the truth of the simulation, not a belief.
   vision::WheelBelief wheels;
   wheels.radius_m = robot.drive.wheel_radius_m;
   wheels.separation_m = robot.drive.wheel_separation_m;
   return wheels;
 }
 
-Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::function<void(double)>& progress) {
   Sighted sighted;
-  for (const runs::RunData& run : runs) {
-    const auto targets = files::to_targets(run.map);
-    std::optional<vision::FullRanging> ranging;
+  for (const runlog::RunData& run : runs) {
+    const auto targets = config::to_targets(run.map);
+    std::optional<vision::OutlineRanging> ranging;
     try {
       ranging.emplace(rig, targets, cv::Size(run.robot.lower.width_px, run.robot.lower.height_px),
                       cv::Size(run.robot.upper.width_px, run.robot.upper.height_px));
     } catch (const std::invalid_argument& error) {
-      throw files::FileError(fmt::format("{}: {}", run.map.file.string(), error.what()));
+      throw config::FileError(fmt::format("{}: {}", run.map.file.string(), error.what()));
     }
     for (const ChosenFrames::Frame& frame : chosen.frames) {
       if (frame.run != &run) continue;
@@ -111,13 +112,13 @@ Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
       out.twist = twist_at(run, frame.row);
-      const auto lower = read_rgb(runs::lower_picture(run.folder, number), run.robot.lower);
-      const auto upper = read_rgb(runs::upper_picture(run.folder, number), run.robot.upper);
+      const auto lower = read_rgb(runlog::lower_image_file(run.folder, number), run.robot.lower);
+      const auto upper = read_rgb(runlog::upper_image_file(run.folder, number), run.robot.upper);
       if (!lower || !upper) {
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
       }
-      const runs::FrameRow& stamps = run.frames[frame.row];
+      const runlog::FrameRow& stamps = run.frames[frame.row];
       const auto measurements = ranging->measure(*lower, *upper);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
         if (!targets[i].top_m) continue;
@@ -139,19 +140,19 @@ Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen
   return sighted;
 }
 
-std::vector<cv::Mat> pictures_for_circles(const ChosenFrames& chosen, vision::Side side) {
-  std::vector<cv::Mat> pictures;
-  const std::size_t count = std::min(kCirclePictures, chosen.frames.size());
+std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side) {
+  std::vector<cv::Mat> images;
+  const std::size_t count = std::min(kCircleImages, chosen.frames.size());
   for (std::size_t i = 0; i < count; ++i) {
     const ChosenFrames::Frame& frame =
         chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
     const std::uint64_t number = frame.run->frames[frame.row].frame;
-    const auto file = side == vision::Side::kLower ? runs::lower_picture(frame.run->folder, number)
-                                                   : runs::upper_picture(frame.run->folder, number);
-    auto rgb = runs::read_rgb(file);
-    if (rgb && (pictures.empty() || rgb->size() == pictures.front().size())) pictures.push_back(std::move(*rgb));
+    const auto file = side == vision::Side::kLower ? runlog::lower_image_file(frame.run->folder, number)
+                                                   : runlog::upper_image_file(frame.run->folder, number);
+    auto rgb = runlog::read_rgb(file);
+    if (rgb && (images.empty() || rgb->size() == images.front().size())) images.push_back(std::move(*rgb));
   }
-  return pictures;
+  return images;
 }
 
 }  // namespace twocone::calibrate

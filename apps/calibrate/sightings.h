@@ -7,39 +7,39 @@
 
 #include <opencv2/core.hpp>
 
-#include "apps/runs/run_data.h"
+#include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "vision/calibration.h"
 
 namespace twocone::calibrate {
 
-/// The frames of several runs that a calibration looks at.
+/// The frames of several runs that a calibration uses.
 struct ChosenFrames {
   struct Frame {
-    const runs::RunData* run;
+    const runlog::RunData* run;
     std::size_t row;                           ///< of run->frames
-    std::size_t first_landmark;                ///< where the landmarks of the run's map begin among `landmarks`
-    std::vector<vision::WheelReading> wheels;  ///< since the frame before, as CalibrationFrame has them
+    std::size_t first_landmark;                ///< index in `landmarks` of the first landmark of the run's map
+    std::vector<vision::WheelReading> wheels;  ///< since the previous chosen frame, as in CalibrationFrame
   };
   std::vector<Frame> frames;
-  std::vector<vision::KnownLandmark> landmarks;  ///< of all runs' maps, run by run
+  std::vector<vision::KnownLandmark> landmarks;  ///< of the maps of all runs, run by run
 };
 
-/// About `count` frames, evenly from first to last of each run.
-ChosenFrames choose_frames(const std::vector<runs::RunData>& runs, int count);
+/// Chooses about `count` frames, spread evenly from the first to the last of each run.
+ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
 
-vision::WheelBelief to_wheel_belief(const files::Robot& robot);
+vision::WheelBelief to_wheel_belief(const config::Robot& robot);
 
-/// What is seen of the landmarks under `rig`.
+/// The sightings of the landmarks with `rig`.
 struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
-  std::size_t without_answer = 0;
-  std::vector<Error> unreadable;  ///< of pictures; their frames have no sightings
+  std::size_t without_answer = 0;  ///< combinations of landmark and view without a sighting
+  std::vector<Error> unreadable;   ///< errors of images; their frames have no sightings
 };
-Sighted sight(const std::vector<runs::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::function<void(double)>& progress);
 
-/// Some thirty of the chosen frames' pictures of one view; those that cannot be read are left out.
-std::vector<cv::Mat> pictures_for_circles(const ChosenFrames& chosen, vision::Side side);
+/// Returns about thirty images of one view from the chosen frames. Unreadable images are left out.
+std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side);
 
 }  // namespace twocone::calibrate

@@ -9,7 +9,7 @@
 
 namespace twocone::compare {
 
-/// The two runs, and which of their frames belong together.
+/// The two runs with their timing and the frames of both that correspond to each other.
 struct BothRuns {
   const Side& simulated;
   const Side& real;

@@ -20,7 +20,7 @@
 namespace twocone::compare {
 namespace {
 
-// Pictures of places farther apart than this do not show about the same: what is 2 m away is some ten pixels off.
+// Images of places farther apart than this show different views: an object at 2 m is then displaced by some ten pixels.
 constexpr double kSamePlace_m = 0.15;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kExhibits = 6;
@@ -40,14 +40,14 @@ void check(const Settings& settings) {
   if (!bad.empty()) throw std::invalid_argument("compare:" + bad);
 }
 
-std::vector<double> times_of(const runs::RunData& run) {
+std::vector<double> times_of(const runlog::RunData& run) {
   std::vector<double> times;
-  for (const runs::FrameRow& frame : run.frames) times.push_back(frame.t_s);
+  for (const runlog::FrameRow& frame : run.frames) times.push_back(frame.t_s);
   return times;
 }
 
-std::vector<runs::PoseRow> thinned(const std::vector<std::optional<runs::PoseRow>>& poses) {
-  std::vector<runs::PoseRow> result;
+std::vector<runlog::PoseRow> thinned(const std::vector<std::optional<runlog::PoseRow>>& poses) {
+  std::vector<runlog::PoseRow> result;
   const std::size_t every = (poses.size() + kMostPoses - 1) / std::max<std::size_t>(1, kMostPoses);
   for (std::size_t i = 0; i < poses.size(); i += std::max<std::size_t>(1, every)) {
     if (poses[i]) result.push_back(*poses[i]);
@@ -59,60 +59,61 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
   std::vector<Exhibit> exhibits;
   const std::size_t count = std::min(kExhibits, by_pose.size());
   for (std::size_t i = 0; i < count; ++i) {
-    // The nearest pair of each stretch of the run.
+    // Takes the nearest pair of each part of the run.
     const auto from = by_pose.begin() + std::ptrdiff_t(i * by_pose.size() / count);
     const auto to = by_pose.begin() + std::ptrdiff_t((i + 1) * by_pose.size() / count);
     const auto apart = [&](const Match& m) {
       return distance_m(*simulated.reference[m.simulated], *real.reference[m.real]);
     };
     const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
-    const runs::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
+    const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
     const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
-    exhibits.push_back({runs::lower_picture(simulated.run.folder, in_a),
-                        runs::upper_picture(simulated.run.folder, in_a), runs::lower_picture(real.run.folder, in_b),
-                        runs::upper_picture(real.run.folder, in_b), a, b, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m),
+    exhibits.push_back({runlog::lower_image_file(simulated.run.folder, in_a),
+                        runlog::upper_image_file(simulated.run.folder, in_a),
+                        runlog::lower_image_file(real.run.folder, in_b),
+                        runlog::upper_image_file(real.run.folder, in_b), a, b, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m),
                         std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad))});
   }
   return exhibits;
 }
 
-/// Both at one time, each by a thread of its own.
+/// Calibrates both at the same time, each in a thread of its own.
 void calibrate_both(Side& simulated, Side& real, int frames, const std::function<void(double)>& progress) {
   std::mutex mutex;
   std::array<double, 2> done{};
-  const auto tell = [&](std::size_t which, double part) {
+  const auto report_part = [&](std::size_t which, double part) {
     const std::lock_guard lock(mutex);
     done[which] = part;
     progress((done[0] + done[1]) / 2);
   };
   auto other =
-      std::async(std::launch::async, [&] { calibrate_side(simulated, frames, [&](double p) { tell(0, p); }); });
-  calibrate_side(real, frames, [&](double p) { tell(1, p); });
+      std::async(std::launch::async, [&] { calibrate_side(simulated, frames, [&](double p) { report_part(0, p); }); });
+  calibrate_side(real, frames, [&](double p) { report_part(1, p); });
   other.get();
 }
 
-/// What is compared, as parts that were measured before are asked for it.
+/// Returns the identity of the comparison. Finished parts of an earlier comparison are used only if theirs is equal.
 std::string key_of(const Side& simulated, const Side& real, const Settings& settings) {
-  const auto when = [](const std::filesystem::path& picture) {
+  const auto when = [](const std::filesystem::path& image) {
     std::error_code none;
-    return std::filesystem::last_write_time(picture, none).time_since_epoch().count();
+    return std::filesystem::last_write_time(image, none).time_since_epoch().count();
   };
   const auto one = [&when](const Side& side) {
     const auto &first = side.run.frames.front(), &last = side.run.frames.back();
     return fmt::format("{} {} {} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(),
                        side.run.frames.size(), last.t_s, side.run.info.commit, side.run.info.seed,
-                       when(runs::lower_picture(side.run.folder, first.frame)),
-                       when(runs::upper_picture(side.run.folder, last.frame)));
+                       when(runlog::lower_image_file(side.run.folder, first.frame)),
+                       when(runlog::upper_image_file(side.run.folder, last.frame)));
   };
   return fmt::format("2|{}|{}|every {} fit {} poses {}", one(simulated), one(real), settings.every, settings.fit_frames,
                      settings.real_poses.string());
 }
 
 void note_differences(const Side& simulated, const Side& real, std::vector<std::string>& notes) {
-  const files::Robot &a = simulated.run.robot, &b = real.run.robot;
+  const config::Robot &a = simulated.run.robot, &b = real.run.robot;
   if (a.lower.width_px != b.lower.width_px || a.lower.height_px != b.lower.height_px ||
       a.upper.width_px != b.upper.width_px || a.upper.height_px != b.upper.height_px) {
-    notes.push_back(fmt::format("the pictures are of different size ({} x {} and {} x {} px): colours are not compared",
+    notes.push_back(fmt::format("the images are of different size ({} x {} and {} x {} px): colours are not compared",
                                 a.lower.width_px, a.lower.height_px, b.lower.width_px, b.lower.height_px));
   }
   if (simulated.run.map.landmarks != real.run.map.landmarks) {
@@ -122,7 +123,7 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
   for (const Side* const side : {&simulated, &real}) {
     if (!side->run.info.finished) notes.push_back(side->name + ": the run was cut off");
     for (const std::string& left_out : side->left_out) notes.push_back(left_out);
-    if (!side->calibration) notes.push_back(side->name + ": its rig is not told: " + side->why_no_calibration);
+    if (!side->calibration) notes.push_back(side->name + ": its rig cannot be determined: " + side->why_no_calibration);
   }
 }
 
@@ -135,12 +136,12 @@ bool Comparison::is_within_limits() const {
 
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
-  const auto tell = [&settings](double done, std::string_view what) {
+  const auto report_progress = [&settings](double done, std::string_view what) {
     if (settings.progress) settings.progress(done, what);
   };
   const auto is_stopped = [&settings] { return settings.stop != nullptr && *settings.stop; };
-  const Error stopped{ErrorCode::kRefused, "stopped from outside; the same command goes on from here"};
-  // Shares of the work, as they were seen: each calibration sights its frames several times.
+  const Error stopped{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
+  // Shares of the work, as measured: each calibration makes the sightings of its frames several times.
   constexpr double kFitted = 0.4, kLocated = 0.42, kMeasured = 0.95;
   auto simulated = read_side(settings.simulated, {});
   if (!simulated) return simulated.error();
@@ -152,9 +153,9 @@ Result<Outcome> compare(const Settings& settings) {
                              settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
                              real->run.map.file.string(), why)};
   }
-  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { tell(done * kFitted, "rigs"); });
+  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { report_progress(done * kFitted, "rigs"); });
   if (is_stopped()) return stopped;
-  tell(kFitted, "references");
+  report_progress(kFitted, "references");
   locate(*simulated);
   locate(*real);
   const std::vector<double> of_simulated = times_of(simulated->run), of_real = times_of(real->run);
@@ -166,11 +167,11 @@ Result<Outcome> compare(const Settings& settings) {
   both.by_time = match_by_time(of_simulated, of_real, 0.5 / std::max(both.simulated_timing.rate_hz, 1.0));
   both.by_pose = match_by_pose(simulated->reference, real->reference, kSamePlace_m);
 
-  auto pictures = measure_pictures(
+  auto images = measure_images(
       *simulated, *real, both.by_pose,
       {settings.work, key_of(*simulated, *real, settings), settings.every, settings.jobs,
-       [&](double done) { tell(kLocated + (kMeasured - kLocated) * done, "pictures"); }, settings.stop});
-  if (!pictures) return pictures.error();
+       [&](double done) { report_progress(kLocated + (kMeasured - kLocated) * done, "images"); }, settings.stop});
+  if (!images) return images.error();
 
   Comparison found;
   found.simulated = simulated->name;
@@ -186,16 +187,17 @@ Result<Outcome> compare(const Settings& settings) {
   found.simulated_robot = simulated->run.robot;
   found.real_robot = real->run.robot;
   note_differences(*simulated, *real, found.notes);
-  for (const std::string& text : pictures->unreadable) found.notes.push_back("left out: " + text);
-  if (pictures->unreadable_count > pictures->unreadable.size()) {
+  for (const std::string& text : images->unreadable) found.notes.push_back("left out: " + text);
+  if (images->unreadable_count > images->unreadable.size()) {
     found.notes.push_back(
-        fmt::format("{} more pictures cannot be read", pictures->unreadable_count - pictures->unreadable.size()));
+        fmt::format("{} more images cannot be read", images->unreadable_count - images->unreadable.size()));
   }
-  found.sources = find_sources(both, *pictures, settings.false_alarm, found.level);
-  const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames,
-                                        [&](double done) { tell(kMeasured + (1 - kMeasured) * done, "ranges"); });
+  found.sources = find_sources(both, *images, settings.false_alarm, found.level);
+  const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames, [&](double done) {
+    report_progress(kMeasured + (1 - kMeasured) * done, "ranges");
+  });
   if (!held_out) return held_out.error();
-  found.gaps = find_gaps(*simulated, *real, *held_out, *pictures, settings.is_rendered, found.sources);
+  found.gaps = find_gaps(*simulated, *real, *held_out, *images, settings.is_rendered, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
   found.rows = find_rows(both, residuals_simulated, residuals_real, found.sources, settings.limits);
   found.simulated_residuals = std::move(residuals_simulated.points);
@@ -204,8 +206,8 @@ Result<Outcome> compare(const Settings& settings) {
   found.real_path = thinned(real->reference);
   found.real_odometry = thinned({real->run.odometry.begin(), real->run.odometry.end()});
   found.exhibits = exhibits_of(*simulated, *real, both.by_pose);
-  tell(1, "done");
-  return Outcome{std::move(found), *std::move(pictures), std::move(real->calibration)};
+  report_progress(1, "done");
+  return Outcome{std::move(found), *std::move(images), std::move(real->calibration)};
 }
 
 }  // namespace twocone::compare

@@ -10,7 +10,7 @@
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/pictures.h"
+#include "apps/compare/images.h"
 #include "apps/compare/stages.h"
 #include "hal/result.h"
 
@@ -19,34 +19,34 @@ namespace twocone::compare {
 struct Settings {
   std::filesystem::path simulated, real;  ///< run folders
   std::filesystem::path real_poses;       ///< given trajectory of the real run, TUM; empty: none
-  std::filesystem::path work;             ///< folder for what has been measured, to go on from
+  std::filesystem::path work;             ///< folder of finished parts; the same command continues from them
   bool is_rendered = false;               ///< `simulated` was made by render_again()
-  int fit_frames = 150;                   ///< that each calibration looks at, >= 4
-  int held_out_frames = 60;               ///< from which the gap of ranges is told, >= 1
-  int every = 1;                          ///< real frame whose pictures are measured, >= 1
+  int fit_frames = 150;                   ///< frames that each calibration uses, >= 4
+  int held_out_frames = 60;               ///< frames that measure the gap of ranges, >= 1
+  int every = 1;                          ///< the images of every such real frame are measured, >= 1
   int jobs = 2;                           ///< threads, >= 1
-  double false_alarm = 1e-3;              ///< of the whole comparison, in (0, 1)
+  double false_alarm = 1e-3;              ///< probability for the whole comparison, in (0, 1)
   Limits limits;
-  /// Told about the work: fraction done in [0, 1], what is being done. May be empty.
+  /// Called with the fraction done, in [0, 1], and the name of the work that follows. May be empty.
   std::function<void(double, std::string_view)> progress;
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// What was found, and what robot files are corrected by.
+/// The results of a comparison, with the data that correct robot files.
 struct Outcome {
   Comparison comparison;
-  Pictures pictures;
+  Images images;
   std::optional<calibrate::Report> calibration;  ///< of the real run
 };
 
-/// Compares two runs of one robot. Where both were run among the same landmarks, pictures are compared too.
-/// Errors: kBadData (nothing to compare, one line), kRefused (stopped). @throws files::FileError, runs::DiskError,
-/// std::invalid_argument for settings
+/// Compares two runs of one robot. Where both were run among the same landmarks, images are compared too.
+/// Errors: kBadData (the runs cannot be compared, one line), kCancelled (stopped). @throws config::FileError,
+/// runlog::DiskError, std::invalid_argument for settings
 Result<Outcome> compare(const Settings& settings);
 
-/// For a terminal: what differs, the gaps, the table; at most 100 columns.
+/// Returns the differences, the gaps and the stages as text for a terminal; at most 100 columns.
 std::string table(const Comparison& comparison);
-/// compare.json: all of it, in the units that each number names.
+/// Returns compare.json: all results, in the units that each number names.
 std::string to_json(const Comparison& comparison);
 
 }  // namespace twocone::compare

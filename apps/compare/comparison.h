@@ -10,131 +10,131 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
-#include "apps/runs/run_data.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/runlog/run_data.h"
 
-/// What a comparison of a simulated with a real run found: numbers alone, for table, files and page.
+/// The results of a comparison of a simulated with a real run: numbers only, for table, files and page.
 namespace twocone::compare {
 
 // ---- stage by stage
 
 enum class Light {
-  kNone,        ///< no limit, or no number to hold against it
+  kNone,        ///< there is no limit, or no number to compare with it
   kGreen,       ///< within the limit
   kAmber,       ///< within twice the limit
-  kRed,         ///< beyond
-  kCannotTell,  ///< the number's sigma exceeds the limit, and the number is not beyond it for certain
+  kRed,         ///< beyond twice the limit
+  kCannotTell,  ///< the number's sigma exceeds the limit, and the number is not certainly beyond it
 };
 /// none, green, amber, red, cannot tell.
 std::string_view to_string(Light light);
 
-/// One quantity of one stage, on both sides. Fields that do not apply, or are not known, are empty.
+/// One quantity of one stage, on both sides. Fields that do not apply or are unknown are empty.
 struct Row {
   std::string stage;  ///< image, detection, disparity, range, bearing, fix, odometry, trajectory, timing
   std::string name;   ///< as the table prints it: "lower rim, radius"
   std::string unit;   ///< of all numbers of the row: px, mm, deg, ms, %, Hz, grey, 1; mm/m
   std::optional<double> simulated, real;
-  std::optional<double> gap;        ///< what the limit is for: how far apart both are, >= 0
-  std::optional<double> gap_sigma;  ///< standard deviation of simulated - real, where it is known
-  std::string limit_key{};          ///< its key among the limits; empty: it has none
+  std::optional<double> gap;        ///< the difference that the limit applies to, >= 0
+  std::optional<double> gap_sigma;  ///< standard deviation of simulated - real, where known
+  std::string limit_key{};          ///< its key among the limits; empty: there is no limit
   std::optional<double> limit{};
   Light light = Light::kNone;
-  std::string note{};  ///< why a number is missing, or what it is of
+  std::string note{};  ///< why a number is missing, or what it measures
 };
 
-// ---- why
+// ---- possible causes
 
 enum class SourceVerdict {
   kDiffers,     ///< the data show it beyond the false-alarm level
-  kAgrees,      ///< they do not
-  kCannotTell,  ///< they do not carry it
+  kAgrees,      ///< the data do not show a difference
+  kCannotTell,  ///< the data do not determine it
 };
 /// differs, agrees, cannot tell.
 std::string_view to_string(SourceVerdict verdict);
 
 /// One number of a source.
 struct Component {
-  std::string name;  ///< as a robot file, calibration.json or an effect calls it: upper.centre_px.column
+  std::string name;  ///< as in a robot file, calibration.json or an effect: upper.centre_px.column
   std::string unit;
   double simulated = 0, real = 0;
   double sigma = 0;  ///< of real - simulated, > 0
   [[nodiscard]] double difference() const { return real - simulated; }
 };
 
-/// Part of one gap that a source explains, by Shapley-like projection (see shares.h): may be negative where it hides
-/// a part of another's.
+/// The part of one gap that a source explains, by projection (see shares.h). It is negative where the source hides a
+/// part of another source's effect.
 struct Share {
   std::string of;  ///< Gap::of
   double share = 0;
 };
 
-/// One possible cause of the gap, tested.
+/// One possible cause of the gap, with its test.
 struct Source {
   std::string kind;   ///< focal length, centre, tilt, rig geometry, gain, noise, sharpness, rolling shutter, skew, ...
   std::string where;  ///< lower, upper, a landmark's name; empty: the robot as a whole
   SourceVerdict verdict = SourceVerdict::kCannotTell;
-  std::vector<Component> components;      ///< empty where there is nothing to be told
+  std::vector<Component> components;      ///< empty where the data determine none
   double chi_squared = 0;                 ///< of the differences against 0
-  double p_value = 1;                     ///< of that or more, by chance; held against Comparison::level
-  std::string reason{};                   ///< why it cannot be told
+  double p_value = 1;                     ///< probability of that or more, by chance; compared with Comparison::level
+  std::string reason{};                   ///< why the data do not determine it
   std::vector<Share> shares{};            ///< of a source that differs
-  std::vector<std::string> confusable{};  ///< sources that nearly the same data would show, by name
-  std::string advice{};                   ///< what to change so that both agree; of a source that differs
-  /// "upper centre": what it is called.
+  std::vector<std::string> confusable{};  ///< names of sources with nearly the same effect on the data
+  std::string advice{};                   ///< how to make both agree; for a source that differs
+  /// Returns the source's name: "upper centre".
   [[nodiscard]] std::string name() const { return where.empty() ? kind : where + " " + kind; }
 };
 
-/// How far the real run is from what it would be without any difference.
+/// The distance of the real run from the run that it would be without any difference.
 struct Gap {
   std::string of;  ///< range, odometry, brightness, noise, sharpness, lost frames
   std::string unit;
-  double before = 0;              ///< as it is, root mean square where it is of many
-  double after = 0;               ///< with what was found put right
-  std::optional<double> floor{};  ///< of the simulation, or what noise leaves; none: the simulation has no such gap
-  /// Share that is left `after`, floor included: the projection of what is left on the gap. 0 to 1 and rarely beyond.
+  double before = 0;              ///< as measured, root mean square where it is of many numbers
+  double after = 0;               ///< with the differences found corrected
+  std::optional<double> floor{};  ///< the gap of the simulation, or of noise; none: the simulation has no such gap
+  /// Share that remains in `after`, floor included: the projection of the remainder on the gap. Mostly within 0 to 1.
   std::optional<double> unexplained{};
-  /// Share that is put right, but by numbers that no source names as different, since both runs have them, or one
-  /// alone cannot be told. With `unexplained` and the sources' shares it adds to 1.
+  /// Share that is corrected by numbers of the calibration that no source names as different, because both runs have
+  /// them or because one number alone is not determined. It adds to 1 with `unexplained` and the sources' shares.
   std::optional<double> unnamed{};
 };
 
-// ---- what is drawn
+// ---- data of the figures
 
 /// A residual of one landmark at one frame.
 struct ResidualPoint {
   double t_s = 0;
   std::size_t landmark = 0;         ///< index into Comparison::map
-  double range_m = 0;               ///< from the reference pose to the landmark's axis; 0: not known
-  double before_m = 0;              ///< range, as the run had it, less the distance to the reference pose
-  std::optional<double> after_m{};  ///< with what was found; none on the simulated side
+  double range_m = 0;               ///< from the reference pose to the landmark's axis; 0: unknown
+  double before_m = 0;              ///< range, as the run had it, minus the distance to the reference pose
+  std::optional<double> after_m{};  ///< with the differences found corrected; none on the simulated side
 };
 
-/// A frame of each run, taken at about one place.
+/// One frame of each run, taken at about the same place.
 struct Exhibit {
-  std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< pictures
-  runs::PoseRow simulated, real;
-  double apart_m = 0;     ///< between both places
-  double turned_rad = 0;  ///< between both headings, absolute
+  std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< images
+  runlog::PoseRow simulated, real;
+  double apart_m = 0;     ///< distance of both places
+  double turned_rad = 0;  ///< difference of both headings, absolute
 };
 
-/// All that was found.
+/// All results of a comparison.
 struct Comparison {
-  std::string simulated, real;  ///< the runs' folders as they were named
-  bool is_rendered = false;     ///< the simulated pictures were rendered at the real run's poses
-  std::string reference;        ///< where the real robot is taken to have been: truth, given trajectory, estimate
+  std::string simulated, real;  ///< folders of the runs, as the command named them
+  bool is_rendered = false;     ///< the simulated images were rendered at the real run's poses
+  std::string reference;        ///< source of the real robot's poses: truth, given trajectory, estimate
   std::vector<std::string> notes;
   std::size_t simulated_frames = 0, real_frames = 0;
   std::size_t matched_by_time = 0, matched_by_pose = 0;
   std::vector<Row> rows;
   std::vector<Source> sources;
   std::vector<Gap> gaps;
-  double false_alarm = 1e-3;  ///< of a whole comparison
-  double level = 0;           ///< of one source: false_alarm over the number of sources tested
-  files::Map map;
-  files::Robot simulated_robot, real_robot;
-  /// At most some thousand poses each.
-  std::vector<runs::PoseRow> simulated_path, real_path, real_odometry;
+  double false_alarm = 1e-3;  ///< probability for a whole comparison
+  double level = 0;           ///< for one source: false_alarm over the number of sources tested
+  config::Map map;
+  config::Robot simulated_robot, real_robot;
+  /// At most kMostPoses poses each.
+  std::vector<runlog::PoseRow> simulated_path, real_path, real_odometry;
   std::vector<ResidualPoint> simulated_residuals, real_residuals;
   std::vector<Exhibit> exhibits;  ///< a few, spread over the run
   [[nodiscard]] bool is_within_limits() const;

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/robot_writer.h"
-#include "apps/runs/version.h"
-#include "vision/picture_quality.h"
+#include "apps/config/robot_writer.h"
+#include "apps/runlog/version.h"
+#include "vision/image_quality.h"
 
 namespace twocone::compare {
 namespace {
@@ -22,7 +22,7 @@ const Source* differing(const Comparison& comparison, const std::string& kind, c
 
 std::vector<std::string> header(const Outcome& outcome, const char* what) {
   const Comparison& c = outcome.comparison;
-  std::vector<std::string> lines{fmt::format("{} by twocone {}, commit {}.", what, runs::version(), runs::commit()),
+  std::vector<std::string> lines{fmt::format("{} by twocone {}, commit {}.", what, runlog::version(), runlog::commit()),
                                  fmt::format("  simulated run {}", c.simulated), fmt::format("  real run {}", c.real)};
   std::string names;
   for (const Source& source : c.sources) {
@@ -39,14 +39,14 @@ void add_camera_effects(const Outcome& outcome, std::size_t view, sim_povray::Ca
     double log_gain = 0;
     for (std::size_t colour = 0; colour < 3; ++colour) log_gain += std::log(gain->components[colour].real) / 3;
     effects.gain *= std::exp(log_gain);
-    // Real over simulated: a vignette that both have is not in it.
+    // The difference of real and simulated does not contain a vignette that both have.
     const Component& vignetting = gain->components[3];
     if (std::abs(vignetting.real) >= 3 * vignetting.sigma) {
       effects.vignetting = std::clamp(effects.vignetting + vignetting.real, 0.0, 1.0);
     }
   }
   if (differing(c, "noise", where)) {
-    if (const auto noise = vision::fit_noise(outcome.pictures.views[view].real_noise)) {
+    if (const auto noise = vision::fit_noise(outcome.images.views[view].real_noise)) {
       effects.full_well_electrons = noise->full_well_electrons();
       effects.read_noise_electrons = noise->read_noise_electrons();
     }
@@ -64,14 +64,14 @@ void add_camera_effects(const Outcome& outcome, std::size_t view, sim_povray::Ca
   double late_s = 0;
   if (const Source* const latency = differing(c, "latency")) late_s += latency->components[0].difference() / 1e3;
   if (const Source* const skew = differing(c, "skew")) {
-    // The earlier of both views is the one whose stamp is late.
+    // The stamp of the earlier view is the late one.
     const double upper_later_s = skew->components[0].difference() / 1e3;
     late_s += std::max(0.0, view == 1 ? -upper_later_s : upper_later_s);
   }
   effects.stamp_late_s = std::max(0.0, effects.stamp_late_s + late_s);
 }
 
-/// Four digits, which no measurement here passes: files for people to read.
+/// Rounds to four digits, more than any measurement here has, so that people can read the files.
 double rounded(double value) { return value == 0 ? 0 : std::stod(fmt::format("{:.4g}", value)); }
 
 void round(sim_povray::CameraEffects& effects) {
@@ -85,22 +85,22 @@ void round(sim_povray::CameraEffects& effects) {
 }  // namespace
 
 std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file) {
-  files::Robot robot = outcome.comparison.real_robot;
+  config::Robot robot = outcome.comparison.real_robot;
   robot.rig = outcome.calibration->rig;
   robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
   robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
-  return files::robot_text(robot.file, new_file, robot, header(outcome, "Rig and wheels as found in a real run"));
+  return config::robot_text(robot.file, new_file, robot, header(outcome, "Rig and wheels as found in a real run"));
 }
 
 std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file) {
   const Comparison& c = outcome.comparison;
-  files::Robot robot = c.simulated_robot;
+  config::Robot robot = c.simulated_robot;
   add_camera_effects(outcome, 0, robot.lower.effects);
   add_camera_effects(outcome, 1, robot.upper.effects);
   round(robot.lower.effects);
   round(robot.upper.effects);
   if (differing(c, "wheel radius") || differing(c, "wheel separation")) {
-    // Belief and truth alike: as the corrected real robot's.
+    // Belief and truth are equal: both are those of the corrected real robot.
     robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
     robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
     robot.effects.wheel_radius_m.reset();
@@ -110,8 +110,8 @@ std::string like_the_real(const Outcome& outcome, const std::filesystem::path& n
   if (const Source* const rate = differing(c, "frame rate")) {
     robot.lower.rate_hz = robot.upper.rate_hz = rounded(rate->components[0].real);
   }
-  return files::robot_text(robot.file, new_file, robot,
-                           header(outcome, "A simulation that behaves like a real run, made"));
+  return config::robot_text(robot.file, new_file, robot,
+                            header(outcome, "A simulation that behaves like a real run, made"));
 }
 
 void advise(std::vector<Source>& sources) {
@@ -126,23 +126,23 @@ void advise(std::vector<Source>& sources) {
     } else if (kinds({"wheel radius", "wheel ratio", "wheel separation"})) {
       source.advice = "put the real numbers into `drive:` (--write-robot does)";
     } else if (source.kind == "landmark") {
-      source.advice = "measure this landmark again: the real map has it elsewhere";
+      source.advice = "measure this landmark again: its place in the real map is wrong";
     } else if (source.kind == "frames lost") {
-      source.advice = "look at cable, bus and load (twocone doctor); the simulation: drop_probability";
+      source.advice = "check cable, bus and load (twocone doctor); in the simulation set drop_probability";
     } else if (kinds({"frame rate", "stamped skew"})) {
-      source.advice = "set the cameras' rate, or trigger both together; the simulation: rate_hz";
+      source.advice = "set the cameras' rate, or trigger both together; in the simulation set rate_hz";
     } else if (kinds({"skew", "latency"})) {
-      source.advice = "correct the stamps, or trigger both together; the simulation: stamp_late_s";
+      source.advice = "correct the stamps, or trigger both together; in the simulation set stamp_late_s";
     } else if (source.kind == "rolling shutter") {
-      source.advice = "a shorter readout or slower turns; the simulation: readout_s";
+      source.advice = "use a shorter readout or slower turns; in the simulation set readout_s";
     } else if (source.kind == "exposure and colour") {
-      source.advice = "set exposure, gain and white balance; the simulation: gain, vignetting";
+      source.advice = "set exposure, gain and white balance; in the simulation set gain, vignetting";
     } else if (source.kind == "noise") {
-      source.advice = "more light; the simulation: full_well_electrons, read_noise_electrons";
+      source.advice = "use more light; in the simulation set full_well_electrons, read_noise_electrons";
     } else if (source.kind == "sharpness") {
-      source.advice = "focus the lens; the simulation: defocus_px";
+      source.advice = "focus the lens; in the simulation set defocus_px";
     } else if (source.kind == "slip") {
-      source.advice = "look at floor and tyres; the simulation: slip";
+      source.advice = "check floor and tyres; in the simulation set slip";
     }
   }
 }

@@ -9,17 +9,18 @@
 
 namespace twocone::compare {
 
-/// The real run's robot file with what was found of its rig and wheels: all of the calibration, whose numbers belong
-/// together, not those alone that differ. @throws files::FileError as files::robot_text
+/// Returns the real run's robot file with the rig and the wheels that its calibration found. It contains all numbers of
+/// the calibration, because they belong together, and not only those that differ. @throws config::FileError as
+/// config::robot_text
 std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file);
 
-/// The simulated run's robot file, whose next run behaves like the real one: its own `rig:`, which is that of its
-/// scene, and of what differs: colours' mean gain, noise, blur, rolling shutter, skew, latency and lost frames as
-/// effects of the cameras, the frame rate, wheels and slip. A real camera's exposure is not told from its gain.
-/// @throws files::FileError as files::robot_text
+/// Returns the simulated run's robot file, changed so that its next run behaves like the real one. It keeps its own
+/// `rig:`, which is that of its scene. For the sources that differ it contains: the mean gain of the colours, noise,
+/// blur, rolling shutter, skew, latency and lost frames as effects of the cameras, the frame rate, wheels and slip. The
+/// exposure of a real camera cannot be distinguished from its gain. @throws config::FileError as config::robot_text
 std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file);
 
-/// What to change, a sentence for each source that differs: Source::advice.
+/// Sets Source::advice, a sentence that states what to change, for each source that differs.
 void advise(std::vector<Source>& sources);
 
 }  // namespace twocone::compare

@@ -6,10 +6,10 @@
 
 #include <Eigen/Geometry>
 
-#include "apps/files/to_layers.h"
-#include "apps/runs/adaptive.h"
-#include "apps/runs/estimator.h"
-#include "apps/runs/run_folder.h"
+#include "apps/config/to_layers.h"
+#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/run_folder.h"
 #include "vision/triangulation.h"
 
 namespace twocone::compare {
@@ -24,7 +24,7 @@ void put_back(const Source& source, const MirrorViewSettings& believed, MirrorVi
   if (source.kind == "mirror shape") view.cone = believed.cone;
 }
 
-/// How late the exposure of a pixel's row was against the frame's time, by `source`.
+/// Returns how late, according to `source`, a pixel's row was exposed relative to the frame's time.
 double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pixel_px, int height_px) {
   const std::string view(to_string(side));
   for (const Component& component : source.components) {
@@ -38,12 +38,12 @@ double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pi
 
 bool is_of_time(const Source& source) { return source.kind == "skew" || source.kind == "rolling shutter"; }
 
-/// Where the sighting would be had its row been exposed at the frame's time.
+/// Returns the sighting that an exposure of its row at the frame's time would have given.
 vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
                          const Eigen::Vector2d& in_body_m, const vision::Target& target, const vision::BodyTwist& twist,
                          double by_s) {
   vision::Sighting moved = sighting;
-  // The body goes forward and turns, so what stands goes back and turns the other way.
+  // The body moves forward and turns, so a fixed object moves backward and turns the other way.
   const Eigen::Vector2d later_m =
       Eigen::Rotation2Dd(-twist.turn_radps * by_s) * (in_body_m - Eigen::Vector2d(twist.forward_mps * by_s, 0));
   const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m.value_or(0));
@@ -60,12 +60,12 @@ struct Frame {
   const std::vector<Source>& sources;
   const std::vector<vision::Rig>& put_back;  ///< the found rig with each source's numbers as believed
   std::optional<vision::BodyTwist> twist;
-  runs::PoseRow reference;
+  runlog::PoseRow reference;
 
   using Seen = std::optional<vision::Sighting>;
 
-  /// A sighting, as it would be had it been exposed at the frame's time: with all that was found of times but
-  /// `left_as_it_is`.
+  /// Returns a sighting as an exposure at the frame's time would have given it. All timing differences that were found
+  /// are corrected, except that of `left_as_it_is`.
   [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, Seen seen, const Eigen::Vector2d& to_m,
                                  const vision::Target& target) const {
     for (const Source& source : sources) {
@@ -73,25 +73,26 @@ struct Frame {
           &source == left_as_it_is)
         continue;
       const vision::MirrorView& view = side == vision::Side::kLower ? real.found.lower : real.found.upper;
-      const files::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
+      const config::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
       seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
     }
     return seen;
   }
 
-  /// Where the body was at the frame's time, by `ranges` of the found rig that were sighted from `reference` or nearby.
-  [[nodiscard]] std::optional<runs::PoseRow> fixed_in_time(const std::vector<vision::RangeMeasurement>& ranges,
-                                                           const std::vector<vision::Target>& targets,
-                                                           const std::vector<Eigen::Vector2d>& landmarks_m) const {
-    std::vector<vision::RangeMeasurement> anew(ranges.size());
+  /// Returns the body's pose at the frame's time, from `ranges` of the found rig that were sighted from `reference` or
+  /// nearby.
+  [[nodiscard]] std::optional<runlog::PoseRow> fixed_in_time(const std::vector<vision::RangeMeasurement>& ranges,
+                                                             const std::vector<vision::Target>& targets,
+                                                             const std::vector<Eigen::Vector2d>& landmarks_m) const {
+    std::vector<vision::RangeMeasurement> measured(ranges.size());
     for (std::size_t k = 0; k < ranges.size(); ++k) {
       if (!ranges[k].range_m) continue;
       const Eigen::Vector2d to_m = in_body(reference, landmarks_m[k]);
       const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, to_m, targets[k]);
       const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, to_m, targets[k]);
-      anew[k] = range_under(real.found, lower ? &*lower : nullptr, upper ? &*upper : nullptr, targets[k]);
+      measured[k] = range_under(real.found, lower ? &*lower : nullptr, upper ? &*upper : nullptr, targets[k]);
     }
-    return pose_of(runs::fix_of_full(anew, landmarks_m, true), reference.t_s);
+    return pose_of(estimation::fix_of_outline(measured, landmarks_m, true), reference.t_s);
   }
 
   [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const vision::Target& target,
@@ -117,7 +118,7 @@ struct Frame {
       if (!differs(source)) {
         // adds nothing
       } else if (is_of_this(source)) {
-        // The map's distance is too short by what the landmark stands farther away.
+        // The map's distance is too short by the shift of the landmark along the line of sight.
         const Eigen::Vector2d shift_m = Eigen::Vector2d(source.components[0].real, source.components[1].real) / 1e3;
         part_m = (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m)).normalized().dot(shift_m);
         range.after_m -= part_m;
@@ -131,8 +132,8 @@ struct Frame {
     return range;
   }
 
-  /// What the sightings say under `rig`, also where both views contradict each other under it: their covariances, whose
-  /// relation alone weighs them, are taken as kDoubt^2 times of what they are.
+  /// Returns the range from the sightings under `rig`, also where both views contradict each other under it. For that,
+  /// the covariances are multiplied by kDoubt^2; only their ratio weighs the views.
   static std::optional<double> triangulated(const vision::Rig& rig, Seen lower, Seen upper,
                                             const vision::Target& target) {
     constexpr double kDoubt = 30;
@@ -144,8 +145,8 @@ struct Frame {
   }
 };
 
-/// Frames of the run in the middle between two that the calibration chose. A run that is shorter than what it looks at
-/// leaves none: then the same frames.
+/// Returns frames in the middle between two that the calibration chose. A run too short for such frames gives those
+/// that the calibration chose.
 std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, int most) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i + 1 < chosen.size(); ++i) {
@@ -158,7 +159,7 @@ std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, in
   return thinned;
 }
 
-/// The rig that the calibration found, with the numbers of one source as they were believed.
+/// Returns the rig that the calibration found, with the numbers of one source set back to the believed ones.
 vision::Rig with_believed(const Side& side, const Source& source) {
   vision::Rig rig = side.found;
   MirrorViewSettings lower = rig.lower.settings(), upper = rig.upper.settings();
@@ -184,12 +185,12 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
                                                   const std::function<void(double)>& progress) {
   std::vector<HeldOutRange> all;
   if (!real.calibration) return all;
-  files::Robot robot = real.run.robot;
+  config::Robot robot = real.run.robot;
   robot.rig = real.calibration->rig;
   robot.estimator = {};
-  const runs::Estimator estimator(runs::Method::kFull, robot, real.run.map);
-  const auto targets = files::to_targets(real.run.map);
-  const auto landmarks_m = files::to_landmark_positions(real.run.map);
+  const estimation::Estimator estimator(estimation::Method::kOutline, robot, real.run.map);
+  const auto targets = config::to_targets(real.run.map);
+  const auto landmarks_m = config::to_landmark_positions(real.run.map);
   std::vector<vision::Rig> rigs;
   rigs.reserve(sources.size());
   for (const Source& source : sources) rigs.push_back(with_believed(real, source));
@@ -198,10 +199,10 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
   for (std::size_t n = 0; n < rows.size(); ++n) {
     progress(double(n) / double(rows.size()));
     const std::size_t row = rows[n];
-    const runs::FrameRow& frame = real.run.frames[row];
-    const auto lower = runs::read_picture(runs::lower_picture(real.run.folder, frame.frame));
-    const auto upper = runs::read_picture(runs::upper_picture(real.run.folder, frame.frame));
-    if (!lower || !upper) continue;  // pictures that cannot be read are told elsewhere
+    const runlog::FrameRow& frame = real.run.frames[row];
+    const auto lower = runlog::read_image(runlog::lower_image_file(real.run.folder, frame.frame));
+    const auto upper = runlog::read_image(runlog::upper_image_file(real.run.folder, frame.frame));
+    if (!lower || !upper) continue;  // unreadable images are reported elsewhere
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return answer.error();
     auto reference = real.is_reference_apart ? real.reference[row] : pose_of(answer->fix, frame.t_s);

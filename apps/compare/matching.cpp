@@ -11,12 +11,12 @@
 
 namespace twocone::compare {
 
-std::string why_other_rooms(const files::Map& a, const files::Map& b) {
-  // Far above what a survey errs by, and below what rooms of some metres differ by.
+std::string why_other_rooms(const config::Map& a, const config::Map& b) {
+  // Far more than the error of a survey, and less than the difference between rooms of some metres.
   constexpr double kOtherRoom_m = 0.5;
-  std::vector<std::pair<const files::Landmark*, const files::Landmark*>> both;
-  for (const files::Landmark& of_a : a.landmarks) {
-    for (const files::Landmark& of_b : b.landmarks) {
+  std::vector<std::pair<const config::Landmark*, const config::Landmark*>> both;
+  for (const config::Landmark& of_a : a.landmarks) {
+    for (const config::Landmark& of_b : b.landmarks) {
       if (of_a.name == of_b.name) both.emplace_back(&of_a, &of_b);
     }
   }
@@ -27,14 +27,14 @@ std::string why_other_rooms(const files::Map& a, const files::Map& b) {
   std::vector<double> differences_m;
   for (std::size_t i = 0; i < both.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      const auto apart_m = [](const files::Landmark& p, const files::Landmark& q) {
+      const auto apart_m = [](const config::Landmark& p, const config::Landmark& q) {
         return std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
       };
       differences_m.push_back(
           std::abs(apart_m(*both[i].first, *both[k].first) - apart_m(*both[i].second, *both[k].second)));
     }
   }
-  // A landmark that was moved spoils its own pairs, at most two thirds of all: the lower quartile does not see it.
+  // A landmark that was moved changes its own pairs, at most two thirds of all, so the lower quartile is not affected.
   const auto quartile = differences_m.begin() + std::ptrdiff_t(differences_m.size() / 4);
   std::nth_element(differences_m.begin(), quartile, differences_m.end());
   if (*quartile <= kOtherRoom_m) return "";
@@ -56,15 +56,15 @@ std::vector<Match> match_by_time(std::span<const double> simulated, std::span<co
   return matches;
 }
 
-double distance_m(const runs::PoseRow& a, const runs::PoseRow& b) {
+double distance_m(const runlog::PoseRow& a, const runlog::PoseRow& b) {
   constexpr double kMetresPerRadian = 1;
   return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m,
                     kMetresPerRadian * localisation::wrap_angle_rad(a.heading_rad - b.heading_rad));
 }
 
-std::vector<Match> match_by_pose(std::span<const std::optional<runs::PoseRow>> simulated,
-                                 std::span<const std::optional<runs::PoseRow>> real, double most_apart_m) {
-  // By place first: runs of an hour would else take squares of their frames.
+std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>> simulated,
+                                 std::span<const std::optional<runlog::PoseRow>> real, double most_apart_m) {
+  // Sorted by position first, because comparing all pairs of frames of hour-long runs would take too long.
   std::vector<std::size_t> by_x;
   for (std::size_t k = 0; k < simulated.size(); ++k) {
     if (simulated[k]) by_x.push_back(k);
@@ -89,16 +89,16 @@ std::vector<Match> match_by_pose(std::span<const std::optional<runs::PoseRow>> s
   return matches;
 }
 
-std::optional<runs::PoseRow> pose_at(std::span<const runs::PoseRow> poses, double t_s, double longest_gap_s) {
+std::optional<runlog::PoseRow> pose_at(std::span<const runlog::PoseRow> poses, double t_s, double longest_gap_s) {
   const auto after = std::lower_bound(poses.begin(), poses.end(), t_s,
-                                      [](const runs::PoseRow& pose, double time_s) { return pose.t_s < time_s; });
+                                      [](const runlog::PoseRow& pose, double time_s) { return pose.t_s < time_s; });
   if (after == poses.end()) return std::nullopt;
   if (after->t_s == t_s) return *after;
   if (after == poses.begin()) return std::nullopt;
-  const runs::PoseRow& before = *std::prev(after);
+  const runlog::PoseRow& before = *std::prev(after);
   if (after->t_s - before.t_s > longest_gap_s) return std::nullopt;
   const double share = (t_s - before.t_s) / (after->t_s - before.t_s);
-  return runs::PoseRow{
+  return runlog::PoseRow{
       t_s, before.x_m + share * (after->x_m - before.x_m), before.y_m + share * (after->y_m - before.y_m),
       localisation::wrap_angle_rad(before.heading_rad +
                                    share * localisation::wrap_angle_rad(after->heading_rad - before.heading_rad))};

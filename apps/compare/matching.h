@@ -8,36 +8,37 @@
 #include <string>
 #include <vector>
 
-#include "apps/files/map_file.h"
-#include "apps/runs/run_data.h"
+#include "apps/config/map_file.h"
+#include "apps/runlog/run_data.h"
 
 namespace twocone::compare {
 
-/// Why two maps cannot be of one room, for a message; empty: they can. Judged by the distances between landmarks of the
-/// same name, so that another origin, a landmark that was moved, and one that is missing count for nothing.
-std::string why_other_rooms(const files::Map& a, const files::Map& b);
+/// Returns why two maps cannot be of one room, for a message; empty if they can. The distances between landmarks of the
+/// same name decide, so that another origin, one landmark that was moved or one that is missing make no difference.
+std::string why_other_rooms(const config::Map& a, const config::Map& b);
 
-/// Which frame of one run stands for which of the other.
+/// Two corresponding frames of the two runs.
 struct Match {
   std::size_t simulated = 0, real = 0;  ///< indices into the two lists
 };
 
-/// Each of `real` with the one of `simulated` nearest in time, if within `most_apart_s`; a simulated one may serve
-/// twice.
+/// Returns for each of `real` the nearest one of `simulated` in time, if it is within `most_apart_s`. A simulated frame
+/// may be matched more than once.
 /// @param simulated,real times, rising
 std::vector<Match> match_by_time(std::span<const double> simulated, std::span<const double> real, double most_apart_s);
 
-/// How far two poses are apart as pictures go: a turn of a radian counts as a metre, which moves what is a metre away
-/// so far.
-double distance_m(const runs::PoseRow& a, const runs::PoseRow& b);
+/// Returns a distance of two poses for images: a turn of one radian counts as one metre, because it moves the image of
+/// an object at one metre as far.
+double distance_m(const runlog::PoseRow& a, const runlog::PoseRow& b);
 
-/// Each of `real` with the one of `simulated` at the least distance_m, if within `most_apart_m`. Poses that are not
-/// known match nothing.
-std::vector<Match> match_by_pose(std::span<const std::optional<runs::PoseRow>> simulated,
-                                 std::span<const std::optional<runs::PoseRow>> real, double most_apart_m);
+/// Returns for each of `real` the one of `simulated` at the smallest distance_m, if it is within `most_apart_m`.
+/// Unknown poses match nothing.
+std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>> simulated,
+                                 std::span<const std::optional<runlog::PoseRow>> real, double most_apart_m);
 
-/// Straight between the two of `poses`, in the order of their times, around `t_s`; nothing before, after, and where
-/// these are farther apart in time than `longest_gap_s`.
-std::optional<runs::PoseRow> pose_at(std::span<const runs::PoseRow> poses, double t_s, double longest_gap_s = INFINITY);
+/// Interpolates linearly between the two of `poses` around `t_s`; `poses` are in the order of their times. Returns
+/// nothing before the first, after the last, and where the two are farther apart in time than `longest_gap_s`.
+std::optional<runlog::PoseRow> pose_at(std::span<const runlog::PoseRow> poses, double t_s,
+                                       double longest_gap_s = INFINITY);
 
 }  // namespace twocone::compare

@@ -22,14 +22,14 @@ std::string number(const std::optional<double>& value) {
   return size >= 100 ? fmt::format("{:.1f}", *value) : fmt::format("{:.3f}", *value);
 }
 
-/// A paragraph of a terminal's width.
+/// Returns a paragraph of a terminal's width.
 std::string lines(const std::string& first, const std::string& text) {
   constexpr std::size_t kColumns = 100;
   std::istringstream stream(text);
   return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
 }
 
-/// A share of a gap below this is not worth a line of its own.
+/// A smaller share of a gap gets no line of its own.
 constexpr double kWorthALine = 0.05;
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
@@ -48,7 +48,7 @@ std::string source_lines(const Source& source) {
   if (!source.confusable.empty()) {
     std::string names;
     for (const std::string& name : source.confusable) names += (names.empty() ? "" : ", ") + name;
-    text += lines("    ", "this drive hardly tells it from " + names);
+    text += lines("    ", "this drive hardly distinguishes it from " + names);
   }
   if (!source.advice.empty()) text += lines("    ", source.advice);
   return text;
@@ -88,31 +88,33 @@ Json to_json(const Source& source) {
 std::string table(const Comparison& comparison) {
   std::string text = fmt::format("simulated {} ({} frames)\nreal      {} ({} frames)\n", comparison.simulated,
                                  comparison.simulated_frames, comparison.real, comparison.real_frames);
-  text += fmt::format("{} frames at one time, {} at one place; the real robot's place: {}\n",
+  text += fmt::format("frames matched: {} by time, {} by place; poses of the real robot: {}\n",
                       comparison.matched_by_time, comparison.matched_by_pose, comparison.reference);
   for (const std::string& note : comparison.notes) text += lines("note: ", note);
 
   const auto differing = with(comparison, SourceVerdict::kDiffers);
-  text += differing.empty() ? "\nNo difference found.\n" : "\nWhat differs (simulated -> real):\n";
+  text += differing.empty() ? "\nNo difference found.\n" : "\nDifferences (simulated -> real):\n";
   for (const Source* const source : differing) text += source_lines(*source);
-  const auto agreeing = with(comparison, SourceVerdict::kAgrees), untold = with(comparison, SourceVerdict::kCannotTell);
-  text += fmt::format("{} sources tested at {:.1g} each, {:.1g} for all; {} agree, {} cannot be told.\n",
+  const auto agreeing = with(comparison, SourceVerdict::kAgrees),
+             undetermined = with(comparison, SourceVerdict::kCannotTell);
+  text += fmt::format("{} sources tested at {:.1g} each, {:.1g} for all; {} agree, {} cannot be determined.\n",
                       differing.size() + agreeing.size(), comparison.level, comparison.false_alarm, agreeing.size(),
-                      untold.size());
-  for (const Source* const source : untold) {
+                      undetermined.size());
+  for (const Source* const source : undetermined) {
     text += lines("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
   }
 
   if (!comparison.gaps.empty()) {
-    text += fmt::format("\n{:<28} {:>10} {:>10} {:>10}   {}\n", "gap of the real run, rms", "as it is", "corrected",
+    text += fmt::format("\n{:<28} {:>10} {:>10} {:>10}   {}\n", "gap of the real run, rms", "measured", "corrected",
                         "floor", "unexplained");
   }
   for (const Gap& gap : comparison.gaps) {
     text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", gap.of + ", " + gap.unit, number(gap.before),
                         number(gap.after), number(gap.floor), gap.unexplained ? percent(*gap.unexplained) : "-");
     if (gap.unnamed && std::abs(*gap.unnamed) >= kWorthALine) {
-      text += lines("  ", fmt::format("{} of it goes with numbers of the calibration that no source names as different",
-                                      percent(*gap.unnamed)));
+      text += lines("  ",
+                    fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
+                                percent(*gap.unnamed)));
     }
   }
 
@@ -128,7 +130,7 @@ std::string table(const Comparison& comparison) {
         number(row.simulated), number(is_gap_alone ? row.gap : row.real), row.gap_sigma ? number(row.gap_sigma) : "",
         row.limit ? fmt::format("{:g}", *row.limit) : "", row.light == Light::kNone ? "" : to_string(row.light));
   }
-  text += lines("", "+-: standard deviation of real less simulated; cannot tell: it exceeds the limit");
+  text += lines("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
   return text;
 }
 

@@ -10,30 +10,30 @@
 #include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 #include "apps/compare/side.h"
-#include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
-#include "apps/files/to_layers.h"
-#include "apps/foreign/motion.h"
-#include "apps/runs/disk.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/import/motion.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/tables/tables.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_folder.h"
-#include "apps/runs/run_yaml.h"
-#include "apps/runs/tables.h"
 
 namespace twocone::compare {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kPictureTimeout{600'000};
-// Pictures on their way: enough for POV-Ray's processes to be busy, and little memory.
+constexpr milliseconds kImageTimeout{600'000};
+// Images that are being rendered: enough to keep POV-Ray's processes busy with little memory.
 constexpr std::size_t kOnTheWay = 6;
-constexpr double kPosesShare = 0.15, kPicturesShare = 0.85;
+constexpr double kPosesShare = 0.15, kImagesShare = 0.85;
 
-/// A frame that is rendered, or is there already.
+/// A frame to render, or one that is rendered already.
 struct Place {
-  runs::FrameRow frame;
-  runs::PoseRow pose;
+  runlog::FrameRow frame;
+  runlog::PoseRow pose;
 };
 
 Result<std::vector<Place>> places_of(const Side& real) {
@@ -49,28 +49,28 @@ Result<std::vector<Place>> places_of(const Side& real) {
   return places;
 }
 
-/// What the two cameras of the scene see from one place after the other.
+/// Renders the images of the scene's two cameras at one pose after the other.
 class CamerasOfScene {
  public:
-  CamerasOfScene(const files::Robot& robot, const files::Map& map, const sim_povray::RenderSettings& render)
-      : robot_(robot), place_(files::to_place(map)) {
+  CamerasOfScene(const config::Robot& robot, const config::Map& map, const sim_povray::RenderSettings& render)
+      : robot_(robot), place_(config::to_place(map)) {
     place_.render = render;
   }
 
   Status open() {
-    auto venue = sim_povray::Venue::open(place_);
-    if (!venue) return venue.error();
-    venue_ = *std::move(venue);
+    auto host = sim_povray::ReusedHost::open(place_);
+    if (!host) return host.error();
+    host_ = *std::move(host);
     return {};
   }
 
   Result<std::array<Frame, 2>> look(const Place& place) {
-    sim_povray::SeatSettings seat;
-    const files::Start start = robot_.start.value_or(files::Start{});
-    seat.body.start = {start.x_m, start.y_m, start.heading_rad};
-    seat.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
-    seat.body.radius_m = 0;  // where a real robot was, nothing was in its way
-    auto simulation = venue_->enter(seat);
+    sim_povray::SessionSettings session;
+    const config::Start start = robot_.start.value_or(config::Start{});
+    session.body.start = {start.x_m, start.y_m, start.heading_rad};
+    session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
+    session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
+    auto simulation = host_->enter(session);
     if (!simulation) return simulation.error();
     std::vector<std::unique_ptr<Camera>> cameras;
     for (const auto& [name, entry] : {std::pair{"lower", &robot_.lower}, {"upper", &robot_.upper}}) {
@@ -85,33 +85,33 @@ class CamerasOfScene {
       if (auto started = (*camera)->start(); !started) return started.error();
       cameras.push_back(*std::move(camera));
     }
-    auto lower = cameras[0]->grab(kPictureTimeout);
+    auto lower = cameras[0]->grab(kImageTimeout);
     if (!lower) return lower.error();
-    auto upper = cameras[1]->grab(kPictureTimeout);
+    auto upper = cameras[1]->grab(kImageTimeout);
     if (!upper) return upper.error();
     return std::array<Frame, 2>{*std::move(lower), *std::move(upper)};
   }
 
  private:
-  files::Robot robot_;
+  config::Robot robot_;
   sim_povray::PlaceSettings place_;
-  std::optional<sim_povray::Venue> venue_;
+  std::optional<sim_povray::ReusedHost> host_;
 };
 
-/// What the pictures are made of: the map, its scene with what stands beside it to be included, the cameras, the
-/// places.
-std::string recipe_of(const files::Robot& robot, const files::Map& map, const std::vector<Place>& places) {
-  std::string recipe = files::read_text(map.file);
+/// Returns everything that determines the images: the map, its scene with the files beside it that it can include, the
+/// cameras, the poses.
+std::string recipe_of(const config::Robot& robot, const config::Map& map, const std::vector<Place>& places) {
+  std::string recipe = config::read_text(map.file);
   std::vector<std::filesystem::path> sources;
-  std::error_code none;  // what is wrong with a scene's place is told when it is opened
+  std::error_code none;  // an unreadable folder is reported when the scene is opened
   for (const auto& entry :
        std::filesystem::directory_iterator(std::filesystem::absolute(*map.scene).parent_path(), none)) {
     const auto kind = entry.path().extension();
     if (kind == ".pov" || kind == ".inc") sources.push_back(entry.path());
   }
   std::sort(sources.begin(), sources.end());
-  for (const auto& source : sources) recipe += fmt::format("\n{}:\n{}", source.string(), files::read_text(source));
-  for (const files::CameraEntry* const camera : {&robot.lower, &robot.upper}) {
+  for (const auto& source : sources) recipe += fmt::format("\n{}:\n{}", source.string(), config::read_text(source));
+  for (const config::CameraEntry* const camera : {&robot.lower, &robot.upper}) {
     recipe += fmt::format("\n{} x {} px, antialias {}", camera->width_px, camera->height_px, camera->antialias);
   }
   for (const Place& place : places) {
@@ -121,16 +121,16 @@ std::string recipe_of(const files::Robot& robot, const files::Map& map, const st
   return recipe;
 }
 
-/// Removes pictures of another scene or of other places.
+/// Removes images of another scene or of other poses.
 void keep_those_of(const std::string& recipe, const std::filesystem::path& folder) {
   const auto kept = folder / "rendered_from.txt";
   std::error_code error;
-  if (!std::filesystem::exists(kept, error) || files::read_text(kept) != recipe) {
+  if (!std::filesystem::exists(kept, error) || config::read_text(kept) != recipe) {
     for (const char* const view : {"lower", "upper"}) std::filesystem::remove_all(folder / view, error);
   }
   for (const char* const view : {"lower", "upper"}) std::filesystem::create_directories(folder / view, error);
-  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
-  runs::write_whole(kept, recipe);
+  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  runlog::write_whole(kept, recipe);
 }
 
 struct Coming {
@@ -139,18 +139,18 @@ struct Coming {
 };
 
 Status keep(const std::filesystem::path& to, const Coming& coming) {
-  // The upper one last: where it is there, both are.
-  const std::array<std::filesystem::path, 2> files{runs::lower_picture(to, coming.place.frame.frame),
-                                                   runs::upper_picture(to, coming.place.frame.frame)};
+  // The upper image is written last: where it exists, both do.
+  const std::array<std::filesystem::path, 2> files{runlog::lower_image_file(to, coming.place.frame.frame),
+                                                   runlog::upper_image_file(to, coming.place.frame.frame)};
   for (const std::size_t k : {0, 1}) {
-    const auto picture = coming.frames[k].image(kPictureTimeout);
-    if (!picture) return picture.error();
-    runs::write_picture(files[k], **picture);
+    const auto image = coming.frames[k].image(kImageTimeout);
+    if (!image) return image.error();
+    runlog::write_image(files[k], **image);
   }
   return {};
 }
 
-Status render_all(const RenderAgain& settings, const Side& real, const files::Map& map,
+Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
   CamerasOfScene cameras(real.run.robot, map, settings.render);
   if (auto opened = cameras.open(); !opened) return opened;
@@ -162,9 +162,9 @@ Status render_all(const RenderAgain& settings, const Side& real, const files::Ma
   };
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (settings.stop && *settings.stop) {
-      return Error{ErrorCode::kRefused, "stopped from outside; the same command goes on from here"};
+      return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
     }
-    if (!std::filesystem::exists(runs::upper_picture(settings.to, places[i].frame.frame))) {
+    if (!std::filesystem::exists(runlog::upper_image_file(settings.to, places[i].frame.frame))) {
       auto frames = cameras.look(places[i]);
       if (!frames)
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
@@ -173,7 +173,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const files::Ma
         if (auto kept = keep_first(); !kept) return kept;
       }
     }
-    settings.progress(kPosesShare + (kPicturesShare - kPosesShare) * double(i + 1) / double(places.size()));
+    settings.progress(kPosesShare + (kImagesShare - kPosesShare) * double(i + 1) / double(places.size()));
   }
   while (!coming.empty()) {
     if (auto kept = keep_first(); !kept) return kept;
@@ -181,46 +181,46 @@ Status render_all(const RenderAgain& settings, const Side& real, const files::Ma
   return {};
 }
 
-/// Tables of what is known without looking: frames, wheels, poses. frames.csv last.
+/// Writes the tables that need no image: frames, wheels, poses. frames.csv comes last.
 void write_tables(const RenderAgain& settings, const Side& real, const std::vector<Place>& places) {
   std::vector<localisation::Pose> poses;
   poses.reserve(places.size());
   for (const Place& place : places) poses.push_back({place.pose.x_m, place.pose.y_m, place.pose.heading_rad});
-  const auto wheels = foreign::wheels_of(poses, files::to_wheels(real.run.robot));
-  std::string truth, drive = runs::drive_header() + "\n", frames = runs::frames_header() + "\n";
+  const auto wheels = importer::wheels_of(poses, config::to_wheels(real.run.robot));
+  std::string truth, drive = runlog::drive_header() + "\n", frames = runlog::frames_header() + "\n";
   for (std::size_t i = 0; i < places.size(); ++i) {
-    runs::PoseRow pose = places[i].pose;
+    runlog::PoseRow pose = places[i].pose;
     pose.t_s = places[i].frame.t_s;
-    truth += runs::to_line(pose) + "\n";
+    truth += runlog::to_line(pose) + "\n";
     drive +=
-        runs::to_line(runs::DriveRow{pose.t_s, {}, {}, wheels.turns[i].left_rad, wheels.turns[i].right_rad}) + "\n";
-    runs::FrameRow row;
+        runlog::to_line(runlog::DriveRow{pose.t_s, {}, {}, wheels.turns[i].left_rad, wheels.turns[i].right_rad}) + "\n";
+    runlog::FrameRow row;
     row.frame = places[i].frame.frame;
     row.t_s = row.lower_t_s = row.upper_t_s = pose.t_s;
     row.lower_sequence = row.upper_sequence = i;
-    frames += runs::to_line(row) + "\n";
+    frames += runlog::to_line(row) + "\n";
   }
-  runs::write_run_yaml_for_map(settings.real, settings.scene,
-                               fmt::format("the places of {} ({}), rendered again", real.name, real.reference_is),
-                               settings.to);
-  runs::write_whole(settings.to / "truth.tum", truth);
-  runs::write_whole(settings.to / "odometry.tum", truth);
-  runs::write_whole(settings.to / "drive.csv", drive);
-  runs::write_whole(settings.to / "frames.csv", frames);
+  runlog::write_run_yaml_for_map(settings.real, settings.scene,
+                                 fmt::format("the places of {} ({}), rendered again", real.name, real.reference_is),
+                                 settings.to);
+  runlog::write_whole(settings.to / "truth.tum", truth);
+  runlog::write_whole(settings.to / "odometry.tum", truth);
+  runlog::write_whole(settings.to / "drive.csv", drive);
+  runlog::write_whole(settings.to / "frames.csv", frames);
 }
 
 }  // namespace
 
 Status render_again(const RenderAgain& settings) {
-  const files::Map map = files::read_map(settings.scene);
+  const config::Map map = config::read_map(settings.scene);
   if (!map.scene) {
-    throw files::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", settings.scene.string()));
+    throw config::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", settings.scene.string()));
   }
-  const auto tell = [&settings](double done) {
+  const auto report_progress = [&settings](double done) {
     if (settings.progress) settings.progress(done);
   };
-  RenderAgain told = settings;
-  told.progress = tell;
+  RenderAgain reporting = settings;
+  reporting.progress = report_progress;
   auto real = read_side(settings.real, settings.poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
@@ -228,17 +228,18 @@ Status render_again(const RenderAgain& settings) {
                  fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks",
                              settings.scene.string(), settings.real.string(), real->run.map.file.string(), why)};
   }
-  calibrate_side(*real, settings.fit_frames, [&](double done) { tell(kPosesShare * done); });
-  // Truth of a simulated "real" run counts as none: what a camera saw from where is what is asked here.
+  calibrate_side(*real, settings.fit_frames, [&](double done) { report_progress(kPosesShare * done); });
+  // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.
   if (settings.poses.empty()) real->is_reference_apart = false;
   locate(*real);
   const auto places = places_of(*real);
   if (!places) return places.error();
   keep_those_of(recipe_of(real->run.robot, map, *places), settings.to);
-  if (auto rendered = render_all(told, *real, map, *places); !rendered) return rendered;
+  if (auto rendered = render_all(reporting, *real, map, *places); !rendered) return rendered;
   write_tables(settings, *real, *places);
-  const auto localised = runs::localise(settings.to, runs::Method::kFull,
-                                        [&](double done) { tell(kPicturesShare + (1 - kPicturesShare) * done); });
+  const auto localised = runs::localise(settings.to, estimation::Method::kOutline, [&](double done) {
+    report_progress(kImagesShare + (1 - kImagesShare) * done);
+  });
   if (!localised) return localised.error();
   return {};
 }

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "apps/runs/run_data.h"
+#include "apps/runlog/run_data.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
@@ -14,22 +14,22 @@ namespace twocone::compare {
 struct RenderAgain {
   std::filesystem::path real;   ///< run folder
   std::filesystem::path scene;  ///< map with a scene
-  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as compare() makes it
-  std::filesystem::path to;     ///< run folder to be made, or one that was begun before
-  int fit_frames = 150;         ///< of the calibration from which the poses come
+  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
+  std::filesystem::path to;     ///< run folder to write, or one that was begun before
+  int fit_frames = 150;         ///< frames of the calibration that determines the poses
   sim_povray::RenderSettings render{};
   std::function<void(double)> progress;  ///< fraction done. May be empty
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// The real run's frames as an ideal camera in the scene shows them from where the real robot was: a run folder with
-/// method full's answers, whose truth is those poses, and whose wheels turned exactly as those poses ask for. Frames
-/// whose pose is not known are left out. Pictures that are there already are not rendered again, unless the map, a .pov
-/// or .inc file in the scene's folder, the cameras or the places have changed since.
+/// Renders the real run's frames as an ideal camera in the scene shows them from the real robot's poses. The result is
+/// a run folder with method outline's answers. Its truth is those poses, and its wheels turned exactly as those poses
+/// require. Frames with an unknown pose are left out. Existing images are not rendered again, unless the map, a .pov or
+/// .inc file in the scene's folder, the cameras or the poses have changed since.
 ///
-/// The scene must show the robot standing at the run's `start:` (the world's origin where it has none), with cameras of
-/// the names lower and upper; pictures get the real ones' size, no effects.
-/// Errors: kBadData (no frame with a pose), those of rendering. @throws files::FileError, runs::DiskError
+/// The scene must show the robot at the run's `start:` (at the world's origin where it has none), with cameras named
+/// lower and upper. The images have the size of the real ones and no effects.
+/// Errors: kBadData (no frame with a pose), those of rendering. @throws config::FileError, runlog::DiskError
 Status render_again(const RenderAgain& settings);
 
 }  // namespace twocone::compare

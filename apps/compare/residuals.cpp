@@ -6,35 +6,35 @@
 
 #include <Eigen/Dense>
 
-#include "apps/files/to_layers.h"
-#include "apps/runs/adaptive.h"
-#include "apps/runs/answer_reader.h"
+#include "apps/config/to_layers.h"
+#include "apps/estimation/adaptive.h"
+#include "apps/runlog/tables/answer_reader.h"
 #include "localisation/odometry.h"
 #include "vision/triangulation.h"
 
 namespace twocone::compare {
 namespace {
 
-using runs::PoseRow;
+using runlog::PoseRow;
 
-/// A landmark as a frame's rows have it.
+/// The range and the sightings of a landmark in one frame.
 struct Seen {
-  const runs::RangeRow* range = nullptr;
+  const runlog::RangeRow* range = nullptr;
   std::optional<vision::Sighting> lower, upper;
 };
 
-std::vector<Seen> by_landmark(const files::Map& map, const runs::AnswerRows& rows) {
+std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& rows) {
   std::vector<Seen> seen(map.landmarks.size());
   const auto find = [&](const std::string& name) -> Seen* {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (map.landmarks[i].name == name) return &seen[i];
     }
-    return nullptr;  // of another map
+    return nullptr;  // a landmark of another map
   };
-  for (const runs::RangeRow& row : rows.ranges) {
+  for (const runlog::RangeRow& row : rows.ranges) {
     if (Seen* const s = find(row.landmark)) s->range = &row;
   }
-  for (const runs::SightingRow& row : rows.sightings) {
+  for (const runlog::SightingRow& row : rows.sightings) {
     Seen* const s = find(row.landmark);
     if (!s) continue;
     vision::Sighting sighting;
@@ -46,8 +46,8 @@ std::vector<Seen> by_landmark(const files::Map& map, const runs::AnswerRows& row
   return seen;
 }
 
-/// Whether what was sighted was the landmark's: ranges may fail under a rig that is wrong, sightings do not.
-bool is_trusted(const runs::RangeRow& row) {
+/// Returns whether the landmark itself was sighted. Ranges may fail under a wrong rig; sightings do not.
+bool is_trusted(const runlog::RangeRow& row) {
   using vision::RangeVerdict;
   for (const RangeVerdict good :
        {RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent, RangeVerdict::kBeyondLimit}) {
@@ -56,7 +56,7 @@ bool is_trusted(const runs::RangeRow& row) {
   return false;
 }
 
-/// Where the landmark's top is in the undistorted pictures, as a disparity: that of triangulate().
+/// Returns the disparity of the landmark's top in the undistorted images, as defined in triangulate().
 std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m,
                                    const vision::Target& target) {
   if (!target.top_m) return std::nullopt;
@@ -105,9 +105,9 @@ vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sight
   return m;
 }
 
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const files::Map& map,
-                                                   const runs::AnswerRows& rows) {
-  const auto targets = files::to_targets(map);
+std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
+                                                   const runlog::AnswerRows& rows) {
+  const auto targets = config::to_targets(map);
   const auto seen = by_landmark(map, rows);
   std::vector<vision::RangeMeasurement> ranges(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -122,34 +122,34 @@ void locate(Side& side) {
   if (side.is_reference_apart) return;
   side.reference_is = "estimate";
   side.reference.assign(side.run.frames.size(), std::nullopt);
-  const auto landmarks_m = files::to_landmark_positions(side.run.map);
-  runs::AnswerReader reader(side.run.folder, side.method);
+  const auto landmarks_m = config::to_landmark_positions(side.run.map);
+  runlog::AnswerReader reader(side.run.folder, side.method);
   for (std::size_t i = 0; i < side.run.frames.size(); ++i) {
-    const runs::FrameRow& frame = side.run.frames[i];
+    const runlog::FrameRow& frame = side.run.frames[i];
     const auto ranges = ranges_under(side.found, side.run.map, reader.of(frame.frame));
-    side.reference[i] = pose_of(runs::fix_of_full(ranges, landmarks_m, true), frame.t_s);
+    side.reference[i] = pose_of(estimation::fix_of_outline(ranges, landmarks_m, true), frame.t_s);
   }
 }
 
 Residuals residuals_of(const Side& side) {
   Residuals all;
-  const files::Map& map = side.run.map;
-  const auto targets = files::to_targets(map);
-  const auto landmarks_m = files::to_landmark_positions(map);
+  const config::Map& map = side.run.map;
+  const auto targets = config::to_targets(map);
+  const auto landmarks_m = config::to_landmark_positions(map);
   const std::size_t count = map.landmarks.size();
   all.frames = side.run.frames.size();
   all.has_range.assign(all.frames * count, false);
   const std::size_t every = (all.frames * count + Residuals::kMostPoints - 1) / Residuals::kMostPoints;
-  runs::AnswerReader reader(side.run.folder, side.method);
+  runlog::AnswerReader reader(side.run.folder, side.method);
   for (std::size_t i = 0; i < all.frames; ++i) {
-    const runs::FrameRow& frame = side.run.frames[i];
-    const runs::AnswerRows rows = reader.of(frame.frame);
+    const runlog::FrameRow& frame = side.run.frames[i];
+    const runlog::AnswerRows rows = reader.of(frame.frame);
     const auto& reference = side.reference[i];
     const auto after = ranges_under(side.found, map, rows);
     const auto seen = by_landmark(map, rows);
     for (std::size_t k = 0; k < count; ++k) {
       if (!seen[k].range) continue;
-      const runs::RangeRow& row = *seen[k].range;
+      const runlog::RangeRow& row = *seen[k].range;
       ++all.looked_for;
       if (!row.range_m) continue;
       ++all.ranged;
@@ -169,7 +169,7 @@ Residuals residuals_of(const Side& side) {
       if ((i * count + k) % every == 0) all.points.push_back(point);
     }
     if (rows.fixes.empty()) continue;
-    const runs::FixRow& fix = rows.fixes.front();
+    const runlog::FixRow& fix = rows.fixes.front();
     all.outliers += fix.outliers.size();
     if (!fix.x_m || !fix.y_m || is_out_of_bounds(fix)) continue;
     ++all.with_fix;

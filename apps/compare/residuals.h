@@ -9,7 +9,8 @@
 
 #include "apps/compare/comparison.h"
 #include "apps/compare/side.h"
-#include "apps/runs/estimator.h"
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/answer_rows.h"
 #include "vision/ranging.h"
 
 namespace twocone::compare {
@@ -24,37 +25,37 @@ struct Moments {
   [[nodiscard]] std::optional<double> rms() const;
 };
 
-/// What a run's answers are against its reference, over all its frames.
+/// Differences of a run's answers from its reference, over all its frames.
 struct Residuals {
-  Moments range_m, bearing_rad, disparity_px;  ///< measured less that of the reference pose, as the run had it
-  Moments fix_m;                               ///< distance of fix and reference; none where that is not apart
+  Moments range_m, bearing_rad, disparity_px;  ///< measured minus the value at the reference pose, as the run had it
+  Moments fix_m;                               ///< distance of fix and reference; none without an independent reference
   std::size_t frames = 0, with_fix = 0;
   std::size_t looked_for = 0, ranged = 0, outliers = 0;  ///< landmarks times frames
-  std::vector<bool> has_range;                           ///< frame after frame, for each landmark of the map
-  std::vector<ResidualPoint> points;                     ///< thinned out evenly to kMostPoints or fewer
+  std::vector<bool> has_range;                           ///< in the order of the frames, for each landmark of the map
+  std::vector<ResidualPoint> points;                     ///< thinned out evenly to at most kMostPoints
   static constexpr std::size_t kMostPoints = 3000;
 };
 
-/// Fills the references of a side without a given trajectory or truth: fixes from its sightings under Side::found.
-/// @throws files::FileError as TableReader
+/// Sets the references of a side without a given trajectory or truth: fixes from its sightings under Side::found.
+/// @throws config::FileError as TableReader
 void locate(Side& side);
 
-/// @throws files::FileError as TableReader
+/// @throws config::FileError as TableReader
 Residuals residuals_of(const Side& side);
 
-/// Where a place of the world is in the body's frame.
-Eigen::Vector2d in_body(const runs::PoseRow& pose, const Eigen::Vector2d& place_m);
+/// Returns a point of the world in the body's frame.
+Eigen::Vector2d in_body(const runlog::PoseRow& pose, const Eigen::Vector2d& place_m);
 
-/// The pose that a fix tells, if it is one that can be trusted.
-std::optional<runs::PoseRow> pose_of(const localisation::Fix& fix, double t_s);
+/// Returns the pose of a fix, if it can be trusted.
+std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s);
 
-/// What two sightings of a landmark tell under `rig`; null where a view has none.
+/// Returns the measurement from two sightings of a landmark under `rig`; null: that view has none.
 vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
                                      const vision::Sighting* upper, const vision::Target& target);
 
-/// What each landmark's sightings of a frame tell under `rig`, in the map's order; with verdict kNotSeen where there
-/// are none.
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const files::Map& map,
-                                                   const runs::AnswerRows& rows);
+/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
+/// kNotSeen for a landmark without sightings.
+std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
+                                                   const runlog::AnswerRows& rows);
 
 }  // namespace twocone::compare

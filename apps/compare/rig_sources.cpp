@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A number of both sides with what the model allows it, before it is a component.
+/// A number of both sides with its model tolerance, before it becomes a component.
 struct Number {
-  const char* name;  ///< as CalibratedParameter has it, a view's without the view
+  const char* name;  ///< as in CalibratedParameter; for a view without the view's name
   const char* shown_unit;
   double shown_per_si;  ///< shown = SI * this
   double model_sigma;   ///< SI
@@ -72,7 +72,7 @@ std::optional<std::size_t> index_of(const vision::CalibrationResult& result, con
   return std::size_t(at - result.parameters.begin());
 }
 
-/// Sources whose numbers hang together with those of `source` in a run's data, one for one.
+/// Returns the sources whose numbers are almost fully correlated with those of `source` in a run's data.
 std::vector<std::string> confusable_with(const std::vector<std::size_t>& own, const std::vector<std::string>& owners,
                                          const Eigen::MatrixXd& covariance) {
   std::vector<std::string> names;
@@ -117,32 +117,32 @@ void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source
     source.kind = wanted.kind;
     source.where = wanted.where;
     std::vector<std::size_t> in_a, in_b;
-    std::vector<const Number*> told;
-    std::string untold;
+    std::vector<const Number*> found;
+    std::string missing;
     for (const Number& number : wanted.numbers) {
       const std::string name = full_name(wanted, number);
       const auto i = index_of(a, name);
       const auto k = index_of(b, name);
       if (!i || !k) {
-        untold += fmt::format("{}{} ({})", untold.empty() ? "" : ", ", name,
-                              i ? "real run" : (k ? "simulated run" : "both runs"));
+        missing += fmt::format("{}{} ({})", missing.empty() ? "" : ", ", name,
+                               i ? "real run" : (k ? "simulated run" : "both runs"));
         continue;
       }
       in_a.push_back(*i);
       in_b.push_back(*k);
-      told.push_back(&number);
+      found.push_back(&number);
     }
-    if (!untold.empty()) source.reason = "the drive does not tell " + untold;
-    if (told.empty()) continue;
-    const auto count = Eigen::Index(told.size());
+    if (!missing.empty()) source.reason = "the drive does not determine " + missing;
+    if (found.empty()) continue;
+    const auto count = Eigen::Index(found.size());
     Eigen::MatrixXd covariance(count, count);
     for (Eigen::Index r = 0; r < count; ++r) {
-      const Number& number = *told[std::size_t(r)];
+      const Number& number = *found[std::size_t(r)];
       for (Eigen::Index c = 0; c < count; ++c) {
         const auto ar = Eigen::Index(in_a[std::size_t(r)]), ac = Eigen::Index(in_a[std::size_t(c)]);
         const auto br = Eigen::Index(in_b[std::size_t(r)]), bc = Eigen::Index(in_b[std::size_t(c)]);
         covariance(r, c) =
-            (a.covariance(ar, ac) + b.covariance(br, bc)) * number.shown_per_si * told[std::size_t(c)]->shown_per_si;
+            (a.covariance(ar, ac) + b.covariance(br, bc)) * number.shown_per_si * found[std::size_t(c)]->shown_per_si;
       }
       covariance(r, r) += std::pow(number.model_sigma * number.shown_per_si, 2);
       source.components.push_back(

@@ -13,19 +13,19 @@
 namespace twocone::compare {
 namespace {
 
-/// Measurements of a gap, with what each source adds to each.
+/// The measurements of a gap, with the part that each source adds to each.
 class Projection {
  public:
   explicit Projection(std::size_t sources) : along_(sources, 0) {}
 
   void add(double gap, std::size_t source, double part) { along_[source] += gap * part; }
-  /// @param after what is left of `gap` with what was found put right
+  /// @param after the remainder of `gap` after correction
   void add(double gap, double after) {
     squares_ += gap * gap;
     left_ += gap * after;
   }
 
-  /// Shares into the sources, what remains into the gap.
+  /// Writes the shares into the sources and the remainder into the gap.
   void put_into(Gap& gap, std::vector<Source>& sources) const {
     if (!(squares_ > 0)) return;
     gap.unexplained = left_ / squares_;
@@ -57,15 +57,16 @@ void add_range_gap(const std::vector<HeldOutRange>& held_out, std::vector<Source
   projection.put_into(gaps.back(), sources);
 }
 
-/// What the wheels tell of each stretch of the reference's way, less what it was: along and across, metres.
+/// Returns the wheels' motion over each stretch of the reference's path minus the reference's: along and across,
+/// metres.
 std::vector<Eigen::Vector2d> stretch_errors(const std::vector<localisation::PosePair>& pairs) {
   std::vector<Eigen::Vector2d> errors;
   const auto ends = localisation::stretches(pairs, kOdometryStretch_m);
   for (std::size_t k = 1; k < ends.size(); ++k) {
     const localisation::PosePair &from = pairs[ends[k - 1]], &to = pairs[ends[k]];
     const localisation::Pose was = localisation::seen_from(from.reference, to.reference);
-    const localisation::Pose told = localisation::seen_from(from.estimate, to.estimate);
-    errors.emplace_back(told.x_m - was.x_m, told.y_m - was.y_m);
+    const localisation::Pose measured = localisation::seen_from(from.estimate, to.estimate);
+    errors.emplace_back(measured.x_m - was.x_m, measured.y_m - was.y_m);
   }
   return errors;
 }
@@ -83,7 +84,7 @@ void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered,
     return std::find_if(sources.begin(), sources.end(),
                         [&](const Source& s) { return s.kind == kind && s.verdict == SourceVerdict::kDiffers; });
   };
-  const files::Drive& drive = real.run.robot.drive;
+  const config::Drive& drive = real.run.robot.drive;
   const WheelsAs believed{drive.wheel_radius_m, drive.wheel_separation_m, 0};
   const auto latency = find("latency");
   const WheelsAs found{real.calibration->drive.wheel_radius_m, real.calibration->drive.wheel_separation_m,
@@ -120,7 +121,7 @@ void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered,
   projection.put_into(gaps.back(), sources);
 }
 
-void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+void add_brightness_gap(const Images& images, std::vector<Source>& sources, std::vector<Gap>& gaps) {
   Moments before, after;
   Projection projection(sources.size());
   for (const std::size_t view : {0, 1}) {
@@ -128,7 +129,7 @@ void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, 
     const auto source = std::find_if(sources.begin(), sources.end(), [&](const Source& s) {
       return s.kind == "exposure and colour" && s.where == where && s.verdict == SourceVerdict::kDiffers;
     });
-    for (const vision::Transfer& t : pictures.views[view].transfers) {
+    for (const vision::Transfer& t : images.views[view].transfers) {
       for (std::size_t c = 0; c < 3; ++c) {
         const double found = source == sources.end() ? 0 : std::log(std::max(1e-9, source->components[c].real));
         before.add(t.log_gain[c]);
@@ -144,32 +145,32 @@ void add_brightness_gap(const Pictures& pictures, std::vector<Source>& sources, 
 }
 
 void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
-  double before = 0, after = 0, floor = 0, told = 0;
+  double before = 0, after = 0, floor = 0, count = 0;
   Projection projection(sources.size());
   for (std::size_t k = 0; k < sources.size(); ++k) {
     const Source& source = sources[k];
     if (source.kind != "noise" || source.components.empty()) continue;
     const Component& c = source.components[0];
-    ++told;
+    ++count;
     before += c.difference() * c.difference();
     floor += c.sigma * c.sigma;
     projection.add(c.difference(), source.verdict == SourceVerdict::kDiffers ? 0 : c.difference());
     if (source.verdict == SourceVerdict::kDiffers) {
       projection.add(c.difference(), k, c.difference());
-      after += c.sigma * c.sigma;  // with what was found put in, its doubt is left
+      after += c.sigma * c.sigma;  // the uncertainty of the correction remains
     } else {
       after += c.difference() * c.difference();
     }
   }
-  if (told == 0) return;
-  gaps.push_back({"noise", "grey", std::sqrt(before / told), std::sqrt(after / told), std::sqrt(floor / told)});
+  if (count == 0) return;
+  gaps.push_back({"noise", "grey", std::sqrt(before / count), std::sqrt(after / count), std::sqrt(floor / count)});
   projection.put_into(gaps.back(), sources);
 }
 
 }  // namespace
 
-std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<runs::PoseRow>>& reference,
-                                               const std::vector<runs::PoseRow>& odometry) {
+std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<runlog::PoseRow>>& reference,
+                                               const std::vector<runlog::PoseRow>& odometry) {
   std::vector<localisation::PosePair> pairs;
   for (std::size_t i = 0; i < std::min(reference.size(), odometry.size()); ++i) {
     if (!reference[i]) continue;
@@ -179,19 +180,19 @@ std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<r
   return pairs;
 }
 
-std::vector<runs::PoseRow> odometry_by(const runs::RunData& run, const WheelsAs& wheels) {
-  std::vector<runs::PoseRow> poses;
+std::vector<runlog::PoseRow> odometry_by(const runlog::RunData& run, const WheelsAs& wheels) {
+  std::vector<runlog::PoseRow> poses;
   if (run.drive.empty() || run.odometry.empty()) return poses;
-  const runs::PoseRow& start = run.odometry.front();
+  const runlog::PoseRow& start = run.odometry.front();
   localisation::Odometry odometry({wheels.radius_m, wheels.separation_m}, {start.x_m, start.y_m, start.heading_rad});
-  std::vector<runs::PoseRow> read;
+  std::vector<runlog::PoseRow> read;
   for (std::size_t i = 0; i < std::min(run.frames.size(), run.drive.size()); ++i) {
     const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);
     read.push_back({run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad});
   }
   if (wheels.latency_s == 0) return read;
-  for (const runs::PoseRow& now : read) {
-    runs::PoseRow then =
+  for (const runlog::PoseRow& now : read) {
+    runlog::PoseRow then =
         pose_at(read, std::clamp(now.t_s - wheels.latency_s, read.front().t_s, read.back().t_s)).value_or(now);
     then.t_s = now.t_s;
     poses.push_back(then);
@@ -200,11 +201,11 @@ std::vector<runs::PoseRow> odometry_by(const runs::RunData& run, const WheelsAs&
 }
 
 std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
-                           const Pictures& pictures, bool is_rendered, std::vector<Source>& sources) {
+                           const Images& images, bool is_rendered, std::vector<Source>& sources) {
   std::vector<Gap> gaps;
   add_range_gap(held_out, sources, gaps);
   add_odometry_gap(simulated, real, is_rendered, sources, gaps);
-  add_brightness_gap(pictures, sources, gaps);
+  add_brightness_gap(images, sources, gaps);
   add_noise_gap(sources, gaps);
   return gaps;
 }

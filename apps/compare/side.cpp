@@ -7,41 +7,42 @@
 #include <fmt/format.h>
 
 #include "apps/compare/matching.h"
-#include "apps/files/file_error.h"
-#include "apps/files/to_layers.h"
-#include "apps/runs/run_folder.h"
-#include "apps/runs/run_yaml.h"
-#include "apps/runs/tables.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/tables/tables.h"
 
 namespace twocone::compare {
 namespace {
 
-// Below this, rates, means and calibrations are of nothing.
+// Shorter runs give no meaningful rates, means and calibrations.
 constexpr std::size_t kLeastFrames = vision::CalibrationResult::kMinFrames;
 
-/// The given trajectory at the frames' times; nothing where two of its poses are farther apart in time than
+/// Returns the given trajectory at the frames' times; nothing where two of its poses are farther apart in time than
 /// kLongestGap_s.
-std::vector<std::optional<runs::PoseRow>> at_times(const std::vector<runs::FrameRow>& frames,
-                                                   std::vector<runs::PoseRow> poses) {
+std::vector<std::optional<runlog::PoseRow>> at_times(const std::vector<runlog::FrameRow>& frames,
+                                                     std::vector<runlog::PoseRow> poses) {
   constexpr double kLongestGap_s = 1.0;
   std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
-  std::vector<std::optional<runs::PoseRow>> result;
-  for (const runs::FrameRow& frame : frames) result.push_back(pose_at(poses, frame.t_s, kLongestGap_s));
+  std::vector<std::optional<runlog::PoseRow>> result;
+  for (const runlog::FrameRow& frame : frames) result.push_back(pose_at(poses, frame.t_s, kLongestGap_s));
   return result;
 }
 
-/// Where the results of method `full` are, as read_run names them.
-std::string full_method_of(const std::filesystem::path& folder, const runs::RunInfo& info) {
-  const std::string full(runs::to_string(runs::Method::kFull));
-  if (std::filesystem::exists(folder / "methods" / full / "sightings.csv")) return full;
-  if (info.method == full && std::filesystem::exists(folder / "sightings.csv")) return "";
-  throw files::FileError(
+/// Returns the name of the folder with the results of method `outline`, as read_run() takes it.
+std::string outline_method_of(const std::filesystem::path& folder, const runlog::RunInfo& info) {
+  const std::string outline(estimation::to_string(estimation::Method::kOutline));
+  if (std::filesystem::exists(folder / "methods" / outline / "sightings.csv")) return outline;
+  if (info.method == outline && std::filesystem::exists(folder / "sightings.csv")) return "";
+  throw config::FileError(
       fmt::format("{}: has no sightings of method {}; make them with: twocone localise {} --method {}", folder.string(),
-                  full, folder.string(), full));
+                  outline, folder.string(), outline));
 }
 
-/// Whether landmarks stand elsewhere than the map says, which a second solution is asked that does not trust it; the
-/// first, which does, tells all else better. Where some do, the rig is found again with these where they are.
+/// Tests whether landmarks stand elsewhere than in the map. A second solution, which does not trust the map, decides
+/// that; the first one, which does, determines everything else better. If some do, the rig is calibrated again with
+/// their measured places.
 void ask_the_map(Side& side) {
   calibrate::Report& report = *side.calibration;
   vision::CalibrationProblem doubting = report.problem;
@@ -65,15 +66,15 @@ void ask_the_map(Side& side) {
   calibrate::take(again, side.run.robot, report);
 }
 
-/// Leaves out last frames whose pictures are not whole: a recording that was cut off ends in one. Where more than that
-/// are broken, something else is wrong with them, and they are told of one by one as they are looked at.
+/// Leaves out the last frames if their images are incomplete: a recording that was cut off ends in such a frame. Where
+/// more than kMost are broken, the cause is another one, and each is reported when it is read.
 void drop_broken_end(Side& side) {
   constexpr int kMost = 2;
-  runs::RunData& run = side.run;
+  runlog::RunData& run = side.run;
   for (int i = 0; i < kMost && !run.frames.empty(); ++i) {
     const std::uint64_t frame = run.frames.back().frame;
-    const auto lower = runs::read_picture(runs::lower_picture(run.folder, frame));
-    const auto upper = runs::read_picture(runs::upper_picture(run.folder, frame));
+    const auto lower = runlog::read_image(runlog::lower_image_file(run.folder, frame));
+    const auto upper = runlog::read_image(runlog::upper_image_file(run.folder, frame));
     if (lower && upper) return;
     side.left_out.push_back(
         fmt::format("frame {} is left out: {}", frame, lower ? upper.error().message : lower.error().message));
@@ -91,12 +92,11 @@ void drop_broken_end(Side& side) {
 
 Result<Side> read_side(const std::filesystem::path& folder, const std::filesystem::path& poses) {
   if (std::filesystem::exists(folder / "run.yaml") && !std::filesystem::exists(folder / "frames.csv")) {
-    return Error{ErrorCode::kBadData,
-                 fmt::format("{}: there is no frames.csv, so no frame of it is known", folder.string())};
+    return Error{ErrorCode::kBadData, fmt::format("{}: there is no frames.csv, so it has no frames", folder.string())};
   }
-  const std::string method = full_method_of(folder, runs::read_run_yaml(folder).info);
-  runs::RunData run = runs::read_run(folder, method, runs::Tables::kFrames);
-  const vision::Rig believed = files::to_rig(run.robot);
+  const std::string method = outline_method_of(folder, runlog::read_run_yaml(folder).info);
+  runlog::RunData run = runlog::read_run(folder, method, runlog::Tables::kFrames);
+  const vision::Rig believed = config::to_rig(run.robot);
   Side side{.name = folder.string(),
             .run = std::move(run),
             .method = method,
@@ -108,9 +108,9 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
             .found = believed,
             .reference = {},
             .reference_is = {}};
-  const std::size_t rows = runs::read_frames(folder / "frames.csv").size();
+  const std::size_t rows = runlog::read_frames(folder / "frames.csv").size();
   if (rows > side.run.frames.size()) {
-    side.left_out.push_back(fmt::format("{}: {} of {} frames are taken: pictures of the next one are missing",
+    side.left_out.push_back(fmt::format("{}: {} of {} frames are used: images of the next one are missing",
                                         folder.string(), side.run.frames.size(), rows));
   }
   if (side.run.drive.size() < side.run.frames.size()) {
@@ -123,7 +123,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
                                                   folder.string(), side.run.frames.size(), kLeastFrames)};
   }
   if (!poses.empty()) {
-    const auto given = runs::read_poses(poses);
+    const auto given = runlog::read_poses(poses);
     side.reference = at_times(side.run.frames, given);
     const auto known =
         std::count_if(side.reference.begin(), side.reference.end(), [](const auto& p) { return bool(p); });
@@ -137,7 +137,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
     side.reference_is = "given trajectory";
     side.is_reference_apart = true;
   } else if (!side.run.truth.empty()) {
-    side.reference = runs::at_frames(side.run, side.run.truth);
+    side.reference = runlog::at_frames(side.run, side.run.truth);
     side.reference_is = "truth";
     side.is_reference_apart = true;
   }

@@ -9,41 +9,41 @@
 #include <vector>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/runs/run_data.h"
+#include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::compare {
 
-/// One of the two runs, with what its own data tell of its robot. No ground truth goes into it but into `reference`.
+/// One of the two runs, with the measurements of its robot from its own data. Ground truth enters only `reference`.
 struct Side {
-  std::string name;    ///< the folder as it was named
-  runs::RunData run;   ///< frames, wheels and poses; ranges and sightings are read where they are wanted
-  std::string method;  ///< whose ranges and fixes are compared; empty: those on top
-  /// None: what the drive shows does not carry it, and `why_no_calibration` says why.
+  std::string name;     ///< the folder, as the command named it
+  runlog::RunData run;  ///< frames, wheels and poses; ranges and sightings are read where they are needed
+  std::string method;   ///< method of the ranges and fixes that are compared; empty: those in the run folder itself
+  /// None where the drive does not determine it; then `why_no_calibration` states the reason.
   std::optional<calibrate::Report> calibration;
   std::string why_no_calibration;
-  int chosen = 0;  ///< frames that the calibration was to look at
-  /// Landmarks against the others, by name; of those that the calibration's frames show.
+  int chosen = 0;  ///< frames chosen for the calibration
+  /// Shifts of landmarks against the others, by name, for the landmarks in the calibration's frames.
   std::vector<std::pair<std::string, vision::RelativeShift>> map_shifts;
-  std::vector<std::string> left_out;  ///< what of the run was not taken, a sentence each
+  std::vector<std::string> left_out;  ///< data of the run that are not used, a sentence each
   vision::Rig believed;               ///< `rig:`
-  vision::Rig found;                  ///< of the calibration; without it as believed
-  /// At the frames: where it was, and what says so.
-  std::vector<std::optional<runs::PoseRow>> reference;
+  vision::Rig found;                  ///< rig of the calibration; without one, the believed rig
+  /// Pose of the robot at each frame.
+  std::vector<std::optional<runlog::PoseRow>> reference;
   std::string reference_is;         ///< truth, given trajectory, estimate
-  bool is_reference_apart = false;  ///< the reference does not come from the run's own pictures
+  bool is_reference_apart = false;  ///< the reference does not come from the run's own images
 };
 
-/// How far a landmark may be from where the map has it, before the data speak.
+/// Prior standard deviation of a landmark's place about its place in the map.
 constexpr double kMapSigma_m = 0.02;
 
 /// Reads a run. @param poses given trajectory (TUM, the run's clock); empty: none
-/// Errors: kBadData: nothing that can be compared, one line. @throws files::FileError as read_run
+/// Errors: kBadData (the run cannot be compared, one line). @throws config::FileError as read_run
 Result<Side> read_side(const std::filesystem::path& folder, const std::filesystem::path& poses);
 
-/// Finds what the run tells of its rig, with timing and the landmarks' places among the unknowns.
-/// @param frames that the calibration looks at @param progress fraction done. May be empty
+/// Calibrates the rig from the run's own data, with timing and the landmarks' places among the unknowns.
+/// @param frames that the calibration uses. @param progress fraction done. May be empty
 void calibrate_side(Side& side, int frames, const std::function<void(double)>& progress);
 
 }  // namespace twocone::compare

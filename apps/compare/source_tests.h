@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "apps/compare/comparison.h"
-#include "apps/compare/pictures.h"
+#include "apps/compare/images.h"
 #include "apps/compare/side.h"
 #include "apps/compare/sources.h"
 
@@ -15,15 +15,15 @@ namespace twocone::compare {
 
 inline constexpr ModelSigmas kModel;
 
-/// chi-squared and its tail of the components' differences under `covariance`, in the components' own units.
+/// Sets chi-squared and p-value of the components' differences under `covariance`, in the components' own units.
 void judge(Source& source, const Eigen::MatrixXd& covariance);
-/// The same for components that do not hang together.
+/// Sets the same for components without correlation.
 void judge(Source& source);
 
-/// What the two calibrations tell: views, alignment, times of exposure, wheels.
+/// Adds the sources of the two calibrations: views, alignment, exposure times, wheels.
 void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source>& sources);
 
-/// Colours, noise and sharpness of one view. @param where lower or upper
-void add_picture_sources(const ViewPictures& view, const char* where, std::vector<Source>& sources);
+/// Adds colours, noise and sharpness of one view. @param where lower or upper
+void add_image_sources(const ViewImages& view, const char* where, std::vector<Source>& sources);
 
 }  // namespace twocone::compare

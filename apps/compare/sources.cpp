@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 
 #include "apps/compare/source_tests.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
 #include "localisation/chi_squared.h"
 
 namespace twocone::compare {
@@ -20,7 +20,7 @@ void add_slip(const BothRuns& runs, std::vector<Source>& sources) {
   Source& source = sources.emplace_back();
   source.kind = "slip";
   if (runs.is_rendered) {
-    source.reason = "places that are rendered again have no wheels that could slip";
+    source.reason = "at poses that are rendered again no wheel can slip";
     return;
   }
   const auto intervals = [](const Side& side) {
@@ -30,16 +30,16 @@ void add_slip(const BothRuns& runs, std::vector<Source>& sources) {
         std::count_if(frames.begin(), frames.end(), [](const auto& frame) { return frame.wheels.size() >= 2; }));
   };
   const std::size_t in_a = intervals(runs.simulated), in_b = intervals(runs.real);
-  constexpr std::size_t kLeastIntervals = 10;  // a sigma of a sigma of a fifth or so
+  constexpr std::size_t kLeastIntervals = 10;  // the sigma is then known to about a fifth
   if (in_a < kLeastIntervals || in_b < kLeastIntervals) {
     source.reason = "too few wheel readings";
     return;
   }
   const auto slip = [](const Side& side) { return side.calibration->slip * side.calibration->result.wheel_scale; };
   const double a = slip(runs.simulated), b = slip(runs.real);
-  // Reduced chi-squared of 3 n numbers scatters by sqrt(2 / 3n) of itself, its root by half of that.
+  // The reduced chi-squared of 3 n numbers has a relative scatter of sqrt(2 / 3n), and its root half of that.
   const double share = std::hypot(1 / std::sqrt(6.0 * double(in_a)), 1 / std::sqrt(6.0 * double(in_b)));
-  // The wheels' rows are not independent in time: slip is remembered for seconds.
+  // The wheels' rows are not independent in time: slip persists for seconds.
   constexpr double kMemory = 2;
   source.components.push_back({"slip", "%", 100 * a, 100 * b, 100 * kMemory * share * std::max((a + b) / 2, 1e-6)});
   judge(source);
@@ -59,7 +59,7 @@ void add_map(const Side& simulated, const Side& real, std::vector<Source>& sourc
     const auto* const a = shift(simulated);
     const auto* const b = shift(real);
     if (!a || !b) {
-      source.reason = fmt::format("the {} does not tell its place", b ? "simulated run" : "real run");
+      source.reason = fmt::format("the {} does not determine its place", b ? "simulated run" : "real run");
       continue;
     }
     const Eigen::Matrix2d covariance = 1e6 * (a->shift.covariance + b->shift.covariance +
@@ -74,9 +74,9 @@ void add_map(const Side& simulated, const Side& real, std::vector<Source>& sourc
 
 // ---- frames
 
-/// What a simulated camera is set to lose, which is known and not to be measured; nothing of a real one.
+/// Returns the loss rate that is set for a simulated camera, so that it need not be measured; nothing for a real one.
 std::optional<double> set_to_lose(const Side& side, std::size_t view) {
-  if (!files::is_simulated(side.run.robot)) return std::nullopt;
+  if (!config::is_simulated(side.run.robot)) return std::nullopt;
   return (view == 0 ? side.run.robot.lower : side.run.robot.upper).effects.drop_probability;
 }
 
@@ -87,7 +87,7 @@ void add_lost(const BothRuns& runs, std::size_t view, const char* where, std::ve
   source.where = where;
   const auto share = [view](const Timing& t) { return double(t.lost[view]) / double(t.all[view]); };
   const auto variance = [&](const Timing& t) {
-    // Of a share with one more of either kind, which is never 0.
+    // The variance of a share with one more of either kind, which is never 0.
     const double p = (double(t.lost[view]) + 1) / (double(t.all[view]) + 2);
     return p * (1 - p) / double(t.all[view]);
   };
@@ -113,7 +113,7 @@ void add_stamps(const Timing& a, const Timing& b, std::vector<Source>& sources) 
   }
   Source& stamped = sources.emplace_back();
   stamped.kind = "stamped skew";
-  constexpr double kStep_s = 1e-6;  // of a stamp
+  constexpr double kStep_s = 1e-6;  // resolution of a stamp
   stamped.components.push_back(
       {"skew_s", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, 1e3 * std::hypot(a.skew_sigma_s, b.skew_sigma_s, kStep_s)});
   judge(stamped);
@@ -121,7 +121,7 @@ void add_stamps(const Timing& a, const Timing& b, std::vector<Source>& sources) 
 
 }  // namespace
 
-/// chi-squared and its tail of the differences under `covariance`, in the components' own units.
+/// Sets chi-squared and p-value of the differences under `covariance`, in the components' own units.
 void judge(Source& source, const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd difference(Eigen::Index(source.components.size()));
   for (Eigen::Index i = 0; i < difference.size(); ++i) {
@@ -131,7 +131,7 @@ void judge(Source& source, const Eigen::MatrixXd& covariance) {
   source.p_value = localisation::chi_squared_tail(source.chi_squared, int(difference.size()));
 }
 
-/// The same for components that do not hang together.
+/// Sets the same for components without correlation.
 void judge(Source& source) {
   Eigen::VectorXd variances(Eigen::Index(source.components.size()));
   for (Eigen::Index i = 0; i < variances.size(); ++i) {
@@ -140,14 +140,14 @@ void judge(Source& source) {
   judge(source, variances.asDiagonal());
 }
 
-std::vector<Source> find_sources(const BothRuns& runs, const Pictures& pictures, double false_alarm, double& level) {
+std::vector<Source> find_sources(const BothRuns& runs, const Images& images, double false_alarm, double& level) {
   std::vector<Source> sources;
   add_rig_sources(runs.simulated, runs.real, sources);
   add_slip(runs, sources);
   add_map(runs.simulated, runs.real, sources);
   for (const std::size_t view : {0, 1}) {
     const char* const where = view == 0 ? "lower" : "upper";
-    add_picture_sources(pictures.views[view], where, sources);
+    add_image_sources(images.views[view], where, sources);
     add_lost(runs, view, where, sources);
   }
   add_stamps(runs.simulated_timing, runs.real_timing, sources);

@@ -5,12 +5,13 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/pictures.h"
+#include "apps/compare/images.h"
 
 namespace twocone::compare {
 
-/// What a source's numbers may differ by though nothing was changed, beyond the sigma that the data state: what another
-/// path, other pixels and a renderer's edges do. Standard deviations, of the difference of two runs.
+/// Differences of a source's numbers that occur although nothing was changed, in addition to the sigma that the data
+/// state: effects of another path, of other pixels and of a renderer's edges. Standard deviations, for the difference
+/// of two runs.
 struct ModelSigmas {
   double centre_px = 0.03;
   double rim_px = 0.05;
@@ -26,12 +27,12 @@ struct ModelSigmas {
   double landmark_m = 0.002;
 };
 
-/// Every possible cause of a gap that both runs' data can be asked about, tested by itself: chi-squared of real less
-/// simulated under both covariances against `false_alarm` over the number of sources that can be told (Bonferroni), so
-/// that of comparisons without a difference at most that share names any. Of the numbers of one robot some are bound to
-/// each other by a drive's data: Source::confusable names those with a correlation beyond kConfusable.
+/// Tests every possible cause of a gap that both runs' data can decide. Each test is chi-squared of real minus
+/// simulated under both covariances, at the level `false_alarm` over the number of sources that can be decided
+/// (Bonferroni). So at most the share `false_alarm` of comparisons without a difference name any source. The data of
+/// one drive correlate some numbers of a robot: Source::confusable names those with a correlation beyond kConfusable.
 /// @param level set to the level of each source
-std::vector<Source> find_sources(const BothRuns& runs, const Pictures& pictures, double false_alarm, double& level);
+std::vector<Source> find_sources(const BothRuns& runs, const Images& images, double false_alarm, double& level);
 constexpr double kConfusable = 0.9;
 
 }  // namespace twocone::compare

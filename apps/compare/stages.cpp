@@ -28,7 +28,7 @@ class Table {
 
   void stage(std::string name) { stage_ = std::move(name); }
 
-  /// @param gap none: the difference of both, where there are both
+  /// @param gap none: the difference of both numbers, where both exist
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
            const char* limit_key = "", std::optional<double> gap = std::nullopt,
            std::optional<double> gap_sigma = std::nullopt) {
@@ -51,7 +51,7 @@ class Table {
     return rows_.emplace_back(std::move(row));
   }
 
-  /// A number that a source has: the i-th of its components, or a note why it has none.
+  /// Adds a number of a source: the component of that name, or a note why there is none.
   void add(std::string name, const Source* source, const std::string& component, const char* unit,
            const char* limit_key) {
     const Component* found = nullptr;
@@ -99,11 +99,11 @@ void add_image(Table& table, const Side& simulated, const Side& real, const std:
     const auto edges = [k](const Side& side) {
       return side.calibration ? std::optional(side.calibration->result.rms_before_px[k]) : std::nullopt;
     };
-    table.add(view + " edges off the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
+    table.add(view + " edge error under the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
   }
 }
 
-/// Of landmarks in frames at one place: ranged in one run and not in the other.
+/// Counts landmarks in frames at about the same place that have a range in one run and not in the other.
 void add_detection(Table& table, const Side& simulated, const Side& real, const Residuals& a, const Residuals& b,
                    const std::vector<Match>& by_pose) {
   table.stage("detection");
@@ -127,8 +127,8 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
   const auto missed_percent = share_percent(missed, both);
   table
       .add("missed: ranged in the simulation only", "%", std::nullopt, missed_percent, "missed-percent", missed_percent)
-      .note = missed_percent ? "" : "no frames at one place";
-  table.add("besides: ranged in the real run only", "%", std::nullopt, share_percent(more, both));
+      .note = missed_percent ? "" : "no frames at the same place";
+  table.add("extra: ranged in the real run only", "%", std::nullopt, share_percent(more, both));
   const auto false_a = share_percent(a.outliers, a.ranged), false_b = share_percent(b.outliers, b.ranged);
   table.add("false: ranges that the fix left out as wrong", "%", false_a, false_b, "false-percent", false_b);
   table.add("frames with a fix", "%", share_percent(a.with_fix, a.frames), share_percent(b.with_fix, b.frames),
@@ -137,19 +137,20 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
 
 void add_answers(Table& table, const Residuals& a, const Residuals& b) {
   table.stage("disparity");
-  table.add("off that of the reference pose, rms", "px", a.disparity_px.rms(), b.disparity_px.rms(), "disparity-px");
+  table.add("disparity error at the reference pose, rms", "px", a.disparity_px.rms(), b.disparity_px.rms(),
+            "disparity-px");
   table.add("mean", "px", a.disparity_px.mean(), b.disparity_px.mean());
   table.stage("range");
-  table.add("off the distance from the reference pose, rms", "mm", times(a.range_m.rms(), 1e3),
-            times(b.range_m.rms(), 1e3), "range-mm");
+  table.add("range error at the reference pose, rms", "mm", times(a.range_m.rms(), 1e3), times(b.range_m.rms(), 1e3),
+            "range-mm");
   table.add("mean", "mm", times(a.range_m.mean(), 1e3), times(b.range_m.mean(), 1e3));
   table.stage("bearing");
-  table.add("off that from the reference pose, rms", "deg", times(a.bearing_rad.rms(), 1 / kDegree),
+  table.add("bearing error at the reference pose, rms", "deg", times(a.bearing_rad.rms(), 1 / kDegree),
             times(b.bearing_rad.rms(), 1 / kDegree), "bearing-deg");
   table.add("mean", "deg", times(a.bearing_rad.mean(), 1 / kDegree), times(b.bearing_rad.mean(), 1 / kDegree));
   table.stage("fix");
-  table.add("off the reference, rms", "mm", times(a.fix_m.rms(), 1e3), times(b.fix_m.rms(), 1e3), "fix-mm").note =
-      b.fix_m.count == 0 ? "the real run has no truth and no given trajectory" : "";
+  table.add("error against the reference, rms", "mm", times(a.fix_m.rms(), 1e3), times(b.fix_m.rms(), 1e3), "fix-mm")
+      .note = b.fix_m.count == 0 ? "the real run has no truth and no given trajectory" : "";
 }
 
 std::vector<localisation::PosePair> paths_by_time(const Side& simulated, const Side& real,
@@ -168,28 +169,28 @@ void add_trajectories(Table& table, const Side& simulated, const Side& real, con
     return localisation::relative_error_over(pairs_with(side.reference, side.run.odometry), kOdometryStretch_m);
   };
   const auto a = drift(simulated), b = drift(real);
-  const auto told = [](const auto& error, double localisation::TrajectoryError::*which, double factor) {
+  const auto rms_of = [](const auto& error, double localisation::TrajectoryError::*which, double factor) {
     return error ? std::optional((*error).*which * factor) : std::nullopt;
   };
   using localisation::TrajectoryError;
-  table.add("off the reference over a metre (RPE), rms", "mm/m", told(a, &TrajectoryError::rmse_m, 1e3),
-            told(b, &TrajectoryError::rmse_m, 1e3), "odometry-mm-per-m");
-  table.add("turned over a metre (RPE), rms", "deg/m", told(a, &TrajectoryError::rmse_rad, 1 / kDegree),
-            told(b, &TrajectoryError::rmse_rad, 1 / kDegree));
+  table.add("error over a metre (RPE), rms", "mm/m", rms_of(a, &TrajectoryError::rmse_m, 1e3),
+            rms_of(b, &TrajectoryError::rmse_m, 1e3), "odometry-mm-per-m");
+  table.add("heading error over a metre (RPE), rms", "deg/m", rms_of(a, &TrajectoryError::rmse_rad, 1 / kDegree),
+            rms_of(b, &TrajectoryError::rmse_rad, 1 / kDegree));
 
   table.stage("trajectory");
   auto pairs = paths_by_time(simulated, real, by_time);
   const auto one = [&](const char* name, const std::optional<TrajectoryError>& error, const char* key) {
-    const auto gap = told(error, &TrajectoryError::rmse_m, 1e3);
+    const auto gap = rms_of(error, &TrajectoryError::rmse_m, 1e3);
     table.add(name, "mm", std::nullopt, std::nullopt, key, gap).note =
-        gap ? "" : "too few frames at one time with a reference";
+        gap ? "" : "too few frames at equal times with a reference";
   };
-  one("both paths apart at one time (APE), rms", localisation::absolute_error(pairs), "ape-mm");
-  one("step by step (RPE, a frame), rms", localisation::relative_error(pairs, 1), "");
-  one("metre by metre (RPE), rms", localisation::relative_error_over(pairs, kOdometryStretch_m), "");
+  one("distance of paths at equal times (APE), rms", localisation::absolute_error(pairs), "ape-mm");
+  one("difference of the paths per frame (RPE), rms", localisation::relative_error(pairs, 1), "");
+  one("difference of the paths per metre (RPE), rms", localisation::relative_error_over(pairs, kOdometryStretch_m), "");
   if (const auto align = localisation::alignment(pairs)) {
     for (localisation::PosePair& pair : pairs) pair.estimate = localisation::moved(*align, pair.estimate);
-    one("both paths apart, aligned (APE, Umeyama), rms", localisation::absolute_error(pairs), "ape-aligned-mm");
+    one("distance, aligned paths (APE, Umeyama), rms", localisation::absolute_error(pairs), "ape-aligned-mm");
   }
 }
 
@@ -202,9 +203,9 @@ void add_timing(Table& table, const Timing& a, const Timing& b, const std::vecto
   table.add("stamped skew, mean", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, "skew-ms");
   table.add("stamped skew, largest", "ms", 1e3 * a.most_skew_s, 1e3 * b.most_skew_s);
   table.add("skew beyond the stamps", find(sources, "skew", ""), "upper.skew_s", "ms", "skew-ms");
-  table.add("age of a picture beyond its stamp", find(sources, "latency", ""), "latency_s", "ms", "latency-ms");
-  table.add("pictures' age, growth over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
-      b.ageing_s ? "" : "simulated time has none";
+  table.add("age of an image at its stamp", find(sources, "latency", ""), "latency_s", "ms", "latency-ms");
+  table.add("growth of the images' age over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
+      b.ageing_s ? "" : "a simulated run has none";
   for (const std::string view : {"lower", "upper"}) {
     table.add(view + " frames lost", find(sources, "frames lost", view), "lost", "%", "lost-percent");
   }
@@ -216,24 +217,24 @@ const std::vector<LimitKind>& limit_kinds() {
   static const std::vector<LimitKind> kinds{
       {"rim-px", 1, "radius of either rim"},
       {"centre-px", 1, "column and row of either centre"},
-      {"gain", 0.05, "factor of light, of each colour, off 1"},
+      {"gain", 0.05, "brightness factor of each colour, difference from 1"},
       {"noise-grey", 1, "noise at mid grey"},
       {"blur-px", 0.3, "spread of edges"},
-      {"edges-px", 0.5, "landmarks' edges off the believed rig, rms"},
+      {"edges-px", 0.5, "error of landmarks' edges under the believed rig, rms"},
       {"missed-percent", 10, "landmarks missed"},
-      {"false-percent", 1, "ranges found wrong, of the real run"},
+      {"false-percent", 1, "wrong ranges of the real run"},
       {"fix-percent", 2, "frames with a fix"},
-      {"disparity-px", 0.5, "disparity off the reference, rms"},
-      {"range-mm", 20, "ranges off the reference, rms"},
-      {"bearing-deg", 0.3, "bearings off the reference, rms"},
-      {"fix-mm", 20, "fixes off the reference, rms"},
-      {"odometry-mm-per-m", 10, "odometry off the reference over a metre, rms"},
-      {"ape-mm", 200, "both paths apart at one time, rms"},
+      {"disparity-px", 0.5, "error of disparities against the reference, rms"},
+      {"range-mm", 20, "error of ranges against the reference, rms"},
+      {"bearing-deg", 0.3, "error of bearings against the reference, rms"},
+      {"fix-mm", 20, "error of fixes against the reference, rms"},
+      {"odometry-mm-per-m", 10, "error of odometry over a metre, rms"},
+      {"ape-mm", 200, "distance of paths at equal times, rms"},
       {"ape-aligned-mm", 100, "the same, aligned"},
       {"rate-percent", 1, "frame rate"},
       {"jitter-ms", 5, "jitter of a frame's time"},
       {"skew-ms", 5, "skew, stamped and beyond the stamps"},
-      {"latency-ms", 20, "age of pictures beyond their stamps"},
+      {"latency-ms", 20, "age of images at their stamps"},
       {"lost-percent", 1, "frames lost"},
   };
   return kinds;

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <vector>
 
-#include "apps/files/to_layers.h"
-#include "apps/runs/quantile.h"
+#include "apps/config/to_layers.h"
+#include "base/quantile.h"
 
 namespace twocone::compare {
 namespace {
 
 double log_choose(double n, double k) { return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1); }
 
-/// Of whole numbers from `least` to `most`: all that are at most as probable as `seen`.
+/// Returns the probability of all whole numbers from `least` to `most` that are at most as probable as `seen`.
 template <typename LogProbability>
 double tail_of(double seen, double least, double most, const LogProbability& log_probability) {
   constexpr double kRounding = 1e-9;  // of logarithms of some thousands
@@ -28,19 +28,19 @@ double tail_of(double seen, double least, double most, const LogProbability& log
 
 }  // namespace
 
-Timing timing_of(const runs::RunData& run) {
+Timing timing_of(const runlog::RunData& run) {
   Timing timing;
   std::vector<double> steps_s;
   double skew = 0, squares = 0;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
-    const runs::FrameRow& frame = run.frames[i];
+    const runlog::FrameRow& frame = run.frames[i];
     skew += frame.upper_t_s - frame.lower_t_s;
     squares += std::pow(frame.upper_t_s - frame.lower_t_s, 2);
     timing.most_skew_s = std::max(timing.most_skew_s, std::abs(frame.skew_s));
     timing.lost[0] += frame.lower_lost;
     timing.lost[1] += frame.upper_lost;
     if (i == 0) continue;
-    const runs::FrameRow& last = run.frames[i - 1];
+    const runlog::FrameRow& last = run.frames[i - 1];
     if (frame.lower_sequence == last.lower_sequence + 1 && frame.upper_sequence == last.upper_sequence + 1) {
       steps_s.push_back(frame.t_s - last.t_s);
     }
@@ -50,15 +50,15 @@ Timing timing_of(const runs::RunData& run) {
   timing.skew_s = skew / count;
   timing.skew_sigma_s = std::sqrt(std::max(0.0, squares / count - timing.skew_s * timing.skew_s) / count);
   if (!steps_s.empty()) {
-    const double usual_s = runs::quantile(steps_s, 0.5);
+    const double usual_s = base::quantile(steps_s, 0.5);
     if (usual_s > 0) timing.rate_hz = 1 / usual_s;
     double sum = 0;
     for (const double step_s : steps_s) sum += (step_s - usual_s) * (step_s - usual_s);
     timing.jitter_s = std::sqrt(sum / double(steps_s.size()));
   }
-  if (!files::is_simulated(run.robot) && run.frames.size() > 1) {
-    const runs::FrameRow& first = run.frames.front();
-    const runs::FrameRow& last = run.frames.back();
+  if (!config::is_simulated(run.robot) && run.frames.size() > 1) {
+    const runlog::FrameRow& first = run.frames.front();
+    const runlog::FrameRow& last = run.frames.back();
     if (first.host_t_s && last.host_t_s) timing.ageing_s = (*last.host_t_s - last.t_s) - (*first.host_t_s - first.t_s);
   }
   return timing;

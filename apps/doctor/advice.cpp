@@ -6,18 +6,19 @@ namespace twocone::doctor {
 std::string camera_advice(ErrorCode code) {
   switch (code) {
     case ErrorCode::kNotFound:
-      return "plug it in; twocone devices lists the names that there are";
+      return "plug it in; twocone devices lists the available names";
     case ErrorCode::kUnavailable:
-      return "install what is missing";
+      return "install the missing software";
     case ErrorCode::kInvalidState:
+    case ErrorCode::kCancelled:
     case ErrorCode::kRefused:
-      return "see what it says; ask for what it has";
+      return "see the message; request a mode that it has";
     case ErrorCode::kTimeout:
-      return "it is there but sends nothing: cable, hub, power";
+      return "it is connected but sends nothing: check cable, hub, power";
     case ErrorCode::kDisconnected:
-      return "it went away: cable, hub, power";
+      return "it was disconnected: check cable, hub, power";
     case ErrorCode::kBadData:
-      return "what comes is no picture: cable, hub";
+      return "its data are no image: check cable and hub";
   }
   return "";
 }
@@ -25,18 +26,19 @@ std::string camera_advice(ErrorCode code) {
 std::string drive_advice(ErrorCode code) {
   switch (code) {
     case ErrorCode::kNotFound:
-      return "plug it in; twocone devices lists the ports that there are";
+      return "plug it in; twocone devices lists the available ports";
     case ErrorCode::kUnavailable:
-      return "install what is missing";
+      return "install the missing software";
     case ErrorCode::kInvalidState:
+    case ErrorCode::kCancelled:
     case ErrorCode::kRefused:
-      return "see what it says";
+      return "see the message";
     case ErrorCode::kTimeout:
-      return "protocol, baud, the controller's power, the cable's RX and TX";
+      return "check protocol, baud, the controller's power, the cable's RX and TX";
     case ErrorCode::kDisconnected:
-      return "it went away: cable, hub, power";
+      return "it was disconnected: check cable, hub, power";
     case ErrorCode::kBadData:
-      return "protocol and baud; the cable beside the motors' wires";
+      return "check protocol and baud; keep the cable away from the motors' wires";
   }
   return "";
 }

@@ -7,24 +7,25 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/advice.h"
-#include "apps/doctor/picture_checks.h"
+#include "apps/doctor/image_checks.h"
 #include "apps/doctor/statistics.h"
 
 namespace twocone::doctor {
 namespace {
 
 constexpr double kRateShare = 0.05;
-// Controls are read back from the device as they were set, but for rounding.
+// The device returns controls as they were set, except for rounding.
 constexpr double kControlShare = 1e-3;
-// Capture times that scatter by more of a period make a frame's nearest partner a matter of chance.
+// If capture times scatter by more than this fraction of a period, chance decides which frame is a frame's nearest
+// partner.
 constexpr double kJitterShare = 0.25;
 constexpr double kJitterQuantile = 0.95;
-// A frame takes a period to be read out and one to be handed on.
+// The readout of a frame takes one period, and its delivery another.
 constexpr double kAgePeriods = 2;
 constexpr double kFewLost = 0.01, kManyLost = 0.2;
 constexpr double kFewSkipped = 0.05;
 
-/// Ends the stream whatever happens.
+/// Ends the stream in every case.
 class Streaming {
  public:
   explicit Streaming(Camera& camera) : camera_(camera) {}
@@ -40,28 +41,29 @@ bool is_near(double value, double wanted, double share) { return std::abs(value 
 
 Row judge_rate(double period_s, double asked_hz) {
   if (!(period_s > 0)) {
-    return {"", "rate", "the capture times stand still", Verdict::kFailed, "its driver gives no times: another camera"};
+    return {"", "rate", "the capture times do not advance", Verdict::kFailed,
+            "its driver gives no capture times: use another camera"};
   }
   Row row{"", "rate", fmt::format("{:.2f} Hz of {:g}", 1 / period_s, asked_hz)};
   if (is_near(1 / period_s, asked_hz, kRateShare)) return row;
   row.verdict = Verdict::kFailed;
   row.advice = 1 / period_s < asked_hz
-                   ? fmt::format("more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
-                   : fmt::format("rate_hz: {:.3g}", 1 / period_s);
+                   ? fmt::format("use more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
+                   : fmt::format("set rate_hz: {:.3g}", 1 / period_s);
   return row;
 }
 
 Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
-  if (neighbours_s.empty()) return {"", "jitter", "no two frames in a row", Verdict::kNotRun, "see lost frames"};
+  if (neighbours_s.empty()) return {"", "jitter", "no two consecutive frames", Verdict::kNotRun, "see lost frames"};
   const double middle_s = median(neighbours_s);
   std::vector<double> off_s;
   off_s.reserve(neighbours_s.size());
   for (const double time_s : neighbours_s) off_s.push_back(std::abs(time_s - middle_s));
-  const double jitter_s = quantile(off_s, kJitterQuantile);
+  const double jitter_s = base::quantile(off_s, kJitterQuantile);
   Row row{"", "jitter", fmt::format("95 % within {:.1f} ms of {:.1f} ms", 1e3 * jitter_s, 1e3 * middle_s)};
   if (jitter_s > kJitterShare / asked_hz) {
     row.verdict = Verdict::kWarning;
-    row.advice = "a USB port of its own for each camera; less load; a fixed exposure";
+    row.advice = "give each camera its own USB port; reduce the load; fix the exposure";
   }
   return row;
 }
@@ -73,23 +75,24 @@ Row judge_losses(const Footage& s) {
   const double lost = double(s.lost + s.damaged) / all;
   if (lost > kFewLost) {
     row.verdict = lost > kManyLost ? Verdict::kFailed : Verdict::kWarning;
-    row.advice = "cable, hub; a USB port of its own for each camera; a lower rate or size";
+    row.advice = "check cable and hub; give each camera its own USB port; lower the rate or the size";
   } else if (double(s.skipped) / all > kFewSkipped) {
     row.verdict = Verdict::kWarning;
-    row.advice = "this machine is too busy: less load, a lower rate";
+    row.advice = "this machine is too busy: reduce its load or the rate";
   }
   return row;
 }
 
 Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
   if (ages_s.empty()) {
-    return {"", "age", "its times are of another clock", Verdict::kNotRun,
-            "nothing: a real camera tells the steady clock"};
+    return {"", "age", "its times come from another clock", Verdict::kNotRun,
+            "nothing: a real camera uses the steady clock"};
   }
   Row row{"", "age", fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median(ages_s), 1e3 * greatest(ages_s))};
   if (median(ages_s) > kAgePeriods / asked_hz) {
     row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("more than {:g} frame periods: a lower rate, another format, less load", kAgePeriods);
+    row.advice =
+        fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods);
   } else if (median(ages_s) < 0) {
     row.verdict = Verdict::kWarning;
     row.advice = "frames from the future: its capture times are wrong";
@@ -104,18 +107,19 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   const CameraSettings& got = applied.settings;
   Row row{"", "format",
           fmt::format("{}: {} {} x {}, {:g} Hz{}", applied.device, applied.format, got.width_px, got.height_px,
-                      got.rate_hz, applied.rate_told ? "" : " as asked (it does not tell)")};
+                      got.rate_hz, applied.rate_told ? "" : " as requested (the camera does not report it)")};
   if (got.width_px != want.width_px || got.height_px != want.height_px) {
     row.verdict = Verdict::kFailed;
-    row.advice = fmt::format("width_px: {}, height_px: {}, then calibrate; or a size that it has (twocone devices)",
-                             got.width_px, got.height_px);
+    row.advice =
+        fmt::format("width_px: {}, height_px: {}, then calibrate; or a size that the camera has (twocone devices)",
+                    got.width_px, got.height_px);
   } else if (!asked.device.format.empty() && !applied.format.empty() && asked.device.format != applied.format) {
     row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("format: {}, or one that it has (twocone devices)", applied.format);
+    row.advice = fmt::format("format: {}, or one that the camera has (twocone devices)", applied.format);
   } else if (!is_near(got.rate_hz, want.rate_hz, kRateShare)) {
     row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("{:g} Hz were asked for: rate_hz: {:.4g}, another format, or a smaller size", want.rate_hz,
-                             got.rate_hz);
+    row.advice = fmt::format("{:g} Hz were requested: set rate_hz: {:.4g}, another format, or a smaller size",
+                             want.rate_hz, got.rate_hz);
   }
   return row;
 }
@@ -127,14 +131,14 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
     const auto got = std::find_if(applied.begin(), applied.end(), [&n = name](const auto& c) { return c.first == n; });
     Row row{"", "control", ""};
     if (got == applied.end()) {
-      row.measured = fmt::format("{}: asked {:g}, not told back", name, want);
+      row.measured = fmt::format("{}: requested {:g}, not reported back", name, want);
       row.verdict = Verdict::kWarning;
-      row.advice = "look whether the picture follows it";
+      row.advice = "check whether the image follows it";
     } else {
-      row.measured = fmt::format("{}: asked {:g}, is {:g}", name, want, got->second);
+      row.measured = fmt::format("{}: requested {:g}, is {:g}", name, want, got->second);
       if (!is_near(got->second, want, kControlShare)) {
         row.verdict = Verdict::kWarning;
-        row.advice = fmt::format("{}: {:g}; v4l2-ctl --list-ctrls tells what it can be", name, got->second);
+        row.advice = fmt::format("{}: {:g}; v4l2-ctl --list-ctrls lists the possible values", name, got->second);
       }
     }
     rows.push_back(std::move(row));
@@ -168,13 +172,13 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   if (!stream.periods_s.empty()) {
     for (Row& row : judge_stream(stream, test.asked.settings)) add(std::move(row));
   } else if (!stream.ended_by) {
-    add({"", "stream", "too few frames came", Verdict::kFailed, camera_advice(ErrorCode::kTimeout)});
+    add({"", "stream", "too few frames were received", Verdict::kFailed, camera_advice(ErrorCode::kTimeout)});
   }
-  if (!stream.picture) return;
-  if (*stream.picture) {
-    check_picture(test.name, **stream.picture, test.rim, report);
+  if (!stream.image) return;
+  if (*stream.image) {
+    check_image(test.name, **stream.image, test.rim, report);
   } else {
-    failed("picture", stream.picture->error());
+    failed("image", stream.image->error());
   }
 }
 

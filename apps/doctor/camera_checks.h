@@ -18,19 +18,19 @@ namespace twocone::doctor {
 struct CameraUnderTest {
   std::string name;  ///< as after `cameras:`
   drivers::CameraPart asked;
-  std::optional<vision::RimCircle> rim{};  ///< where `rig:` says that the mirror's is; none: a camera without mirror
+  std::optional<vision::RimCircle> rim{};  ///< rim of the mirror according to `rig:`; none: a camera without mirror
 };
 
-/// What was measured and what to do, without the part.
+/// Returns the measurement and the advice; the caller sets the part.
 Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied);
-/// One row for each control that was asked for.
+/// Returns a row for each control that the robot file sets.
 std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>>& asked,
                                 const std::vector<std::pair<std::string, double>>& applied);
-/// Rate, jitter, lost frames and age. @param stream with frames
+/// Returns rate, jitter, lost frames and age. @param stream with frames
 std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked);
 
-/// Configures the camera, streams for `seconds` and looks at what came; leaves it stopped.
-/// @throws Interrupted, likewise
+/// Configures the camera, streams for `seconds` and checks the frames; leaves the camera stopped.
+/// @throws Interrupted; the camera is stopped then, too
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
                   Report& report);
 

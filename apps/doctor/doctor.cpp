@@ -7,23 +7,26 @@
 
 #include <fmt/format.h>
 
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
 #include "apps/doctor/advice.h"
 #include "apps/doctor/camera_checks.h"
 #include "apps/doctor/drive_checks.h"
 #include "apps/doctor/pair_checks.h"
 #include "apps/doctor/whole_robot.h"
-#include "apps/files/file_error.h"
-#include "apps/files/to_layers.h"
 
 namespace twocone::doctor {
 namespace {
 
-bool has_device(std::string_view driver) { return driver != drivers::kSimPovray && driver != drivers::kMemory; }
+bool has_device(std::string_view driver) {
+  const drivers::Backend* const known = drivers::find_backend(driver);
+  return known == nullptr || known->has_device();
+}
 
-/// For a robot whose map cannot be read: its parts need none.
-files::Map any_map(const std::filesystem::path& file) {
+/// Used for a robot whose map cannot be read: its parts need none.
+config::Map any_map(const std::filesystem::path& file) {
   constexpr double kAnywhere_m = 1e6;
-  files::Map map;
+  config::Map map;
   map.file = file;
   map.bounds = {-kAnywhere_m, kAnywhere_m, -kAnywhere_m, kAnywhere_m};
   return map;
@@ -31,7 +34,7 @@ files::Map any_map(const std::filesystem::path& file) {
 
 class Examination {
  public:
-  Examination(const files::Robot& robot, const Options& options, const Openers& openers,
+  Examination(const config::Robot& robot, const Options& options, const Openers& openers,
               const Surroundings& surroundings)
       : robot_(robot), options_(options), openers_(openers), surroundings_(surroundings) {}
 
@@ -39,27 +42,27 @@ class Examination {
     try {
       if (const auto settings = check_files()) check_parts(*settings);
     } catch (const Interrupted& interrupted) {
-      report_.add({"robot", "to the end", interrupted.what(), Verdict::kFailed, "run it again to its end"});
+      report_.add({"robot", "complete", interrupted.what(), Verdict::kFailed, "run it again and let it finish"});
     }
     return std::move(report_);
   }
 
  private:
   std::optional<drivers::RobotSettings> check_files() {
-    std::optional<files::Map> map;
+    std::optional<config::Map> map;
     try {
-      map = files::read_map(robot_.map);
-    } catch (const files::FileError& error) {
+      map = config::read_map(robot_.map);
+    } catch (const config::FileError& error) {
       report_.add({"files", "map", error.what(), Verdict::kFailed, "correct the map, or map: in the robot file"});
     }
     try {
-      auto settings = files::to_robot_settings(robot_, map.value_or(any_map(robot_.map)), 1);
-      static_cast<void>(files::to_rig(robot_));
+      auto settings = config::to_robot_settings(robot_, map.value_or(any_map(robot_.map)), 1);
+      static_cast<void>(config::to_rig(robot_));
       if (map)
         report_.add({"files", "robot and map", fmt::format("{}: {} landmarks", robot_.name, map->landmarks.size())});
       return settings;
-    } catch (const files::FileError& error) {
-      report_.add({"files", "together", error.what(), Verdict::kFailed, "correct the robot file"});
+    } catch (const config::FileError& error) {
+      report_.add({"files", "consistency", error.what(), Verdict::kFailed, "correct the robot file"});
     }
     return std::nullopt;
   }
@@ -83,16 +86,16 @@ class Examination {
     if (drive) {
       guarded("drive", [&] { check_drive_part(settings); });
     } else {
-      tell_deviceless("drive", settings.drive.driver);
+      report_deviceless("drive", settings.drive.driver);
     }
   }
 
-  void tell_deviceless(const std::string& part, const std::string& driver) {
+  void report_deviceless(const std::string& part, const std::string& driver) {
     report_.add({part, "driver", fmt::format("{}: no device", driver), Verdict::kNotRun,
                  "name a driver with a device (twocone devices)"});
   }
 
-  /// An exception of a part is that part's failure.
+  /// An exception in a part's check is a failure of that part.
   template <typename Check>
   void guarded(const std::string& part, Check check) {
     end_if_asked(surroundings_);
@@ -101,13 +104,13 @@ class Examination {
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& error) {
-      report_.add({part, "exception", error.what(), Verdict::kFailed, "see what it says"});
+      report_.add({part, "exception", error.what(), Verdict::kFailed, "see the message"});
     }
   }
 
   void check_camera_part(const std::string& name, const drivers::CameraPart& part,
                          const std::optional<vision::RimCircle>& rim) {
-    if (!has_device(part.driver)) return tell_deviceless(name, part.driver);
+    if (!has_device(part.driver)) return report_deviceless(name, part.driver);
     guarded(name, [&] {
       const auto camera = openers_.camera("cameras." + name, part);
       if (!camera) {
@@ -140,7 +143,7 @@ class Examination {
 
   void check_drive_part(const drivers::RobotSettings& settings) {
     surroundings_.progress("drive", 0);
-    // Every speed is let through, to find the least that turns a wheel.
+    // Every speed is allowed here, to find the least one that turns a wheel.
     drivers::DrivePart part = settings.drive;
     if (part.serial) part.serial->least_speed_radps = 0;
     const auto drive = openers_.drive(part);
@@ -149,7 +152,7 @@ class Examination {
       return;
     }
     const DriveUnderTest test{settings.drive, 1 / settings.lower.settings.rate_hz};
-    if (!check_drive_at_rest(test, **drive, surroundings_, report_)) {
+    if (!check_standing_drive(test, **drive, surroundings_, report_)) {
       report_.add({"drive", "moving tests", "the drive is not in order", Verdict::kNotRun, "see the rows above"});
       return;
     }
@@ -157,17 +160,17 @@ class Examination {
     check_wheels(test, **drive, surroundings_, report_);
   }
 
-  const files::Robot& robot_;
+  const config::Robot& robot_;
   const Options& options_;
   const Openers& openers_;
   const Surroundings& surroundings_;
   Report report_;
-  std::vector<std::string> works_;  ///< which of the pair could be opened
+  std::vector<std::string> works_;  ///< cameras of the pair that could be opened
 };
 
 }  // namespace
 
-Report examine(const files::Robot& robot, const Options& options, const Openers& openers,
+Report examine(const config::Robot& robot, const Options& options, const Openers& openers,
                const Surroundings& surroundings) {
   return Examination(robot, options, openers, surroundings).go();
 }

@@ -5,20 +5,20 @@
 #include <memory>
 #include <string>
 
+#include "apps/config/robot_file.h"
 #include "apps/doctor/report.h"
 #include "apps/doctor/surroundings.h"
-#include "apps/files/robot_file.h"
 #include "drivers/backends.h"
 
-/// A robot part by part, as on a bench: does each do what the robot file says of it?
+/// Examines a robot part by part, as on a bench: does each part behave as the robot file states?
 namespace twocone::doctor {
 
 struct Options {
-  double seconds = 3;                  ///< of measuring, for each camera and for the pair, > 0
-  bool wheels_off_the_ground = false;  ///< said by the person: the wheels may be turned without asking
+  double seconds = 3;                  ///< duration of a measurement, for each camera and for the pair, > 0
+  bool wheels_off_the_ground = false;  ///< the user has stated it: the wheels may be turned without a question
 };
 
-/// How parts are opened; a test brings its own.
+/// The functions that open parts; a test replaces them.
 struct Openers {
   std::function<Result<std::unique_ptr<Camera>>(const std::string& part, const drivers::CameraPart&)> camera =
       drivers::open_camera;
@@ -26,11 +26,11 @@ struct Openers {
   std::function<Result<Robot>(const drivers::RobotSettings&)> robot = drivers::open_robot;
 };
 
-/// Files, each camera, the pair, the drive, and, with a person's word that they are off the ground, the wheels. Parts
-/// without a device (sim_povray, memory) are not tested by themselves; a robot of such parts only is opened, started
-/// and asked for a pair. A trouble of the world is a row, not an exception. Wheels and cameras rest afterwards, also
-/// where `surroundings.stop` ends it early, which is a failed row.
-Report examine(const files::Robot& robot, const Options& options, const Openers& openers,
+/// Checks the files, each camera, the pair, the drive, and, if the user confirms that they are off the ground, the
+/// wheels. Parts without a device (sim_povray, memory) are not tested one by one: a robot that consists of such parts
+/// is opened, started, and one pair is taken. A failure of a device or a file is a row, not an exception. Wheels and
+/// cameras are stopped afterwards, also where `surroundings.stop` ends the examination early, which is a failed row.
+Report examine(const config::Robot& robot, const Options& options, const Openers& openers,
                const Surroundings& surroundings);
 
 }  // namespace twocone::doctor

@@ -19,15 +19,15 @@ namespace {
 constexpr const char* kPart = "drive";
 constexpr int kReadings = 50;
 constexpr double kBetweenReadings_s = 0.02;
-// More than half a frame period leaves too little time to look and to steer.
+// More than half a frame period leaves too little time for vision and steering.
 constexpr double kSlowShare = 0.5;
 constexpr double kManyFailed = 0.2;
 
 double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
-/// What was heard of a drive that was asked again and again.
+/// The answers of a drive to repeated readings.
 struct Readings {
-  std::vector<double> times_s;  ///< of those that were answered
+  std::vector<double> times_s;  ///< of the readings that were answered
   std::optional<WheelAngles> first, last;
   int failed = 0;
   std::optional<Error> error;  ///< the last one
@@ -45,7 +45,7 @@ Readings read_often(DiffDrive& drive, const Surroundings& surroundings) {
     } else {
       ++readings.failed;
       readings.error = angles.error();
-      if (readings.failed > kReadings / 2) break;  // each may take its time-out
+      if (readings.failed > kReadings / 2) break;  // each may take as long as its time-out
     }
     surroundings.progress("drive", double(i) / kReadings);
     surroundings.sleep(std::chrono::nanoseconds(std::int64_t(1e9 * kBetweenReadings_s)));
@@ -64,18 +64,19 @@ Row judge_readings(const Readings& readings, double period_s) {
     row.advice = fmt::format("{}: {}", readings.error->message, drive_advice(readings.error->code));
   } else if (median(readings.times_s) > kSlowShare * period_s) {
     row.verdict = Verdict::kWarning;
-    row.advice = "slow for this frame rate: a higher baud; for FTDI adapters latency_timer 1";
+    row.advice = "slow for this frame rate: use a higher baud; for FTDI adapters set latency_timer 1";
   }
   return row;
 }
 
-Row judge_rest(const Readings& readings, double still_rad) {
+Row judge_standing(const Readings& readings, double still_rad) {
   const double moved_rad = std::max(std::abs(readings.last->left_rad - readings.first->left_rad),
                                     std::abs(readings.last->right_rad - readings.first->right_rad));
-  Row row{kPart, "at rest", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
+  Row row{kPart, "standing still", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
   if (moved_rad > still_rad) {
     row.verdict = Verdict::kFailed;
-    row.advice = "nobody told the wheels to turn: hold them still; encoder wires; the controller's own program";
+    row.advice =
+        "the wheels turn without a command: hold them still; check the encoders' wiring and the controller's program";
   }
   return row;
 }
@@ -86,47 +87,47 @@ Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
   const std::string own =
       facts.own_timeout ? fmt::format("own {:.1f} s", seconds_of(*facts.own_timeout)) : std::string("none of its own");
   Row row{kPart, "time-out",
-          fmt::format("{}, guard {}; command_timeout_s {:g}", own, facts.is_guarded ? "on" : "off",
+          fmt::format("{}, watchdog {}; command_timeout_s {:g}", own, facts.has_watchdog ? "on" : "off",
                       seconds_of(limits.command_timeout))};
   const bool stops_itself = facts.own_timeout && *facts.own_timeout <= limits.command_timeout;
-  if (!stops_itself && !facts.is_guarded) {
+  if (!stops_itself && !facts.has_watchdog) {
     row.verdict = Verdict::kFailed;
-    row.advice = "nothing stops the wheels in time when the program dies: guard: true";
+    row.advice = "nothing stops the wheels in time when the program dies: set watchdog: true";
   }
   return row;
 }
 
-bool check_drive_at_rest(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings,
-                         Report& report) {
+bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings,
+                          Report& report) {
   const DriveFacts facts = drive.facts();
   report.add(
       {kPart, "controller",
        fmt::format("{}, {}{}", facts.controller, facts.device,
-                   facts.counts_per_turn > 0 ? fmt::format(", {:g} counts a turn", facts.counts_per_turn) : "")});
+                   facts.counts_per_turn > 0 ? fmt::format(", {:g} counts per turn", facts.counts_per_turn) : "")});
   report.add(judge_timeout(facts, test.asked.limits));
   const Readings readings = read_often(drive, surroundings);
   const Row heard = judge_readings(readings, test.period_s);
   report.add(heard);
   if (!readings.last) return false;
-  const Row rest = judge_rest(readings, still_rad(facts.counts_per_turn));
-  report.add(rest);
-  return rest.verdict == Verdict::kOk && heard.verdict != Verdict::kFailed;
+  const Row standing = judge_standing(readings, still_rad(facts.counts_per_turn));
+  report.add(standing);
+  return standing.verdict == Verdict::kOk && heard.verdict != Verdict::kFailed;
 }
 
-Permission ask_off_the_ground(bool was_said, const Surroundings& surroundings, Report& report) {
-  if (was_said) return Permission::kGiven;
-  const auto refused = [&](std::string measured, std::string advice) {
+Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings, Report& report) {
+  if (was_stated) return Permission::kGiven;
+  const auto not_run = [&](std::string measured, std::string advice) {
     report.add({kPart, "moving tests", std::move(measured), Verdict::kNotRun, std::move(advice)});
     return Permission::kRefused;
   };
   if (!surroundings.ask) {
-    return refused("there is nobody to ask whether the wheels are free",
+    return not_run("no user can confirm that the wheels are free",
                    "lift both wheels; run it in a terminal, or with --wheels-off-the-ground");
   }
   const auto answer = surroundings.ask("Are both wheels off the ground and free? [yes/no] ");
   end_if_asked(surroundings);
   if (answer == "yes") return Permission::kGiven;
-  return refused("the wheels are not off the ground", "lift both wheels, run it again and answer yes");
+  return not_run("the wheels are not off the ground", "lift both wheels, run it again and answer yes");
 }
 
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report) {

@@ -24,7 +24,7 @@ constexpr double kSpare_s = 10;
 constexpr double kSettling_s = 0.5;
 constexpr double kRateShare = 0.05, kPoorShare = 0.5;
 constexpr double kFewUnpaired = 0.05;
-// Cameras that run free meet at any skew; as near as this again and again are those that something synchronises.
+// Free-running cameras meet at any skew. A skew that stays within this fraction shows that something synchronises them.
 constexpr double kTogether = 0.05;
 // The nearest partner of a frame is at most half a period away, and capture times scatter.
 constexpr double kAnyPartner = 0.55;
@@ -69,7 +69,7 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
   return pairs;
 }
 
-/// Opens, starts, takes, stops.
+/// Opens, starts and stops the pair, and takes frames in between.
 Result<Pairs> try_pair(const PairUnderTest& test, nanoseconds max_skew, const OpenPair& open, double seconds,
                        const Surroundings& surroundings) {
   auto rig = open(max_skew);
@@ -90,7 +90,7 @@ double unpaired_share(const Pairs& pairs) {
   return frames > 0 ? double(pairs.unpaired) / frames : 1;
 }
 
-/// In whole tenths of a millisecond, as a robot file would say it.
+/// Returns the key of a robot file, in whole tenths of a millisecond.
 std::string as_key(double seconds) { return fmt::format("max_skew_s: {:g}", std::ceil(1e4 * seconds - 1e-6) / 1e4); }
 
 }  // namespace
@@ -106,15 +106,15 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   double time_s = 0;
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
   const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
-  Row rate{kPart, "pairs", fmt::format("{:.2f} a second of {:g}", rate_hz, test.lower.rate_hz)};
+  Row rate{kPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
   if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
     rate.verdict = rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning;
-    rate.advice = "see skew; two cameras on one bus: format: MJPG, or another port for one";
+    rate.advice = "see skew; for two cameras on one bus: format: MJPG, or another port for one";
   }
   rows.push_back(std::move(rate));
 
   const double share = unpaired_share(pairs);
-  Row unpaired{kPart, "unpaired", fmt::format("{} frames without partner, {:.1f} %", pairs.unpaired, 100 * share)};
+  Row unpaired{kPart, "unpaired", fmt::format("{} frames without a partner, {:.1f} %", pairs.unpaired, 100 * share)};
   if (share > kFewUnpaired) {
     unpaired.verdict = share > kPoorShare ? Verdict::kFailed : Verdict::kWarning;
     unpaired.advice = "see skew";
@@ -127,7 +127,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
   if (std::max(longest_s, period_s(test)) >= timeout_s) {
     wait.verdict = Verdict::kWarning;
-    wait.advice = "the wheels stop between frames: a higher rate_hz, or a longer command_timeout_s";
+    wait.advice = "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s";
   }
   rows.push_back(std::move(wait));
   return rows;
@@ -136,7 +136,8 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
 Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   const double limit_s = seconds_of(test.max_skew);
   if (any.skews_s.empty()) {
-    return {kPart, "skew", "no pairs at all", Verdict::kFailed, "are both rates the same? see the cameras' rows"};
+    return {kPart, "skew", "no pairs at all", Verdict::kFailed,
+            "check that both rates are equal; see the cameras' rows"};
   }
   std::vector<double> sizes_s;
   sizes_s.reserve(any.skews_s.size());
@@ -154,7 +155,8 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   } else if (limit_s < free_s) {
     row.verdict = most_s > limit_s ? Verdict::kFailed : Verdict::kWarning;
     row.advice =
-        fmt::format("{} (0.6 of a period): each start of free cameras may bring up to half of one", as_key(free_s));
+        fmt::format("{} (0.6 of a period): free-running cameras may have a skew of up to half a period at each start",
+                    as_key(free_s));
   }
   return row;
 }
@@ -162,7 +164,7 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
 void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
                 Report& report) {
   const auto failed = [&](const Error& error) {
-    report.add(failed_row(kPart, "stream", error, camera_advice(error.code) + "; both on one bus?"));
+    report.add(failed_row(kPart, "stream", error, camera_advice(error.code) + "; check whether both are on one bus"));
   };
   auto pairs = try_pair(test, test.max_skew, open, seconds, surroundings);
   if (!pairs) return failed(pairs.error());

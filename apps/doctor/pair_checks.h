@@ -19,23 +19,24 @@ struct PairUnderTest {
   std::chrono::nanoseconds command_timeout{0};
 };
 
-/// Both cameras, opened anew, with another limit of the skew.
+/// Opens both cameras again, with another limit of the skew.
 using OpenPair = std::function<Result<StereoRig>(std::chrono::nanoseconds max_skew)>;
 
-/// What a pair of cameras did for a while.
+/// Measurements of a pair of cameras over some time.
 struct Pairs {
-  std::vector<double> skews_s{};      ///< from the lower exposure to the upper one
+  std::vector<double> skews_s{};      ///< from the lower camera's exposure to the upper one's
   std::vector<double> intervals_s{};  ///< from pair to pair
   std::uint64_t unpaired = 0;         ///< frames without a partner
   std::optional<Error> ended_by{};
 };
 
-/// Rate of pairs, frames without partner and the longest wait, of the limit that the robot file gives.
+/// Returns the rate of pairs, the frames without a partner and the longest wait, with the limit of the robot file.
 std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test);
-/// The skew, and whether the limit suits these cameras. @param any their skews with a limit that pairs every frame
+/// Returns the skew, and whether the limit suits these cameras. @param any their skews with a limit that pairs every
+/// frame
 Row judge_skew(const Pairs& any, const PairUnderTest& test);
 
-/// Opens the pair, and once more with a wide limit where the robot file's breaks pairs up.
+/// Opens the pair, and again with a wide limit where that of the robot file leaves frames unpaired.
 /// @throws Interrupted
 void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
                 Report& report);

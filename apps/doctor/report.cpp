@@ -12,13 +12,14 @@ namespace {
 constexpr std::size_t kColumns = 5;
 constexpr std::size_t kMeasured = 2;
 constexpr std::size_t kGap = 2;
-// Between measured and advice the line is shared so; narrower texts leave their room to the other.
+// The columns "measured" and "what to do" share the line like this; a narrower text leaves its space to the other
+// column.
 constexpr std::size_t kWidestMeasured = 44;
 constexpr std::size_t kLeastAdvice = 24;
 
 using Cells = std::array<std::string, kColumns>;
 
-/// Words in lines of at most `width`; a longer word has a line of its own, or is cut where it must fit.
+/// Returns words in lines of at most `width`; a longer word has its own line, or is cut where it must fit.
 std::vector<std::string> wrap(std::string_view text, std::size_t width, bool must_fit) {
   std::vector<std::string> lines;
   while (!text.empty()) {

@@ -10,22 +10,22 @@ namespace twocone::doctor {
 
 enum class Verdict {
   kOk,
-  kWarning,  ///< the robot runs, but not as well as it could, or not always
-  kFailed,   ///< the robot does not run so, or not safely
-  kNotRun,   ///< nobody knows: `advice` says what the check waits for
+  kWarning,  ///< the robot works, but not always or not as well as it could
+  kFailed,   ///< the robot does not work in this state, or not safely
+  kNotRun,   ///< the result is unknown: `advice` states what the check needs
 };
 /// As in the table: ok, warning, failed, not run.
 std::string_view to_string(Verdict verdict);
 
 struct Row {
   std::string part;      ///< as in the robot file, without `cameras.`: lower, drive; or files, robot, pair
-  std::string check;     ///< what was looked at
+  std::string check;     ///< the property that was checked
   std::string measured;  ///< with units
   Verdict verdict = Verdict::kOk;
-  std::string advice{};  ///< what to do; empty: nothing
+  std::string advice{};  ///< what to do; empty: nothing is necessary
 };
 
-/// What was found, in the order in which it was looked for.
+/// The results, in the order of the checks.
 class Report {
  public:
   void add(Row row) { rows_.push_back(std::move(row)); }
@@ -37,10 +37,11 @@ class Report {
   std::vector<Row> rows_;
 };
 
-/// Aligned columns no wider than `width` characters (what cannot be broken apart): long cells go on in the next line.
+/// Returns aligned columns of at most `width` characters (except words that cannot be broken); long cells continue in
+/// the next line.
 std::string table(const Report& report, std::size_t width = 120);
 
-/// "all 21 checks ok"; "18 ok, 3 warnings, 1 failed, 1 not run".
+/// Returns "all 21 checks ok" or "18 ok, 3 warnings, 1 failed, 1 not run".
 std::string summary(const Report& report);
 
 }  // namespace twocone::doctor

@@ -3,13 +3,11 @@
 
 #include <vector>
 
-#include "apps/runs/quantile.h"
+#include "base/quantile.h"
 
 namespace twocone::doctor {
 
-using runs::quantile;
-
-inline double median(const std::vector<double>& values) { return quantile(values, 0.5); }
-inline double greatest(const std::vector<double>& values) { return quantile(values, 1); }
+inline double median(const std::vector<double>& values) { return base::quantile(values, 0.5); }
+inline double greatest(const std::vector<double>& values) { return base::quantile(values, 1); }
 
 }  // namespace twocone::doctor

@@ -11,11 +11,11 @@ namespace twocone::doctor {
 namespace {
 
 constexpr const char* kPart = "drive";
-constexpr const char* kTold = "stop, told";
+constexpr const char* kCommanded = "stop, commanded";
 constexpr const char* kSilent = "stop, silence";
 constexpr double kDriveTime_s = 1;
 constexpr double kGrace_s = 0.1;
-// So long after the limit a wheel that nothing stopped has turned on by more than any doubt.
+// At this time after the limit, a wheel that was not stopped has turned far more than the uncertainty.
 constexpr double kBeyond_s = 0.2;
 constexpr double kBetweenLooks_s = 0.3;
 constexpr double kWatch_s = 2;
@@ -24,7 +24,7 @@ double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<
 
 double mean_rad(const WheelSample& sample) { return (sample.left_rad + sample.right_rad) / 2; }
 
-/// Of both wheels, over the second half of the course.
+/// Returns the mean speed of both wheels, over the second half of the course.
 double mean_speed(const Course& course) {
   const WheelSample& from = course.samples[course.samples.size() / 2];
   const WheelSample& to = course.samples.back();
@@ -36,18 +36,18 @@ Row course_failed(const char* check, const Course& course) {
   return {kPart, check, "the wheels ran away", Verdict::kFailed, "see the wheels' rows"};
 }
 
-Row test_told(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench) {
-  const Course course = bench.drive({bench.speed_radps(), bench.speed_radps()}, kDriveTime_s, kTold);
-  if (!course.is_whole()) return course_failed(kTold, course);
+Row test_commanded(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench) {
+  const Course course = bench.drive({bench.speed_radps(), bench.speed_radps()}, kDriveTime_s, kCommanded);
+  if (!course.is_whole()) return course_failed(kCommanded, course);
   const Result<WheelSample> before = bench.read();
-  if (!before) return failed_row(kPart, kTold, before.error(), drive_advice(before.error().code));
+  if (!before) return failed_row(kPart, kCommanded, before.error(), drive_advice(before.error().code));
   const double stop_s = before->t_s;
-  if (const auto told = drive.stop(); !told) {
-    return failed_row(kPart, kTold, told.error(), drive_advice(told.error().code));
+  if (const auto stopped = drive.stop(); !stopped) {
+    return failed_row(kPart, kCommanded, stopped.error(), drive_advice(stopped.error().code));
   }
   const Course watched = bench.watch(seconds_of(test.asked.limits.command_timeout) + kWatch_s);
-  if (watched.error) return course_failed(kTold, watched);
-  return judge_stop(kTold, rest_after(stop_s, watched, bench.still_rad()), test.asked.limits);
+  if (watched.error) return course_failed(kCommanded, watched);
+  return judge_stop(kCommanded, stop_time_after(stop_s, watched, bench.still_rad()), test.asked.limits);
 }
 
 Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
@@ -60,7 +60,7 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
   if (!first) return failed_row(kPart, kSilent, first.error(), drive_advice(first.error().code));
   bench.wait(kBetweenLooks_s);
   const auto second = bench.read();
-  bench.rest();
+  bench.halt();
   if (!second) return failed_row(kPart, kSilent, second.error(), drive_advice(second.error().code));
   if (!(speed > 0)) return {kPart, kSilent, "the wheels did not turn", Verdict::kFailed, "see the wheels' rows"};
   std::optional<double> ran_s;
@@ -73,16 +73,16 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
 
 }  // namespace
 
-std::optional<double> rest_after(double stop_s, const Course& watched, double still_rad) {
+std::optional<double> stop_time_after(double stop_s, const Course& watched, double still_rad) {
   if (watched.samples.size() < 2) return std::nullopt;
   const WheelSample& last = watched.samples.back();
-  const auto is_at_rest = [&](const WheelSample& sample) {
+  const auto stands_still = [&](const WheelSample& sample) {
     return std::abs(sample.left_rad - last.left_rad) <= still_rad &&
            std::abs(sample.right_rad - last.right_rad) <= still_rad;
   };
   auto first = watched.samples.end() - 1;
-  while (first != watched.samples.begin() && is_at_rest(*(first - 1))) --first;
-  // Two samples in a row are near each other at any speed.
+  while (first != watched.samples.begin() && stands_still(*(first - 1))) --first;
+  // Two consecutive samples are near each other at any speed.
   constexpr double kStill_s = 0.1;
   if (last.t_s - first->t_s < kStill_s) return std::nullopt;
   return std::max(0.0, first->t_s - stop_s);
@@ -91,11 +91,13 @@ std::optional<double> rest_after(double stop_s, const Course& watched, double st
 Row judge_stop(const char* check, const std::optional<double>& stop_s, const DriveLimits& limits) {
   const double limit_s = seconds_of(limits.command_timeout) + kGrace_s;
   const char* const advice =
-      check == std::string_view(kTold)
-          ? "the controller brakes late or the wheels coast: its brake setting; a longer command_timeout_s"
-          : "do not drive it: guard: true; the controller's own time-out; a longer command_timeout_s";
+      check == std::string_view(kCommanded)
+          ? "the controller brakes late or the wheels coast: change its brake setting, or set a longer "
+            "command_timeout_s"
+          : "do not drive it: set watchdog: true, the controller's own time-out, or a longer command_timeout_s";
   if (!stop_s) {
-    return {kPart, check, fmt::format("they turn on, must rest within {:.2f} s", limit_s), Verdict::kFailed, advice};
+    return {kPart, check, fmt::format("they continue to turn, must stand still within {:.2f} s", limit_s),
+            Verdict::kFailed, advice};
   }
   Row row{kPart, check, fmt::format("{:.2f} s, at most {:.2f} s", *stop_s, limit_s)};
   if (*stop_s > limit_s) {
@@ -108,10 +110,10 @@ Row judge_stop(const char* check, const std::optional<double>& stop_s, const Dri
 void test_stopping(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench, const Surroundings& surroundings,
                    Report& report) {
   end_if_asked(surroundings);
-  report.add(test_told(test, drive, bench));
-  bench.rest();
+  report.add(test_commanded(test, drive, bench));
+  bench.halt();
   report.add(test_silent(test, bench));
-  bench.rest();
+  bench.halt();
 }
 
 }  // namespace twocone::doctor

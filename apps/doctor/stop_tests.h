@@ -8,16 +8,16 @@
 
 namespace twocone::doctor {
 
-/// Seconds from `stop_s` until the wheels came to rest, to the time between two samples; nothing where they had not
-/// when the samples end.
-std::optional<double> rest_after(double stop_s, const Course& watched, double still_rad);
+/// Returns the time in seconds from `stop_s` until the wheels stood still, to the resolution of two samples; nothing if
+/// they still turned at the last sample.
+std::optional<double> stop_time_after(double stop_s, const Course& watched, double still_rad);
 
-/// @param stop_s nothing: the wheels turned on until the end of the watch
+/// @param stop_s nothing: the wheels turned until the end of the observation
 Row judge_stop(const char* check, const std::optional<double>& stop_s, const DriveLimits& limits);
 
-/// Both ways, from a modest speed: told to stop, and told nothing any more. In the second the angles are not read until
-/// the wheels must rest, as a driver may stop them when it is asked; how long they ran on is the angle that they turned
-/// over their speed, so that a wheel which coasts to rest evenly counts half of its coasting.
+/// Tests both ways of stopping, from a moderate speed: by a command, and by silence. In the second test the angles are
+/// not read until the wheels must stand still, because a reading may make a driver stop them. The running time is the
+/// angle that they turned over their speed, so a wheel that coasts evenly counts half of its coasting.
 void test_stopping(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench, const Surroundings& surroundings,
                    Report& report);
 

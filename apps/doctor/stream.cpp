@@ -9,7 +9,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kSettling_s = 0.5;
-// Some cameras take seconds until the first frame.
+// Some cameras need seconds for the first frame.
 constexpr milliseconds kFirstFrame{5'000};
 constexpr milliseconds kNextFrame{1'000};
 constexpr double kPatientPeriods = 10;
@@ -17,10 +17,10 @@ constexpr int kTroublesInARow = 3;
 constexpr double kMostTime = 4;
 constexpr double kSpare_s = 10;
 constexpr double kSpareGrabs = 100;
-// A simulated picture may be rendered yet.
-constexpr milliseconds kPictureTime{150'000};
+// A simulated image may still be rendering.
+constexpr milliseconds kImageTime{150'000};
 
-/// Which frames follow which.
+/// Keeps count of consecutive frames.
 class Take {
  public:
   Take(double seconds, const Surroundings& surroundings) : seconds_(seconds), surroundings_(surroundings) {}
@@ -91,8 +91,8 @@ Footage take_stream(Camera& camera, double seconds, const std::string& what, con
     }
   }
   if (last) {
-    const auto pixels = last->image(kPictureTime);
-    take.stream.picture = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
+    const auto pixels = last->image(kImageTime);
+    take.stream.image = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
   }
   return take.stream;
 }

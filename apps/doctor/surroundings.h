@@ -12,15 +12,15 @@
 
 namespace twocone::doctor {
 
-/// What the doctor needs beside the devices. Whoever calls brings it, so that a test owns time and person.
+/// Everything that the doctor needs besides the devices. The caller provides it, so that a test controls time and user.
 struct Surroundings {
   const Clock& clock;
   std::function<void(std::chrono::nanoseconds)> sleep;
-  /// Puts a question to the person, who may take minutes; no answer: nothing. Empty: there is nobody to ask.
+  /// Puts a question to the user, who may take minutes; no answer: nothing. Empty: there is no user.
   std::function<std::optional<std::string>(const std::string& question)> ask{};
-  /// What is being done, and the share of it that is done, 0 to 1.
+  /// Called with the current work and its fraction done, 0 to 1.
   std::function<void(const std::string& what, double share)> progress = [](const std::string&, double) {};
-  /// Set from outside: wheels and cameras are stopped, and the report ends.
+  /// Set from outside: wheels and cameras are then stopped, and the report ends.
   const std::atomic<bool>& stop;
 
   [[nodiscard]] double now_s() const { return clock.now().seconds(); }

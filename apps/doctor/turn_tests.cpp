@@ -18,23 +18,23 @@ using std::numbers::pi;
 constexpr const char* kPart = "drive";
 constexpr double kTurnTime_s = 2;
 constexpr double kSpinUp_s = 0.7;
-// Of what was commanded: a wheel that turned by less rested, but for what shakes it.
+// Fraction of the commanded angle: a wheel that turned by less stood still, except for vibration.
 constexpr double kMoved = 0.1;
 constexpr double kSpeedShare = 0.10, kPoorSpeedShare = 0.25;
 constexpr double kTurns = 5;
-// A person reads a mark on a wheel to an eighth of a turn.
+// A user reads a mark on a wheel to an eighth of a turn.
 constexpr double kReading_turns = 0.15;
 constexpr double kPatience = 3;
-// The wheel turns on for about this long when it is stopped.
+// A stopped wheel continues to turn for about this time.
 constexpr double kLead_s = 0.03;
 
 constexpr const char* kLeastSpeed = "least speed";
-// An integrating control loop takes its time to overcome friction: a power step in each 33 ms.
+// An integrating control loop needs time to overcome friction: one power step in each 33 ms.
 constexpr double kLeastTime_s = 4;
-// So much later it has turned as far as in this time at the speed, or does not turn.
+// After that, the wheel has turned as far as in this time at the commanded speed, or it does not turn.
 constexpr double kLeastWay_s = 1;
 constexpr double kFaster = 1.3;
-// Where nothing is believed, of the speed that a person can follow.
+// Where the least speed is unknown: this fraction of the speed that a user can follow.
 constexpr double kLeastGuess = 1.0 / 8;
 
 std::string name_of(Side side, const char* ending) { return fmt::format("{} {}", to_string(side), ending); }
@@ -43,11 +43,11 @@ std::string describe(const Turning& turning) {
   return fmt::format("{} {}", to_string(turning.side), turning.is_forward ? "forward" : "backward");
 }
 
-/// What to do about the wheel; empty if it is the right one.
+/// Returns what to do about the choice of the wheel; empty if it is the right one.
 std::string which_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_swapped) {
   const bool counted_other = counted.side != commanded;
   if (!seen) {
-    return counted_other ? "the plugs of the motors or of the encoders are crossed: see which wheel turns" : "";
+    return counted_other ? "the plugs of the motors or of the encoders are crossed: watch which wheel turns" : "";
   }
   const bool seen_other = seen->side != commanded;
   if (counted_other && seen_other) return "the motors' plugs are crossed: exchange the two";
@@ -56,14 +56,15 @@ std::string which_advice(Side commanded, const Turning& counted, const std::opti
   return "";
 }
 
-/// What to do about the way; empty if it is forward.
+/// Returns what to do about the direction; empty if it is forward.
 std::string way_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_reversed) {
   const char* const side = to_string(commanded).data();
   if (!seen) {
-    return counted.is_forward
-               ? ""
-               : fmt::format("exchange the {0} motor's two leads, or the {0} encoder's A and B: see which way it turns",
-                             side);
+    return counted.is_forward ? ""
+                              : fmt::format(
+                                    "exchange the {0} motor's two leads, or the {0} encoder's A and B: watch in which "
+                                    "direction it turns",
+                                    side);
   }
   if (!counted.is_forward && !seen->is_forward) return fmt::format("exchange the {} motor's two leads", side);
   if (!counted.is_forward) return fmt::format("exchange the {} encoder's A and B", side);
@@ -79,7 +80,7 @@ std::optional<Turning> ask_what_was_seen(const Surroundings& surroundings) {
   return answer ? parse_turning(*answer) : std::nullopt;
 }
 
-/// Radians a second once it had spun up; nothing where there are too few samples.
+/// Returns the speed in radians per second after the spin-up; nothing if there are too few samples.
 std::optional<double> speed_of(const Course& course, double WheelSample::*angle) {
   const double from_s = course.samples.front().t_s + kSpinUp_s;
   const auto first = std::find_if(course.samples.begin(), course.samples.end(),
@@ -89,13 +90,13 @@ std::optional<double> speed_of(const Course& course, double WheelSample::*angle)
   return (last.*angle - (*first).*angle) / (last.t_s - first->t_s);
 }
 
-/// One wheel. @return whether its encoder tells that it obeyed
+/// Tests one wheel. @return whether it obeyed, according to its encoder
 bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings,
                 bool& was_seen, Report& report) {
   const double speed = bench.speed_radps();
   const WheelSpeeds speeds = side == Side::kLeft ? WheelSpeeds{speed, 0} : WheelSpeeds{0, speed};
   const Course course = bench.drive(speeds, kTurnTime_s, name_of(side, "wheel"));
-  bench.rest();
+  bench.halt();
   if (course.error) {
     report.add(failed_row(kPart, name_of(side, "wheel"), *course.error, drive_advice(course.error->code)));
     return false;
@@ -114,12 +115,12 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
   if (course.ran_away) {
     row.verdict = Verdict::kFailed;
     row.measured += "; it ran away and was stopped";
-    // A control loop whose encoder is the other wheel's never sees its own motor: it gives all it has, and that other
-    // loop works against it.
+    // A control loop whose encoder is that of the other wheel never sees its own motor: it drives with full power, and
+    // the other loop works against it.
     if (!counted.turning() && !counted.has_nothing()) {
       row.advice = "the control loops cross: exchange the two motors' plugs, not the encoders'; run it again";
     }
-    if (row.advice.empty()) row.advice = "the controller's PID; counts_per_turn";
+    if (row.advice.empty()) row.advice = "check the controller's PID and counts_per_turn";
   }
   report.add(row);
   if (course.ran_away || counted.turning() != Turning{side, true}) return false;
@@ -177,10 +178,10 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
   if (!turning) {
     row.verdict = Verdict::kFailed;
     if (!counted.has_nothing()) {
-      row.advice = "both turn though one was commanded: the encoders' wires; the controller's program";
+      row.advice = "both turn although one was commanded: check the encoders' wiring and the controller's program";
     } else {
-      row.advice = seen ? "it turns but is not counted: the encoder's plug and power"
-                        : "the motors' power, emergency stop, plugs of motor and encoder";
+      row.advice = seen ? "it turns but is not counted: check the encoder's plug and power"
+                        : "check the motors' power, the emergency stop, the plugs of motor and encoder";
     }
     return row;
   }
@@ -199,7 +200,7 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
   const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
   if (off > kSpeedShare) {
     row.verdict = off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning;
-    row.advice = "the controller does not hold it: its PID, the battery, max_speed_mps";
+    row.advice = "the controller does not reach the speed: check its PID, the battery, max_speed_mps";
   }
   return row;
 }
@@ -207,18 +208,18 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
 Row judge_least_speed(const LeastSpeed& measured) {
   Row row{kPart, kLeastSpeed, ""};
   if (!measured.turns_radps) {
-    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.rests_radps.value_or(0));
+    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
     row.verdict = Verdict::kWarning;
-    row.advice = "its control loop's gains; see the wheels' rows";
+    row.advice = "check the gains of its control loop; see the wheels' rows";
     return row;
   }
   row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
-  if (measured.rests_radps) row.measured += fmt::format(", {:.2f} does not", *measured.rests_radps);
-  // Half of what is believed need not turn them.
-  if (measured.rests_radps && *measured.rests_radps >= measured.believed_radps) {
+  if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
+  // Half of the believed speed need not turn them.
+  if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
     row.verdict = Verdict::kWarning;
-    // Rounded, it must not be below what was seen to turn them.
-    row.advice = fmt::format("least_speed_radps: {:.2f}; slower commands turn no wheel",
+    // The rounded value must not be below a speed that was seen to turn them.
+    row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
                              std::ceil(100 * *measured.turns_radps) / 100);
   }
   return row;
@@ -239,8 +240,8 @@ bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundi
   bool obey = test_wheel(Side::kLeft, test, bench, surroundings, was_seen, report);
   obey = test_wheel(Side::kRight, test, bench, surroundings, was_seen, report) && obey;
   if (!was_seen) {
-    report.add({kPart, "wheels seen", "the encoders cannot tell which wheel turned which way", Verdict::kNotRun,
-                "run it in a terminal and watch the wheels"});
+    report.add({kPart, "wheels seen", "the encoders cannot show which wheel turned in which direction",
+                Verdict::kNotRun, "run it in a terminal and watch the wheels"});
   }
   return obey;
 }
@@ -249,7 +250,7 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
   LeastSpeed found;
   if (test.asked.serial) found.believed_radps = serial::least_speed_radps(*test.asked.serial);
   std::optional<Error> error;
-  /// Whether both wheels turn at that speed.
+  /// Returns whether both wheels turn at that speed.
   const auto turns = [&](double speed) {
     end_if_asked(surroundings);
     std::optional<WheelSample> first;
@@ -259,10 +260,10 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
       return std::min(sample.left_rad - first->left_rad, sample.right_rad - first->right_rad) >= way_rad;
     };
     const Course course = bench.drive({speed, speed}, kLeastTime_s, kLeastSpeed, is_far);
-    bench.rest();
+    bench.halt();
     if (course.error) error = course.error;
     if (course.samples.empty() || !is_far(course.samples.back())) {
-      found.rests_radps = std::max(speed, found.rests_radps.value_or(0));
+      found.stands_radps = std::max(speed, found.stands_radps.value_or(0));
       return false;
     }
     found.turns_radps = std::min(speed, found.turns_radps.value_or(speed));
@@ -271,9 +272,9 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
   double speed = found.believed_radps > 0 ? found.believed_radps : kLeastGuess * bench.speed_radps();
   if (turns(speed)) {
     const bool is_refused = !turns(speed / 2) && error && error->code == ErrorCode::kRefused;
-    if (is_refused) {  // its controller cannot say so little
+    if (is_refused) {  // its controller cannot represent so low a speed
       error.reset();
-      found.rests_radps.reset();
+      found.stands_radps.reset();
     }
   } else {
     while (!error && !found.turns_radps && speed < bench.speed_radps())
@@ -289,11 +290,11 @@ void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double 
     report.add({kPart, "counts per turn", std::move(measured), Verdict::kNotRun, std::move(advice)});
   };
   if (!(counts_per_turn > 0)) return not_run("its angles are not counted", "");
-  if (!surroundings.ask) return not_run("nobody counts the turns", "run it in a terminal");
-  const auto ready = surroundings.ask(
-      fmt::format("Put a mark on the left wheel: it will turn {:g} times, as counted. [Enter: go, no: skip] ", kTurns));
+  if (!surroundings.ask) return not_run("no user counts the turns", "run it in a terminal");
+  const auto ready = surroundings.ask(fmt::format(
+      "Put a mark on the left wheel: it will turn {:g} times by its counts. [Enter: start, no: skip] ", kTurns));
   end_if_asked(surroundings);
-  if (!ready || !ready->empty()) return not_run("skipped", "run it again, Enter");
+  if (!ready || !ready->empty()) return not_run("skipped", "run it again and press Enter");
 
   const auto begin = bench.read();
   if (!begin) return report.add(failed_row(kPart, "counts per turn", begin.error(), drive_advice(begin.error().code)));
@@ -301,17 +302,17 @@ void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double 
   const double goal_rad = begin->left_rad + 2 * pi * kTurns - speed * kLead_s;
   const Course course = bench.drive({speed, 0}, kPatience * 2 * pi * kTurns / speed, "counting turns",
                                     [&](const WheelSample& sample) { return sample.left_rad >= goal_rad; });
-  bench.rest();
+  bench.halt();
   const auto end = bench.read();
   if (course.error || !end) {
     const Error& error = course.error ? *course.error : end.error();
     return report.add(failed_row(kPart, "counts per turn", error, drive_advice(error.code)));
   }
   const double counted = (end->left_rad - begin->left_rad) / (2 * pi);
-  const auto answer = surroundings.ask("How many turns did it make, as 4.75? [Enter: not seen] ");
+  const auto answer = surroundings.ask("How many turns did it make, for example 4.75? [Enter: not seen] ");
   end_if_asked(surroundings);
   const auto seen = answer ? parse_turns(*answer) : std::nullopt;
-  if (!seen) return not_run(fmt::format("{:.2f} turns counted, nobody saw how many", counted), "run it again");
+  if (!seen) return not_run(fmt::format("{:.2f} turns counted, no number given by the user", counted), "run it again");
   report.add(
       judge_counts(counted, *seen,
                    test.asked.serial ? test.asked.serial->counts_per_turn.value_or(counts_per_turn) : counts_per_turn));

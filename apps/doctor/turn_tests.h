@@ -14,7 +14,7 @@ enum class Side { kLeft, kRight };
 std::string_view to_string(Side side);
 inline Side other(Side side) { return side == Side::kLeft ? Side::kRight : Side::kLeft; }
 
-/// A wheel that turned by itself.
+/// The motion of one wheel.
 struct Turning {
   Side side = Side::kLeft;
   bool is_forward = true;
@@ -22,48 +22,48 @@ struct Turning {
   friend bool operator==(const Turning&, const Turning&) = default;
 };
 
-/// "lf", "left forward", "right back" and the like; nothing for what tells no wheel or no way.
+/// Parses "lf", "left forward", "right back" and the like; nothing for a text that names no wheel or no direction.
 std::optional<Turning> parse_turning(std::string_view text);
 
-/// What the encoders told of one wheel commanded forward.
+/// The angles that the encoders reported while one wheel was commanded forward.
 struct Counted {
   double left_rad = 0;
   double right_rad = 0;
   double commanded_rad = 0;  ///< > 0
 
-  /// The one wheel that moved; nothing where none did, or both.
+  /// Returns the only wheel that moved; nothing if none did, or both.
   [[nodiscard]] std::optional<Turning> turning() const;
   [[nodiscard]] bool has_nothing() const;
 };
 
-/// What is wired the wrong way round. The file's swap_wheels and reverse_... exchange motors and encoders together:
-/// they are right where encoder and command agree, and the person saw another wheel, or another way. Where encoder and
-/// command do not agree, no key helps, but another plug.
-/// @param commanded forward @param seen by the person, if one looked @param settings where the file has any
+/// Finds reversed or exchanged connections. The file's swap_wheels and reverse_... exchange motors and encoders
+/// together: they are the remedy where encoder and command agree, and the user saw another wheel or another direction.
+/// Where encoder and command do not agree, no key helps, and a plug must be changed.
+/// @param commanded forward. @param seen by the user, if there is one. @param settings where the file has any
 Row judge_turning(Side commanded, const Counted& counted, const std::optional<Turning>& seen,
                   const std::optional<serial::SerialDriveSettings>& settings);
 
 Row judge_speed(Side side, double measured_radps, double commanded_radps);
 
-/// The least speed from rest, of both wheels, as far as it was tried.
+/// The least speed from standstill, of both wheels, as far as it was tested.
 struct LeastSpeed {
-  double believed_radps = 0;          ///< as the robot file or the protocol says; 0: nothing is believed
-  std::optional<double> turns_radps;  ///< the least at which both turned
-  std::optional<double> rests_radps;  ///< the greatest at which one did not
+  double believed_radps = 0;           ///< according to the robot file or the protocol; 0: unknown
+  std::optional<double> turns_radps;   ///< the lowest tested speed at which both turned
+  std::optional<double> stands_radps;  ///< the greatest at which one did not
 };
 Row judge_least_speed(const LeastSpeed& measured);
 
-/// @param counted, seen turns of the wheel, > 0 @param counts_per_turn as believed
+/// @param counted,seen turns of the wheel, > 0. @param counts_per_turn as believed
 Row judge_counts(double counted, double seen, double counts_per_turn);
 
-/// Each wheel forward by itself. @return whether both obey, as their encoders tell
+/// Turns each wheel forward alone. @return whether both obey, according to their encoders
 bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report);
 
-/// Both wheels forward from rest, at the least speed that is believed to turn them: half as fast if they turn, faster
-/// until they do if not. Whatever turned less than half as far as it was told to does not turn.
+/// Turns both wheels forward from standstill at the believed least speed: then at half of it if they turn, else faster
+/// until they do. A wheel turns if, within 4 s, it moves as far as in 1 s at that speed.
 void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report);
 
-/// So many turns of the left wheel as counted; a person says how many there were.
+/// Turns the left wheel by a number of counted turns; the user states how many there were.
 void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,
                           const Surroundings& surroundings, Report& report);
 

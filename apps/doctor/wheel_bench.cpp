@@ -12,15 +12,15 @@ using std::numbers::pi;
 
 constexpr double kTurnAroundSpeed_radps = 2 * pi;
 constexpr double kSpeedShare = 0.3;
-constexpr double kStillCounts = 2.5;  // two, and rounding
-constexpr double kStill_rad = 0.01;   // where the drive does not tell its counts
+constexpr double kStillCounts = 2.5;  // two counts, and rounding
+constexpr double kStill_rad = 0.01;   // where the drive does not report its counts
 constexpr double kStep_s = 0.02;
 constexpr double kWatchStep_s = 0.005;
 constexpr double kWaitStep_s = 0.05;
 constexpr double kStillFor_s = 0.3;
-constexpr double kRestTime_s = 2;
+constexpr double kStopTime_s = 2;
 constexpr int kTroublesInARow = 3;
-// A wheel that turns so far against its command, or beyond it, is out of its controller's hand.
+// A wheel that turns this far against its command, or beyond it, is out of control.
 constexpr double kOutOfHand_rad = pi;
 constexpr double kOutOfHandFactor = 2;
 
@@ -96,7 +96,7 @@ Course WheelBench::drive(const WheelSpeeds& speeds, double seconds, const std::s
     }
     surroundings_.sleep(nanoseconds_of(kStep_s));
   }
-  if (course.ran_away || course.error) rest();
+  if (course.ran_away || course.error) halt();
   return course;
 }
 
@@ -127,9 +127,9 @@ Course WheelBench::watch(double seconds) {
   return course;
 }
 
-void WheelBench::rest() {
+void WheelBench::halt() {
   static_cast<void>(drive_.stop());
-  static_cast<void>(watch(kRestTime_s));
+  static_cast<void>(watch(kStopTime_s));
 }
 
 }  // namespace twocone::doctor

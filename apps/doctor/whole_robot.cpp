@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/advice.h"
-#include "apps/doctor/picture_checks.h"
+#include "apps/doctor/image_checks.h"
 
 namespace twocone::doctor {
 namespace {
@@ -12,47 +12,48 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr const char* kPart = "robot";
-constexpr const char* kAdvice = "the robot file's drivers, map and scene; a served world must be served";
-// As long as a run waits: a served world waits for its slowest robot, and a picture for POV-Ray.
+constexpr const char* kAdvice =
+    "check the robot file's drivers, map and scene; a served world needs a running twocone serve";
+// As long as a run waits: a served world waits for its slowest robot, and an image for POV-Ray.
 constexpr milliseconds kPairTime{60'000};
-constexpr milliseconds kPictureTime{150'000};
+constexpr milliseconds kImageTime{150'000};
 
-void tell_drivers(const drivers::RobotSettings& settings, Report& report) {
-  const auto tell = [&report](const std::string& part, const std::string& driver) {
+void add_driver_rows(const drivers::RobotSettings& settings, Report& report) {
+  const auto add = [&report](const std::string& part, const std::string& driver) {
     report.add({part, "driver",
-                driver == drivers::kMemory ? "memory: made up, no bench test"
+                driver == drivers::kMemory ? "memory: invented data, no bench test"
                                            : fmt::format("{}: simulated, no bench test", driver)});
   };
-  tell("lower", settings.lower.driver);
-  tell("upper", settings.upper.driver);
-  for (const drivers::OtherCamera& other : settings.others) tell(other.name, other.part.driver);
-  tell("drive", settings.drive.driver);
+  add("lower", settings.lower.driver);
+  add("upper", settings.upper.driver);
+  for (const drivers::OtherCamera& other : settings.others) add(other.name, other.part.driver);
+  add("drive", settings.drive.driver);
 }
 
 void check_view(const std::string& view, const Frame& frame, const std::string& driver,
                 const vision::RimCircle& believed, Report& report) {
-  const auto failed = [&](const Error& error) { report.add(failed_row(view, "picture", error, kAdvice)); };
-  const auto image = frame.image(kPictureTime);
+  const auto failed = [&](const Error& error) { report.add(failed_row(view, "image", error, kAdvice)); };
+  const auto image = frame.image(kImageTime);
   if (!image) return failed(image.error());
   const auto rgb = to_rgb8(**image);
   if (!rgb) return failed(rgb.error());
   // The pattern of driver memory shows no mirror.
   if (driver == drivers::kMemory) {
-    report.add({view, "picture", fmt::format("{} x {}", rgb->width_px, rgb->height_px)});
+    report.add({view, "image", fmt::format("{} x {}", rgb->width_px, rgb->height_px)});
     return;
   }
-  check_picture(view, *rgb, believed, report);
+  check_image(view, *rgb, believed, report);
 }
 
 }  // namespace
 
-vision::RimCircle rim_of(const files::RigView& view) {
+vision::RimCircle rim_of(const config::RigView& view) {
   return {{view.centre_px[0], view.centre_px[1]}, view.rim_radius_px, 0};
 }
 
-void check_whole_robot(const files::Robot& robot, const drivers::RobotSettings& settings, const Openers& openers,
+void check_whole_robot(const config::Robot& robot, const drivers::RobotSettings& settings, const Openers& openers,
                        const Surroundings& surroundings, Report& report) {
-  tell_drivers(settings, report);
+  add_driver_rows(settings, report);
   const auto failed = [&](const char* check, const Error& error) {
     report.add(failed_row(kPart, check, error, kAdvice));
   };
@@ -68,8 +69,8 @@ void check_whole_robot(const files::Robot& robot, const drivers::RobotSettings& 
   end_if_asked(surroundings);
   const auto pair = whole.next_frame(kPairTime);
   if (!pair) return failed("pair", pair.error());
-  report.add(
-      {kPart, "pair", fmt::format("came; skew {:.1f} ms", 1e3 * std::chrono::duration<double>(pair->skew()).count())});
+  report.add({kPart, "pair",
+              fmt::format("received; skew {:.1f} ms", 1e3 * std::chrono::duration<double>(pair->skew()).count())});
   if (const auto angles = whole.drive().read_angles(); !angles) {
     failed("angles", angles.error());
   } else {

@@ -6,12 +6,12 @@
 
 namespace twocone::doctor {
 
-/// Where `rig:` says that the rim is in the picture.
-vision::RimCircle rim_of(const files::RigView& view);
+/// Returns the rim in the image according to `rig:`.
+vision::RimCircle rim_of(const config::RigView& view);
 
-/// A robot none of whose parts has a device: it is opened, started, asked for a pair, and its pictures are looked at,
-/// for the rims where it is sim_povray that makes them. @throws Interrupted
-void check_whole_robot(const files::Robot& robot, const drivers::RobotSettings& settings, const Openers& openers,
+/// Checks a robot without any device: it is opened and started, one pair is taken, and its images are checked, for
+/// sim_povray including the rims. @throws Interrupted
+void check_whole_robot(const config::Robot& robot, const drivers::RobotSettings& settings, const Openers& openers,
                        const Surroundings& surroundings, Report& report);
 
 }  // namespace twocone::doctor

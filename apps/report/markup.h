@@ -8,24 +8,25 @@
 
 namespace twocone::report {
 
-/// `text` with what XML does not know put right: control characters left out, bytes that are not UTF-8 replaced by
-/// U+FFFD.
+/// Returns `text` without what XML forbids: control characters are left out, bytes that are not UTF-8 become U+FFFD.
 std::string cleaned(std::string_view text);
 
-/// `text` for an XML or HTML text node or a quoted attribute: cleaned, and & < > " ' as entities.
+/// Returns `text` for an XML or HTML text node or a quoted attribute: cleaned, with & < > " ' as entities.
 std::string escape(std::string_view text);
 
-/// RFC 4648, padded.
+/// Returns the base64 encoding of RFC 4648, padded.
 std::string base64(std::span<const std::uint8_t> bytes);
 
-/// "data:image/jpeg;base64,..." @param mime as "image/jpeg"
+/// Returns "data:image/jpeg;base64,...".
+/// @param mime such as "image/jpeg"
 std::string data_uri(std::string_view mime, std::span<const std::uint8_t> bytes);
 
-/// Letters, digits and '_' of `name` in lower case, the rest as '_'; at most 32: for a file's name.
+/// Returns `name` as a part of a file name: letters in lower case, digits and '_' stay, every other character becomes
+/// '_'; at most 32 characters.
 std::string slug(std::string_view name);
 
-/// A stand-alone SVG as part of a page: without its prolog, its identifiers made unique by `prefix`, so that several
-/// stand side by side.
+/// Returns a stand-alone SVG as part of a page: without its prolog, and with `prefix` in front of its identifiers, so
+/// that several can stand on one page.
 std::string inline_svg(std::string_view svg, std::string_view prefix);
 
 }  // namespace twocone::report

@@ -9,17 +9,17 @@
 /// Text for a terminal.
 namespace twocone::report {
 
-/// Whether `text` is UTF-8 of characters that a terminal shows: no control characters, no broken ones.
+/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
 bool is_printable(std::string_view text);
 
-/// `text` in plain ASCII: one '?' for each other character of its UTF-8.
+/// Returns `text` in plain ASCII: each other character of its UTF-8 becomes one '?'.
 std::string ascii(std::string_view text);
 
-/// The same, cut to `width` > 2 columns; ".." at the end of what was cut.
+/// Returns ascii(text), cut to `width` > 2 columns; a text that was cut ends with "..".
 std::string cut(std::string_view text, std::size_t width);
 
-/// Puts `words` into lines of at most `width` columns; `first` begins the first line, `next` the others, `end` closes
-/// all but the last. A word that is longer has a line of its own.
+/// Puts `words` into lines of at most `width` columns. `first` begins the first line and `next` the others; `end`
+/// closes every line except the last. A word longer than `width` has a line of its own.
 std::string wrapped(std::size_t width, std::string_view first, std::string_view next,
                     const std::vector<std::string>& words, std::string_view end = "");
 

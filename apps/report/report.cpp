@@ -6,14 +6,14 @@
 #include <fmt/format.h>
 
 #include "apps/report/figures/bound_figures.h"
-#include "apps/report/figures/budget_figures.h"
+#include "apps/report/figures/error_budget_figures.h"
 #include "apps/report/figures/path_figures.h"
 #include "apps/report/figures/plan.h"
 #include "apps/report/figures/range_figures.h"
 #include "apps/report/figures/rig_figures.h"
 #include "apps/report/figures/view_figures.h"
 #include "apps/report/page/page.h"
-#include "apps/report/run_budget.h"
+#include "apps/report/run_error_budget.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {
@@ -21,13 +21,13 @@ namespace {
 
 constexpr int kBrowsedFrames = 12;
 
-void check(const runs::RunData& run, const ReportSettings& settings) {
+void check(const runlog::RunData& run, const ReportSettings& settings) {
   std::string bad;
   if (settings.gnuplot_timeout.count() <= 0) {
     bad += fmt::format("\n  gnuplot_timeout is {} ms, must be > 0 ms", settings.gnuplot_timeout.count());
   }
-  for (const auto& [name, value] :
-       {std::pair{"budget_draws", settings.budget_draws}, {"budget_pose_step", settings.budget_pose_step}}) {
+  for (const auto& [name, value] : {std::pair{"error_budget_draws", settings.error_budget_draws},
+                                    {"error_budget_pose_step", settings.error_budget_pose_step}}) {
     if (value < 1) bad += fmt::format("\n  {} is {}, must be >= 1", name, value);
   }
   std::error_code ignored;
@@ -39,10 +39,10 @@ void check(const runs::RunData& run, const ReportSettings& settings) {
 
 std::optional<cv::Mat> find_overhead(const Drawing& drawing, const ReportSettings& settings) {
   if (!settings.overhead) return std::nullopt;
-  Result<cv::Mat> picture = overhead_picture(drawing.run.map, drawing.folder / "overhead.png", settings.render);
-  if (picture) return std::move(*picture);
-  drawing.notes.push_back(
-      fmt::format("Figure 7 is drawn over a plan, not a picture of the arena from above: {}", picture.error().message));
+  Result<cv::Mat> image = overhead_image(drawing.run.map, drawing.folder / "overhead.png", settings.render);
+  if (image) return std::move(*image);
+  drawing.notes.push_back(fmt::format("Figure 7 is drawn over a plan instead of an image of the arena from above: {}",
+                                      image.error().message));
   return std::nullopt;
 }
 
@@ -53,53 +53,55 @@ void append(std::vector<Item>& list, std::optional<Item> item) {
 
 }  // namespace
 
-Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings& settings) {
+Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings) {
   check(run, settings);
-  const auto tell = [&](double fraction, std::string_view next) {
+  const auto report_step = [&](double fraction, std::string_view next) {
     if (settings.progress) settings.progress(fraction, next);
   };
   ReportResult result;
   result.html = run.folder / "report.html";
   const std::filesystem::path folder = run.folder / "figures";
   const Gnuplot gnuplot(settings.gnuplot, folder, settings.gnuplot_timeout);
-  tell(0, "looking for gnuplot");
+  report_step(0, "looking for gnuplot");
   if (const Status there = gnuplot.check(); !there) return there.error();
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder.string(), error.message())};
 
-  const runs::Summary summary = runs::summarise(run);
-  const std::optional<runs::Summary> baseline = baseline_of(run, result.notes);
+  const runlog::Summary summary = runlog::summarise(run);
+  const std::optional<runlog::Summary> baseline = baseline_of(run, result.notes);
   const Drawing drawing{run, summary, gnuplot, folder, result.notes};
 
   FigureGroup paths{"paths", "Trajectories", "", {}};
-  tell(0.05, "the arena from above");
+  report_step(0.05, "the arena from above");
   paths.figures.push_back(draw_trajectory(drawing, find_overhead(drawing, settings)));
-  tell(0.35, "positions");
-  if (run.truth.empty()) result.notes.emplace_back("There is no ground truth, so no figure of the position's error.");
+  report_step(0.35, "positions");
+  if (run.truth.empty())
+    result.notes.emplace_back("There is no ground truth, so there is no figure of the position error.");
   paths.figures.push_back(draw_paths(drawing));
   append(paths.figures, draw_position_error(drawing));
 
-  FigureGroup ranges{"range-figures", "Range by range", "", {}};
-  tell(0.45, "ranges");
+  FigureGroup ranges{"range-figures", "Ranges frame by frame", "", {}};
+  report_step(0.45, "ranges");
   ranges.figures = draw_ranges(drawing);
 
-  FigureGroup bounded{"bounds", "How good it could be", "", {}};
+  FigureGroup bounded{"bounds", "Errors beside their bounds", "", {}};
   append(bounded.figures, draw_error_and_bound(drawing));
   append(bounded.figures, draw_normalised_errors(drawing));
 
-  tell(0.6, "the error budget");
-  const RunBudget run_budget = budget_of(run, settings.budget_draws, settings.budget_pose_step);
-  FigureGroup budgeted{"budget-group", "The error budget", "", {}, budget_table(run_budget)};
-  append(budgeted.figures, draw_budget(drawing, run_budget.budget));
+  report_step(0.6, "the error budget");
+  const RunErrorBudget run_error_budget =
+      error_budget_of(run, settings.error_budget_draws, settings.error_budget_pose_step);
+  FigureGroup budgeted{"error-budget", "The error budget", "", {}, error_budget_table(run_error_budget)};
+  append(budgeted.figures, draw_error_budget(drawing, run_error_budget.error_budget));
 
   FigureGroup rig{"rig", "The rig", "", {}};
-  tell(0.65, "the rig");
+  report_step(0.65, "the rig");
   rig.figures.push_back(draw_geometry(drawing));
   append(rig.figures, draw_resolution(drawing));
 
-  FigureGroup views{"views", "What the mirrors saw", "", {}};
-  tell(0.75, "views");
+  FigureGroup views{"views", "Images of the mirrors", "", {}};
+  report_step(0.75, "views");
   append(views.figures, draw_superimposed(drawing));
   append(views.figures, draw_strips(drawing));
   PageContent content{run,
@@ -109,9 +111,9 @@ Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings
                       frame_views(run, kBrowsedFrames),
                       result.notes};
 
-  tell(0.95, "the page");
+  report_step(0.95, "the page");
   if (const Status written = write_file(result.html, page(content)); !written) return written.error();
-  tell(1, "done");
+  report_step(1, "done");
   return result;
 }
 

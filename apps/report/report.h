@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/runs/run_data.h"
+#include "apps/runlog/run_data.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
@@ -17,28 +17,28 @@ namespace twocone::report {
 struct ReportSettings {
   std::string gnuplot = "gnuplot";                    ///< the program: a path, or a name looked up in PATH
   std::chrono::milliseconds gnuplot_timeout{30'000};  ///< for one figure, > 0
-  /// A picture of the arena from above is rendered where run and machine allow it; false: a plan is drawn at once.
+  /// true: an image of the arena from above is rendered where the run and the machine allow it; false: a plan is drawn.
   bool overhead = true;
-  sim_povray::RenderSettings render;  ///< how that picture is rendered
-  int budget_draws = 400;             ///< of the error budget's Monte Carlo, for each of its lines, >= 1
-  int budget_pose_step = 15;          ///< it stands on every so many frames' poses, >= 1
-  /// Told about each step: fraction done in [0, 1], what comes next. May be empty.
+  sim_povray::RenderSettings render;  ///< how that image is rendered
+  int error_budget_draws = 400;       ///< draws of the error budget's Monte Carlo for each of its lines, >= 1
+  int error_budget_pose_step = 15;    ///< the error budget uses the pose of every such frame, >= 1
+  /// Called before each step with the fraction done, in [0, 1], and the name of the step. May be empty.
   std::function<void(double, std::string_view)> progress;
 };
 
 struct ReportResult {
   std::filesystem::path html;
-  std::vector<std::string> notes;  ///< what the report had to do without, a sentence each; also in the report itself
+  std::vector<std::string> notes;  ///< what is missing from the report, a sentence each; also in the report itself
 };
 
-/// Writes figures/*.svg (with the gnuplot scripts that drew them) and report.html into `run.folder`, each file whole
-/// or not at all. report.html needs no other file and no network. Equal runs give equal bytes.
+/// Writes figures/*.svg, with the gnuplot scripts that drew them, and report.html into `run.folder`. Each file is
+/// written completely or not at all. report.html needs no other file and no network. Equal runs give equal bytes.
 ///
-/// Runs that were cut off, that have one frame or none, no ground truth, no pictures or landmarks never seen give a
-/// report of what there is, with a note of what there is not.
+/// A run that was cut off, has at most one frame, no ground truth, no images, or landmarks that were never seen gives a
+/// report of the data that it has, with a note of the data that are missing.
 ///
-/// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails is a note.
+/// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails becomes a note.
 /// @throws std::invalid_argument for a timeout, draws or step that are not positive, or a folder that does not exist
-Result<ReportResult> write_report(const runs::RunData& run, const ReportSettings& settings = {});
+Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings = {});
 
 }  // namespace twocone::report

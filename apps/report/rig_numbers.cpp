@@ -7,35 +7,35 @@
 
 namespace twocone::report {
 
-double range_per_pixel_m(const files::Rig& rig, double range_m) {
+double range_per_pixel_m(const config::Rig& rig, double range_m) {
   const double d = rig.lower.lens_to_tip_m;
   const double v_px = (d / rig.lower.mirror_radius_m + 1) * rig.lower.rim_radius_px;
   return (range_m + d) * (range_m + d) / (v_px * rig.mirror_separation_m);
 }
 
-double nearest_common_m(const files::Rig& rig) {
+double nearest_common_m(const config::Rig& rig) {
   const double d = rig.lower.lens_to_tip_m;
   const double R = rig.lower.mirror_radius_m;
   return rig.mirror_separation_m * (d + R) / R - d;
 }
 
-double nearest_top_m(const files::Rig& rig, double top_m) {
+double nearest_top_m(const config::Rig& rig, double top_m) {
   const double d = rig.lower.lens_to_tip_m;
   const double R = rig.lower.mirror_radius_m;
   return std::max(0.0, (top_m - rig.lens_height_m - d) * (d + R) / R - d);
 }
 
-bool is_right_angled(const files::Rig& rig) {
+bool is_right_angled(const config::Rig& rig) {
   constexpr double kSame_rad = 1e-6;  // of a file's decimal number
   return std::abs(rig.lower.apex_rad - std::numbers::pi / 2) < kSame_rad &&
          std::abs(rig.upper.apex_rad - std::numbers::pi / 2) < kSame_rad;
 }
 
-std::optional<double> rounding_error_m(const runs::RunData& run, const files::Landmark& landmark) {
+std::optional<double> rounding_error_m(const runlog::RunData& run, const config::Landmark& landmark) {
   if (!is_right_angled(run.robot.rig)) return std::nullopt;
   double sum_m = 0;
   int count = 0;
-  for (const runs::RangeRow& row : run.ranges) {
+  for (const runlog::RangeRow& row : run.ranges) {
     if (row.landmark != landmark.name || !row.range_m || !row.true_range_m) continue;
     // The disparity is that of the near edge; the landmark's radius is added afterwards.
     sum_m += range_per_pixel_m(run.robot.rig, *row.true_range_m - landmark.radius_m) / 3;

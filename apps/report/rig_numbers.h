@@ -4,28 +4,29 @@
 #include <optional>
 #include <string>
 
-#include "apps/files/robot_file.h"
-#include "apps/runs/run_data.h"
+#include "apps/config/robot_file.h"
+#include "apps/runlog/run_data.h"
 
-/// What equation 1 of Burbridge & Spacek 2006 says about a rig. All but is_right_angled hold for 90 degree cones only;
-/// R, d, v are those of the lower mirror.
+/// What equation 1 of Burbridge & Spacek 2006 implies for a rig. Everything except is_right_angled requires 90 degree
+/// cones; R, d and v are those of the lower mirror.
 namespace twocone::report {
 
-/// Both cones have 90 degrees.
-bool is_right_angled(const files::Rig& rig);
+/// Returns whether both cones have an apex angle of 90 degrees.
+bool is_right_angled(const config::Rig& rig);
 
-/// Change of range for one pixel of disparity at `range_m`, metres: (range + d)^2 / (v s).
-double range_per_pixel_m(const files::Rig& rig, double range_m);
+/// Returns the change of range for one pixel of disparity at `range_m`, in metres: (range + d)^2 / (v s).
+double range_per_pixel_m(const config::Rig& rig, double range_m);
 
-/// The nearest range at which both mirrors see a point above the upper tip inside the lower rim: s (d + R) / R - d.
-double nearest_common_m(const files::Rig& rig);
+/// Returns the nearest range at which both mirrors see a point above the upper tip inside the lower rim: s (d + R) / R
+/// - d.
+double nearest_common_m(const config::Rig& rig);
 
-/// The range below which a top at `top_m` above the floor is outside the lower rim; 0 if it never is.
-double nearest_top_m(const files::Rig& rig, double top_m);
+/// Returns the range below which a top at `top_m` above the floor is outside the lower rim; 0 if it never is.
+double nearest_top_m(const config::Rig& rig, double top_m);
 
-/// Mean range error that would come from rounding both matches to whole pixels and from nothing else, at the true
-/// ranges to one landmark of this run: two independent errors, each even within half a pixel, differ by a third of a
-/// pixel on average. Nothing without truth, without ranges or for other cones.
-std::optional<double> rounding_error_m(const runs::RunData& run, const files::Landmark& landmark);
+/// Returns the mean range error that rounding both matches to whole pixels alone would cause at the true ranges to one
+/// landmark of this run: two independent errors, each uniform within half a pixel, differ by a third of a pixel on
+/// average. Returns nothing without ground truth, without ranges, or for cones of another angle.
+std::optional<double> rounding_error_m(const runlog::RunData& run, const config::Landmark& landmark);
 
 }  // namespace twocone::report

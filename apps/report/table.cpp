@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
+#include "apps/config/yaml/file_error.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/plain_text.h"
 #include "localisation/pose_filter.h"
@@ -24,19 +24,20 @@ constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 
 std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
 
-/// In nine columns, a blank among them: what is too long for that, as a wild answer's error is, in powers of ten.
+/// Formats a number in nine columns, the first of them blank. A number that is too long for that, such as the error of
+/// a wild answer, is written in powers of ten.
 std::string column(double value, int digits = 2) {
   const std::string text = fmt::format("{:9.{}f}", value, digits);
   return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", value);
 }
 
-std::string error_columns(const std::optional<runs::ErrorStatistics>& error) {
+std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
   if (!error) return fmt::format("{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
   return column(error->mean_m * kMmPerM) + column(error->rmse_m * kMmPerM) + column(error->p95_m * kMmPerM) +
          column(error->max_m * kMmPerM);
 }
 
-std::string baseline_columns(const std::optional<runs::ErrorStatistics>& error) {
+std::string baseline_columns(const std::optional<runlog::ErrorStatistics>& error) {
   if (!error) return fmt::format(" |{:>9}{:>9}", "-", "-");
   return " |" + column(error->mean_m * kMmPerM) + column(error->max_m * kMmPerM);
 }
@@ -46,7 +47,7 @@ std::string paper_columns(std::optional<double> mean_mm, std::optional<double> m
   return fmt::format(" |{:>7}{:>6}", *mean_mm, *max_mm);
 }
 
-/// `ok` first, then the most frequent reason.
+/// Returns the counts by verdict: `ok` first, then the others by frequency.
 std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool with_ok) {
   std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
@@ -60,8 +61,8 @@ std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool
   return words;
 }
 
-/// Frames with a position that the track left alone, by reason; nothing where it took all.
-std::string not_taken(const runs::Summary& summary) {
+/// Returns the frames with a position that the track did not use, by reason; nothing if it used all.
+std::string not_taken(const runlog::Summary& summary) {
   using localisation::FixUse;
   std::map<std::string, int> reasons = summary.track_uses;
   for (const FixUse use : {FixUse::kStarted, FixUse::kTaken, FixUse::kRelocated, FixUse::kNoFix}) {
@@ -71,7 +72,7 @@ std::string not_taken(const runs::Summary& summary) {
   return wrapped(kWidth, "Fixes that the track did not take: ", "  ", counts(reasons, true));
 }
 
-std::string head(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot) {
+std::string head(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot) {
   std::string text = wrapped(kWidth, "", "  ",
                              {fmt::format("twocone {},", ascii(info.version)),
                               fmt::format("commit {},", ascii(info.commit)), ascii(info.compiler)});
@@ -86,7 +87,7 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
   }
   facts.back().pop_back();
   text += wrapped(kWidth, "", "  ", facts);
-  if (!info.finished) text += "This run was cut off: what follows is of the frames that it finished.\n";
+  if (!info.finished) text += "This run was cut off: the results below are of the frames that it finished.\n";
 
   std::vector<std::string> words;
   std::string command = repeat_command(info, robot, summary.method);
@@ -98,25 +99,25 @@ std::string head(const runs::Summary& summary, const runs::RunInfo& info, const 
   return text + wrapped(kWidth, "repeat: ", "          ", words, " \\");
 }
 
-std::string device_lines(const runs::CaptureSummary& capture, const runs::RunInfo& info) {
+std::string device_lines(const runlog::CaptureSummary& capture, const runlog::RunInfo& info) {
   std::string text;
   for (const std::string& device : info.devices) text += wrapped(kWidth, "", "  ", {ascii(device)});
   return text + wrapped(kWidth, "", "  ", capture_words(capture));
 }
 
-std::string range_rows(const runs::Summary& summary, bool truth, const runs::Summary* baseline) {
+std::string range_rows(const runlog::Summary& summary, bool truth, const runlog::Summary* baseline) {
   std::string text;
-  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
     const int seen = landmark.frames_with_range;
     text += fmt::format("{:<{}}{:>8}{:>9}", cut(landmark.name, kNameWidth - 1), kNameWidth, seen,
                         percent(seen, summary.frames));
     if (truth) {
       text += error_columns(landmark.error);
       if (baseline != nullptr) {
-        const runs::LandmarkSummary* other = find_landmark(baseline, landmark.name);
+        const runlog::LandmarkSummary* other = find_landmark(baseline, landmark.name);
         text += baseline_columns(other != nullptr ? other->error : std::nullopt);
       }
-      const paper::PillarFigures* figures = paper::find_pillar(landmark.name);
+      const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
       text += figures != nullptr ? paper_columns(figures->mean_mm, figures->max_mm) : paper_columns({}, {});
     }
     text += "\n";
@@ -124,8 +125,8 @@ std::string range_rows(const runs::Summary& summary, bool truth, const runs::Sum
   return text;
 }
 
-/// @param paper with the paper's columns
-std::string column_heads(std::string_view first, bool truth, const runs::Summary* baseline, bool paper = true) {
+/// @param paper adds the paper's columns
+std::string column_heads(std::string_view first, bool truth, const runlog::Summary* baseline, bool paper = true) {
   std::string text = fmt::format("{:<{}}{:>8}{:>9}", first, kNameWidth, "frames", "covered");
   if (!truth) return text + "\n";
   text += fmt::format("{:>9}{:>9}{:>9}{:>9}", "mean", "rmse", "95 %", "max");
@@ -133,56 +134,57 @@ std::string column_heads(std::string_view first, bool truth, const runs::Summary
   return text + (paper ? fmt::format(" |{:>7}{:>6}\n", "mean", "max") : "\n");
 }
 
-std::string group_heads(std::string_view what, bool truth, const runs::Summary* baseline) {
+std::string group_heads(std::string_view what, bool truth, const runlog::Summary* baseline) {
   if (!truth) return fmt::format("{}\n", what);
   std::string text = fmt::format("{:<65}", fmt::format("{}, error in mm", what));
   if (baseline != nullptr) text += fmt::format(" | {:<17}", "method paper");
   return text + " | the paper\n";
 }
 
-std::string why_not(const runs::Summary& summary) {
+std::string why_not(const runlog::Summary& summary) {
   std::string text;
-  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
     const std::vector<std::string> words = counts(landmark.verdicts, false);
     if (!words.empty()) {
       text += wrapped(kWidth, fmt::format("  {:<{}}", cut(landmark.name, kNameWidth - 1), kNameWidth),
                       std::string(16, ' '), words);
     }
   }
-  return text.empty() ? "Every frame has a range to every pillar.\n"
+  return text.empty() ? "Every frame has a range to every landmark.\n"
                       : "Frames by verdict, where it is not ok:\n" + text;
 }
 
-/// Where the robot file restricts the method: of the other landmarks `not_seen` means that nobody looked.
-std::string looked_for(const files::Robot& robot) {
+/// Names the landmarks if the robot file restricts the search: the verdict `not_seen` of any other landmark means that
+/// it was not searched for.
+std::string searched_for(const config::Robot& robot) {
   std::vector<std::string> words;
   for (const std::string& name : robot.estimator.landmarks) words.push_back(cut(name, kNameWidth) + ",");
   if (words.empty()) return "";
   words.back().pop_back();
-  return wrapped(kWidth, "Looked for were only: ", "  ", words);
+  return wrapped(kWidth, "Only these landmarks were searched for: ", "  ", words);
 }
 
-std::string heading_row(std::string_view name, const std::optional<runs::AngleStatistics>& error, int frames) {
+std::string heading_row(std::string_view name, const std::optional<runlog::AngleStatistics>& error, int frames) {
   if (!error) return "";
   return fmt::format("{:<{}}{:>8}{:>9}{:9.4f}{:9.4f}{:9.4f}{:9.4f}\n", name, kNameWidth, error->count,
                      percent(error->count, frames), error->mean_rad * kDegreesPerRad, error->rmse_rad * kDegreesPerRad,
                      error->p95_rad * kDegreesPerRad, error->max_rad * kDegreesPerRad);
 }
 
-std::string headings(const runs::Summary& summary) {
+std::string headings(const runlog::Summary& summary) {
   if (!summary.heading_error && !summary.estimate_heading_error) return "";
   return std::string("Heading, error in degrees\n") + column_heads("", true, nullptr, false) +
          heading_row("fix", summary.heading_error, summary.frames) +
          heading_row("estimate", summary.estimate_heading_error, summary.frames) + "\n";
 }
 
-std::string hold(const std::optional<runs::Share>& share) {
+std::string share_within(const std::optional<runlog::Share>& share) {
   return share ? fmt::format("{:>9} of {}", percent(share->held, share->count), share->count)
                : fmt::format("{:>9}", "-");
 }
 
-/// @param digits after the point, of the errors. @param scale from the comparison's unit to the table's
-std::string bound_row(std::string_view name, const std::optional<runs::BoundComparison>& bound, int digits,
+/// @param digits after the point, for the errors. @param scale from the comparison's unit to the table's
+std::string bound_row(std::string_view name, const std::optional<runlog::BoundComparison>& bound, int digits,
                       double scale) {
   if (!bound) return fmt::format("{:<{}}{:>8}{:>9}{:>9}{:>9}", name, kNameWidth, 0, "-", "-", "-");
   std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound->count);
@@ -191,23 +193,23 @@ std::string bound_row(std::string_view name, const std::optional<runs::BoundComp
   return text + (bound->rmse ? column(*bound->ratio()) : fmt::format("{:>9}", "-"));
 }
 
-std::string bounds(const runs::Summary& summary) {
+std::string bounds(const runlog::Summary& summary) {
   if (!has_bounds(summary)) return "";
   std::string text =
       fmt::format("Beside the Cramer-Rao bound, mm (heading: degrees)\n{:<{}}{:>8}{:>9}{:>9}{:>9}{:>9}\n", "",
                   kNameWidth, "frames", "rmse", "bound", "ratio", "95 %");
-  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
     text += bound_row(cut(landmark.name, kNameWidth - 1), landmark.range_bound_m, 2, kMmPerM);
-    text += hold(landmark.within_95) + "\n";
+    text += share_within(landmark.within_95) + "\n";
   }
-  text += bound_row("position", summary.position_bound_m, 2, kMmPerM) + hold(summary.in_ellipse_95) + "\n";
+  text += bound_row("position", summary.position_bound_m, 2, kMmPerM) + share_within(summary.in_ellipse_95) + "\n";
   if (summary.heading_bound_rad) text += bound_row("heading", summary.heading_bound_rad, 4, kDegreesPerRad) + "\n";
-  return text + "95 %: answers whose own 1.96 sigma (position: 95 % ellipse) holds the truth; it should be 95 %.\n\n";
+  return text + "95 %: answers whose own 1.96 sigma (position: 95 % ellipse) contains the truth; ideally 95 %.\n\n";
 }
 
-std::string outliers(const runs::Summary& summary) {
+std::string outliers(const runlog::Summary& summary) {
   std::vector<std::string> words;
-  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
     if (landmark.outliers > 0)
       words.push_back(fmt::format("{} {},", cut(landmark.name, kNameWidth), landmark.outliers));
   }
@@ -220,35 +222,36 @@ std::string outliers(const runs::Summary& summary) {
 
 }  // namespace
 
-bool has_bounds(const runs::Summary& summary) {
+bool has_bounds(const runlog::Summary& summary) {
   return summary.position_bound_m || summary.in_ellipse_95 ||
-         std::any_of(summary.landmarks.begin(), summary.landmarks.end(), [](const runs::LandmarkSummary& landmark) {
+         std::any_of(summary.landmarks.begin(), summary.landmarks.end(), [](const runlog::LandmarkSummary& landmark) {
            return landmark.range_bound_m || landmark.within_95;
          });
 }
 
-std::optional<runs::Summary> baseline_of(const runs::RunData& run, std::vector<std::string>& notes) {
+std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vector<std::string>& notes) {
   std::error_code ignored;
   if (run.method == "paper" || !std::filesystem::is_directory(run.folder / "methods" / "paper", ignored))
     return std::nullopt;
   try {
-    return runs::summarise(runs::read_run(run.folder, "paper"));
-  } catch (const files::FileError& error) {
+    return runlog::summarise(runlog::read_run(run.folder, "paper"));
+  } catch (const config::FileError& error) {
     notes.push_back(fmt::format("The baseline, method paper, cannot be read: {}", error.what()));
     return std::nullopt;
   }
 }
 
-std::string table_of(const runs::RunData& run, std::vector<std::string>& notes) {
-  const std::optional<runs::Summary> baseline = baseline_of(run, notes);
-  const std::optional<runs::EffortSummary> effort = runs::summarise_effort(run);
-  return table(runs::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr, effort ? &*effort : nullptr);
+std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes) {
+  const std::optional<runlog::Summary> baseline = baseline_of(run, notes);
+  const std::optional<runlog::TimingSummary> timing = runlog::summarise_timing(run);
+  return table(runlog::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr,
+               timing ? &*timing : nullptr);
 }
 
-bool has_truth(const runs::Summary& summary) {
+bool has_truth(const runlog::Summary& summary) {
   return summary.travelled_m || summary.fix_error || summary.odometry_error ||
          std::any_of(summary.landmarks.begin(), summary.landmarks.end(),
-                     [](const runs::LandmarkSummary& landmark) { return landmark.error.has_value(); });
+                     [](const runlog::LandmarkSummary& landmark) { return landmark.error.has_value(); });
 }
 
 int count_of(const std::map<std::string, int>& verdicts, const std::string& verdict) {
@@ -256,36 +259,36 @@ int count_of(const std::map<std::string, int>& verdicts, const std::string& verd
   return found == verdicts.end() ? 0 : found->second;
 }
 
-const runs::LandmarkSummary* find_landmark(const runs::Summary* summary, const std::string& name) {
+const runlog::LandmarkSummary* find_landmark(const runlog::Summary* summary, const std::string& name) {
   if (summary == nullptr) return nullptr;
   const auto found = std::find_if(summary->landmarks.begin(), summary->landmarks.end(),
-                                  [&](const runs::LandmarkSummary& landmark) { return landmark.name == name; });
+                                  [&](const runlog::LandmarkSummary& landmark) { return landmark.name == name; });
   return found == summary->landmarks.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> capture_words(const runs::CaptureSummary& capture) {
+std::vector<std::string> capture_words(const runlog::CaptureSummary& capture) {
   return {fmt::format("pairs: {:.4g} a second,", capture.rate_hz),
-          fmt::format("95 % within {:.1f} ms of it;", capture.jitter_p95_s * 1e3),
+          fmt::format("95 % of the periods within {:.1f} ms of the median;", capture.jitter_p95_s * 1e3),
           fmt::format("skew {:.1f} ms in the median,", capture.skew_median_s * 1e3),
           fmt::format("{:.1f} ms at most;", capture.skew_max_s * 1e3),
           fmt::format("lost: lower {}, upper {},", capture.lower_lost, capture.upper_lost),
-          fmt::format("of these passed over for newer ones: {}, {};", capture.counts.lower_skipped,
+          fmt::format("of these skipped for newer ones: {}, {};", capture.counts.lower_skipped,
                       capture.counts.upper_skipped),
           fmt::format("without a partner: {};", capture.counts.unpaired),
-          fmt::format("cameras that went away and came back: {}", capture.counts.recoveries)};
+          fmt::format("cameras reconnected: {}", capture.counts.recoveries)};
 }
 
-std::vector<std::string> effort_words(const runs::EffortSummary& effort) {
+std::vector<std::string> timing_words(const runlog::TimingSummary& timing) {
   const auto ms = [](double seconds) { return fmt::format("{:.2f} ms", seconds * 1e3); };
-  std::vector<std::string> words{fmt::format("vision median {},", ms(effort.vision_median_s)),
-                                 fmt::format("localisation median {},", ms(effort.localisation_median_s)),
-                                 fmt::format("95 % of both together within {};", ms(effort.both_p95_s))};
-  if (effort.refined_mean) {
-    words.push_back(fmt::format("refined {:.2f} landmarks of {} on average;", *effort.refined_mean, effort.landmarks));
+  std::vector<std::string> words{fmt::format("vision median {},", ms(timing.vision_median_s)),
+                                 fmt::format("localisation median {},", ms(timing.localisation_median_s)),
+                                 fmt::format("95 % of both together within {};", ms(timing.both_p95_s))};
+  if (timing.refined_mean) {
+    words.push_back(fmt::format("refined {:.2f} landmarks of {} on average;", *timing.refined_mean, timing.landmarks));
   }
-  if (effort.budget_s) {
-    words.push_back(
-        fmt::format("budget {:.4g} ms kept in {} of {} frames;", *effort.budget_s * 1e3, effort.kept, effort.frames));
+  if (timing.budget_s) {
+    words.push_back(fmt::format("time budget of {:.4g} ms kept in {} of {} frames;", *timing.budget_s * 1e3,
+                                timing.kept, timing.frames));
   }
   words.back().pop_back();
   return words;
@@ -294,7 +297,7 @@ std::vector<std::string> effort_words(const runs::EffortSummary& effort) {
 std::string shell_word(const std::string& word) {
   constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
   if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
-  // What a terminal would take for a command, or for no letter, goes in as its bytes: so the command can be pasted.
+  // A word with control characters or invalid UTF-8 is written as its bytes, so that the command can be pasted.
   if (!is_printable(word)) {
     std::string safe = "$'";
     for (const char c : word) {
@@ -308,31 +311,32 @@ std::string shell_word(const std::string& word) {
   return safe + "'";
 }
 
-std::string repeat_command(const runs::RunInfo& info, const files::Robot& robot, const std::string& method) {
-  if (info.behaviour == runs::kImported) {
+std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method) {
+  if (info.behaviour == runlog::kImported) {
     std::string import;
     for (const std::string& word : info.import_options) import += " " + shell_word(word);
-    // Runs of older versions do not keep how they were imported.
+    // Runs of older versions do not store their import options.
     if (!import.empty()) import = fmt::format("twocone import{} --out RUN && ", import);
     return fmt::format("{}twocone localise RUN --method {}", import, shell_word(method));
   }
-  // Whether the file said so or the command line: said twice it is the same. Twelve digits undo the division by 1000.
+  // The time budget comes from the file or from the command line; naming it twice changes nothing. Twelve digits undo
+  // the division by 1000.
   const bool has_budget = method != "paper" && robot.estimator.stage == "adaptive" && robot.estimator.budget_s;
-  const std::string budget =
+  const std::string time_budget =
       has_budget ? fmt::format(" --budget-ms {:.12g}", *robot.estimator.budget_s * 1e3) : std::string();
   return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{} --seed {}",
                      shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted,
-                     shell_word(method), budget, info.seed);
+                     shell_word(method), time_budget, info.seed);
 }
 
-std::string table(const runs::Summary& summary, const runs::RunInfo& info, const files::Robot& robot,
-                  const runs::Summary* baseline, const runs::EffortSummary* effort) {
+std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,
+                  const runlog::Summary* baseline, const runlog::TimingSummary* timing) {
   const bool truth = has_truth(summary);
   std::string text = head(summary, info, robot) + "\n";
   if (summary.capture) text += device_lines(*summary.capture, info) + "\n";
 
-  text += group_heads("Range to each pillar", truth, baseline) + column_heads("pillar", truth, baseline);
-  text += range_rows(summary, truth, baseline) + why_not(summary) + looked_for(robot) + "\n";
+  text += group_heads("Range to each landmark", truth, baseline) + column_heads("landmark", truth, baseline);
+  text += range_rows(summary, truth, baseline) + why_not(summary) + searched_for(robot) + "\n";
 
   text += group_heads("Position", truth, baseline) + column_heads("", truth, baseline);
   text += fmt::format("{:<{}}{:>8}{:>9}", "fix", kNameWidth, summary.frames_with_fix,
@@ -355,11 +359,11 @@ std::string table(const runs::Summary& summary, const runs::RunInfo& info, const
   text += "\n";
   text += wrapped(kWidth, "Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary) +
           not_taken(summary);
-  if (effort != nullptr) text += wrapped(kWidth, "Looking and locating, per frame: ", "  ", effort_words(*effort));
+  if (timing != nullptr) text += wrapped(kWidth, "Time per frame: ", "  ", timing_words(*timing));
   text += "\n" + headings(summary) + bounds(summary);
-  text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's: its figures\n"
-                  "are a yardstick. Its maximum of the position is its \"to within 130 mm\".\n"
-                : "There is no ground truth (a real room): no errors can be given, and none are.\n";
+  text += truth ? "Every frame with an answer counts. The paper's rig and room differ from this one's, so its numbers\n"
+                  "serve for comparison only. Its maximum of the position is its \"to within 130 mm\".\n"
+                : "There is no ground truth (a real room), so no errors are reported.\n";
   return text;
 }
 

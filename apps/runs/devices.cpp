@@ -23,7 +23,7 @@ std::string describe(const DriveFacts& facts) {
       fmt::format("drive: {}, {}, {} counts a turn", facts.device, facts.controller, facts.counts_per_turn);
   text += facts.own_timeout ? fmt::format(", its own time-out {} ms", facts.own_timeout->count())
                             : ", no time-out of its own";
-  return text + (facts.is_guarded ? ", guarded" : ", no guard");
+  return text + (facts.has_watchdog ? ", guarded" : ", no watchdog");
 }
 
 Status decode(Frame& frame) {

@@ -4,13 +4,13 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
-#include "apps/runs/effort.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/estimation/track.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/summary/summary.h"
+#include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_lock.h"
-#include "apps/runs/run_yaml.h"
-#include "apps/runs/summary.h"
-#include "apps/runs/track.h"
 
 namespace twocone::runs {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 // In place of a verdict: nothing was looked at.
 constexpr const char* kNoImage = "no_image";
 
-/// A frame's two pictures; none: one cannot be read, and that is allowed.
+/// A frame's two images; none: one cannot be read, and that is allowed.
 struct Pair {
   Image lower, upper;
 };
@@ -28,9 +28,9 @@ class StoredPairs {
   StoredPairs(const std::filesystem::path& folder, Missing missing) : folder_(folder), missing_(missing) {}
 
   Result<std::optional<Pair>> read(std::uint64_t frame) {
-    auto lower = read_picture(lower_picture(folder_, frame));
+    auto lower = runlog::read_image(runlog::lower_image_file(folder_, frame));
     if (!lower) return without(frame, lower.error());
-    auto upper = read_picture(upper_picture(folder_, frame));
+    auto upper = runlog::read_image(runlog::upper_image_file(folder_, frame));
     if (!upper) return without(frame, upper.error());
     ++read_;
     return std::optional(Pair{*std::move(lower), *std::move(upper)});
@@ -51,51 +51,55 @@ class StoredPairs {
   int read_ = 0;
 };
 
-AnswerRows no_image_rows(const FrameRow& frame, const files::Map& map, const PoseRow* truth) {
-  FrameAnswer none;
+runlog::AnswerRows no_image_rows(const runlog::FrameRow& frame, const config::Map& map, const runlog::PoseRow* truth) {
+  estimation::FrameAnswer none;
   none.ranges.resize(map.landmarks.size());
-  AnswerRows rows = to_rows(frame.frame, frame.t_s, none, map, truth);
-  for (RangeRow& row : rows.ranges) row.verdict = kNoImage;
-  for (FixRow& row : rows.fixes) row.verdict = kNoImage;
+  runlog::AnswerRows rows = runlog::to_rows(frame.frame, frame.t_s, none, map, truth);
+  for (runlog::RangeRow& row : rows.ranges) row.verdict = kNoImage;
+  for (runlog::FixRow& row : rows.fixes) row.verdict = kNoImage;
   return rows;
 }
 
 }  // namespace
 
-Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress,
-                         const LocaliseOptions& options) {
-  (void)read_run_yaml(folder);  // no lock in a folder that is no run
-  const RunLock lock(folder);
-  const RunData run = read_run(folder);
-  const Estimator estimator(method, run.robot, run.map);
-  Track track(method, run.robot);
-  if (run.frames.empty()) throw files::FileError(fmt::format("{}: the run has no frame", folder.string()));
-  if (has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
-                                       run.frames.size(), run.drive.size()));
+Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation::Method method,
+                                 const Progress& progress, const LocaliseOptions& options) {
+  (void)runlog::read_run_yaml(folder);  // no lock in a folder that is no run
+  const runlog::RunLock lock(folder);
+  const runlog::RunData run = runlog::read_run(folder);
+  const estimation::Estimator estimator(method, run.robot, run.map);
+  estimation::Track track(method, run.robot);
+  if (run.frames.empty()) throw config::FileError(fmt::format("{}: the run has no frame", folder.string()));
+  if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
+    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
+                                        run.frames.size(), run.drive.size()));
   }
   StoredPairs pairs(folder, options.missing);
-  std::vector<AnswerRows> answers;
+  std::vector<runlog::AnswerRows> answers;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     if (options.stop && *options.stop) {
-      return Error{ErrorCode::kRefused, fmt::format("stopped from outside; {} is as it was", folder.string())};
+      return Error{ErrorCode::kCancelled, fmt::format("stopped from outside; {} is as it was", folder.string())};
     }
-    const FrameRow& frame = run.frames[i];
-    const PoseRow* const truth = run.truth.empty() ? nullptr : &run.truth[i];
+    const runlog::FrameRow& frame = run.frames[i];
+    const runlog::PoseRow* const truth = run.truth.empty() ? nullptr : &run.truth[i];
     const auto pair = pairs.read(frame.frame);
     if (!pair) return pair.error();
     localisation::Fix fix;
     if (*pair) {
       const auto answer = estimator.answer((*pair)->lower, (*pair)->upper);
       if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
-      answers.push_back(to_rows(frame.frame, frame.t_s, *answer, run.map, truth));
-      answers.back().effort = to_row(frame.frame, frame.t_s, answer->effort, budget_of(method, run.robot).has_value());
+      answers.push_back(runlog::to_rows(frame.frame, frame.t_s, *answer, run.map, truth));
+      answers.back().timing = runlog::to_row(frame.frame, frame.t_s, answer->timing,
+                                             estimation::time_limit_of(method, run.robot).has_value());
       fix = answer->fix;
     } else {
       answers.push_back(no_image_rows(frame, run.map, truth));
     }
-    answers.back().track = has_odometry(run) ? track.follow(frame.frame, run.drive[i], run.odometry[i], fix)
-                                             : track_row(frame.frame, frame.t_s, fix);
+    const runlog::DriveRow* const drive = runlog::has_odometry(run) ? &run.drive[i] : nullptr;
+    answers.back().track = runlog::to_row(
+        frame.frame, frame.t_s, fix,
+        drive ? track.follow(drive->t_s, drive->left_rad, drive->right_rad, run.odometry[i].heading_rad, fix)
+              : estimation::track_without_wheels(fix));
     progress(double(i + 1) / double(run.frames.size()));
   }
   if (!pairs.any()) {
@@ -103,14 +107,14 @@ Result<RunData> localise(const std::filesystem::path& folder, Method method, con
                  fmt::format("{}: no frame has both its images; nothing was changed", folder.string())};
   }
   const std::string name(to_string(method));
-  write_results(folder, name, answers, OnTop::kYes, [&](const std::filesystem::path& results) {
-    return to_json(summarise(read_run_with(folder, results, name)), run.info);
+  runlog::write_results(folder, name, answers, runlog::OnTop::kYes, [&](const std::filesystem::path& results) {
+    return runlog::to_json(runlog::summarise(runlog::read_run_with(folder, results, name)), run.info);
   });
-  return read_run(folder, name);
+  return runlog::read_run(folder, name);
 }
 
-void write_summary_of(const RunData& run, OnTop on_top) {
-  write_summary(run.folder, run.method, to_json(summarise(run), run.info), on_top);
+void write_summary_of(const runlog::RunData& run, runlog::OnTop on_top) {
+  runlog::write_summary(run.folder, run.method, runlog::to_json(runlog::summarise(run), run.info), on_top);
 }
 
 }  // namespace twocone::runs

@@ -8,15 +8,15 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
-#include "apps/files/to_layers.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/new_folder.h"
-#include "apps/runs/replace_run.h"
-#include "apps/runs/run_data.h"
-#include "apps/runs/run_yaml.h"
-#include "apps/runs/tables.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/replace_run.h"
+#include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 
 namespace twocone::runs {
@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void refuse_other_robots(const RunData& run, const files::Robot& robot) {
+void refuse_other_robots(const runlog::RunData& run, const config::Robot& robot) {
   const auto refuse = [&](const std::string& what) {
-    throw files::FileError(
+    throw config::FileError(
         fmt::format("{}: {} is not that of the robot that made {}", robot.file.string(), what, run.folder.string()));
   };
   if (robot.start != run.robot.start) refuse("start");
@@ -39,23 +39,23 @@ void refuse_other_robots(const RunData& run, const files::Robot& robot) {
 }
 
 /// What localisation takes from a map is compared, not the files' names: a twin's map differs in its scene alone.
-void refuse_other_maps(const RunData& run, const files::Robot& robot) {
-  const files::Map map = files::read_map(robot.map);
+void refuse_other_maps(const runlog::RunData& run, const config::Robot& robot) {
+  const config::Map map = config::read_map(robot.map);
   if (map.landmarks == run.map.landmarks && map.bounds == run.map.bounds) return;
-  throw files::FileError(
+  throw config::FileError(
       fmt::format("{}: map: {} has other {} than {}, the map of {}, as it was when the run was made: name a robot file "
                   "with that map",
                   robot.file.string(), map.file.string(), map.landmarks == run.map.landmarks ? "bounds" : "landmarks",
                   run.map.file.string(), run.folder.string()));
 }
 
-std::string odometry_text(const RunData& run, const files::Robot& robot) {
-  localisation::Odometry odometry(files::to_wheels(robot), files::to_start_pose(robot));
+std::string odometry_text(const runlog::RunData& run, const config::Robot& robot) {
+  localisation::Odometry odometry(config::to_wheels(robot), config::to_start_pose(robot));
   std::string text;
-  if (!has_odometry(run)) return text;
+  if (!runlog::has_odometry(run)) return text;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);
-    text += to_line(PoseRow{run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad}) + '\n';
+    text += runlog::to_line(runlog::PoseRow{run.frames[i].t_s, pose.x_m, pose.y_m, pose.heading_rad}) + '\n';
   }
   return text;
 }
@@ -63,35 +63,36 @@ std::string odometry_text(const RunData& run, const files::Robot& robot) {
 }  // namespace
 
 void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to, bool replace) {
-  const RunData run = read_run(from);
-  const files::Robot robot = files::read_robot(robot_file);
+  const runlog::RunData run = runlog::read_run(from);
+  const config::Robot robot = config::read_robot(robot_file);
   refuse_other_robots(run, robot);
   refuse_other_maps(run, robot);
-  files::check_landmarks(robot, run.map);
-  if (has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw files::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
-                                       run.frames.size(), run.drive.size()));
+  config::check_landmarks(robot, run.map);
+  if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
+    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
+                                        run.frames.size(), run.drive.size()));
   }
   std::error_code none_such;
   if (fs::equivalent(from, to, none_such)) {
-    throw DiskError(fmt::format("{} is the run itself: choose another --out", to.string()));
+    throw runlog::DiskError(fmt::format("{} is the run itself: choose another --out", to.string()));
   }
-  if (replace) remove_run(to);
-  NewFolder folder(to);
+  if (replace) runlog::remove_run(to);
+  runlog::NewFolder folder(to);
   std::vector<std::string> cameras{"lower", "upper"};
-  for (const files::NamedCameraEntry& other : run.robot.others) cameras.push_back(other.name);
-  for (const FrameRow& row : run.frames) {
+  for (const config::NamedCameraEntry& other : run.robot.others) cameras.push_back(other.name);
+  for (const runlog::FrameRow& row : run.frames) {
     for (const std::string& camera : cameras) {
       // A frame that has lost an image stays so: localise() says what becomes of it.
-      const fs::path picture = camera_picture(from, camera, row.frame);
-      if (fs::exists(picture)) link_or_copy(picture, camera_picture(to, camera, row.frame));
+      const fs::path image = runlog::camera_image_file(from, camera, row.frame);
+      if (fs::exists(image)) runlog::link_or_copy(image, runlog::camera_image_file(to, camera, row.frame));
     }
   }
   // Copies: a program may write on at the end of a table.
-  for (const char* table : {"frames.csv", "drive.csv"}) write_whole(to / table, files::read_text(from / table));
-  if (!run.truth.empty()) write_whole(to / "truth.tum", files::read_text(from / "truth.tum"));
-  write_whole(to / "odometry.tum", odometry_text(run, robot));
-  write_run_yaml_for_robot(from, robot_file, to);  // last: from now on it is a run
+  for (const char* table : {"frames.csv", "drive.csv"})
+    runlog::write_whole(to / table, config::read_text(from / table));
+  if (!run.truth.empty()) runlog::write_whole(to / "truth.tum", config::read_text(from / "truth.tum"));
+  runlog::write_whole(to / "odometry.tum", odometry_text(run, robot));
+  runlog::write_run_yaml_for_robot(from, robot_file, to);  // last: from now on it is a run
   folder.keep();
 }
 

@@ -6,38 +6,39 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/to_layers.h"
-#include "apps/runs/effort.h"
-#include "apps/runs/run_yaml.h"
-#include "apps/runs/scene_files.h"
-#include "apps/runs/version.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/scene_files.h"
+#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/version.h"
 
 namespace twocone::runs {
 namespace {
 
 /// What of the scene is not as it was; empty: nothing.
-std::string changed_scene(const std::vector<SourceFile>& then, const std::vector<SourceFile>& now) {
-  const auto find = [](const std::vector<SourceFile>& files, const std::string& name) {
-    return std::find_if(files.begin(), files.end(), [&name](const SourceFile& source) { return source.file == name; });
+std::string changed_scene(const std::vector<runlog::SourceFile>& then, const std::vector<runlog::SourceFile>& now) {
+  const auto find = [](const std::vector<runlog::SourceFile>& files, const std::string& name) {
+    return std::find_if(files.begin(), files.end(),
+                        [&name](const runlog::SourceFile& source) { return source.file == name; });
   };
-  for (const SourceFile& source : then) {
+  for (const runlog::SourceFile& source : then) {
     const auto same = find(now, source.file);
     if (same == now.end()) return source.file + " is not part of the scene any more";
     if (same->digest != source.digest) return source.file + " has changed";
   }
-  for (const SourceFile& source : now) {
+  for (const runlog::SourceFile& source : now) {
     if (find(then, source.file) == then.end()) return source.file + " was not part of the scene";
   }
   return {};
 }
 
 /// Why the run cannot be driven again; empty: it can.
-std::string why_not(const std::filesystem::path& folder, const RunYaml& run) {
-  const RunInfo& info = run.info;
+std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& run) {
+  const runlog::RunInfo& info = run.info;
   if (info.finished) return fmt::format("it is finished, with all its {} frames", info.frames_wanted);
-  if (info.behaviour == kImported) return "it was imported: another program took its images";
-  if (!files::is_simulated(run.robot)) {
+  if (info.behaviour == runlog::kImported) return "it was imported: another program took its images";
+  if (!config::is_simulated(run.robot)) {
     return "its robot is real: where that stands now, no program can put it back to; begin a new run";
   }
   if (!run.robot.attach.empty()) {
@@ -45,42 +46,44 @@ std::string why_not(const std::filesystem::path& folder, const RunYaml& run) {
         "its world '{}' is served by another program, where other robots may have moved; begin a new run",
         run.robot.attach);
   }
-  if (budget_of(method_named(info.method), run.robot)) {
+  if (estimation::time_limit_of(estimation::method_named(info.method), run.robot)) {
     return "it has a time budget, so that the clock took part in its answers; begin a new run";
   }
   const auto made_by = [](const std::string& what, const std::string& compiler) { return what + ", " + compiler; };
   const std::string then = made_by(fmt::format("{} ({})", info.version, info.commit), info.compiler);
-  const std::string now = made_by(fmt::format("{} ({})", version(), commit()), compiler());
+  const std::string now = made_by(fmt::format("{} ({})", runlog::version(), runlog::commit()), runlog::compiler());
   if (then != now) return fmt::format("twocone {} made it, and this is {}", then, now);
   try {
-    if (std::string changed = changed_since(folder); !changed.empty()) return changed;
-  } catch (const files::FileError& error) {
+    if (std::string changed = runlog::changed_since(folder); !changed.empty()) return changed;
+  } catch (const config::FileError& error) {
     return error.what();
   }
-  return changed_scene(info.scene_files, scene_files(run.map));
+  return changed_scene(info.scene_files, runlog::scene_files(run.map));
 }
 
 }  // namespace
 
-std::string why_not_resumed(const std::filesystem::path& folder) { return why_not(folder, read_run_yaml(folder)); }
+std::string why_not_resumed(const std::filesystem::path& folder) {
+  return why_not(folder, runlog::read_run_yaml(folder));
+}
 
-Result<RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
-                       const std::atomic<bool>& stop) {
-  const RunYaml run = read_run_yaml(folder);
+Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
+                               const std::atomic<bool>& stop) {
+  const runlog::RunYaml run = runlog::read_run_yaml(folder);
   if (const std::string reason = why_not(folder, run); !reason.empty()) {
-    throw files::FileError(fmt::format("{} cannot be resumed: {}", folder.string(), reason));
+    throw config::FileError(fmt::format("{} cannot be resumed: {}", folder.string(), reason));
   }
-  files::Robot robot = files::read_robot(run.robot.file);
+  config::Robot robot = config::read_robot(run.robot.file);
   robot.estimator = run.robot.estimator;  // perhaps of the command line
   RunOptions again = options;
   again.frames = run.info.frames_wanted;
   again.behaviour = run.info.behaviour;
-  again.method = method_named(run.info.method);
+  again.method = estimation::method_named(run.info.method);
   again.seed = run.info.seed;
   again.truth = run.info.truth;
   again.out = folder;
-  again.old = OldLines::kKeep;
-  return runs::run(robot, files::read_map(run.map.file), again, progress, stop);
+  again.old = runlog::OldLines::kKeep;
+  return runs::run(robot, config::read_map(run.map.file), again, progress, stop);
 }
 
 }  // namespace twocone::runs

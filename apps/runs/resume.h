@@ -10,7 +10,7 @@
 namespace twocone::runs {
 
 /// Why resume() would refuse the run, as far as can be told before it is driven; empty: it would not.
-/// @throws files::FileError for a folder that is no run
+/// @throws config::FileError for a folder that is no run
 std::string why_not_resumed(const std::filesystem::path& folder);
 
 /// Goes on with a simulated run that was interrupted or killed, so that its tables and images become those of an
@@ -18,12 +18,12 @@ std::string why_not_resumed(const std::filesystem::path& folder);
 /// at in place of rendered ones. Every row that is there must come out again; a run whose tables say otherwise is
 /// refused. No table is ever shorter than before, also when this is killed in its turn.
 ///
-/// effort.csv and the last column of frames.csv tell what the machine did, and are not repeated.
+/// timing.csv and the last column of frames.csv tell what the machine did, and are not repeated.
 /// @param options only `tell` and `open` count; the rest is the run's own
-/// @returns as run(). @throws files::FileError: cannot be gone on with, and the reason: it is finished; its robot is
+/// @returns as run(). @throws config::FileError: cannot be gone on with, and the reason: it is finished; its robot is
 /// real, imported or in a served world; it had a time budget, so that the clock took part; another version of the
 /// program made it; its robot file, map or scene has changed since, and what of it. DiskError. Errors: as run()
-Result<RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
-                       const std::atomic<bool>& stop);
+Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
+                               const std::atomic<bool>& stop);
 
 }  // namespace twocone::runs

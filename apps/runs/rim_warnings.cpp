@@ -15,7 +15,7 @@ constexpr double kRimWarning_px = 1;
 
 }  // namespace
 
-std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lower, const Image& upper) {
+std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper) {
   std::vector<std::string> warnings;
   for (const auto& [view, image, rig] :
        {std::tuple{"lower", &lower, &robot.rig.lower}, {"upper", &upper, &robot.rig.upper}}) {
@@ -26,11 +26,10 @@ std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lo
     const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
     if (!rim && !vision::rim_may_show(pixels, {centre, rig->rim_radius_px, 0})) {
       warnings.push_back(fmt::format(
-          "note: the {0} mirror's rim does not stand out in the first picture: rig.{0} was not compared with it",
-          view));
+          "note: the {0} mirror's rim does not stand out in the first image: rig.{0} was not compared with it", view));
     } else if (!rim) {
       warnings.push_back(fmt::format(
-          "warning: no mirror rim was found in the first {} picture near the one that rig.{} tells", view, view));
+          "warning: no mirror rim was found in the first {} image near the one that rig.{} states", view, view));
     } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
                (rim->centre_px - centre).norm() > kRimWarning_px) {
       warnings.push_back(fmt::format(

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/files/robot_file.h"
+#include "apps/config/robot_file.h"
 #include "hal/image.h"
 
 namespace twocone::runs {
 
-/// A sentence for each mirror that a pair of pictures does not show where the robot file's `rig:` says, to a pixel, or
+/// A sentence for each mirror that a pair of images does not show where the robot file's `rig:` says, to a pixel, or
 /// whose rim does not stand out in them.
-std::vector<std::string> rim_warnings(const files::Robot& robot, const Image& lower, const Image& upper);
+std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper);
 
 }  // namespace twocone::runs

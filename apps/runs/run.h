@@ -8,11 +8,11 @@
 #include <functional>
 #include <string>
 
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
-#include "apps/runs/estimator.h"
-#include "apps/runs/run_data.h"
-#include "apps/runs/run_folder.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/run_folder.h"
 #include "drivers/backends.h"
 
 namespace twocone::runs {
@@ -23,43 +23,43 @@ using Progress = std::function<void(double done)>;
 struct RunOptions {
   int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
   std::string behaviour = "wander";  ///< wander, waypoints, still
-  Method method = kDefaultMethod;
+  estimation::Method method = estimation::kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
-  /// kKeep: `out` holds an equal run that was cut off (resume.h): it is driven again from the start with the pictures
+  /// kKeep: `out` holds an equal run that was cut off (resume.h): it is driven again from the start with the images
   /// that are there, and goes on where they end.
-  OldLines old = OldLines::kDrop;
+  runlog::OldLines old = runlog::OldLines::kDrop;
   bool replace = false;  ///< a run that is in `out` goes (replace_run.h) once the robot has been opened
   bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
   /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
   std::chrono::milliseconds patience{10'000};
-  std::function<void(const std::string&)> tell{};  ///< gets each of RunInfo::events at once; may be empty
+  std::function<void(const std::string&)> notify{};  ///< gets each of RunInfo::events at once; may be empty
   /// Makes the robot of its parts.
   std::function<Result<Robot>(const drivers::RobotSettings&)> open = drivers::open_robot;
 };
 
-/// Drives a robot and writes its run folder (DESIGN.md, "A run on disk").
+/// Drives a robot and writes its run folder (docs/file-formats.md).
 ///
 /// The loop is the same in simulation and on hardware: take the next frame; look at the frame of `latency_frames` ago,
 /// whose pixels are there by then; steer by odometry corrected by that frame's fix. So what is decided does not depend
-/// on how fast pictures come. The true pose goes into the tables and nowhere else.
+/// on how fast images come. The true pose goes into the tables and nowhere else.
 ///
 /// Ranges and fixes are made as `robot.estimator` says, but by `options.method`; run.yaml keeps both.
 ///
-/// Method `paper` is made of the same pictures besides, into methods/paper/, as the baseline; where it cannot be
+/// Method `paper` is made of the same images besides, into methods/paper/, as the baseline; where it cannot be
 /// (mirrors that its formulas do not hold for), run.yaml says so.
 ///
 /// The folder is locked from the start, and goes again if the run ends before its first frame.
 ///
-/// When a device fails, the wheels stop, and it is asked again until it answers (Outage); a simulation is not asked
-/// again. A failure that lasts ends the run: what was written stays readable, and the message names the frame.
+/// When a device fails, the wheels stop, and it is asked again until it answers (FaultPolicy); a simulation is not
+/// asked again. A failure that lasts ends the run: what was written stays readable, and the message names the frame.
 /// @param robot,map as read from their files. @param stop set from outside (a signal) ends the run after the present
 /// frame
-/// @returns run.yaml's contents. @throws files::FileError, DiskError, std::invalid_argument (no such behaviour, no
+/// @returns run.yaml's contents. @throws config::FileError, DiskError, std::invalid_argument (no such behaviour, no
 /// waypoints) Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive; kRefused when stopped
 /// from outside
-Result<RunInfo> run(const files::Robot& robot, const files::Map& map, const RunOptions& options,
-                    const Progress& progress, const std::atomic<bool>& stop);
+Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
+                            const Progress& progress, const std::atomic<bool>& stop);
 
 /// What localise() does with a frame that has lost an image, or has one that cannot be read.
 enum class Missing {
@@ -74,12 +74,12 @@ struct LocaliseOptions {
 
 /// Ranges and fixes again from the stored frames, with the `estimator:` that run.yaml keeps, into methods/NAME/ and the
 /// top of the run folder: all of it, or, where anything fails, none. Holds the folder's lock.
-/// @returns the run with the new results. @throws files::FileError (also for a run without frames), DiskError (also
-/// where another program writes into the folder). Errors: kNotFound, kBadData (pictures, by name), kRefused (stopped)
-Result<RunData> localise(const std::filesystem::path& folder, Method method, const Progress& progress,
-                         const LocaliseOptions& options = {});
+/// @returns the run with the new results. @throws config::FileError (also for a run without frames), DiskError (also
+/// where another program writes into the folder). Errors: kNotFound, kBadData (images, by name), kRefused (stopped)
+Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation::Method method,
+                                 const Progress& progress, const LocaliseOptions& options = {});
 
 /// summary.json of a run's method, from its tables. Needs the folder's RunLock. @throws DiskError
-void write_summary_of(const RunData& run, OnTop on_top);
+void write_summary_of(const runlog::RunData& run, runlog::OnTop on_top);
 
 }  // namespace twocone::runs

@@ -6,7 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
+#include "apps/runs/image_wait.h"
 
 namespace twocone::runs {
 namespace {
@@ -15,9 +16,9 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace
 
-Result<std::optional<std::string>> compare_start(const files::Robot& robot, const sim_povray::ShownCamera& lower,
+Result<std::optional<std::string>> compare_start(const config::Robot& robot, const sim_povray::ShownCamera& lower,
                                                  const std::string& place) {
-  const localisation::Pose start = files::to_start_pose(robot);
+  const localisation::Pose start = config::to_start_pose(robot);
   const double apart_m = std::hypot(lower.x_m - start.x_m, lower.y_m - start.y_m);
   std::string shown = fmt::format("({:.3f}, {:.3f}) m", lower.x_m, lower.y_m);
   std::string apart = fmt::format("{:.0f} mm", 1000 * apart_m);
@@ -28,7 +29,7 @@ Result<std::optional<std::string>> compare_start(const files::Robot& robot, cons
     shown += fmt::format(", heading {:.2f} degrees", degrees(heading_rad));
     apart += fmt::format(" and {:.1f} degrees", turned_deg);
   } else {
-    shown += " (its heading cannot be read off camera lower, whose picture's x axis is not level)";
+    shown += " (its heading cannot be read off camera lower, whose image's x axis is not level)";
   }
   if (apart_m < kStartWarning_m && turned_deg < kStartWarning_deg) return std::optional<std::string>();
   std::string told = fmt::format(
@@ -40,6 +41,32 @@ Result<std::optional<std::string>> compare_start(const files::Robot& robot, cons
                              robot.body_radius_m)};
   }
   return std::optional(std::move(told));
+}
+
+StartCheck::StartCheck(const config::Robot& robot, const sim_povray::PlaceSettings& place,
+                       const std::string& robot_name, std::string start_place)
+    : robot_(robot), start_place_(std::move(start_place)) {
+  std::promise<Result<sim_povray::ShownCamera>> answer;
+  shown_ = answer.get_future();
+  asker_ = std::jthread([place, robot_name, answer = std::move(answer)](const std::stop_token& stop) mutable {
+    try {
+      answer.set_value(sim_povray::shown_camera(place, robot_name, "lower", stop));
+    } catch (const std::exception& error) {  // no descriptor, no memory
+      answer.set_value(Error{ErrorCode::kUnavailable, error.what()});
+    }
+  });
+}
+
+Result<std::optional<std::string>> StartCheck::wait(const std::atomic<bool>& stop) {
+  while (shown_.wait_for(kStopSlice) != std::future_status::ready) {
+    if (stop) return Error{ErrorCode::kCancelled, "interrupted while the start was checked"};
+  }
+  const auto shown = shown_.get();
+  if (!shown) {
+    return std::optional(fmt::format("{}: start could not be compared with where the scene shows the robot: {}",
+                                     start_place_, shown.error().message));
+  }
+  return compare_start(robot_, *shown, start_place_);
 }
 
 }  // namespace twocone::runs

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <future>
 #include <optional>
 #include <string>
+#include <thread>
 
-#include "apps/files/robot_file.h"
+#include "apps/config/robot_file.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
@@ -16,11 +19,27 @@ constexpr double kStartWarning_m = 0.020;
 constexpr double kStartWarning_deg = 2.0;
 
 /// Compares the robot file's start with where the scene shows the lower camera, which rides on the robot's axis; its
-/// picture's x axis is rig.lower.azimuth_rad off the heading.
+/// image's x axis is rig.lower.azimuth_rad off the heading.
 /// @param place of the key `start`, for messages: "robots/lab_sim.yaml:17"
 /// @returns a warning with both places; nothing below the limits above.
 /// Errors: kRefused: they are farther apart than body.radius_m: every fix would be off by as much.
-Result<std::optional<std::string>> compare_start(const files::Robot& robot, const sim_povray::ShownCamera& lower,
+Result<std::optional<std::string>> compare_start(const config::Robot& robot, const sim_povray::ShownCamera& lower,
                                                  const std::string& place);
+
+/// The same for a simulated robot, asked of POV-Ray in the background while the first images are rendered.
+class StartCheck {
+ public:
+  StartCheck(const config::Robot& robot, const sim_povray::PlaceSettings& place, const std::string& robot_name,
+             std::string start_place);
+  /// Waits for POV-Ray's answer. A warning, also where the places could not be compared; nothing: they agree.
+  /// Errors: as compare_start(); kCancelled once `stop` is set. Once only.
+  Result<std::optional<std::string>> wait(const std::atomic<bool>& stop);
+
+ private:
+  const config::Robot& robot_;
+  std::string start_place_;
+  std::future<Result<sim_povray::ShownCamera>> shown_;
+  std::jthread asker_;
+};
 
 }  // namespace twocone::runs

@@ -6,19 +6,19 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// The same for all settings that differ on the axis alone.
+/// Returns an equal setting for all settings that differ in this axis only.
 Setting without(Setting setting, Axis axis) {
   const Setting none;
   switch (axis) {
     case Axis::kSize:
-      setting.pictures.width_px = none.pictures.width_px;
-      setting.pictures.height_px = none.pictures.height_px;
+      setting.images.width_px = none.images.width_px;
+      setting.images.height_px = none.images.height_px;
       break;
     case Axis::kAntialias:
-      setting.pictures.antialias = none.pictures.antialias;
+      setting.images.antialias = none.images.antialias;
       break;
     case Axis::kEffects:
-      setting.pictures.effects = none.pictures.effects;
+      setting.images.effects = none.images.effects;
       break;
     case Axis::kLevel:
       setting.level = none.level;
@@ -43,14 +43,14 @@ Setting without(Setting setting, Axis axis) {
 }  // namespace
 
 AxisPlace axis_place(const Setting& setting, Axis axis) {
-  const Pictures& pictures = setting.pictures;
+  const Images& images = setting.images;
   switch (axis) {
     case Axis::kSize:
-      return {double(pictures.width_px) * pictures.height_px, pictures.width_px};
+      return {double(images.width_px) * images.height_px, images.width_px};
     case Axis::kAntialias:
-      return {pictures.antialias, 0};
+      return {images.antialias, 0};
     case Axis::kEffects:
-      return {int(pictures.effects), 0};
+      return {int(images.effects), 0};
     case Axis::kLevel:
       return {int(setting.level), setting.enough_m};
     case Axis::kLandmarks:
@@ -72,7 +72,7 @@ std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
     groups[without(result.setting, axis)].emplace(axis_place(result.setting, axis), &result);
   }
   std::vector<AxisGroup> of_two_or_more;
-  for (auto& [rest, group] : groups) {
+  for (auto& [others, group] : groups) {
     if (group.size() > 1) of_two_or_more.push_back(std::move(group));
   }
   return of_two_or_more;

@@ -10,13 +10,13 @@
 
 namespace twocone::tradeoff {
 
-/// Where a setting stands on an axis: sorts as conclusions.h says (levels: by Level, then by enough_m). First: the size
-/// of an axis that has one (pixels of a picture, landmarks, frames, ...).
+/// The place of a setting on an axis. Places sort as conclusions.h states (levels: by Level, then by enough_m). The
+/// first number is the size, for an axis that has one (pixels of an image, landmarks, frames, ...).
 using AxisPlace = std::pair<double, double>;
 AxisPlace axis_place(const Setting& setting, Axis axis);
 
-/// Settings that differ in nothing but `axis`, each group by rising place. Of those only that answer often enough
-/// (kLeastAnswered). The pointers are into `sweep`.
+/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
+/// (kLeastAnswered) are included. The pointers refer to `sweep`.
 using AxisGroup = std::map<AxisPlace, const SettingResult*>;
 std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis);
 

@@ -18,57 +18,60 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLevel = 0.95;
 
-void check(const Wish& wish) {
-  if (wish.target_m.has_value() == wish.budget_s.has_value()) {
-    throw std::invalid_argument("choice: the wish is none or two, must be a target or a budget");
+void check(const Requirement& requirement) {
+  if (requirement.target_m.has_value() == requirement.budget_s.has_value()) {
+    throw std::invalid_argument("choice: the requirement must be either a target or a time budget");
   }
-  const double bound = wish.target_m ? *wish.target_m : *wish.budget_s;
+  const double bound = requirement.target_m ? *requirement.target_m : *requirement.budget_s;
   if (bound > 0 && std::isfinite(bound)) return;
-  throw std::invalid_argument(
-      fmt::format("choice: {} is {}, must be positive and finite", wish.target_m ? "target_m" : "budget_s", bound));
+  throw std::invalid_argument(fmt::format("choice: {} is {}, must be positive and finite",
+                                          requirement.target_m ? "target_m" : "budget_s", bound));
 }
 
 const Interval& mean_m(const SettingResult& s) { return s.position_m->mean; }
 
-bool can_be_had(const SettingResult& s) { return s.setting.pictures.effects == Effects::kScene && answers_enough(s); }
+bool can_be_had(const SettingResult& s) { return s.setting.images.effects == Effects::kScene && answers_enough(s); }
 
-Trial judge(const Check& fresh, const Wish& wish, std::size_t settings_swept) {
+Validation judge(const Check& fresh, const Requirement& requirement, std::size_t settings_swept) {
   constexpr Interval kUnknown{kInfinity, 0, kInfinity};
-  const auto has_values = [](const std::vector<double>& leg) { return !leg.empty(); };
-  const auto legs_of = [&](const ByLeg& values) { return std::count_if(values.begin(), values.end(), has_values); };
-  Trial trial;
-  trial.legs = int(legs_of(fresh.position_errors_m));
-  trial.mean_m = trial.robot_time_s = kUnknown;
-  trial.upper_limit_m = kInfinity;
-  if (trial.legs > 0) {
-    trial.mean_m = mean_interval(fresh.position_errors_m, kLevel);
-    trial.upper_limit_m = mean_upper_limit(fresh.position_errors_m, 1 - (1 - kLevel) / double(settings_swept));
+  const auto has_values = [](const std::vector<double>& episode) { return !episode.empty(); };
+  const auto episodes_of = [&](const ByEpisode& values) {
+    return std::count_if(values.begin(), values.end(), has_values);
+  };
+  Validation validation;
+  validation.episodes = int(episodes_of(fresh.position_errors_m));
+  validation.mean_m = validation.robot_time_s = kUnknown;
+  validation.upper_limit_m = kInfinity;
+  if (validation.episodes > 0) {
+    validation.mean_m = mean_interval(fresh.position_errors_m, kLevel);
+    validation.upper_limit_m = mean_upper_limit(fresh.position_errors_m, 1 - (1 - kLevel) / double(settings_swept));
   }
-  if (legs_of(fresh.robot_times_s) > 0) trial.robot_time_s = quantile_interval(fresh.robot_times_s, 0.95, kLevel);
-  trial.answered_share = fresh.answered_share;
-  const bool is_within =
-      wish.target_m ? trial.upper_limit_m < *wish.target_m : trial.robot_time_s.high < *wish.budget_s;
-  trial.holds = is_within && trial.answered_share >= kLeastAnswered;
-  return trial;
+  if (episodes_of(fresh.robot_times_s) > 0)
+    validation.robot_time_s = quantile_interval(fresh.robot_times_s, 0.95, kLevel);
+  validation.answered_share = fresh.answered_share;
+  const bool is_within = requirement.target_m ? validation.upper_limit_m < *requirement.target_m
+                                              : validation.robot_time_s.high < *requirement.budget_s;
+  validation.is_confirmed = is_within && validation.answered_share >= kLeastAnswered;
+  return validation;
 }
 
-std::string milli(double x) { return std::isfinite(x) ? fmt::format("{:.3g}", x * 1e3) : "any"; }
+std::string milli(double x) { return std::isfinite(x) ? fmt::format("{:.3g}", x * 1e3) : "unknown"; }
 
 std::string number_of(std::size_t n, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
 }
 
-/// Why a setting that is cheaper (more accurate) was not even tried, as counts.
+/// Counts of the reasons why cheaper (more accurate) settings were not checked.
 struct PassedOver {
   std::size_t beyond = 0, rarely = 0, elsewhere = 0;
 
-  [[nodiscard]] std::string text(std::string_view are, const Wish& wish) const {
+  [[nodiscard]] std::string text(std::string_view are, const Requirement& requirement) const {
     std::vector<std::string> parts;
     if (beyond > 0) {
-      parts.push_back(
-          wish.target_m
-              ? fmt::format("{} a mean of {} mm or more", number_of(beyond, "has", "have"), milli(*wish.target_m))
-              : fmt::format("{} {} ms or more", number_of(beyond, "takes", "take"), milli(*wish.budget_s)));
+      parts.push_back(requirement.target_m ? fmt::format("{} a mean of {} mm or more", number_of(beyond, "has", "have"),
+                                                         milli(*requirement.target_m))
+                                           : fmt::format("{} {} ms or more", number_of(beyond, "takes", "take"),
+                                                         milli(*requirement.budget_s)));
     }
     if (rarely > 0) {
       parts.push_back(fmt::format("{} less often than in {:.0f} % of the frames",
@@ -76,7 +79,7 @@ struct PassedOver {
     }
     if (elsewhere > 0) {
       parts.push_back(
-          fmt::format("{} pictures of another world than the scene's", number_of(elsewhere, "is for", "are for")));
+          fmt::format("{} images with other effects than the scene's", number_of(elsewhere, "is for", "are for")));
     }
     if (parts.empty()) return "";
     return fmt::format("; of the others that are {}, {}", are, fmt::join(parts, ", "));
@@ -85,106 +88,111 @@ struct PassedOver {
 
 class Reasons {
  public:
-  Reasons(const Sweep& sweep, const Wish& wish, const Choice& choice) : sweep_(sweep), wish_(wish), choice_(choice) {}
+  Reasons(const Sweep& sweep, const Requirement& requirement, const Choice& choice)
+      : sweep_(sweep), requirement_(requirement), choice_(choice) {}
 
   [[nodiscard]] std::string chosen() const {
-    const Trial& t = choice_.trials.back();
-    const std::string_view better = wish_.target_m ? "cheaper" : "more accurate";
+    const Validation& t = choice_.validations.back();
+    const std::string_view better = requirement_.target_m ? "cheaper" : "more accurate";
     std::string text = fmt::format("{}: {}", describe(sweep_.settings[t.setting].setting), figures(t));
-    if (const std::size_t failed = choice_.trials.size() - 1; failed > 0) {
-      text += fmt::format("; {} before it, from the {} on, and did not hold",
-                          number_of(failed, "setting was tried", "settings were tried"),
-                          wish_.target_m ? "cheapest" : "most accurate");
+    if (const std::size_t failed = choice_.validations.size() - 1; failed > 0) {
+      text += fmt::format("; {} before it, beginning with the {}, and not confirmed",
+                          number_of(failed, "setting was tested", "settings were tested"),
+                          requirement_.target_m ? "cheapest" : "most accurate");
     }
-    return text + passed_over(t.setting).text(better, wish_);
+    return text + passed_over(t.setting).text(better, requirement_);
   }
 
   [[nodiscard]] std::string none() const {
-    if (!choice_.trials.empty()) {
-      const Trial& nearest =
-          *std::min_element(choice_.trials.begin(), choice_.trials.end(),
-                            [this](const Trial& a, const Trial& b) { return distance(a) < distance(b); });
+    if (!choice_.validations.empty()) {
+      const Validation& nearest =
+          *std::min_element(choice_.validations.begin(), choice_.validations.end(),
+                            [this](const Validation& a, const Validation& b) { return distance(a) < distance(b); });
       return fmt::format(
-          "none holds: of {}, nearest comes {}: {}; no other setting that answers often enough is below it in the "
-          "sweep",
-          number_of(choice_.trials.size(), "setting tried", "settings tried"),
+          "no setting is confirmed: of {}, the nearest is {}: {}; no other setting that answers often enough meets the "
+          "requirement in the sweep",
+          number_of(choice_.validations.size(), "setting tested", "settings tested"),
           describe(sweep_.settings[nearest.setting].setting), figures(nearest));
     }
     const SettingResult* nearest = nullptr;
-    const auto wanted = [this](const SettingResult& s) { return wish_.target_m ? mean_m(s) : s.robot_time_s(); };
+    const auto wanted = [this](const SettingResult& s) { return requirement_.target_m ? mean_m(s) : s.robot_time_s(); };
     for (const SettingResult& s : sweep_.settings) {
       if (can_be_had(s) && (!nearest || wanted(s).value < wanted(*nearest).value)) nearest = &s;
     }
     if (!nearest) {
-      return fmt::format("none holds: no setting of the scene's own world answers in {:.0f} % of the frames",
+      return fmt::format("no setting is confirmed: none with the scene's own effects answers in {:.0f} % of the frames",
                          100 * kLeastAnswered);
     }
     const Interval w = wanted(*nearest);
-    return fmt::format("none holds: no {} of the sweep is below {} {}; nearest comes {} with {} {} ({} to {})",
-                       wish_.target_m ? "mean position error" : "time of a frame", milli(bound()), unit(),
-                       describe(nearest->setting), milli(w.value), unit(), milli(w.low), milli(w.high));
+    return fmt::format(
+        "no setting is confirmed: no {} of the sweep is below {} {}; the nearest is {} with {} {} ({} to {})",
+        requirement_.target_m ? "mean position error" : "time of a frame", milli(bound()), unit(),
+        describe(nearest->setting), milli(w.value), unit(), milli(w.low), milli(w.high));
   }
 
  private:
-  [[nodiscard]] double bound() const { return wish_.target_m ? *wish_.target_m : *wish_.budget_s; }
-  [[nodiscard]] std::string_view unit() const { return wish_.target_m ? "mm" : "ms"; }
-  [[nodiscard]] double distance(const Trial& t) const { return wish_.target_m ? t.upper_limit_m : t.robot_time_s.high; }
+  [[nodiscard]] double bound() const { return requirement_.target_m ? *requirement_.target_m : *requirement_.budget_s; }
+  [[nodiscard]] std::string_view unit() const { return requirement_.target_m ? "mm" : "ms"; }
+  [[nodiscard]] double distance(const Validation& t) const {
+    return requirement_.target_m ? t.upper_limit_m : t.robot_time_s.high;
+  }
 
-  [[nodiscard]] std::string figures(const Trial& t) const {
-    const std::string legs = fmt::format("on {} fresh {}", t.legs, t.legs == 1 ? "leg" : "legs");
+  [[nodiscard]] std::string figures(const Validation& t) const {
+    const std::string episodes = fmt::format("on {} fresh {}", t.episodes, t.episodes == 1 ? "episode" : "episodes");
     const std::string_view side = distance(t) < bound() ? "below" : "not below";
     std::string text;
-    if (wish_.target_m) {
-      text = fmt::format("{} mm {}, upper limit {} mm (1 - 0.05/{}) {} {} mm, {} ms a frame", milli(t.mean_m.value),
-                         legs, milli(t.upper_limit_m), sweep_.settings.size(), side, milli(bound()),
+    if (requirement_.target_m) {
+      text = fmt::format("{} mm {}, upper limit {} mm (1 - 0.05/{}) {} {} mm, {} ms per frame", milli(t.mean_m.value),
+                         episodes, milli(t.upper_limit_m), sweep_.settings.size(), side, milli(bound()),
                          milli(t.robot_time_s.value));
     } else {
-      text = fmt::format("{} ms a frame (95 % quantile) {}, upper limit {} ms {} {} ms, {} mm ({} to {})",
-                         milli(t.robot_time_s.value), legs, milli(t.robot_time_s.high), side, milli(bound()),
+      text = fmt::format("{} ms per frame (95 % quantile) {}, upper limit {} ms {} {} ms, {} mm ({} to {})",
+                         milli(t.robot_time_s.value), episodes, milli(t.robot_time_s.high), side, milli(bound()),
                          milli(t.mean_m.value), milli(t.mean_m.low), milli(t.mean_m.high));
     }
     if (t.answered_share < kLeastAnswered) {
-      text += fmt::format(", but it answers in {:.0f} % of the frames only", std::floor(100 * t.answered_share));
+      text += fmt::format(", but it answers in only {:.0f} % of the frames", std::floor(100 * t.answered_share));
     }
     return text;
   }
 
-  /// Settings that are cheaper (more accurate) than the chosen one by more than both intervals, and no candidates.
+  /// Counts the settings that are cheaper (more accurate) than the chosen one by more than both intervals and are not
+  /// candidates.
   [[nodiscard]] PassedOver passed_over(std::size_t chosen) const {
-    const std::vector<std::size_t> tried_or_later = candidates(sweep_, wish_);
+    const std::vector<std::size_t> tried_or_later = candidates(sweep_, requirement_);
     const SettingResult& choice = sweep_.settings[chosen];
     PassedOver counts;
     for (std::size_t i = 0; i < sweep_.settings.size(); ++i) {
       const SettingResult& s = sweep_.settings[i];
       if (std::find(tried_or_later.begin(), tried_or_later.end(), i) != tried_or_later.end()) continue;
-      const bool is_better = wish_.target_m ? s.robot_time_s().high < choice.robot_time_s().low
-                                            : s.position_m && mean_m(s).high < mean_m(choice).low;
+      const bool is_better = requirement_.target_m ? s.robot_time_s().high < choice.robot_time_s().low
+                                                   : s.position_m && mean_m(s).high < mean_m(choice).low;
       if (!is_better) continue;
-      ++(s.setting.pictures.effects != Effects::kScene ? counts.elsewhere
-         : !answers_enough(s)                          ? counts.rarely
-                                                       : counts.beyond);
+      ++(s.setting.images.effects != Effects::kScene ? counts.elsewhere
+         : !answers_enough(s)                        ? counts.rarely
+                                                     : counts.beyond);
     }
     return counts;
   }
 
   const Sweep& sweep_;
-  const Wish& wish_;
+  const Requirement& requirement_;
   const Choice& choice_;
 };
 
 }  // namespace
 
-std::vector<std::size_t> candidates(const Sweep& sweep, const Wish& wish) {
-  check(wish);
+std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requirement) {
+  check(requirement);
   using Place = std::tuple<double, double, std::size_t>;
   std::vector<Place> places;
   for (std::size_t i = 0; i < sweep.settings.size(); ++i) {
     const SettingResult& s = sweep.settings[i];
     if (!can_be_had(s)) continue;
     const double error_m = mean_m(s).value, time_s = s.robot_time_s().value;
-    if (wish.target_m ? error_m < *wish.target_m && std::isfinite(time_s)
-                      : time_s < *wish.budget_s && std::isfinite(error_m)) {
-      places.push_back(wish.target_m ? Place{time_s, error_m, i} : Place{error_m, time_s, i});
+    if (requirement.target_m ? error_m < *requirement.target_m && std::isfinite(time_s)
+                             : time_s < *requirement.budget_s && std::isfinite(error_m)) {
+      places.push_back(requirement.target_m ? Place{time_s, error_m, i} : Place{error_m, time_s, i});
     }
   }
   std::sort(places.begin(), places.end());
@@ -194,19 +202,19 @@ std::vector<std::size_t> candidates(const Sweep& sweep, const Wish& wish) {
   return order;
 }
 
-Result<Choice> choose(const Sweep& sweep, const Wish& wish,
+Result<Choice> choose(const Sweep& sweep, const Requirement& requirement,
                       const std::function<Result<Check>(const Setting&)>& check_setting) {
   Choice choice;
-  for (const std::size_t i : candidates(sweep, wish)) {
+  for (const std::size_t i : candidates(sweep, requirement)) {
     const Result<Check> fresh = check_setting(sweep.settings[i].setting);
     if (!fresh) return fresh.error();
-    choice.trials.push_back(judge(*fresh, wish, sweep.settings.size()));
-    choice.trials.back().setting = i;
-    if (!choice.trials.back().holds) continue;
+    choice.validations.push_back(judge(*fresh, requirement, sweep.settings.size()));
+    choice.validations.back().setting = i;
+    if (!choice.validations.back().is_confirmed) continue;
     choice.setting = i;
     break;
   }
-  const Reasons reasons(sweep, wish, choice);
+  const Reasons reasons(sweep, requirement, choice);
   choice.why = choice.setting ? reasons.chosen() : reasons.none();
   return choice;
 }

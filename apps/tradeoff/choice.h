@@ -11,48 +11,50 @@
 
 namespace twocone::tradeoff {
 
-/// What a setting is wanted for; exactly one of the two.
-struct Wish {
-  std::optional<double> target_m;  ///< the cheapest (robot_time_s()) whose mean position error is below this
-  std::optional<double> budget_s;  ///< the most accurate whose robot_time_s() is below this
+/// The requirement on a setting; exactly one of the two.
+struct Requirement {
+  std::optional<double> target_m;  ///< the cheapest setting (by robot_time_s()) with a mean position error below this
+  std::optional<double> budget_s;  ///< the most accurate setting with a robot_time_s() below this
 };
 
-/// Errors and times of a setting on poses that the sweep did not use.
+/// Errors and times of a setting on episodes that the sweep did not use.
 struct Check {
-  ByLeg position_errors_m;
-  ByLeg robot_times_s;
+  ByEpisode position_errors_m;
+  ByEpisode robot_times_s;
   double answered_share = 0;  ///< 0 to 1
 };
 
-/// A setting that was checked.
-struct Trial {
+/// The result of such a check.
+struct Validation {
   std::size_t setting = 0;   ///< index in Sweep::settings
-  int legs = 0;              ///< fresh ones with an answer
-  Interval mean_m;           ///< on the fresh poses, 95 %; infinite without an answer
+  int episodes = 0;          ///< fresh ones with an answer
+  Interval mean_m;           ///< on the fresh episodes, 95 %; infinite without an answer
   double upper_limit_m = 0;  ///< one-sided, 1 - 0.05 / number of settings swept; likewise
-  Interval robot_time_s;     ///< 95 % quantile and its 95 % interval on the fresh poses; infinite without times
+  Interval robot_time_s;     ///< 95 % quantile and its 95 % interval on the fresh episodes; infinite without times
   double answered_share = 0;
-  bool holds = false;
+  bool is_confirmed = false;  ///< the limit of the requirement is below it, and it answers often enough
 };
 
 struct Choice {
-  std::optional<std::size_t> setting;  ///< index in Sweep::settings; none holds
-  std::vector<Trial> trials;           ///< in order, the last one is the choice if there is one
-  std::string why;                     ///< a sentence for a person
+  std::optional<std::size_t> setting;   ///< index in Sweep::settings; none is confirmed
+  std::vector<Validation> validations;  ///< in order; the last one is the choice if there is one
+  std::string why;                      ///< the reason in a sentence
 };
 
-/// Settings worth trying, in order. For a target: whose mean lies below it, cheapest first; for a budget: whose
-/// robot_time_s() lies below it, most accurate first; of equal ones the better in the other first. Only those a robot
-/// can have: Effects::kScene, answered often enough. Every other setting cannot hold: its mean or its time lies beyond
-/// the wish already.
-/// @throws std::invalid_argument for a wish that is not exactly one of the two, or is not positive and finite
-std::vector<std::size_t> candidates(const Sweep& sweep, const Wish& wish);
+/// Returns the settings that are worth a check, in order. For a target: those whose mean is below it, cheapest first.
+/// For a time budget: those whose robot_time_s() is below it, most accurate first. Equal ones are ordered by the other
+/// number. Only settings that a robot can have are included: Effects::kScene, answered often enough. No other setting
+/// can be confirmed, because its mean or its time already exceeds the requirement.
+/// @throws std::invalid_argument for a requirement that is not exactly one of the two, or is not positive and finite
+std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requirement);
 
-/// Tries candidates until one holds: the upper 95 % confidence limit of its mean position error on fresh poses is below
-/// the target, the level divided by the number of settings swept (Bonferroni); of a budget: the upper limit of its 95 %
-/// time quantile is below the budget. It must answer often enough (kLeastAnswered) there, too. So each cheaper (more
-/// accurate) setting is known not to hold.
-/// @param check poses of its own for a setting; its errors end the search
-Result<Choice> choose(const Sweep& sweep, const Wish& wish, const std::function<Result<Check>(const Setting&)>& check);
+/// Checks candidates until one is confirmed on fresh episodes. For a target, the upper 95 % confidence limit of the
+/// mean position error must be below the target; its level is divided by the number of settings swept (Bonferroni). For
+/// a time budget, the upper limit of the 95 % interval of the time's 95 % quantile must be below the budget. The
+/// setting must also answer often enough (kLeastAnswered). So each cheaper (more accurate) setting was checked and not
+/// confirmed.
+/// @param check_setting returns errors and times of a setting on fresh episodes; its errors end the search
+Result<Choice> choose(const Sweep& sweep, const Requirement& requirement,
+                      const std::function<Result<Check>(const Setting&)>& check_setting);
 
 }  // namespace twocone::tradeoff

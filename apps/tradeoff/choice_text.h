@@ -10,14 +10,14 @@
 
 namespace twocone::tradeoff {
 
-/// "position error below 5 mm", "vision and localisation below 20 ms a frame".
-std::string describe(const Wish& wish);
-/// A trial in one line: the setting, what fresh poses gave, the limit that counts, and whether it holds.
-std::string describe(const Sweep& sweep, const Trial& trial);
-/// choice.json: the wish, the trials, how many settings were known not to hold, the choice and why. Metres and seconds,
-/// as the keys say.
-std::string choice_json(const Sweep& sweep, const Wish& wish, const Choice& choice);
-/// What a chosen robot file says of itself in its first lines. @param choice of which one holds
-std::vector<std::string> choice_header(const Sweep& sweep, const Wish& wish, const Choice& choice);
+/// Returns "mean position error below 5 mm" or "vision and localisation below 20 ms per frame".
+std::string describe(const Requirement& requirement);
+/// Returns a check in one line: the setting, its results on fresh episodes, the limit, and whether it is confirmed.
+std::string describe(const Sweep& sweep, const Validation& validation);
+/// Returns choice.json: the requirement, the checks, the number of candidates, the choice and its reason. Metres and
+/// seconds, as the keys state.
+std::string choice_json(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
+/// Returns the first lines of the robot file of a choice. @param choice with a confirmed setting
+std::vector<std::string> choice_header(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
 
 }  // namespace twocone::tradeoff

@@ -16,14 +16,15 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// A neighbour with fewer pairs than this share of what another origin has is passed over: it was swept as a detail.
+/// A neighbour with fewer pairs than this fraction of another origin's is skipped, because only a detail of it was
+/// swept.
 constexpr double kLeastPairs = 0.25;
-/// An interval that reaches this far from 1 (or as far on the other side) may hide what a person would pay for.
-constexpr double kWorthSaying = 0.8;
+/// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
+constexpr double kLeastEffect = 0.8;
 
 struct AxisWords {
   std::string_view title, cost;
-  bool is_sized;  ///< more of it is "beyond"
+  bool is_sized;  ///< larger values are "beyond" a smaller one
 };
 AxisWords words(Axis axis) {
   switch (axis) {
@@ -49,10 +50,10 @@ AxisWords words(Axis axis) {
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;
 
-/// Geometric mean of what the second ones have over what the first ones have.
+/// Geometric mean over pairs of the second one's figure over the first one's.
 struct Ratio {
   double value = 0;
-  double low = 0, high = 0;  ///< 95 %
+  double low = 0, high = 0;  ///< 95 %; 0 or infinity where there are too few episodes for that end
   int pairs = 0;
 };
 template <typename Figure>
@@ -85,9 +86,13 @@ struct Step {
   const Setting *from, *to;  ///< examples of the two values
   Ratio error, cost;
 
-  [[nodiscard]] bool tells() const { return error.high < 1 || error.low > 1; }
+  [[nodiscard]] bool has_effect() const { return error.high < 1 || error.low > 1; }
+  [[nodiscard]] bool has_interval() const { return error.low > 0 && std::isfinite(error.high); }
+  /// The interval excludes effects that matter.
+  [[nodiscard]] bool is_narrow() const { return error.low >= kLeastEffect && error.high <= 1 / kLeastEffect; }
   [[nodiscard]] bool saves() const { return cost.pairs > 0 && cost.high < 1; }
-  [[nodiscard]] bool buys_nothing() const { return !tells() && !saves(); }
+  /// No gain in accuracy and no saving; a gain that matters is excluded.
+  [[nodiscard]] bool gains_nothing() const { return !has_effect() && !saves() && error.low >= kLeastEffect; }
 };
 
 Pairs pairs_between(const std::vector<AxisGroup>& groups, const AxisPlace& from, const AxisPlace& to) {
@@ -99,8 +104,8 @@ Pairs pairs_between(const std::vector<AxisGroup>& groups, const AxisPlace& from,
   return pairs;
 }
 
-/// The values that a step to `to` may come from, the best first: its neighbour below; of adaptive precision the
-/// uniform one that it is to save time of; of other effects the scene's own.
+/// Returns the values at which a step to `to` may begin, the best first: its neighbour below; for adaptive precision
+/// the uniform one whose time it should save; for other effects those of the scene.
 std::vector<AxisPlace> origins(Axis axis, const std::vector<AxisPlace>& places, std::size_t to) {
   std::vector<AxisPlace> below(places.rend() - std::ptrdiff_t(to), places.rend());
   const auto put_first = [&below](double place) {
@@ -146,18 +151,23 @@ std::string number(double x, int digits) {
   return x < 0.095 ? fmt::format("{:.2g}", x) : fmt::format("{:.{}f}", x, digits);
 }
 
-/// "0.38 times (0.31 to 0.47, 22 pairs) for 3.7 times the simulation time"
-std::string figures(const Step& step, Axis axis) {
-  const Ratio& e = step.error;
-  const std::string interval = e.low > 0 && std::isfinite(e.high)
-                                   ? fmt::format("{} to {}", number(e.low, 2), number(e.high, 2))
-                                   : "too few legs for an interval";
-  std::string text =
-      fmt::format("{} times ({}, {} {})", number(e.value, 2), interval, e.pairs, e.pairs == 1 ? "pair" : "pairs");
-  if (step.cost.pairs > 0) {
-    text += fmt::format(" for {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), words(axis).cost);
-  }
-  return text;
+/// "0.31 to 0.47, 22 pairs"; an end without a limit is named.
+std::string interval(const Ratio& ratio) {
+  const bool has_low = ratio.low > 0, has_high = std::isfinite(ratio.high);
+  const std::string limits = has_low && has_high ? fmt::format("{} to {}", number(ratio.low, 2), number(ratio.high, 2))
+                             : has_low           ? fmt::format("at least {}", number(ratio.low, 2))
+                             : has_high          ? fmt::format("at most {}", number(ratio.high, 2))
+                                                 : "too few episodes for an interval";
+  return fmt::format("{}, {} {}", limits, ratio.pairs, ratio.pairs == 1 ? "pair" : "pairs");
+}
+
+/// "0.38 times (0.31 to 0.47, 22 pairs)"
+std::string times(const Ratio& ratio) { return fmt::format("{} times ({})", number(ratio.value, 2), interval(ratio)); }
+
+/// " at 3.7 times the simulation time"; empty without times.
+std::string at_cost(const Step& step, Axis axis) {
+  if (step.cost.pairs == 0) return "";
+  return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), words(axis).cost);
 }
 
 std::string from_to(const Step& step, Axis axis) {
@@ -166,22 +176,20 @@ std::string from_to(const Step& step, Axis axis) {
 
 std::string phrase(const Step& step, Axis axis) {
   const Ratio& e = step.error;
-  std::string_view verdict;
-  if (e.high < 1) {
-    verdict = "the error falls to";
-  } else if (e.low > 1) {
-    verdict = "it costs accuracy: the error rises to";
-  } else if (step.saves()) {
-    verdict = e.high <= 1 / kWorthSaying ? "it costs no accuracy here: the error is"
-                                         : "it costs no accuracy here that so few legs could show: the error is";
+  std::string effect;
+  if (step.has_effect()) {
+    effect = fmt::format("the error {} to {}", e.high < 1 ? "falls" : "rises", times(e));
+  } else if (!step.has_interval()) {
+    effect = fmt::format("the measured error is {}", times(e));
   } else {
-    verdict = e.low >= kWorthSaying ? "it buys nothing here: the error is"
-                                    : "it buys nothing here that so few legs could show: the error is";
+    effect = fmt::format("no effect on the error was found{} (factor {}, {})",
+                         step.is_narrow() ? "" : ", but the data do not exclude one", number(e.value, 2), interval(e));
   }
-  return fmt::format("{} {} {}", from_to(step, axis), verdict, figures(step, axis));
+  return fmt::format("{} {}{}", from_to(step, axis), effect, at_cost(step, axis));
 }
 
-/// Values of the axis that no setting with enough answers has: "160x120 answers in 40 % of the frames only".
+/// Returns the values of the axis that no setting with enough answers has: "160x120 answers in only 40 % of the
+/// frames".
 std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
   struct Value {
     std::string text;
@@ -199,7 +207,7 @@ std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
   std::vector<std::string> lost;
   for (const auto& [place, v] : values) {
     if (v.is_left) continue;
-    lost.push_back(fmt::format("{} answers in {:.0f} % of the frames only", v.text,
+    lost.push_back(fmt::format("{} answers in only {:.0f} % of the frames", v.text,
                                v.frames > 0 ? std::floor(100 * v.answered / v.frames) : 0));
   }
   return lost;
@@ -207,9 +215,8 @@ std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
 
 std::string sentence_of(const Sweep& sweep, Axis axis) {
   const std::vector<Step> steps = steps_of(sweep, axis);
-  const auto dear = [](const Step& step) { return step.buys_nothing() && step.error.low >= kWorthSaying; };
   std::size_t last = steps.size();
-  while (last > 0 && dear(steps[last - 1])) --last;
+  while (last > 0 && steps[last - 1].gains_nothing()) --last;
   if (!words(axis).is_sized || last == 0) last = steps.size();
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -218,11 +225,12 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
       continue;
     }
     const std::string beyond =
-        i == last ? fmt::format("beyond {} it buys nothing here: ", value(*steps[i].from, axis)) : "";
-    parts.push_back(fmt::format("{}{} the error is {}", beyond, from_to(steps[i], axis), figures(steps[i], axis)));
+        i == last ? fmt::format("beyond {} no gain in accuracy was found: ", value(*steps[i].from, axis)) : "";
+    parts.push_back(fmt::format("{}{} the error is {}{}", beyond, from_to(steps[i], axis), times(steps[i].error),
+                                at_cost(steps[i], axis)));
   }
   for (std::string& lost : lost_values(sweep, axis)) parts.push_back(std::move(lost));
-  if (steps.empty()) parts.insert(parts.begin(), "no two settings that answer often enough differ in it alone");
+  if (steps.empty()) parts.insert(parts.begin(), "no two settings that answer often enough differ in this axis only");
   return fmt::format("{}: {}", words(axis).title, fmt::join(parts, "; "));
 }
 

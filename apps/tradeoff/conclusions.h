@@ -9,33 +9,34 @@
 
 namespace twocone::tradeoff {
 
-/// What an axis buys and costs, from all pairs of settings that differ in nothing else.
+/// Effect and cost of an axis, from all pairs of settings that differ in nothing else.
 struct Conclusion {
   Axis axis;
-  /// "anti-aliasing: from none to +R2 the error falls to 0.41 times (0.35 to 0.48, 12 pairs) for 1.9 times the
-  /// simulation time; beyond +R2 it buys nothing here: from +R2 to +R3 the error is 1.02 times (0.93 to 1.11, 12 pairs)
-  /// for 1.4 times the simulation time"
+  /// "anti-aliasing: from none to +R2 the error falls to 0.41 times (0.35 to 0.48, 12 pairs) at 1.9 times the
+  /// simulation time; beyond +R2 no gain in accuracy was found: from +R2 to +R3 the error is 1.02 times (0.93 to 1.11,
+  /// 12 pairs) at 1.4 times the simulation time"
   std::string sentence;
 };
-/// One for each axis on which the sweep has at least two values, in the order of Axis. Steps go to the axis's next
-/// value, in order of size (of levels, in the order of Level), of those that enough settings have; to adaptive
-/// precision from the uniform kFine, to other effects from the scene's own. Settings that answer less often than
-/// kLeastAnswered are left out; a value that goes with them is named.
+/// Returns a conclusion for each axis on which the sweep has at least two values, in the order of Axis. Steps go to the
+/// next value of the axis, in order of size (levels: in the order of Level), among the values that enough settings
+/// have. Steps to adaptive precision begin at the uniform kFine, steps to other effects at those of the scene. Settings
+/// that answer less often than kLeastAnswered are left out; a value that only such settings have is named.
 ///
 /// A step's ratio of mean position errors is the geometric mean over pairs. Its 95 % interval is Student's over the
-/// pairs' logarithms or that of the pairs' own intervals, taken as independent, whichever is wider to that side. (They
-/// are not: within a pair the legs are common, which makes it too wide, and between pairs too, which makes it too
-/// narrow.) The cost is robot_time_s(), of size, anti-aliasing and effects simulation_time_s().
+/// pairs' logarithms or that of the pairs' own intervals, taken as independent, whichever is wider on that side. (They
+/// are not independent: within a pair the episodes are common, which makes it too wide, and between pairs too, which
+/// makes it too narrow.) The cost is robot_time_s(); for size, anti-aliasing and effects it is simulation_time_s().
 ///
-/// "Buys nothing" is said where the interval holds 1 ("that so few legs could show" where it reaches below 0.8), "costs
-/// no accuracy" where moreover the cost is less, by its interval; "costs accuracy" where the interval lies above 1.
+/// A ratio whose interval excludes 1 is an effect: "the error falls to" or "rises to". Otherwise "no effect on the
+/// error was found"; where the interval reaches beyond 0.8 to 1.25, the sentence adds that an effect is not excluded.
+/// Where there are too few episodes for an interval, the sentence states only the measured ratio.
 std::vector<Conclusion> conclusions(const Sweep& sweep);
 
-/// How error and time grow along an axis that has a size: exponents of a power law by weighted least squares over
-/// log-log within groups of settings that differ in nothing else, each group with a factor of its own; with 95 %
-/// intervals from the figures' own or from the scatter about the law, whichever is wider. Axes: pixels of a picture
-/// (error, vision, rendering), landmarks (error, vision), frames (error). Times are medians, errors means. No Growth
-/// where no group has two sizes.
+/// Growth of error and time along an axis that has a size. Exponents of a power law come from weighted least squares
+/// over log-log within groups of settings that differ in nothing else; each group has its own factor. Their 95 %
+/// intervals come from the figures' own intervals or from the scatter about the law, whichever is wider. Axes: pixels
+/// of an image (error, vision, rendering), landmarks (error, vision), frames (error). Times are medians, errors are
+/// means. There is no Growth where no group has two sizes.
 struct Growth {
   Axis axis{};
   std::string of;  ///< "position error", "vision time", "rendering time"

@@ -11,7 +11,7 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Heads and rows filled by the same calls, so that no column can lose its name.
+/// Heads and rows are filled by the same calls, so that no column can lose its name.
 class Table {
  public:
   void begin_row() {
@@ -25,11 +25,11 @@ class Table {
     first_ = false;
   }
   void add(std::string_view head, int value) { add(head, fmt::to_string(value)); }
-  /// The shortest digits that give the same number again; nothing for what is not finite.
+  /// Adds the shortest digits that give the same number again; an empty cell for a number that is not finite.
   void add(std::string_view head, std::optional<double> value) {
     add(head, value && std::isfinite(*value) ? fmt::format("{}", *value) : "");
   }
-  /// NAME_UNIT, NAME_low_UNIT, NAME_high_UNIT. @param unit with its underscore; empty for a share
+  /// Adds NAME_UNIT, NAME_low_UNIT, NAME_high_UNIT. @param unit with its underscore; empty for a share
   void add(std::string_view name, std::string_view unit, const std::optional<Interval>& interval) {
     add(fmt::format("{}{}", name, unit), interval ? std::optional(interval->value) : std::nullopt);
     add(fmt::format("{}_low{}", name, unit), interval ? std::optional(interval->low) : std::nullopt);
@@ -43,10 +43,10 @@ class Table {
 };
 
 void add_setting(Table& table, const Setting& setting) {
-  table.add("width_px", setting.pictures.width_px);
-  table.add("height_px", setting.pictures.height_px);
-  table.add("antialias", setting.pictures.antialias);
-  table.add("effects", name(setting.pictures.effects));
+  table.add("width_px", setting.images.width_px);
+  table.add("height_px", setting.images.height_px);
+  table.add("antialias", setting.images.antialias);
+  table.add("effects", name(setting.images.effects));
   table.add("estimator", name(setting.level));
   table.add("enough_m", setting.level == Level::kAdaptive ? std::optional(setting.enough_m) : std::nullopt);
   table.add("landmarks", setting.landmarks);
@@ -68,7 +68,7 @@ void add_errors(Table& table, std::string_view name, std::string_view unit,
 
 void add_result(Table& table, const SettingResult& result) {
   add_setting(table, result.setting);
-  table.add("frames_looked", result.frames);
+  table.add("frames_observed", result.frames);
   table.add("answered", result.answered);
   add_errors(table, "position", "_m", result.position_m);
   add_errors(table, "heading", "_rad", result.heading_rad);

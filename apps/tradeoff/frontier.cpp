@@ -31,8 +31,8 @@ void mark_frontiers(std::vector<SettingResult>& settings) {
   for (SettingResult& s : settings) {
     s.on_robot_frontier = s.on_simulation_frontier = false;
     const double error = answers_enough(s) ? s.position_m->mean.value : kNone;
-    // No robot chooses its light, nor how noisy its sensor is.
-    robot.push_back({s.robot_time_s().value, s.setting.pictures.effects == Effects::kScene ? error : kNone});
+    // A robot cannot choose its light or the noise of its sensor.
+    robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNone});
     simulation.push_back({s.simulation_time_s().value, error});
   }
   for (const std::size_t i : pareto_frontier(robot)) settings[i].on_robot_frontier = true;

@@ -12,7 +12,8 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Added to each point's own: no law holds better, and a time that is always the same would else outweigh all.
+/// Added to each point's own sigma. No law is more accurate, and a time that is always the same would otherwise
+/// outweigh all other points.
 constexpr double kLeastSigma = 0.01;
 constexpr double kLevel = 0.95;
 
@@ -33,7 +34,7 @@ std::vector<Point> points_of(const AxisGroup& group, const std::function<Interva
   return points;
 }
 
-/// One exponent for all groups, each with a factor of its own.
+/// Fits one exponent to all groups, each with its own factor.
 std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   double xx = 0, xy = 0, yy = 0;
   int points = 0, used = 0;
@@ -62,7 +63,7 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   growth.points = points;
   double half = boost::math::quantile(boost::math::normal(), (1 + kLevel) / 2) / std::sqrt(xx);
   if (const int freedom = points - used - 1; freedom > 0) {
-    // Points scatter about a power law by more than their own intervals where it is none.
+    // Where the growth is no power law, points scatter about it by more than their own intervals.
     const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
     const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kLevel) / 2);
     half = std::max(half, t * std::sqrt(scatter / xx));
@@ -72,16 +73,17 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   return growth;
 }
 
-/// Of each set of pictures the first setting, all made alike but for the pictures: rendering is timed once for all.
-Sweep of_pictures(const Sweep& sweep) {
-  Sweep pictures;
-  std::set<Pictures> seen;
+/// Returns the first setting of each set of images, reduced to the images, because rendering is timed once for all
+/// settings of them.
+Sweep of_images(const Sweep& sweep) {
+  Sweep images;
+  std::set<Images> seen;
   for (SettingResult result : sweep.settings) {
-    if (!answers_enough(result) || !seen.insert(result.setting.pictures).second) continue;
-    result.setting = {.pictures = result.setting.pictures};
-    pictures.settings.push_back(result);
+    if (!answers_enough(result) || !seen.insert(result.setting.images).second) continue;
+    result.setting = {.images = result.setting.images};
+    images.settings.push_back(result);
   }
-  return pictures;
+  return images;
 }
 
 }  // namespace
@@ -90,7 +92,7 @@ std::vector<Growth> growth(const Sweep& sweep) {
   const auto error = [](const SettingResult& s) { return s.position_m->mean; };
   const auto vision = [](const SettingResult& s) { return s.vision.median_s; };
   const auto rendering = [](const SettingResult& s) { return s.render_cpu.median_s; };
-  const Sweep pictures = of_pictures(sweep);
+  const Sweep images = of_images(sweep);
   struct Law {
     const Sweep& sweep;
     Axis axis;
@@ -100,7 +102,7 @@ std::vector<Growth> growth(const Sweep& sweep) {
   std::vector<Growth> all;
   for (const Law& law :
        {Law{sweep, Axis::kSize, "position error", error}, Law{sweep, Axis::kSize, "vision time", vision},
-        Law{pictures, Axis::kSize, "rendering time", rendering}, Law{sweep, Axis::kLandmarks, "position error", error},
+        Law{images, Axis::kSize, "rendering time", rendering}, Law{sweep, Axis::kLandmarks, "position error", error},
         Law{sweep, Axis::kLandmarks, "vision time", vision}, Law{sweep, Axis::kFrames, "position error", error}}) {
     std::vector<std::vector<Point>> points;
     for (const AxisGroup& group : axis_groups(law.sweep, law.axis)) points.push_back(points_of(group, law.figure));

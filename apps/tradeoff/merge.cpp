@@ -15,19 +15,19 @@ namespace {
 
 constexpr double kLevel = 0.95;
 
-void add(ByLeg& values, int leg, double value) {
-  if (leg < 0) throw std::invalid_argument(fmt::format("a row's leg is {}, must be >= 0", leg));
-  if (values.size() <= std::size_t(leg)) values.resize(std::size_t(leg) + 1);
-  values[std::size_t(leg)].push_back(value);
+void add(ByEpisode& values, int episode, double value) {
+  if (episode < 0) throw std::invalid_argument(fmt::format("a row's episode is {}, must be >= 0", episode));
+  if (values.size() <= std::size_t(episode)) values.resize(std::size_t(episode) + 1);
+  values[std::size_t(episode)].push_back(value);
 }
 
-int count(const ByLeg& values) {
+int count(const ByEpisode& values) {
   std::size_t n = 0;
-  for (const auto& leg : values) n += leg.size();
+  for (const auto& episode : values) n += episode.size();
   return int(n);
 }
 
-std::optional<ErrorFigures> errors_of(const ByLeg& values) {
+std::optional<ErrorFigures> errors_of(const ByEpisode& values) {
   ErrorFigures figures;
   figures.count = count(values);
   if (figures.count == 0) return std::nullopt;
@@ -38,7 +38,7 @@ std::optional<ErrorFigures> errors_of(const ByLeg& values) {
   return figures;
 }
 
-TimeFigures times_of(const ByLeg& values) {
+TimeFigures times_of(const ByEpisode& values) {
   if (count(values) == 0) return {};
   TimeFigures figures;
   figures.median_s = quantile_interval(values, 0.5, kLevel);
@@ -47,38 +47,38 @@ TimeFigures times_of(const ByLeg& values) {
   return figures;
 }
 
-/// All rows of one setting, of its pictures.
+/// All rows of one setting and of its images.
 struct Rows {
   std::vector<const FrameRow*> frames;
-  ByLeg ranges;
+  ByEpisode ranges;
   double peak_bytes = 0;
 };
 struct RenderRows {
-  ByLeg cpu_s;
+  ByEpisode cpu_s;
   double peak_bytes = 0;
 };
 struct Sorted {
   std::vector<Rows> settings;
-  std::map<Pictures, RenderRows> pictures;
+  std::map<Images, RenderRows> images;
 };
 
 Sorted sorted_rows(const Plan& plan, const ShardRecord& all) {
-  Sorted sorted{.settings = std::vector<Rows>(plan.settings.size()), .pictures = {}};
+  Sorted sorted{.settings = std::vector<Rows>(plan.settings.size()), .images = {}};
   const auto index = [&plan](const auto& row) {
     if (row.setting >= 0 && std::size_t(row.setting) < plan.settings.size()) return std::size_t(row.setting);
     throw std::invalid_argument(
         fmt::format("a row is of setting {}, but the plan has 0 to {}", row.setting, int(plan.settings.size()) - 1));
   };
   const auto of = [&](const auto& row) -> Rows& { return sorted.settings[index(row)]; };
-  const auto pictures_of = [&](const auto& row) -> RenderRows& {
-    return sorted.pictures[plan.settings[index(row)].pictures];
+  const auto images_of = [&](const auto& row) -> RenderRows& {
+    return sorted.images[plan.settings[index(row)].images];
   };
   for (const FrameRow& row : all.frames) of(row).frames.push_back(&row);
-  for (const RangeRow& row : all.ranges) add(of(row).ranges, row.leg, row.error_m);
-  for (const RenderRow& row : all.renders) add(pictures_of(row).cpu_s, row.leg, row.cpu_s);
+  for (const RangeRow& row : all.ranges) add(of(row).ranges, row.episode, row.error_m);
+  for (const RenderRow& row : all.renders) add(images_of(row).cpu_s, row.episode, row.cpu_s);
   for (const MemoryRow& row : all.memory) of(row).peak_bytes = std::max(of(row).peak_bytes, row.peak_bytes);
   for (const RenderMemoryRow& row : all.render_memory) {
-    pictures_of(row).peak_bytes = std::max(pictures_of(row).peak_bytes, row.peak_bytes);
+    images_of(row).peak_bytes = std::max(images_of(row).peak_bytes, row.peak_bytes);
   }
   return sorted;
 }
@@ -86,18 +86,18 @@ Sorted sorted_rows(const Plan& plan, const ShardRecord& all) {
 SettingResult figures_of(const Setting& setting, const Rows& rows) {
   SettingResult result;
   result.setting = setting;
-  ByLeg position, heading, in_ellipse, vision, localisation, robot;
+  ByEpisode position, heading, in_ellipse, vision, localisation, robot;
   double bound_squares = 0;
   int bounds = 0;
   for (const FrameRow* row : rows.frames) {
-    add(vision, row->leg, row->vision_s);
-    add(localisation, row->leg, row->localisation_s);
-    add(robot, row->leg, row->vision_s + row->localisation_s);
+    add(vision, row->episode, row->vision_s);
+    add(localisation, row->episode, row->localisation_s);
+    add(robot, row->episode, row->vision_s + row->localisation_s);
     if (row->verdict.empty()) continue;
     ++result.frames;
-    if (row->error_m) add(position, row->leg, *row->error_m);
-    if (row->heading_error_rad) add(heading, row->leg, *row->heading_error_rad);
-    if (row->in_ellipse) add(in_ellipse, row->leg, *row->in_ellipse ? 1 : 0);
+    if (row->error_m) add(position, row->episode, *row->error_m);
+    if (row->heading_error_rad) add(heading, row->episode, *row->heading_error_rad);
+    if (row->in_ellipse) add(in_ellipse, row->episode, *row->in_ellipse ? 1 : 0);
     if (row->bound_m) {
       bound_squares += *row->bound_m * *row->bound_m;
       ++bounds;
@@ -120,12 +120,12 @@ SettingResult figures_of(const Setting& setting, const Rows& rows) {
 
 Sweep merge(const Plan& plan, const ShardRecord& all) {
   const Sorted sorted = sorted_rows(plan, all);
-  std::map<Pictures, TimeFigures> rendering;
-  for (const auto& [pictures, rows] : sorted.pictures) rendering[pictures] = times_of(rows.cpu_s);
+  std::map<Images, TimeFigures> rendering;
+  for (const auto& [images, rows] : sorted.images) rendering[images] = times_of(rows.cpu_s);
   Sweep sweep;
   for (std::size_t i = 0; i < plan.settings.size(); ++i) {
     SettingResult result = figures_of(plan.settings[i], sorted.settings[i]);
-    if (const auto rows = sorted.pictures.find(result.setting.pictures); rows != sorted.pictures.end()) {
+    if (const auto rows = sorted.images.find(result.setting.images); rows != sorted.images.end()) {
       result.render_cpu = rendering[rows->first];
       result.render_bytes = rows->second.peak_bytes;
     }
@@ -135,18 +135,18 @@ Sweep merge(const Plan& plan, const ShardRecord& all) {
   return sweep;
 }
 
-ByLeg position_errors(const ShardRecord& all, int setting) {
-  ByLeg errors_m;
+ByEpisode position_errors(const ShardRecord& all, int setting) {
+  ByEpisode errors_m;
   for (const FrameRow& row : all.frames) {
-    if (row.setting == setting && !row.verdict.empty() && row.error_m) add(errors_m, row.leg, *row.error_m);
+    if (row.setting == setting && !row.verdict.empty() && row.error_m) add(errors_m, row.episode, *row.error_m);
   }
   return errors_m;
 }
 
-ByLeg robot_times(const ShardRecord& all, int setting) {
-  ByLeg times_s;
+ByEpisode robot_times(const ShardRecord& all, int setting) {
+  ByEpisode times_s;
   for (const FrameRow& row : all.frames) {
-    if (row.setting == setting) add(times_s, row.leg, row.vision_s + row.localisation_s);
+    if (row.setting == setting) add(times_s, row.episode, row.vision_s + row.localisation_s);
   }
   return times_s;
 }

@@ -6,14 +6,15 @@
 
 namespace twocone::tradeoff {
 
-/// Figures of each setting from the frames of all shards, intervals of 95 %; frontiers are marked. The header fields of
-/// the result are the caller's to fill. A setting without rows has no figures, and its times are 0.
-/// @throws std::invalid_argument for a row of a setting that the plan has not, a negative leg, and numbers that
-/// statistics.h refuses
+/// Returns the figures of each setting from the frames of all shards, with 95 % intervals; frontiers are marked. The
+/// caller fills the header fields of the result. A setting without rows has no figures, and its times are 0.
+/// @throws std::invalid_argument for a row of a setting that is not in the plan, for a negative episode, and for
+/// numbers that statistics.h rejects
 Sweep merge(const Plan& plan, const ShardRecord& all);
 
-/// The setting's position errors and times (vision and localisation of one frame together), leg i's in element i.
-ByLeg position_errors(const ShardRecord& all, int setting);
-ByLeg robot_times(const ShardRecord& all, int setting);
+/// Return the setting's position errors and times (vision and localisation of one frame together); element i is episode
+/// i.
+ByEpisode position_errors(const ShardRecord& all, int setting);
+ByEpisode robot_times(const ShardRecord& all, int setting);
 
 }  // namespace twocone::tradeoff

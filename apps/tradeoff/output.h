@@ -10,24 +10,25 @@
 
 namespace twocone::tradeoff {
 
-/// errors.csv: settings and all that does not depend on the machine's speed. A row for each setting in the plan's
-/// order; numbers as the shortest digits that give the same double; empty: there is none, or no limit. Columns:
+/// Returns errors.csv: the settings and all results that do not depend on the machine's speed. It has a row for each
+/// setting in the plan's order. Numbers are the shortest digits that give the same double; an empty field means that
+/// there is no number or no limit. Columns:
 ///
-///     width_px height_px antialias   of the pictures; rays per pixel side
+///     width_px height_px antialias   of the images; rays per pixel side
 ///     effects                        scene, flat, noise
-///     estimator enough_m             paper, found, coarse, fine, adaptive; how far adaptive goes
-///     landmarks bearings             how many are looked for; 1: bearings are used, 0: ranges alone
-///     rate_hz frames                 of looking; how many make one answer
-///     frames_looked answered         where an answer was sought; of them, with exactly one position
-///     position_mean_m position_mean_low_m position_mean_high_m   absolute error, 95 % interval over legs
+///     estimator enough_m             paper, found, coarse, fine, adaptive; precision at which adaptive stops
+///     landmarks bearings             how many are searched for; 1: bearings are used, 0: ranges only
+///     rate_hz frames                 rate of the frames that are used; frames for one answer
+///     frames_observed answered       frames that require an answer; those of them with exactly one position
+///     position_mean_m position_mean_low_m position_mean_high_m   absolute error, 95 % interval over episodes
 ///     position_rmse_... position_p95_... position_max_m          the same; 95 % quantile; the largest, no interval
-///     heading_..._rad range_..._m    the same of heading and of ranges to landmarks
-///     coverage coverage_low coverage_high   share of answers whose own 95 % ellipse holds the truth
+///     heading_..._rad range_..._m    the same for heading and for ranges to landmarks
+///     coverage coverage_low coverage_high   share of answers whose own 95 % ellipse contains the truth
 ///     bound_m                        root mean square of the Cramer-Rao bound of the position
 std::string errors_csv(const Sweep& sweep);
-/// tradeoff.csv: the same rows and columns, then processor times of one frame, memory and frontiers:
+/// Returns tradeoff.csv: the same rows and columns, then processor times of one frame, memory and frontiers:
 ///
-///     render_median_s render_median_low_s render_median_high_s   of both pictures, POV-Ray's
+///     render_median_s render_median_low_s render_median_high_s   of both images, POV-Ray's
 ///     render_spread_s                from the first to the third quartile
 ///     render_p95_s render_p95_low_s render_p95_high_s            95 % quantile
 ///     vision_... localisation_... robot_...   the same; robot: vision and localisation of one frame together
@@ -35,15 +36,15 @@ std::string errors_csv(const Sweep& sweep);
 ///     peak_bytes render_bytes        of the program, of the largest POV-Ray process
 ///     robot_frontier simulation_frontier   1: on it
 std::string tradeoff_csv(const Sweep& sweep);
-/// What the terminal shows, at most 120 columns of plain ASCII: header lines, the rule, the settings on either frontier
-/// by rising simulation time beside the baseline and the robot file as it is, counts, conclusions, growth.
+/// Returns the text for the terminal, at most 120 columns of plain ASCII: header lines, the rule, the settings on
+/// either frontier by rising simulation time, the baseline and the robot file unchanged, counts, conclusions, growth.
 std::string table(const Sweep& sweep);
 
-/// Writes both pictures (figures/robot_time.svg, figures/simulation_time.svg, with the gnuplot scripts that drew them)
-/// and the page (index.html) that shows each point's setting under the pointer. Makes the folder. The page needs no
-/// network; it links to errors.csv and tradeoff.csv beside it. Errors: no gnuplot (kUnavailable), files that cannot be
-/// written.
-/// @param choice marked in the pictures; may be null
-Status write_pictures(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder);
+/// Writes both images (figures/robot_time.svg, figures/simulation_time.svg, with the gnuplot scripts that drew them)
+/// and the page (index.html), which shows each point's setting under the pointer. Creates the folder. The page needs no
+/// network; it links to errors.csv and tradeoff.csv beside it.
+/// @param choice marked in the images; may be null
+/// Errors: kUnavailable (no gnuplot, or files that cannot be written).
+Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder);
 
 }  // namespace twocone::tradeoff

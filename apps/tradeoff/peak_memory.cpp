@@ -8,7 +8,7 @@ namespace twocone::tradeoff {
 
 PeakMemory::PeakMemory() {
   std::ofstream mark("/proc/self/clear_refs");
-  mark << "5" << std::flush;  // proc(5): sets the peak back to what is resident now
+  mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
   is_fresh_ = bool(mark);
 }
 

@@ -5,12 +5,12 @@
 
 namespace twocone::tradeoff {
 
-/// The most memory that this process is resident with, from here on. The kernel keeps one such mark a process, so there
-/// is one of these at a time.
+/// The peak of this process's resident memory since construction. The kernel keeps one such mark for each process, so
+/// only one object may exist at a time.
 class PeakMemory {
  public:
   PeakMemory();
-  /// Nothing where the kernel does not tell, or does not let the mark be set back.
+  /// Returns nothing where the kernel does not report the peak or does not allow its reset.
   [[nodiscard]] std::optional<double> bytes() const;
 
  private:

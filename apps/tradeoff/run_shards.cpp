@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/version.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/version.h"
 #include "apps/tradeoff/merge.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/shard.h"
@@ -20,24 +20,25 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// POV-Ray processes of one job: as many in all as one job has, but two at least, for a pair of pictures.
+/// Returns the POV-Ray processes of one job: all jobs together have as many as one job alone, but each has at least
+/// two, for a pair of images.
 int processes_of(int jobs) { return std::max(2, sim_povray::RenderSettings{}.processes / jobs); }
 
-/// About proportional to the time that a shard takes: rendering goes with pixels, anti-aliasing with the share of a
-/// picture's pixels that it smooths, a quarter or so (ViewSettings::antialias).
+/// About proportional to the time of a shard: rendering grows with the number of pixels, and anti-aliasing with the
+/// fraction of pixels that it smooths, about a quarter (ViewSettings::antialias).
 double weight_of(const Plan::Shard& shard) {
-  const double rays = 1 + 0.25 * (shard.pictures.antialias * shard.pictures.antialias - 1);
-  return double(shard.pictures.width_px) * shard.pictures.height_px * rays * shard.legs;
+  const double rays = 1 + 0.25 * (shard.images.antialias * shard.images.antialias - 1);
+  return double(shard.images.width_px) * shard.images.height_px * rays * shard.episodes;
 }
 
 std::vector<Piece> pieces_of(const Plan& plan, const std::vector<std::size_t>& shards) {
-  std::vector<Pictures> kinds;
+  std::vector<Images> kinds;
   std::vector<Piece> pieces;
   for (const std::size_t shard : shards) {
     const Plan::Shard& planned = plan.shards.at(shard);
-    const auto kind = std::find(kinds.begin(), kinds.end(), planned.pictures);
+    const auto kind = std::find(kinds.begin(), kinds.end(), planned.images);
     pieces.push_back({shard, std::size_t(kind - kinds.begin()), weight_of(planned)});
-    if (kind == kinds.end()) kinds.push_back(planned.pictures);
+    if (kind == kinds.end()) kinds.push_back(planned.images);
   }
   return pieces;
 }
@@ -54,12 +55,12 @@ std::string machine() {
   return fmt::format("{}, {} cores", model, ::sysconf(_SC_NPROCESSORS_ONLN));
 }
 
-/// What the robot file says, as a setting.
+/// Returns the robot file's own setting, unchanged.
 Setting as_is(const Subject& subject) {
-  const files::Robot& robot = subject.robot;
-  const files::EstimatorKeys& keys = robot.estimator;
+  const config::Robot& robot = subject.robot;
+  const config::EstimatorKeys& keys = robot.estimator;
   Setting setting;
-  setting.pictures = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
+  setting.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
   if (keys.method == "paper") {
     setting.level = Level::kPaper;
   } else if (keys.stage == "found") {
@@ -81,14 +82,14 @@ Setting as_is(const Subject& subject) {
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
                                const std::vector<std::size_t>& shards, const WorkOptions& options,
                                const std::atomic<bool>& stop) {
-  const auto start = [&](const Tell& tell) -> DoShard {
+  const auto start = [&](const Notify& notify) -> DoShard {
     sim_povray::RenderSettings render;
     render.processes = processes_of(options.jobs);
-    render.notice = tell;
+    render.notice = notify;
     auto runner = std::make_shared<ShardRunner>(subject.robot, subject.map, subject.plan, render);
     return [runner, &folder](std::size_t shard, const std::function<void(double)>& progress,
                              const std::atomic<bool>& child_stop) -> Status {
-      // By another program meanwhile.
+      // Another program has added it meanwhile.
       if (folder.has(shard)) return {};
       const Result<ShardRecord> record = runner->run(shard, progress, child_stop);
       if (!record) return record.error();
@@ -104,42 +105,42 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
   Sweep sweep = merge(subject.plan, folder.read_all());
   sweep.robot = subject.robot.file.string();
   sweep.map = subject.map.file.string();
-  sweep.version = runs::version();
-  sweep.commit = runs::commit();
-  sweep.compiler = runs::compiler();
+  sweep.version = runlog::version();
+  sweep.commit = runlog::commit();
+  sweep.compiler = runlog::compiler();
   sweep.machine = machine();
-  sweep.repeat = fmt::format("twocone tradeoff --robot {} --legs {} --seed {}{}", report::shell_word(sweep.robot),
-                             asked.legs, asked.seed, asked.fine ? " --fine" : "");
+  sweep.repeat = fmt::format("twocone tradeoff --robot {} --episodes {} --seed {}{}", report::shell_word(sweep.robot),
+                             asked.episodes, asked.seed, asked.fine ? " --fine" : "");
   sweep.seed = asked.seed;
-  sweep.legs = int(subject.plan.legs.size());
+  sweep.episodes = int(subject.plan.episodes.size());
   sweep.landmarks = subject.plan.landmarks;
   const auto& settings = subject.plan.settings;
   const auto same = std::find(settings.begin(), settings.end(), as_is(subject));
   if (same != settings.end()) sweep.as_is = std::size_t(same - settings.begin());
-  runs::write_whole(folder.path() / "errors.csv", errors_csv(sweep));
-  runs::write_whole(folder.path() / "tradeoff.csv", tradeoff_csv(sweep));
-  runs::write_whole(folder.path() / "tradeoff.txt", table(sweep));
+  runlog::write_whole(folder.path() / "errors.csv", errors_csv(sweep));
+  runlog::write_whole(folder.path() / "tradeoff.csv", tradeoff_csv(sweep));
+  runlog::write_whole(folder.path() / "tradeoff.txt", table(sweep));
   return sweep;
 }
 
-Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int legs,
+Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,
                         const WorkOptions& options, const std::atomic<bool>& stop) {
-  const Pictures& pictures = setting.pictures;
-  const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, pictures, legs);
+  const Images& images = setting.images;
+  const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, images, episodes);
   const Subject checked{subject.robot, subject.map, plan};
-  const std::string name = fmt::format("{}x{}-R{}-{}-legs{}", pictures.width_px, pictures.height_px, pictures.antialias,
-                                       tradeoff::name(pictures.effects), legs);
+  const std::string name = fmt::format("{}x{}-R{}-{}-episodes{}", images.width_px, images.height_px, images.antialias,
+                                       tradeoff::name(images.effects), episodes);
   const SweepFolder own(folder.path() / "checks" / name, subject.robot, subject.map, plan);
   const std::vector<std::size_t> missing = own.missing();
   const Result<std::size_t> done = run_shards(checked, own, missing, options, stop);
   if (!done) return done.error();
-  if (*done < missing.size()) return Error{ErrorCode::kRefused, "stopped"};
+  if (*done < missing.size()) return Error{ErrorCode::kCancelled, "stopped"};
 
   const int number = int(std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin());
   const ShardRecord record = own.read_all();
   int frames = 0, answered = 0;
   for (const FrameRow& row : record.frames) {
-    // Without a verdict no answer was due: the frame was one on the way to that of several.
+    // Without a verdict no answer was required: the frame is an intermediate one of an answer from several frames.
     if (row.setting != number || row.verdict.empty()) continue;
     ++frames;
     if (row.error_m) ++answered;

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/scaled_robot.h"
+#include "apps/config/scaled_robot.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::array kAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, Axis::kLevel,
                            Axis::kLandmarks, Axis::kBearings,  Axis::kRate,    Axis::kFrames};
 
-/// Method paper has none of its own.
+/// Method paper has no stage of its own.
 std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Level::kFine : level); }
 
 }  // namespace
@@ -77,15 +77,15 @@ std::string_view name(Effects effects) {
 std::string value(const Setting& setting, Axis axis) {
   switch (axis) {
     case Axis::kSize:
-      return fmt::format("{}x{}", setting.pictures.width_px, setting.pictures.height_px);
+      return fmt::format("{}x{}", setting.images.width_px, setting.images.height_px);
     case Axis::kAntialias:
-      return setting.pictures.antialias > 1 ? fmt::format("+R{}", setting.pictures.antialias) : "none";
+      return setting.images.antialias > 1 ? fmt::format("+R{}", setting.images.antialias) : "none";
     case Axis::kEffects:
-      return std::string(name(setting.pictures.effects));
+      return std::string(name(setting.images.effects));
     case Axis::kLevel:
       if (setting.level == Level::kPaper) return "paper";
       if (setting.level == Level::kAdaptive) return fmt::format("adaptive to {:g} mm", 1000 * setting.enough_m);
-      return fmt::format("full, {}", stage_of(setting.level));
+      return fmt::format("outline, {}", stage_of(setting.level));
     case Axis::kLandmarks:
       return fmt::format("{}", setting.landmarks);
     case Axis::kBearings:
@@ -106,18 +106,18 @@ std::string describe(const Setting& setting) {
                      setting.frames == 1 ? "single frames" : fmt::format("{} frames", setting.frames));
 }
 
-files::Robot robot_of(const Setting& setting, const files::Robot& robot, std::span<const std::string> landmarks) {
-  files::Robot changed = files::scaled(robot, double(setting.pictures.width_px) / robot.lower.width_px);
-  for (files::CameraEntry* camera : {&changed.lower, &changed.upper}) {
+config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::span<const std::string> landmarks) {
+  config::Robot changed = config::scaled(robot, double(setting.images.width_px) / robot.lower.width_px);
+  for (config::CameraEntry* camera : {&changed.lower, &changed.upper}) {
     camera->rate_hz = setting.rate_hz;
-    camera->antialias = setting.pictures.antialias;
-    if (setting.pictures.effects == Effects::kNoise && camera->effects.full_well_electrons == 0) {
+    camera->antialias = setting.images.antialias;
+    if (setting.images.effects == Effects::kNoise && camera->effects.full_well_electrons == 0) {
       camera->effects.full_well_electrons = kNoiseElectrons;
     }
   }
-  for (files::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
-  files::EstimatorKeys keys;
-  keys.method = runs::to_string(method_of(setting.level));
+  for (config::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
+  config::EstimatorKeys keys;
+  keys.method = estimation::to_string(method_of(setting.level));
   keys.stage = stage_of(setting.level);
   if (std::size_t(setting.landmarks) < landmarks.size()) {
     keys.landmarks.assign(landmarks.begin(), landmarks.begin() + setting.landmarks);
@@ -128,15 +128,17 @@ files::Robot robot_of(const Setting& setting, const files::Robot& robot, std::sp
   return changed;
 }
 
-files::Map map_of(const Setting& setting, const files::Map& map) {
-  files::Map changed = map;
-  if (setting.pictures.effects == Effects::kFlat) {
-    files::SceneEffects& effects = changed.effects;
+config::Map map_of(const Setting& setting, const config::Map& map) {
+  config::Map changed = map;
+  if (setting.images.effects == Effects::kFlat) {
+    config::SceneEffects& effects = changed.effects;
     effects.shadows = effects.area_lights = effects.photons = effects.radiosity = effects.media = false;
   }
   return changed;
 }
 
-runs::Method method_of(Level level) { return level == Level::kPaper ? runs::Method::kPaper : runs::Method::kFull; }
+estimation::Method method_of(Level level) {
+  return level == Level::kPaper ? estimation::Method::kPaper : estimation::Method::kOutline;
+}
 
 }  // namespace twocone::tradeoff

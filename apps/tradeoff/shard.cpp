@@ -11,11 +11,12 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "apps/files/to_layers.h"
-#include "apps/runs/adaptive.h"
-#include "apps/runs/bounds.h"
-#include "apps/runs/estimator.h"
-#include "apps/runs/summary.h"
+#include "apps/config/to_layers.h"
+#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/answer_rows.h"
+#include "apps/runlog/summary/bounds.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/tradeoff/peak_memory.h"
 #include "localisation/odometry.h"
 #include "localisation/pose_filter.h"
@@ -25,15 +26,15 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// What a picture may take on a machine that is busy with others.
-constexpr milliseconds kPictureTimeout{600'000};
+/// Time limit for an image on a machine that is busy with other programs.
+constexpr milliseconds kImageTimeout{600'000};
 constexpr milliseconds kStepTimeout{600'000};
-/// Of the shard's progress, what rendering takes.
+/// Rendering's part of a shard's progress.
 constexpr double kRenderingShare = 0.9;
 
-/// One frame of a leg, as the robot and the truth have it.
+/// One frame of an episode, with the robot's images and the true pose.
 struct Shot {
-  int leg = 0, instant = 0;
+  int episode = 0, step = 0;
   Pose2 truth;
   WheelAngles angles;
   double t_s = 0;
@@ -41,13 +42,13 @@ struct Shot {
   std::shared_ptr<const Image> lower_image{}, upper_image{};
 };
 
-/// What rendering took, told from other threads; lives until the last picture has come.
+/// Costs of rendering, reported from other threads. It must live until the last image is complete.
 class RenderCosts {
  public:
-  void add(int leg, const sim_povray::RenderedPicture& picture) {
+  void add(int episode, const sim_povray::RenderedImage& image) {
     const std::lock_guard lock(mutex_);
-    cpu_s_[{leg, int(picture.tick)}] += std::chrono::duration<double>(picture.cpu).count();
-    peak_bytes_ = std::max(peak_bytes_, double(picture.peak_bytes));
+    cpu_s_[{episode, int(image.step)}] += std::chrono::duration<double>(image.cpu).count();
+    peak_bytes_ = std::max(peak_bytes_, double(image.peak_bytes));
   }
   [[nodiscard]] std::map<std::pair<int, int>, double> cpu_s() const {
     const std::lock_guard lock(mutex_);
@@ -64,7 +65,7 @@ class RenderCosts {
   double peak_bytes_ = 0;
 };
 
-/// Settings with the same recipe make the same answers of a frame.
+/// Settings with the same recipe give the same answers for a frame.
 struct Recipe {
   Level level;
   double enough_m;
@@ -75,9 +76,9 @@ struct Recipe {
 };
 Recipe recipe_of(const Setting& s) { return {s.level, s.enough_m, s.landmarks, s.bearings}; }
 
-/// What a recipe made of every shot.
+/// The answers of a recipe for every shot.
 struct Answers {
-  std::vector<runs::FrameAnswer> frames;
+  std::vector<estimation::FrameAnswer> frames;
   double peak_bytes = 0;
 };
 
@@ -93,10 +94,11 @@ void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<doubl
     row.in_ellipse = false;
     return;
   }
-  row.in_ellipse = factor.matrixL().solve(error).squaredNorm() <= runs::k95Ellipse;
+  row.in_ellipse = factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
 }
 
-/// Covariance of a pose known at `from`, when the robot has gone to `to` along a way that is known.
+/// Returns the covariance, at pose `to`, of a pose that was known with `covariance` at pose `from`; the motion between
+/// both is exact.
 Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, const Pose2& to) {
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -(to.y_m - from.y_m);
@@ -108,7 +110,7 @@ Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, cons
 
 class ShardRunner::Impl {
  public:
-  Impl(files::Robot robot, files::Map map, const Plan& plan, sim_povray::RenderSettings render)
+  Impl(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render)
       : robot_(std::move(robot)), map_(std::move(map)), plan_(plan), render_(std::move(render)) {}
 
   Result<ShardRecord> run(std::size_t number, const std::function<void(double)>& progress,
@@ -117,7 +119,7 @@ class ShardRunner::Impl {
     auto shots = take(shard, progress, stop);
     if (!shots) return shots.error();
     ShardRecord record;
-    const int first = first_setting_of(shard.pictures);
+    const int first = first_setting_of(shard.images);
     for (const auto& [place, cpu_s] : costs_->cpu_s()) {
       record.renders.push_back({first, place.first, place.second, cpu_s});
     }
@@ -125,16 +127,16 @@ class ShardRunner::Impl {
 
     std::map<Recipe, Answers> answers;
     for (const Setting& setting : plan_.settings) {
-      if (setting.pictures != shard.pictures || answers.contains(recipe_of(setting))) continue;
+      if (setting.images != shard.images || answers.contains(recipe_of(setting))) continue;
       if (stop) return stopped();
       auto made = answer_all(setting, *shots);
       if (!made) return made.error();
       answers.emplace(recipe_of(setting), *std::move(made));
     }
-    const auto bounds = bounds_of(shard.pictures, *shots, answers);
+    const auto bounds = bounds_of(shard.images, *shots, answers);
     for (std::size_t i = 0; i < plan_.settings.size(); ++i) {
       const Setting& setting = plan_.settings[i];
-      if (setting.pictures != shard.pictures) continue;
+      if (setting.images != shard.images) continue;
       const Answers& made = answers.at(recipe_of(setting));
       if (setting.frames == 1) {
         judge_frames(int(i), *shots, made, bounds, record);
@@ -148,16 +150,16 @@ class ShardRunner::Impl {
   }
 
  private:
-  static Error stopped() { return {ErrorCode::kRefused, "stopped from outside"}; }
+  static Error stopped() { return {ErrorCode::kCancelled, "stopped from outside"}; }
 
-  [[nodiscard]] int first_setting_of(const Pictures& pictures) const {
+  [[nodiscard]] int first_setting_of(const Images& images) const {
     const auto at = std::find_if(plan_.settings.begin(), plan_.settings.end(),
-                                 [&](const Setting& s) { return s.pictures == pictures; });
+                                 [&](const Setting& s) { return s.images == images; });
     return int(at - plan_.settings.begin());
   }
-  /// The setting that looks closest: by whose outlines the bound knows the noise.
-  [[nodiscard]] Setting finest_of(const Pictures& pictures) const {
-    Setting setting = plan_.settings[std::size_t(first_setting_of(pictures))];
+  /// Returns the most accurate setting, whose outlines give the bound its noise.
+  [[nodiscard]] Setting finest_of(const Images& images) const {
+    Setting setting = plan_.settings[std::size_t(first_setting_of(images))];
     setting.level = Level::kFine;
     setting.enough_m = 0;
     setting.landmarks = int(plan_.landmarks.size());
@@ -167,75 +169,75 @@ class ShardRunner::Impl {
     return setting;
   }
 
-  /// The world for such pictures: opened once for all shards in a row that want it.
-  Status open(const Pictures& pictures) {
-    if (venue_ && pictures_ == pictures) return {};
-    venue_.reset();
-    const Setting setting = finest_of(pictures);
-    settings_ = files::to_robot_settings(robot_of(setting, robot_, plan_.landmarks), map_of(setting, map_), 1);
+  /// Opens the world for these images, once for all consecutive shards with the same images.
+  Status open(const Images& images) {
+    if (host_ && images_ == images) return {};
+    host_.reset();
+    const Setting setting = finest_of(images);
+    settings_ = config::to_robot_settings(robot_of(setting, robot_, plan_.landmarks), map_of(setting, map_), 1);
     settings_->world->place.render = render_;
-    auto venue = sim_povray::Venue::open(settings_->world->place);
-    if (!venue) return venue.error();
-    venue_ = *std::move(venue);
-    pictures_ = pictures;
+    auto host = sim_povray::ReusedHost::open(settings_->world->place);
+    if (!host) return host.error();
+    host_ = *std::move(host);
+    images_ = images;
     return {};
   }
 
-  /// Drives the shard's legs; pictures are still on their way.
+  /// Drives the shard's episodes; the images may still be rendering when this returns.
   Status drive(int number, std::vector<Shot>& shots) {
-    const Leg& leg = plan_.legs[std::size_t(number)];
-    sim_povray::SeatSettings seat = settings_->world->seat;
-    seat.drive = settings_->drive.limits;
-    seat.body.begin = leg.from;
-    seat.body.seed = leg.seed;
-    seat.run_ahead_frames = kInstants + 1;
-    seat.rendered = [costs = costs_, number](const sim_povray::RenderedPicture& p) { costs->add(number, p); };
-    auto simulation = venue_->enter(seat);
-    if (!simulation) return with_leg(number, simulation.error());
-    const auto views = files::to_views(*settings_);
+    const Episode& episode = plan_.episodes[std::size_t(number)];
+    sim_povray::SessionSettings session = settings_->world->session;
+    session.drive = settings_->drive.limits;
+    session.body.begin = episode.from;
+    session.body.seed = episode.seed;
+    session.run_ahead_frames = kStepsOfEpisode + 1;
+    session.rendered = [costs = costs_, number](const sim_povray::RenderedImage& p) { costs->add(number, p); };
+    auto simulation = host_->enter(session);
+    if (!simulation) return with_episode(number, simulation.error());
+    const auto views = config::to_views(*settings_);
     std::vector<std::unique_ptr<Camera>> cameras;
     for (const auto& [view, part] : {std::pair{&views[0], &settings_->lower}, {&views[1], &settings_->upper}}) {
       auto camera = (*simulation)->open_camera(*view);
-      if (!camera) return with_leg(number, camera.error());
-      if (auto applied = (*camera)->configure(part->settings); !applied) return with_leg(number, applied.error());
-      if (auto started = (*camera)->start(); !started) return with_leg(number, started.error());
+      if (!camera) return with_episode(number, camera.error());
+      if (auto applied = (*camera)->configure(part->settings); !applied) return with_episode(number, applied.error());
+      if (auto started = (*camera)->start(); !started) return with_episode(number, started.error());
       cameras.push_back(*std::move(camera));
     }
     const auto wheels = (*simulation)->open_drive();
     const auto truth = (*simulation)->open_truth();
-    for (int i = 0; i < kInstants; ++i) {
+    for (int i = 0; i < kStepsOfEpisode; ++i) {
       auto lower = cameras[0]->grab(kStepTimeout);
-      if (!lower) return with_leg(number, lower.error());
+      if (!lower) return with_episode(number, lower.error());
       auto upper = cameras[1]->grab(kStepTimeout);
-      if (!upper) return with_leg(number, upper.error());
+      if (!upper) return with_episode(number, upper.error());
       const auto angles = wheels->read_angles();
-      if (!angles) return with_leg(number, angles.error());
+      if (!angles) return with_episode(number, angles.error());
       const double t_s = lower->header().captured.seconds();
       shots.push_back({number, i, truth->true_pose(), *angles, t_s, *std::move(lower), *std::move(upper)});
-      if (auto driving = wheels->set_speeds(leg.speeds); !driving) return with_leg(number, driving.error());
+      if (auto driving = wheels->set_speeds(episode.speeds); !driving) return with_episode(number, driving.error());
     }
     return {};
   }
 
-  static Error with_leg(int leg, const Error& error) {
-    return {error.code, fmt::format("leg {}: {}", leg, error.message)};
+  static Error with_episode(int episode, const Error& error) {
+    return {error.code, fmt::format("episode {}: {}", episode, error.message)};
   }
 
   Result<std::vector<Shot>> take(const Plan::Shard& shard, const std::function<void(double)>& progress,
                                  const std::atomic<bool>& stop) {
     costs_ = std::make_shared<RenderCosts>();
-    if (auto opened = open(shard.pictures); !opened) return opened.error();
+    if (auto opened = open(shard.images); !opened) return opened.error();
     std::vector<Shot> shots;
-    for (int leg = shard.first_leg; leg < shard.first_leg + shard.legs; ++leg) {
-      if (auto driven = drive(leg, shots); !driven) return driven.error();
+    for (int episode = shard.first_episode; episode < shard.first_episode + shard.episodes; ++episode) {
+      if (auto driven = drive(episode, shots); !driven) return driven.error();
     }
     for (std::size_t i = 0; i < shots.size(); ++i) {
       if (stop) return stopped();
       Shot& shot = shots[i];
       for (const auto& [frame, image] : {std::pair{&shot.lower, &shot.lower_image}, {&shot.upper, &shot.upper_image}}) {
-        auto picture = frame->image(kPictureTimeout);
-        if (!picture) return with_leg(shot.leg, picture.error());
-        *image = *std::move(picture);
+        auto finished = frame->image(kImageTimeout);
+        if (!finished) return with_episode(shot.episode, finished.error());
+        *image = *std::move(finished);
       }
       progress(kRenderingShare * double(i + 1) / double(shots.size()));
     }
@@ -243,46 +245,46 @@ class ShardRunner::Impl {
   }
 
   [[nodiscard]] Result<Answers> answer_all(const Setting& setting, const std::vector<Shot>& shots) const {
-    const runs::Estimator estimator(method_of(setting.level), robot_of(setting, robot_, plan_.landmarks),
-                                    map_of(setting, map_));
+    const estimation::Estimator estimator(method_of(setting.level), robot_of(setting, robot_, plan_.landmarks),
+                                          map_of(setting, map_));
     Answers answers;
-    // Once before it is timed, so that what is made at the first use is made.
+    // One answer before the timed ones, so that everything that is created at the first use exists.
     if (auto warmed = estimator.answer(*shots[0].lower_image, *shots[0].upper_image); !warmed) return warmed.error();
     const PeakMemory memory;
     for (const Shot& shot : shots) {
       auto answer = estimator.answer(*shot.lower_image, *shot.upper_image);
-      if (!answer) return with_leg(shot.leg, answer.error());
+      if (!answer) return with_episode(shot.episode, answer.error());
       answers.frames.push_back(*std::move(answer));
     }
-    // A robot holds one pair of pictures.
+    // A robot has one pair of images in memory.
     const double pair_bytes = double(shots[0].lower_image->bytes.size() + shots[0].upper_image->bytes.size());
     if (const auto bytes = memory.bytes()) answers.peak_bytes = *bytes - double(shots.size() - 1) * pair_bytes;
     return answers;
   }
 
-  /// Bound of the pose for each shot; nothing where no outline was measured.
-  [[nodiscard]] std::vector<std::optional<Eigen::Matrix3d>> bounds_of(const Pictures& pictures,
+  /// Returns the bound of the pose for each shot; nothing where no outline was measured.
+  [[nodiscard]] std::vector<std::optional<Eigen::Matrix3d>> bounds_of(const Images& images,
                                                                       const std::vector<Shot>& shots,
                                                                       const std::map<Recipe, Answers>& answers) const {
-    const Setting finest = finest_of(pictures);
-    runs::RunData run;
+    const Setting finest = finest_of(images);
+    runlog::RunData run;
     run.robot = robot_of(finest, robot_, plan_.landmarks);
     run.map = map_of(finest, map_);
     for (std::size_t i = 0; i < shots.size(); ++i) {
       const Pose2& truth = shots[i].truth;
-      const double t_s = double(i);  // legs begin at the same time each
+      const double t_s = double(i);  // all episodes begin at the same time
       run.frames.push_back({.frame = i, .t_s = t_s});
       run.truth.push_back({t_s, truth.x_m, truth.y_m, truth.heading_rad});
     }
     const auto made = answers.find(recipe_of(finest));
     if (made != answers.end()) {
       for (std::size_t i = 0; i < shots.size(); ++i) {
-        const auto rows = runs::to_rows(i, double(i), made->second.frames[i], run.map, nullptr);
+        const auto rows = runlog::to_rows(i, double(i), made->second.frames[i], run.map, nullptr);
         run.sightings.insert(run.sightings.end(), rows.sightings.begin(), rows.sightings.end());
       }
     }
     std::vector<std::optional<Eigen::Matrix3d>> result(shots.size());
-    const auto bounds = runs::bounds(run);
+    const auto bounds = runlog::bounds(run);
     for (std::size_t i = 0; i < bounds.size(); ++i) result[i] = bounds[i].covariance;
     return result;
   }
@@ -291,7 +293,7 @@ class ShardRunner::Impl {
                     const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
     for (std::size_t i = 0; i < shots.size(); ++i) {
       const Shot& shot = shots[i];
-      const runs::FrameAnswer& answer = made.frames[i];
+      const estimation::FrameAnswer& answer = made.frames[i];
       FrameRow row = row_of(setting, shot, answer);
       row.verdict = localisation::to_string(answer.fix.verdict);
       if (!answer.fix.other_position_m && answer.fix.verdict != localisation::FixVerdict::kOutOfBounds) {
@@ -301,32 +303,32 @@ class ShardRunner::Impl {
       record.frames.push_back(std::move(row));
       for (std::size_t k = 0; k < answer.ranges.size(); ++k) {
         if (!answer.ranges[k].range_m) continue;
-        const files::Landmark& landmark = map_.landmarks[k];
+        const config::Landmark& landmark = map_.landmarks[k];
         const double true_m = std::hypot(landmark.x_m - shot.truth.x_m, landmark.y_m - shot.truth.y_m);
-        record.ranges.push_back({setting, shot.leg, shot.instant, std::abs(*answer.ranges[k].range_m - true_m)});
+        record.ranges.push_back({setting, shot.episode, shot.step, std::abs(*answer.ranges[k].range_m - true_m)});
       }
     }
   }
 
-  /// One answer a leg: the filter's, begun with the first of the frames.
+  /// Adds one answer for each episode: that of the filter, which starts with the first of the frames.
   void judge_estimates(int number, const Setting& setting, const std::vector<Shot>& shots, const Answers& made,
                        const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
-    auto instants = instants_of(setting, plan_.robot_rate_hz);
-    std::reverse(instants.begin(), instants.end());
-    for (std::size_t leg = 0; leg < shots.size(); leg += kInstants) {
-      localisation::PoseFilter filter(files::to_wheels(robot_), localisation::OdometryNoise{});
-      const Shot& last = shots[leg + std::size_t(instants.back())];
+    auto steps = steps_of(setting, plan_.robot_rate_hz);
+    std::reverse(steps.begin(), steps.end());
+    for (std::size_t episode = 0; episode < shots.size(); episode += kStepsOfEpisode) {
+      localisation::PoseFilter filter(config::to_wheels(robot_), localisation::OdometryNoise{});
+      const Shot& last = shots[episode + std::size_t(steps.back())];
       Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-      for (const int instant : instants) {
-        const std::size_t i = leg + std::size_t(instant);
+      for (const int step : steps) {
+        const std::size_t i = episode + std::size_t(step);
         const Shot& shot = shots[i];
         FrameRow row = row_of(number, shot, made.frames[i]);
-        const double begin_s = runs::thread_time_s();
+        const double begin_s = estimation::thread_time_s();
         filter.predict(shot.t_s, shot.angles.left_rad, shot.angles.right_rad);
         filter.correct(made.frames[i].fix);
-        row.localisation_s += runs::thread_time_s() - begin_s;
+        row.localisation_s += estimation::thread_time_s() - begin_s;
         if (bounds[i]) information += moved(*bounds[i], shot.truth, last.truth).inverse();
-        if (instant == instants.back()) {
+        if (step == steps.back()) {
           const auto estimate = filter.estimate();
           row.verdict = estimate ? "ok" : "no_estimate";
           if (estimate) {
@@ -344,27 +346,27 @@ class ShardRunner::Impl {
     }
   }
 
-  static FrameRow row_of(int setting, const Shot& shot, const runs::FrameAnswer& answer) {
+  static FrameRow row_of(int setting, const Shot& shot, const estimation::FrameAnswer& answer) {
     FrameRow row;
     row.setting = setting;
-    row.leg = shot.leg;
-    row.instant = shot.instant;
-    row.vision_s = answer.effort.vision_s;
-    row.localisation_s = answer.effort.localisation_s;
+    row.episode = shot.episode;
+    row.step = shot.step;
+    row.vision_s = answer.timing.vision_s;
+    row.localisation_s = answer.timing.localisation_s;
     return row;
   }
 
-  const files::Robot robot_;
-  const files::Map map_;
+  const config::Robot robot_;
+  const config::Map map_;
   const Plan& plan_;
   const sim_povray::RenderSettings render_;
-  std::optional<sim_povray::Venue> venue_;
-  Pictures pictures_;
+  std::optional<sim_povray::ReusedHost> host_;
+  Images images_;
   std::optional<drivers::RobotSettings> settings_;
   std::shared_ptr<RenderCosts> costs_;
 };
 
-ShardRunner::ShardRunner(files::Robot robot, files::Map map, const Plan& plan, sim_povray::RenderSettings render)
+ShardRunner::ShardRunner(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render)
     : impl_(std::make_unique<Impl>(std::move(robot), std::move(map), plan, std::move(render))) {}
 ShardRunner::~ShardRunner() = default;
 

@@ -15,13 +15,13 @@
 
 namespace twocone::tradeoff {
 
-/// What one setting made of one frame of one leg. All but the times is a function of the plan.
+/// The answer of one setting for one frame of one episode. Everything except the times is a function of the plan.
 struct FrameRow {
   int setting = 0;  ///< index in Plan::settings
-  int leg = 0;
-  int instant = 0;  ///< of the leg, 0 to kInstants - 1; of several frames together, the last one's
-  /// localisation::FixVerdict, or `no_estimate` of the filter; empty for a frame on the way to an answer of several,
-  /// which counts for its times alone.
+  int episode = 0;
+  int step = 0;  ///< within the episode, 0 to kStepsOfEpisode - 1; for several frames together, the last one's
+  /// localisation::FixVerdict, or `no_estimate` of the filter. Empty for an intermediate frame of an answer from
+  /// several frames, of which only the times count.
   std::string verdict;
   std::optional<double> error_m, heading_error_rad;  ///< absolute; none without exactly one position
   std::optional<bool> in_ellipse;                    ///< none without a covariance
@@ -29,24 +29,24 @@ struct FrameRow {
   double vision_s = 0, localisation_s = 0;  ///< processor time
 };
 struct RangeRow {
-  int setting = 0, leg = 0, instant = 0;
+  int setting = 0, episode = 0, step = 0;
   double error_m = 0;  ///< absolute
 };
-/// Rows of pictures name the first setting of the plan that is made of such pictures.
+/// Rows of images name the first setting of the plan that uses these images.
 struct RenderRow {
-  int setting = 0, leg = 0, instant = 0;
-  double cpu_s = 0;  ///< of both pictures
+  int setting = 0, episode = 0, step = 0;
+  double cpu_s = 0;  ///< of both images
 };
 struct MemoryRow {
   int setting = 0;
-  double peak_bytes = 0;  ///< resident, with one pair of pictures
+  double peak_bytes = 0;  ///< resident memory, with one pair of images
 };
 struct RenderMemoryRow {
   int setting = 0;
   double peak_bytes = 0;  ///< of the largest POV-Ray process
 };
 
-/// What came of a shard.
+/// The results of a shard.
 struct ShardRecord {
   std::vector<FrameRow> frames;
   std::vector<RangeRow> ranges;
@@ -55,18 +55,18 @@ struct ShardRecord {
   std::vector<RenderMemoryRow> render_memory;
 };
 
-/// Renders pictures and makes all answers of them. Keeps the world between shards of the same pictures, so that finding
-/// the mirrors and starting POV-Ray is done once. One thread at a time.
+/// Renders images and computes all answers from them. Keeps the world between shards of the same images, so that the
+/// mirrors are located and POV-Ray is started once. For one thread at a time.
 class ShardRunner {
  public:
-  /// @param render how; `processes` of it
-  ShardRunner(files::Robot robot, files::Map map, const Plan& plan, sim_povray::RenderSettings render);
+  /// @param render settings of POV-Ray, with its number of `processes`
+  ShardRunner(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render);
   ~ShardRunner();
   ShardRunner(const ShardRunner&) = delete;
   ShardRunner& operator=(const ShardRunner&) = delete;
 
-  /// Errors: those of sim_povray::Simulation and of pictures; kRefused when `stop` was set.
-  /// @param progress told the share of the shard that is done
+  /// Errors: those of sim_povray::Simulation and of images; kCancelled if `stop` was set.
+  /// @param progress called with the fraction of the shard that is done
   Result<ShardRecord> run(std::size_t shard, const std::function<void(double)>& progress,
                           const std::atomic<bool>& stop);
 

@@ -15,51 +15,51 @@ namespace twocone::tradeoff {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// What a share times a count may be above a whole number by rounding.
+/// Rounding can put a share times a count this far above a whole number.
 constexpr double kRankSlack = 1e-9;
 
-/// The legs that have values.
-ByLeg checked(const char* who, const ByLeg& values, double level, bool zero_or_one = false) {
+/// Returns the episodes that have values.
+ByEpisode checked(const char* who, const ByEpisode& values, double level, bool zero_or_one = false) {
   if (!(level > 0 && level < 1)) {
     throw std::invalid_argument(fmt::format("{}: level is {}, must lie between 0 and 1", who, level));
   }
-  ByLeg legs;
-  for (std::size_t leg = 0; leg < values.size(); ++leg) {
-    for (const double value : values[leg]) {
+  ByEpisode episodes;
+  for (std::size_t episode = 0; episode < values.size(); ++episode) {
+    for (const double value : values[episode]) {
       if (zero_or_one ? value == 0 || value == 1 : std::isfinite(value) && value >= 0) continue;
-      throw std::invalid_argument(fmt::format("{}: a value of leg {} is {}, must be {}", who, leg, value,
+      throw std::invalid_argument(fmt::format("{}: a value of episode {} is {}, must be {}", who, episode, value,
                                               zero_or_one ? "0 or 1" : "finite and >= 0"));
     }
-    if (!values[leg].empty()) legs.push_back(values[leg]);
+    if (!values[episode].empty()) episodes.push_back(values[episode]);
   }
-  if (legs.empty()) throw std::invalid_argument(fmt::format("{}: there is no value", who));
-  return legs;
+  if (episodes.empty()) throw std::invalid_argument(fmt::format("{}: there is no value", who));
+  return episodes;
 }
 
-/// The mean of all values as a ratio of two sums over legs, and how it scatters. Scatter only of kLeastLegs or more.
+/// The mean of all values as a ratio of two sums over episodes, with its scatter. The scatter requires kLeastEpisodes.
 struct Ratio {
   double mean = 0;
   double standard_error = 0;
-  double c = 0;  ///< as in the header
+  double c = 0;  ///< as in the header file
   double values = 0;
-  std::size_t legs = 0;
+  std::size_t episodes = 0;
 
-  explicit Ratio(const ByLeg& by_leg) : legs(by_leg.size()) {
+  explicit Ratio(const ByEpisode& by_episode) : episodes(by_episode.size()) {
     std::vector<std::pair<double, double>> sums;
     double sum = 0;
-    for (const auto& leg : by_leg) {
-      double of_leg = 0;
-      for (const double value : leg) of_leg += value;
-      sums.emplace_back(of_leg, double(leg.size()));
-      sum += of_leg;
-      values += double(leg.size());
+    for (const auto& episode : by_episode) {
+      double of_episode = 0;
+      for (const double value : episode) of_episode += value;
+      sums.emplace_back(of_episode, double(episode.size()));
+      sum += of_episode;
+      values += double(episode.size());
     }
     mean = sum / values;
-    if (legs < kLeastLegs) return;
-    const double k = double(legs);
+    if (episodes < kLeastEpisodes) return;
+    const double k = double(episodes);
     double squares = 0, cubes = 0;
-    for (const auto& [of_leg, count] : sums) {
-      const double z = (of_leg - mean * count) * k / values;
+    for (const auto& [of_episode, count] : sums) {
+      const double z = (of_episode - mean * count) * k / values;
       squares += z * z;
       cubes += z * z * z;
     }
@@ -68,24 +68,24 @@ struct Ratio {
     if (sigma > 0) c = cubes * k / ((k - 1) * (k - 2)) / (sigma * sigma * sigma) / std::sqrt(k);
   }
 
-  /// mu for g(T) = g.
+  /// Returns mu for g(T) = g.
   [[nodiscard]] double mean_at(double g) const {
     const double y = c * (g - c / 6);
-    // (cbrt(1 + y) - 1) / y without a difference of near numbers.
+    // (cbrt(1 + y) - 1) / y without a difference of nearly equal numbers.
     const double root = std::cbrt(1 + y);
     const double t = 3 * (g - c / 6) / (root * root + root + 1);
     return mean - standard_error * t;
   }
 };
 
-double students_t(std::size_t legs, double probability) {
-  return boost::math::quantile(boost::math::students_t(double(legs - 1)), probability);
+double students_t(std::size_t episodes, double probability) {
+  return boost::math::quantile(boost::math::students_t(double(episodes - 1)), probability);
 }
 
-Interval mean_of(const ByLeg& legs, double level) {
-  const Ratio ratio(legs);
-  if (legs.size() < kLeastLegs) return {ratio.mean, 0, kInfinity};
-  const double t = students_t(legs.size(), (1 + level) / 2);
+Interval mean_of(const ByEpisode& episodes, double level) {
+  const Ratio ratio(episodes);
+  if (episodes.size() < kLeastEpisodes) return {ratio.mean, 0, kInfinity};
+  const double t = students_t(episodes.size(), (1 + level) / 2);
   return {ratio.mean, std::max(0.0, ratio.mean_at(t)), ratio.mean_at(-t)};
 }
 
@@ -93,63 +93,63 @@ std::size_t nearest_rank(double q, double count) {
   return std::size_t(std::max(1.0, std::ceil(q * count - kRankSlack * count)));
 }
 
-/// Independent trials that a share is worth. Of zeros or ones alone: as many as legs.
+/// Returns the number of independent trials that a share is worth; for zeros or ones only, the number of episodes.
 double effective_trials(const Ratio& share) {
   const double p = share.mean;
-  if (!(p > 0 && p < 1)) return double(share.legs);
+  if (!(p > 0 && p < 1)) return double(share.episodes);
   const double binomial = p * (1 - p) / (share.values - 1);
   return share.values / std::max(1.0, share.standard_error * share.standard_error / binomial);
 }
 
 }  // namespace
 
-Interval mean_interval(const ByLeg& values, double level) {
+Interval mean_interval(const ByEpisode& values, double level) {
   return mean_of(checked("mean_interval", values, level), level);
 }
 
-double mean_upper_limit(const ByLeg& values, double level) {
-  const ByLeg legs = checked("mean_upper_limit", values, level);
-  if (legs.size() < kLeastLegs) return kInfinity;
-  return Ratio(legs).mean_at(students_t(legs.size(), 1 - level));
+double mean_upper_limit(const ByEpisode& values, double level) {
+  const ByEpisode episodes = checked("mean_upper_limit", values, level);
+  if (episodes.size() < kLeastEpisodes) return kInfinity;
+  return Ratio(episodes).mean_at(students_t(episodes.size(), 1 - level));
 }
 
-Interval rmse_interval(const ByLeg& values, double level) {
-  ByLeg squares = checked("rmse_interval", values, level);
-  for (auto& leg : squares) {
-    for (double& value : leg) value *= value;
+Interval rmse_interval(const ByEpisode& values, double level) {
+  ByEpisode squares = checked("rmse_interval", values, level);
+  for (auto& episode : squares) {
+    for (double& value : episode) value *= value;
   }
   const Interval mean = mean_of(squares, level);
   return {std::sqrt(mean.value), std::sqrt(mean.low), std::sqrt(mean.high)};
 }
 
-Interval quantile_interval(const ByLeg& values, double q, double level) {
+Interval quantile_interval(const ByEpisode& values, double q, double level) {
   if (!(q > 0 && q <= 1)) {
     throw std::invalid_argument(fmt::format("quantile_interval: q is {}, must be > 0 and <= 1", q));
   }
-  const ByLeg legs = checked("quantile_interval", values, level);
+  const ByEpisode episodes = checked("quantile_interval", values, level);
   std::vector<double> sorted;
-  for (const auto& leg : legs) sorted.insert(sorted.end(), leg.begin(), leg.end());
+  for (const auto& episode : episodes) sorted.insert(sorted.end(), episode.begin(), episode.end());
   std::sort(sorted.begin(), sorted.end());
   const double count = double(sorted.size());
   const double value = sorted[nearest_rank(q, count) - 1];
-  if (legs.size() < kLeastLegs) return {value, 0, kInfinity};
+  if (episodes.size() < kLeastEpisodes) return {value, 0, kInfinity};
 
-  ByLeg is_up_to = legs;
-  for (auto& leg : is_up_to) {
-    for (double& x : leg) x = x <= value ? 1 : 0;
+  ByEpisode is_up_to = episodes;
+  for (auto& episode : is_up_to) {
+    for (double& x : episode) x = x <= value ? 1 : 0;
   }
   const double half =
-      students_t(legs.size(), (1 + level) / 2) * std::sqrt(q * (1 - q) / effective_trials(Ratio(is_up_to)));
+      students_t(episodes.size(), (1 + level) / 2) * std::sqrt(q * (1 - q) / effective_trials(Ratio(is_up_to)));
   const double low = std::max(1.0, std::floor((q - half) * count));
   const double high = std::min(count, std::ceil((q + half) * count) + 1);
   return {value, sorted[std::size_t(low) - 1], sorted[std::size_t(high) - 1]};
 }
 
-Interval share_interval(const ByLeg& zero_or_one, double level) {
-  const ByLeg legs = checked("share_interval", zero_or_one, level, true);
-  const Ratio ratio(legs);
+Interval share_interval(const ByEpisode& zero_or_one, double level) {
+  const ByEpisode episodes = checked("share_interval", zero_or_one, level, true);
+  const Ratio ratio(episodes);
   const double p = ratio.mean;
-  if (legs.size() < kLeastLegs) return {p, 0, 1};
+  if (episodes.size() < kLeastEpisodes) return {p, 0, 1};
   const double trials = effective_trials(ratio);
   const double z = boost::math::quantile(boost::math::normal(), (1 + level) / 2);
   const double shrink = 1 + z * z / trials;

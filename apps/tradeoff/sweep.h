@@ -12,7 +12,7 @@
 
 namespace twocone::tradeoff {
 
-/// Absolute errors of a setting, with 95 % confidence intervals over legs (statistics.h).
+/// Absolute errors of a setting, with 95 % confidence intervals over episodes (statistics.h).
 struct ErrorFigures {
   int count = 0;  ///< answers
   Interval mean, rmse, p95;
@@ -26,28 +26,30 @@ struct TimeFigures {
   Interval p95_s;
 };
 
-/// What a setting buys, and what it costs.
+/// Accuracy and costs of a setting.
 struct SettingResult {
   Setting setting;
-  int frames = 0;                                                ///< that were looked at for an answer
-  int answered = 0;                                              ///< of them, with exactly one position
+  int frames = 0;                                                ///< frames that require an answer
+  int answered = 0;                                              ///< those of them with exactly one position
   std::optional<ErrorFigures> position_m, heading_rad, range_m;  ///< none without answers
-  /// Share of answers whose own 95 % ellipse holds the truth (Wilson's interval); none where none states a covariance.
+  /// Share of answers whose own 95 % ellipse contains the truth (Wilson's interval); none where no answer states a
+  /// covariance.
   std::optional<Interval> coverage;
-  /// Root mean square of the Cramer-Rao bound of the position, from these pictures with all of the map's landmarks; for
-  /// several frames, with wheels that tell their way exactly. None where no landmark's outline was ever measured.
+  /// Root mean square of the Cramer-Rao bound of the position, from these images with all of the map's landmarks; for
+  /// several frames, with wheels that measure their motion exactly. None where no outline of a landmark was ever
+  /// measured.
   std::optional<double> bound_m;
-  TimeFigures render_cpu, vision, localisation;  ///< processor time; rendering: of both pictures, POV-Ray's
+  TimeFigures render_cpu, vision, localisation;  ///< processor time; rendering: both images, time of POV-Ray
   TimeFigures robot;                             ///< vision and localisation of one frame together
-  double peak_bytes = 0;                         ///< of the program while it did this with one pair of pictures
+  double peak_bytes = 0;                         ///< of the program, with one pair of images
   double render_bytes = 0;                       ///< of the largest POV-Ray process
   bool on_robot_frontier = false;
   bool on_simulation_frontier = false;
 
   [[nodiscard]] double answered_share() const { return frames > 0 ? double(answered) / frames : 0; }
-  /// What `--budget-ms` bounds: 95 % quantile of vision and localisation of a frame on one core.
+  /// Returns the time that `--budget-ms` limits: the 95 % quantile of vision and localisation of a frame on one core.
   [[nodiscard]] const Interval& robot_time_s() const { return robot.p95_s; }
-  /// That, and the median processor time of rendering.
+  /// Returns that time plus the median processor time of rendering.
   [[nodiscard]] Interval simulation_time_s() const {
     return {robot.p95_s.value + render_cpu.median_s.value, robot.p95_s.low + render_cpu.median_s.low,
             robot.p95_s.high + render_cpu.median_s.high};
@@ -56,26 +58,27 @@ struct SettingResult {
 
 /// A setting that answers less often than this is on no frontier and is not chosen.
 constexpr double kLeastAnswered = 0.9;
-/// Enough answers, and an error to speak of.
+/// Returns whether a setting answers often enough and has an error.
 inline bool answers_enough(const SettingResult& result) {
   return result.position_m && result.answered_share() >= kLeastAnswered;
 }
 
 /// A finished sweep.
 struct Sweep {
-  std::string robot, map;                 ///< files, as asked for
+  std::string robot, map;                 ///< files, as the command named them
   std::string version, commit, compiler;  ///< of the program
   std::string machine;                    ///< processor and number of cores
-  std::string repeat;                     ///< the command that makes the same errors again
+  std::string repeat;                     ///< the command that gives the same errors again
   std::uint64_t seed = 0;
-  int legs = 0;                         ///< independent places
+  int episodes = 0;                     ///< independent poses
   std::vector<std::string> landmarks;   ///< Plan::landmarks
   std::vector<SettingResult> settings;  ///< in the plan's order
-  /// Index in `settings`: what the robot file says as it is. None if that was not swept.
+  /// Index in `settings` of the robot file's own, unchanged setting. None if that was not swept.
   std::optional<std::size_t> as_is{};
 };
 
-/// The paper's own: "to within 30 mm" at about 2 s for a stereo frame (Burbridge & Spacek 2006, sections 4 and 5).
+/// The paper's own result: "to within 30 mm" at about 2 s for a stereo frame (Burbridge & Spacek 2006, sections 4 and
+/// 5).
 struct PaperPoint {
   double mean_error_m = 0.02997;
   double time_s = 2;

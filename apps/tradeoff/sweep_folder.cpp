@@ -13,11 +13,12 @@
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
-#include "apps/runs/csv_fields.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/version.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/tables/csv_fields.h"
+#include "apps/runlog/version.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -32,23 +33,23 @@ template <>
 struct Columns<FrameRow> {
   static constexpr const char* file = "frames.csv";
   static constexpr const char* header =
-      "setting,leg,instant,verdict,error_m,heading_error_rad,in_ellipse,bound_m,vision_s,localisation_s";
+      "setting,episode,step,verdict,error_m,heading_error_rad,in_ellipse,bound_m,vision_s,localisation_s";
   static auto of(auto& r) {
-    return std::tie(r.setting, r.leg, r.instant, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m,
+    return std::tie(r.setting, r.episode, r.step, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m,
                     r.vision_s, r.localisation_s);
   }
 };
 template <>
 struct Columns<RangeRow> {
   static constexpr const char* file = "ranges.csv";
-  static constexpr const char* header = "setting,leg,instant,error_m";
-  static auto of(auto& r) { return std::tie(r.setting, r.leg, r.instant, r.error_m); }
+  static constexpr const char* header = "setting,episode,step,error_m";
+  static auto of(auto& r) { return std::tie(r.setting, r.episode, r.step, r.error_m); }
 };
 template <>
 struct Columns<RenderRow> {
   static constexpr const char* file = "renders.csv";
-  static constexpr const char* header = "setting,leg,instant,cpu_s";
-  static auto of(auto& r) { return std::tie(r.setting, r.leg, r.instant, r.cpu_s); }
+  static constexpr const char* header = "setting,episode,step,cpu_s";
+  static auto of(auto& r) { return std::tie(r.setting, r.episode, r.step, r.cpu_s); }
 };
 template <>
 struct Columns<MemoryRow> {
@@ -66,47 +67,48 @@ struct Columns<RenderMemoryRow> {
 template <typename Row>
 void write(const fs::path& folder, const std::vector<Row>& rows) {
   std::string text = std::string(Columns<Row>::header) + '\n';
-  for (const Row& row : rows) text += runs::join_fields(Columns<Row>::of(row)) + '\n';
-  runs::write_whole(folder / Columns<Row>::file, text);
+  for (const Row& row : rows) text += runlog::join_fields(Columns<Row>::of(row)) + '\n';
+  runlog::write_whole(folder / Columns<Row>::file, text);
 }
 
 template <typename Row>
 void read(const fs::path& folder, std::vector<Row>& rows) {
   const fs::path file = folder / Columns<Row>::file;
-  std::istringstream lines(files::read_text(file));
+  std::istringstream lines(config::read_text(file));
   std::string line;
   const auto refuse = [&](int number, const std::string& why) {
-    throw files::FileError(
+    throw config::FileError(
         fmt::format("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why, folder.string()));
   };
-  if (!std::getline(lines, line) || line != Columns<Row>::header) {
+  if (!std::getline(lines, line) || config::present_columns(line) != Columns<Row>::header) {
     refuse(1, fmt::format("the first line must be {}", Columns<Row>::header));
   }
   for (int number = 2; std::getline(lines, line); ++number) {
     Row& row = rows.emplace_back();
-    const std::vector<std::string> fields = runs::split_fields(line);
+    const std::vector<std::string> fields = runlog::split_fields(line);
     const auto take_all = [&](auto&... value) {
       std::size_t at = 0;
-      return fields.size() == sizeof...(value) && (runs::parse_field(fields[at++], value) && ...);
+      return fields.size() == sizeof...(value) && (runlog::parse_field(fields[at++], value) && ...);
     };
     const bool is_row = std::apply(take_all, Columns<Row>::of(row));
-    if (!is_row) refuse(number, fmt::format("'{}' is no row of {}", line, Columns<Row>::header));
+    if (!is_row) refuse(number, fmt::format("'{}' is not a row of {}", line, Columns<Row>::header));
   }
 }
 
 // ---- the plan's file
 
-/// All that a shard's figures depend on. The map's scene and what that includes are named, not held.
-std::string plan_text(const files::Robot& robot, const files::Map& map, const Plan& plan) {
+/// Returns everything that a shard's results depend on. The map's scene is included; files that the scene includes are
+/// only named in it.
+std::string plan_text(const config::Robot& robot, const config::Map& map, const Plan& plan) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
   out << YAML::Comment("A sweep of twocone tradeoff: shards made from anything else are not of it.");
   out << YAML::BeginMap;
   const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
-  put("twocone", runs::version());
-  put("commit", runs::commit());
+  put("twocone", runlog::version());
+  put("commit", runlog::commit());
   put("seed", plan.options.seed);
-  put("legs", plan.options.legs);
+  put("episodes", plan.options.episodes);
   put("fine", plan.options.fine);
   put("shards", plan.shards.size());
   put("settings", plan.settings.size());
@@ -114,14 +116,14 @@ std::string plan_text(const files::Robot& robot, const files::Map& map, const Pl
   for (const Setting& setting : plan.settings) settings.push_back(describe(setting));
   put("list", settings);
   put("landmarks", plan.landmarks);
-  put("robot", files::load_robot_node(robot.file));
-  put("map", files::load_map_node(map.file));
-  if (map.scene) put("scene", files::read_text(*map.scene));
+  put("robot", config::load_robot_node(robot.file));
+  put("map", config::load_map_node(map.file));
+  if (map.scene) put("scene", config::read_text(*map.scene));
   out << YAML::EndMap;
   return std::string(out.c_str()) + '\n';
 }
 
-/// The first line in which two texts differ.
+/// Returns the first line in which two texts differ.
 std::string first_difference(const std::string& there, const std::string& wanted) {
   std::istringstream a(there);
   std::istringstream b(wanted);
@@ -141,24 +143,24 @@ fs::path shard_folder(const fs::path& sweep, std::size_t shard) {
 
 }  // namespace
 
-SweepFolder::SweepFolder(fs::path folder, const files::Robot& robot, const files::Map& map, const Plan& plan)
+SweepFolder::SweepFolder(fs::path folder, const config::Robot& robot, const config::Map& map, const Plan& plan)
     : folder_(std::move(folder)), shards_(plan.shards.size()) {
   const fs::path file = folder_ / "plan.yaml";
   std::error_code error;
   fs::create_directories(folder_ / "shards", error);
-  if (error) throw files::FileError(fmt::format("cannot make {}: {}", (folder_ / "shards").string(), error.message()));
+  if (error) throw config::FileError(fmt::format("cannot make {}: {}", (folder_ / "shards").string(), error.message()));
   const std::string wanted = plan_text(robot, map, plan);
   if (fs::exists(file, error)) {
-    const std::string there = files::read_text(file);
+    const std::string there = config::read_text(file);
     if (there == wanted) return;
-    throw files::FileError(fmt::format("{} is of another sweep: {}. Give another --out, or remove that folder",
-                                       file.string(), first_difference(there, wanted)));
+    throw config::FileError(fmt::format("{} belongs to another sweep: {}. Give another --out, or remove that folder",
+                                        file.string(), first_difference(there, wanted)));
   }
-  // Array tasks begin at once: each puts the same text there, from a file of its own.
+  // Array tasks begin at the same time. Each writes the same text, through its own temporary file.
   const fs::path coming = folder_ / fmt::format("plan-{}.yaml", ::getpid());
-  runs::write_whole(coming, wanted);
+  runlog::write_whole(coming, wanted);
   fs::rename(coming, file, error);
-  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", file.string(), error.message()));
+  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", file.string(), error.message()));
 }
 
 bool SweepFolder::has(std::size_t shard) const {
@@ -176,12 +178,12 @@ std::vector<std::size_t> SweepFolder::missing() const {
 
 void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
   const fs::path folder = shard_folder(folder_, shard);
-  // Of this process alone: another may be making the same shard.
+  // The name belongs to this process, because another one may be running the same shard.
   const fs::path coming = folder_ / "shards" / fmt::format("coming-{:04}-{}", shard, ::getpid());
   std::error_code error;
   fs::remove_all(coming, error);
   fs::create_directories(coming, error);
-  if (error) throw runs::DiskError(fmt::format("cannot make {}: {}", coming.string(), error.message()));
+  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", coming.string(), error.message()));
   write(coming, record.frames);
   write(coming, record.ranges);
   write(coming, record.renders);
@@ -191,13 +193,13 @@ void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
   if (!error) return;
   const std::string why = error.message();
   fs::remove_all(coming, error);
-  if (!has(shard)) throw runs::DiskError(fmt::format("cannot make {}: {}", folder.string(), why));
+  if (!has(shard)) throw runlog::DiskError(fmt::format("cannot make {}: {}", folder.string(), why));
 }
 
 ShardRecord SweepFolder::read_all() const {
   if (const auto gaps = missing(); !gaps.empty()) {
-    throw files::FileError(fmt::format("{}: {} of {} shards are missing: {}", folder_.string(), gaps.size(), shards_,
-                                       fmt::join(gaps, ", ")));
+    throw config::FileError(fmt::format("{}: {} of {} shards are missing: {}", folder_.string(), gaps.size(), shards_,
+                                        fmt::join(gaps, ", ")));
   }
   ShardRecord all;
   for (std::size_t i = 0; i < shards_; ++i) {

@@ -18,7 +18,7 @@ using report::ascii;
 constexpr std::size_t kWidth = 120;
 constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20;
 
-/// `text` broken between words.
+/// Returns `text`, wrapped between words.
 std::string paragraph(std::string_view text, std::string_view first = "", std::string_view next = "  ") {
   std::vector<std::string> words;
   const std::string plain = ascii(text);
@@ -32,8 +32,8 @@ std::string paragraph(std::string_view text, std::string_view first = "", std::s
 
 std::string head(const Sweep& sweep) {
   std::string text = paragraph(fmt::format("twocone {}, commit {}, {}", sweep.version, sweep.commit, sweep.compiler)) +
-                     paragraph(fmt::format("robot {}, map {}, seed {}, {} legs, {} settings", sweep.robot, sweep.map,
-                                           sweep.seed, sweep.legs, sweep.settings.size()));
+                     paragraph(fmt::format("robot {}, map {}, seed {}, {} episodes, {} settings", sweep.robot,
+                                           sweep.map, sweep.seed, sweep.episodes, sweep.settings.size()));
   if (!sweep.machine.empty()) text += paragraph("machine: " + sweep.machine);
   std::vector<std::string> words;
   std::string command = sweep.repeat;
@@ -51,12 +51,12 @@ struct Column {
   std::array<std::string_view, 2> heads;
   std::size_t width;
 };
-// Widths and the blanks between them fill kWidth.
+// The widths and the blanks between the columns fill kWidth.
 constexpr std::array<Column, 20> kColumns{
-    {{{"", ""}, 2},      {{"", "size"}, 9},  {{"", "AA"}, 3},     {{"", "world"}, 5}, {{"", "looks"}, 8},
-     {{"", "lm"}, 2},    {{"be-", "ar"}, 3}, {{"Hz x", "n"}, 5},  {{"", "mean"}, 6},  {{"", "its interval"}, 13},
-     {{"", "95 %"}, 6},  {{"", "max"}, 6},   {{"ans", "%"}, 4},   {{"cov", "%"}, 4},  {{"bound", "mm"}, 6},
-     {{"vis", "ms"}, 4}, {{"loc", "ms"}, 4}, {{"95 %", "ms"}, 4}, {{"rend", "s"}, 4}, {{"", "MiB"}, 3}}};
+    {{{"", ""}, 2},      {{"", "size"}, 9},  {{"", "AA"}, 3},     {{"ef-", "fects"}, 5}, {{"esti-", "mator"}, 8},
+     {{"", "lm"}, 2},    {{"be-", "ar"}, 3}, {{"Hz x", "n"}, 5},  {{"", "mean"}, 6},     {{"", "its interval"}, 13},
+     {{"", "95 %"}, 6},  {{"", "max"}, 6},   {{"ans", "%"}, 4},   {{"cov", "%"}, 4},     {{"bound", "mm"}, 6},
+     {{"vis", "ms"}, 4}, {{"loc", "ms"}, 4}, {{"95 %", "ms"}, 4}, {{"rend", "s"}, 4},    {{"", "MiB"}, 3}}};
 
 std::string line(const std::vector<std::string>& cells) {
   std::string text;
@@ -78,9 +78,9 @@ std::string row(const SettingResult& result) {
     add(value ? fitting(*value / unit, kColumns[cells.size()].width) : "-");
   };
   add(fmt::format("{}{}", result.on_robot_frontier ? 'R' : ' ', result.on_simulation_frontier ? 'S' : ' '));
-  add(fmt::format("{}x{}", setting.pictures.width_px, setting.pictures.height_px));
-  add(antialias_name(setting.pictures.antialias));
-  add(std::string(name(setting.pictures.effects)));
+  add(fmt::format("{}x{}", setting.images.width_px, setting.images.height_px));
+  add(antialias_name(setting.images.antialias));
+  add(std::string(name(setting.images.effects)));
   add(setting.level == Level::kAdaptive ? fmt::format("ad {}mm", fitting(setting.enough_m / kMm, 3))
                                         : std::string(name(setting.level)));
   add(fmt::to_string(setting.landmarks));
@@ -157,13 +157,13 @@ std::string table(const Sweep& sweep) {
   text += paragraph(
       "Errors in mm: mean, its interval, 95 % quantile, maximum. R, S: on the frontier of robot time (vision and "
       "localisation of a frame, 95 % quantile, ms), of simulation time (with rendering, s). Other times are medians of "
-      "processor time; lm: landmarks looked for; bear: bearings are used.",
+      "processor time; lm: landmarks searched for; bear: bearings are used.",
       "", "");
   text += "\n" + heads() + frontier_rows(sweep);
   if (const auto baseline = baseline_of(sweep)) {
     text += "method paper, as measured here:\n" + row(sweep.settings[*baseline]);
   }
-  if (sweep.as_is) text += "the robot file as it is:\n" + row(sweep.settings[*sweep.as_is]);
+  if (sweep.as_is) text += "the robot file, unchanged:\n" + row(sweep.settings[*sweep.as_is]);
   text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n",
                       PaperPoint{}.mean_error_m / kMm, PaperPoint{}.time_s);
   text += counts(sweep) + "\n";

@@ -27,9 +27,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kLook_ms = 100;
 
-/// What a child says; an order to it is a bare shard number. Packets: each is sent and received whole or not at all.
+/// A message of a child to its parent; an order to a child is only a shard number. Packets are sent and received
+/// completely or not at all.
 struct Message {
-  enum Kind : std::uint32_t { kProgress, kDone, kFailed, kTold };
+  enum Kind : std::uint32_t { kProgress, kDone, kFailed, kNotice };
   Kind kind = kProgress;
   ErrorCode code = ErrorCode::kRefused;
   double share = 0;
@@ -38,7 +39,7 @@ struct Message {
 };
 constexpr std::size_t kHead = offsetof(Message, text);
 
-/// Fails silently: a parent that does not hear any more is about to end this process.
+/// Ignores failures: a parent that no longer receives is about to end this process.
 void send(int fd, Message::Kind kind, double share, std::string_view text = {}, ErrorCode code = ErrorCode::kRefused) {
   Message message;
   message.kind = kind;
@@ -46,7 +47,7 @@ void send(int fd, Message::Kind kind, double share, std::string_view text = {}, 
   message.share = share;
   message.length = std::uint32_t(std::min(text.size(), message.text.size()));
   std::copy_n(text.begin(), message.length, message.text.begin());
-  // Progress that finds no room is not worth waiting for.
+  // Progress that does not fit into the socket's buffer is not worth waiting for.
   const int flags = MSG_NOSIGNAL | (kind == Message::kProgress ? MSG_DONTWAIT : 0);
   while (::send(fd, &message, kHead + message.length, flags) < 0 && errno == EINTR) continue;
 }
@@ -54,13 +55,14 @@ void send(int fd, Message::Kind kind, double share, std::string_view text = {}, 
 // ---- in the child
 
 std::atomic<bool> child_stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may use it");
 
 void on_signal(int signal) {
   if (signal == SIGTERM) child_stop = true;
 }
 
-/// SIGINT and SIGHUP come from the terminal to parent and children alike: the parent decides, and notifies by SIGTERM.
+/// The terminal sends SIGINT and SIGHUP to parent and children alike. The parent decides, and stops the children by
+/// SIGTERM.
 void take_signals() {
   child_stop = false;
   struct sigaction action {};
@@ -70,8 +72,8 @@ void take_signals() {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
-void obey(int fd, const std::function<DoShard(const Tell&)>& start) {
-  const Tell tell = [fd](const std::string& line) { send(fd, Message::kTold, 0, line); };
+void obey(int fd, const std::function<DoShard(const Notify&)>& start) {
+  const Notify notify = [fd](const std::string& line) { send(fd, Message::kNotice, 0, line); };
   const auto progress = [fd](double share) { send(fd, Message::kProgress, share); };
   DoShard work;
   while (!child_stop) {
@@ -80,13 +82,13 @@ void obey(int fd, const std::function<DoShard(const Tell&)>& start) {
     if (got < 0 && errno == EINTR) continue;
     if (got != ssize_t(sizeof shard)) return;
     try {
-      if (!work) work = start(tell);
+      if (!work) work = start(notify);
       const Status done = work(std::size_t(shard), progress, child_stop);
       if (!done) return send(fd, Message::kFailed, 0, done.error().message, done.error().code);
     } catch (const std::exception& error) {
       return send(fd, Message::kFailed, 0, error.what());
     } catch (...) {
-      return send(fd, Message::kFailed, 0, "something was thrown that is no exception");
+      return send(fd, Message::kFailed, 0, "an unknown exception was thrown");
     }
     send(fd, Message::kDone, 1);
   }
@@ -97,9 +99,9 @@ void obey(int fd, const std::function<DoShard(const Tell&)>& start) {
 struct Child {
   pid_t pid = -1;
   int fd = -1;
-  std::optional<Piece> piece{};  ///< that it is at
+  std::optional<Piece> piece{};  ///< in progress
   std::optional<std::size_t> last_kind{};
-  double share = 0;  ///< of its piece
+  double share = 0;  ///< of its piece that is done
   Clock::time_point heard = Clock::now();
   bool killed_for_silence = false;
 };
@@ -108,7 +110,7 @@ std::string end_of(int status) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
     return fmt::format("its process was killed by signal {} ({}){}", signal, ::strsignal(signal),
-                       signal == SIGKILL ? ": by hand, or for lack of memory" : "");
+                       signal == SIGKILL ? ", by a user or for lack of memory" : "");
   }
   return fmt::format("its process ended by itself with status {}", WEXITSTATUS(status));
 }
@@ -129,7 +131,7 @@ class Crew {
     }
   }
 
-  Result<std::size_t> run(const std::function<DoShard(const Tell&)>& start) {
+  Result<std::size_t> run(const std::function<DoShard(const Notify&)>& start) {
     const std::size_t most = std::min(std::size_t(options_.jobs), left_.size());
     while (children_.size() < most && !error_ && !stop_) add_child(start);
     while (!children_.empty()) {
@@ -145,21 +147,22 @@ class Crew {
 
  private:
   void fail(Error error) {
-    // What is stopped fails; that is no news.
+    // Stopped pieces fail too; that is not an error.
     if (!error_ && !stop_) error_ = std::move(error);
     left_.clear();
   }
 
-  void add_child(const std::function<DoShard(const Tell&)>& start) {
+  void add_child(const std::function<DoShard(const Notify&)>& start) {
     std::array<int, 2> ends{};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
       return fail({ErrorCode::kUnavailable, fmt::format("cannot make a socket: {}", std::strerror(errno))});
     }
-    // Neither stream's pending text is to be written twice.
+    // Otherwise the child would write the pending text of both streams a second time.
     std::fflush(stdout);
     std::fflush(stderr);
     const pid_t parent = ::getpid();
-    // A signal between fork and the child's own handlers would be noted by the parent's, to no effect.
+    // The parent's handlers would receive a signal between fork and the installation of the child's own, without
+    // effect.
     sigset_t handled, before;
     ::sigemptyset(&handled);
     ::sigaddset(&handled, SIGINT);
@@ -169,7 +172,7 @@ class Crew {
     const pid_t pid = ::fork();
     if (pid == 0) {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-      // The parent may have died between fork and prctl: then the signal never comes.
+      // If the parent died between fork and prctl, the signal never comes.
       if (::getppid() != parent) ::_exit(1);
       take_signals();
       ::sigprocmask(SIG_SETMASK, &before, nullptr);
@@ -189,7 +192,7 @@ class Crew {
     give(children_.back());
   }
 
-  /// The next piece of the kind that the child did last; else of one that nobody is at; else any.
+  /// Returns the next piece: of the kind that the child ran last; else of a kind that no other child runs; else any.
   std::vector<Piece>::iterator next_for(const Child& child) {
     const auto same =
         std::find_if(left_.begin(), left_.end(), [&](const Piece& p) { return child.last_kind == p.kind; });
@@ -201,7 +204,7 @@ class Crew {
     return fresh != left_.end() ? fresh : left_.begin();
   }
 
-  /// A piece, or word that there is none left, at which the child ends.
+  /// Gives the child a piece, or closes its orders if none is left, so that it ends.
   void give(Child& child) {
     child.piece.reset();
     child.share = 0;
@@ -215,7 +218,7 @@ class Crew {
     child.last_kind = next->kind;
     left_.erase(next);
     const std::uint64_t shard = child.piece->shard;
-    // Into a child that has died it goes nowhere; reap() notices.
+    // Sending to a child that has died has no effect; reap() handles it.
     [[maybe_unused]] const ssize_t sent = ::send(child.fd, &shard, sizeof shard, MSG_NOSIGNAL);
   }
 
@@ -231,18 +234,18 @@ class Crew {
   void listen() {
     std::vector<pollfd> entries;
     for (const Child& child : children_) {
-      // One that has been told to end says no more, and its end of file would wake at once, again and again.
+      // A child without a piece sends nothing more, and its end of file would wake poll() again and again.
       if (child.piece) entries.push_back({child.fd, POLLIN, 0});
     }
     if (::poll(entries.data(), nfds_t(entries.size()), kLook_ms) <= 0) return;
-    // A child that is about to die wakes poll again and again until it can be reaped.
+    // A child that is about to die wakes poll() again and again until it can be reaped.
     if (std::any_of(entries.begin(), entries.end(), [](const pollfd& e) { return (e.revents & POLLHUP) != 0; })) {
       ::poll(nullptr, 0, 1);
     }
     for (Child& child : children_) hear(child);
   }
 
-  /// All that the child has said by now.
+  /// Handles all messages that the child has sent so far.
   void hear(Child& child) {
     Message message;
     while (::recv(child.fd, &message, sizeof message, MSG_DONTWAIT) >= ssize_t(kHead)) {
@@ -252,7 +255,7 @@ class Crew {
         case Message::kProgress:
           child.share = std::clamp(message.share, 0.0, 1.0);
           break;
-        case Message::kTold:
+        case Message::kNotice:
           if (options_.tell) options_.tell(text);
           break;
         case Message::kDone:
@@ -279,7 +282,7 @@ class Crew {
       hear(*child);
       if (child->piece) {
         const std::string why = child->killed_for_silence
-                                    ? fmt::format("its process told nothing for {} s and was killed",
+                                    ? fmt::format("its process was silent for {} s and was killed",
                                                   std::chrono::duration<double>(options_.silence).count())
                                     : end_of(status);
         fail({ErrorCode::kDisconnected, fmt::format("shard {}: {}", child->piece->shard, why)});
@@ -314,13 +317,13 @@ class Crew {
   std::size_t done_ = 0;
   double weight_ = 0, weight_done_ = 0;
   std::optional<Error> error_;
-  std::optional<Clock::time_point> stop_until_;  ///< once stop was seen
+  std::optional<Clock::time_point> stop_until_;  ///< set when stop was seen
 };
 
 }  // namespace
 
 Result<std::size_t> run_in_children(const std::vector<Piece>& pieces, const WorkOptions& options,
-                                    const std::function<DoShard(const Tell& tell)>& start,
+                                    const std::function<DoShard(const Notify& notify)>& start,
                                     const std::atomic<bool>& stop) {
   return Crew(pieces, options, stop).run(start);
 }

@@ -12,40 +12,40 @@
 
 namespace twocone::tradeoff {
 
-/// A shard that is to be done.
+/// A unit of work: one shard.
 struct Piece {
   std::size_t shard = 0;
-  std::size_t kind =
-      0;              ///< a process goes on with the kind that it did last while there is any: pictures to start once
-  double weight = 1;  ///< its part in the progress of all, > 0
+  std::size_t kind = 0;  ///< a process prefers the kind of its last shard, so that the renderer is started once
+  double weight = 1;     ///< its share of the total progress, > 0
 };
 
-/// Does one shard and puts away what came of it. Told to stop, it ends soon, with any error.
-/// @param progress told the share of the shard that is done
+/// Runs one shard and stores its results. It ends soon after `stop` is set, with any error.
+/// @param progress called with the fraction of the shard that is done
 using DoShard = std::function<Status(std::size_t shard, const std::function<void(double)>& progress,
                                      const std::atomic<bool>& stop)>;
-/// A line for a person; may be called from any thread.
-using Tell = std::function<void(const std::string&)>;
+/// Receives a line for the user; may be called from any thread.
+using Notify = std::function<void(const std::string&)>;
 
 struct WorkOptions {
-  int jobs = 1;                                ///< processes at one time, >= 1
-  std::function<void(double)> progress{};      ///< told the share of all pieces that is done
-  Tell tell{};                                 ///< told what the processes tell
-  std::chrono::milliseconds silence{600'000};  ///< a process that tells no progress for so long is killed, > 0
-  std::chrono::milliseconds patience{30'000};  ///< likewise one that does not end so long after `stop`, > 0
+  int jobs = 1;                                ///< processes at the same time, >= 1
+  std::function<void(double)> progress{};      ///< called with the fraction of all pieces that is done
+  Notify tell{};                               ///< called with the lines that the processes send
+  std::chrono::milliseconds silence{600'000};  ///< a process without a sign of progress for this time is killed, > 0
+  std::chrono::milliseconds patience{30'000};  ///< a process that has not ended this long after `stop` is killed, > 0
 };
 
-/// Has the pieces done by child processes, so that memory is theirs to measure and a crash takes no more than one of
-/// them along. The caller has no other thread: children are forked and go on in this program. A child dies with its
-/// parent, however that dies.
+/// Runs the pieces in child processes, so that their memory can be measured and a crash ends only one of them. The
+/// caller must have no other thread, because children are forked and continue in this program. A child dies with its
+/// parent, however the parent dies.
 ///
-/// `start` is called in each child before its first shard; what it returns is destroyed before the child ends. The
-/// first piece that fails ends the others after the shard that they are at.
+/// `start` is called in each child before its first shard; its return value is destroyed before the child ends. After
+/// the first piece that fails, the other children end when their present shard is finished.
 ///
-/// Errors: the first failed shard's own, with its number in front; kDisconnected: a child died or fell silent.
-/// @returns how many pieces were done; fewer than all only after `stop`
+/// Errors: the first failed shard's own, with its number in front; kDisconnected: a child died or was silent for too
+/// long.
+/// @returns the number of finished pieces; less than all only after `stop`
 Result<std::size_t> run_in_children(const std::vector<Piece>& pieces, const WorkOptions& options,
-                                    const std::function<DoShard(const Tell& tell)>& start,
+                                    const std::function<DoShard(const Notify& notify)>& start,
                                     const std::atomic<bool>& stop);
 
 }  // namespace twocone::tradeoff

@@ -12,12 +12,12 @@
 #include <fmt/format.h>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/files/file_error.h"
-#include "apps/files/robot_writer.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/run_data.h"
-#include "apps/runs/run_lock.h"
-#include "apps/runs/version.h"
+#include "apps/config/robot_writer.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/version.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 
@@ -35,7 +35,7 @@ struct Options {
   calibrate::Settings settings;
 };
 
-/// "tilt_rad=0.01" into its place.
+/// Sets the prior of a text such as "tilt_rad=0.01".
 void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
   const std::map<std::string, double*> known{{"length_m", &priors.length_m},
                                              {"centre_px", &priors.centre_px},
@@ -70,18 +70,18 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
   *found->second = sigma;
 }
 
-/// The robot whose rig is calibrated: as it was when the run was made, unless another file is named.
-files::Robot robot_of(const Options& options, const runs::RunData& run) {
-  if (!options.robot.empty()) return files::read_robot(options.robot);
-  files::Robot now;
+/// Returns the robot whose rig is calibrated: the one of the run, unless another file is named.
+config::Robot robot_of(const Options& options, const runlog::RunData& run) {
+  if (!options.robot.empty()) return config::read_robot(options.robot);
+  config::Robot now;
   try {
-    now = files::read_robot(run.robot.file);
-  } catch (const files::FileError&) {
+    now = config::read_robot(run.robot.file);
+  } catch (const config::FileError&) {
     throw CommandFailed(fmt::format("{}: its robot file {} cannot be read any more: name one with --robot",
                                     run.folder.string(), run.robot.file.string()));
   }
   if (!(now.rig == run.robot.rig) || !(now.drive == run.robot.drive)) {
-    throw CommandFailed(fmt::format("{} has another rig or drive now than when {} was made: say which with --robot",
+    throw CommandFailed(fmt::format("{} has another rig or drive now than when {} was made: name one with --robot",
                                     run.robot.file.string(), run.folder.string()));
   }
   return now;
@@ -96,7 +96,7 @@ void refuse_overwriting(const std::vector<std::filesystem::path>& files) {
 
 std::vector<std::string> header_lines(const calibrate::Report& report) {
   std::vector<std::string> lines{
-      fmt::format("Calibrated by twocone {}, commit {}, from {}.", runs::version(), runs::commit(), report.robot)};
+      fmt::format("Calibrated by twocone {}, commit {}, from {}.", runlog::version(), runlog::commit(), report.robot)};
   for (const std::string& run : report.runs) lines.push_back("  run " + run);
   lines.push_back(fmt::format("Sightings' residuals: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px.",
                               report.result.rms_before_px[0], report.result.rms_after_px[0],
@@ -109,16 +109,16 @@ std::vector<std::string> header_lines(const calibrate::Report& report) {
   return lines;
 }
 
-/// The lock of the run folder that `file` lies in; nothing where it lies in none.
-std::optional<runs::RunLock> lock_around(const std::filesystem::path& file) {
+/// Returns the lock of the run folder that contains `file`, or nothing if no run folder does.
+std::optional<runlog::RunLock> lock_around(const std::filesystem::path& file) {
   const auto folder = std::filesystem::absolute(file).parent_path();
   if (!std::filesystem::exists(folder / "run.yaml")) return {};
-  return std::optional<runs::RunLock>(std::in_place, folder);
+  return std::optional<runlog::RunLock>(std::in_place, folder);
 }
 
 void execute(Options options) {
   for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
-  // Named after the robot file, so that two calibrations in one folder stay two.
+  // The names contain that of the robot file, so that two calibrations can share a folder.
   const std::string stem = options.out.stem().string();
   if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");
   std::vector<std::filesystem::path> results{options.out, options.json};
@@ -129,9 +129,9 @@ void execute(Options options) {
   }
   if (!options.force) refuse_overwriting(results);
 
-  std::vector<runs::RunData> runs;
-  for (const auto& folder : options.runs) runs.push_back(runs::read_run(folder));
-  const files::Robot robot = robot_of(options, runs.front());
+  std::vector<runlog::RunData> runs;
+  for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
+  const config::Robot robot = robot_of(options, runs.front());
   std::optional<calibrate::Report> report;
   {
     ProgressBar bar("calibrate");
@@ -139,19 +139,19 @@ void execute(Options options) {
     report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
   }
   const auto lock = lock_around(options.out);
-  runs::write_whole(options.json, calibrate::to_json(*report));
+  runlog::write_whole(options.json, calibrate::to_json(*report));
   if (!options.figures.empty()) {
     std::error_code error;
     std::filesystem::create_directories(options.figures, error);
     if (error) throw CommandFailed(fmt::format("cannot make {}: {}", options.figures.string(), error.message()));
-    runs::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
-    runs::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
+    runlog::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
+    runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
   }
-  // Last: a robot file that is there has all that belongs to it.
-  runs::write_whole(options.out,
-                    files::calibrated_robot_text(robot.file, options.out, report->rig,
-                                                 {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
-                                                 header_lines(*report)));
+  // The robot file is written last, so that all files that belong to it exist with it.
+  runlog::write_whole(options.out,
+                      config::calibrated_robot_text(robot.file, options.out, report->rig,
+                                                    {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
+                                                    header_lines(*report)));
   fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
              options.json.string());
   if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
@@ -162,19 +162,19 @@ void execute(Options options) {
 void add_calibrate(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "calibrate", "The rig's own errors from a drive among known landmarks: a robot file with what was found");
+      "calibrate", "Find the rig's own errors from a drive among known landmarks; write a corrected robot file");
   command->add_option("RUN", options->runs, "Run folders, also of runs that were cut off; all of one robot")
       ->required();
   command->add_option("--out", options->out, "Robot file to write")->required();
-  command->add_option("--robot", options->robot, "Robot file to begin from; default: the run's own");
+  command->add_option("--robot", options->robot, "Robot file to start from; default: the run's own");
   command->add_option("--json", options->json, "The numbers for programs; default: STEM.calibration.json beside --out");
   command->add_option("--figures", options->figures,
                       "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
-  command->add_option("--frames", options->settings.frames, "How many frames to look at, spread over the runs")
+  command->add_option("--frames", options->settings.frames, "Number of frames to use, spread over the runs")
       ->check(CLI::Range(4, 100'000))
       ->capture_default_str();
   command->add_option("--prior", options->priors,
-                      "NAME=SIGMA: how well a number was known beforehand, as length_m=0.001; can be repeated");
+                      "NAME=SIGMA: prior standard deviation of a number, as length_m=0.001; can be repeated");
   command->add_flag("--distortion", options->settings.fit_distortion, "Also find k1 and k2 of both lenses");
   command->add_flag("--force", options->force, "Replace files that exist");
   command->callback([options] { execute(*options); });

@@ -12,20 +12,22 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/files/suggestion.h"
+#include "apps/config/yaml/old_names.h"
+#include "apps/estimation/method.h"
+#include "apps/config/yaml/suggestion.h"
 #include "apps/twocone/commands.h"
 
 namespace twocone::cli {
 namespace {
 
-/// files::nearest() takes an underscore for the sign before a unit.
+/// Replaces '-' by '_', because config::nearest() expects an underscore before a unit.
 std::string underscored(std::string_view name) {
   std::string text(name);
   std::replace(text.begin(), text.end(), '-', '_');
   return text;
 }
 
-/// The option of `command` that was probably meant by `word`: --budget_ms, -seed.
+/// Returns the option of `command` that `word` probably means, for example for --budget_ms or -seed.
 std::optional<std::string> option_meant(const CLI::App& command, std::string_view word) {
   word = word.substr(0, word.find('='));
   word.remove_prefix(std::min(word.find_first_not_of('-'), word.size()));
@@ -36,12 +38,12 @@ std::optional<std::string> option_meant(const CLI::App& command, std::string_vie
       known.push_back(underscored(name));
     }
   }
-  const std::optional<std::string> found = files::nearest(underscored(word), known);
+  const std::optional<std::string> found = config::nearest(underscored(word), known);
   if (!found) return std::nullopt;
   return "--" + names[std::size_t(std::find(known.begin(), known.end(), *found) - known.begin())];
 }
 
-/// CLI11's words, but for "--robot: 1 required TEXT missing".
+/// Returns the text of CLI11, except for "--robot: 1 required TEXT missing".
 std::string what_of(const CLI::ParseError& error) {
   std::string what = error.what();
   const std::size_t at = what.find(": 1 required ");
@@ -79,16 +81,20 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   std::string text, words;
   for (const std::string& word : command.remaining()) {
     if (is_option(word)) {
+      const std::string_view option = std::string_view(word).substr(0, word.find('='));
+      const std::string_view present = config::present_name(config::NameOf::kOption, option);
       const auto meant = option_meant(command, word);
       text += fmt::format("{}unknown option '{}'{}", text.empty() ? "" : "; ", word,
-                          meant ? fmt::format(", did you mean {}?", *meant) : "");
+                          present != option ? fmt::format(", it is now named {}", present)
+                          : meant           ? fmt::format(", did you mean {}?", *meant)
+                                            : "");
     } else {
       words += fmt::format(" '{}'", word);
     }
   }
-  // What stands behind an unknown option is probably its value.
+  // A word after an unknown option is probably its value.
   if (text.empty() && !words.empty()) text = "nothing is expected at" + words;
-  // Words that follow an unknown option may be what another one complains about.
+  // A word after an unknown option may be the cause of another complaint.
   const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
   if (text.empty() || is_missing) {
     text += fmt::format("{}{}", text.empty() ? "" : "; ", what_of(error));
@@ -98,7 +104,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
 
 std::string no_such_subcommand(const CLI::App& program, std::string_view word) {
   const std::vector<std::string> known = subcommand_names(program);
-  const auto meant = files::nearest(word, known);
+  const auto meant = config::nearest(word, known);
   return fmt::format("no subcommand '{}'{}; there are: {}", word,
                      meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", "));
 }
@@ -106,7 +112,7 @@ std::string no_such_subcommand(const CLI::App& program, std::string_view word) {
 void add_help(CLI::App& program) {
   auto name = std::make_shared<std::string>();
   CLI::App* command = program.add_subcommand("help", "Print what a subcommand does, and its options");
-  command->add_option("COMMAND", *name, "Subcommand; none: what there is");
+  command->add_option("COMMAND", *name, "Subcommand; none: list all subcommands");
   command->callback([&program, name] {
     const CLI::App* asked = &program;
     std::string usage = "twocone";
@@ -140,6 +146,19 @@ CLI::Validator number_within(double least, double greatest) {
         return fmt::format("'{}' must be a number from {} to {}", text, least, greatest);
       },
       fmt::format("in [{} - {}]", least, greatest));
+}
+
+CLI::Validator is_method() {
+  return CLI::Validator(
+      [](const std::string& name) -> std::string {
+        try {
+          static_cast<void>(estimation::method_named(name));
+          return {};
+        } catch (const std::invalid_argument& error) {
+          return error.what();
+        }
+      },
+      fmt::format("{{{}}}", fmt::join(estimation::method_names(), ",")));
 }
 
 }  // namespace twocone::cli

@@ -10,42 +10,42 @@
 #include "apps/twocone/stop_signals.h"
 #include "hal/result.h"
 
-/// The subcommands. Each adds itself and its options to the program; its callback runs it.
+/// The subcommands. Each function adds a subcommand with its options to the program. The callback runs it.
 namespace twocone::cli {
 
-/// A subcommand could not do its work: one or more lines for the person. main() prints them and exits with 1.
+/// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
 class CommandFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// All was done, but the data do not tell what was asked: main() prints the lines and exits with 3.
-class CannotTell : public std::runtime_error {
+/// The work is done, but the data do not decide the question. main() prints the message and exits with 3.
+class Undecided : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A signal has ended the work in good order: what is left of it, and the next step. main() prints the line and exits
-/// with 128 and the signal's number, as a shell would have it.
+/// A signal ended the work in good order. The message names the remaining files and the next step. main() prints the
+/// line and exits with 128 plus the signal's number, as a shell does.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The call itself is wrong: main() prints the line and exits with 2.
+/// The call itself is wrong. main() prints the line and exits with 2.
 class BadUsage : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The value, or CommandFailed with the error's message.
+/// Returns the value. @throws CommandFailed with the error's message
 template <typename T>
 T value_or_fail(Result<T> result) {
   if (!result) throw CommandFailed(result.error().message);
   return std::move(*result);
 }
 
-/// The same, but Interrupted with `next` where a signal has ended the work.
+/// Like value_or_fail. @throws Interrupted with `next` if a signal ended the work
 template <typename T>
 T value_or_interrupted(Result<T> result, const std::string& next) {
   if (!result && stop_signal() != 0) throw Interrupted(next);

@@ -14,8 +14,8 @@
 #include "apps/compare/correct.h"
 #include "apps/compare/render_again.h"
 #include "apps/compare/show/page.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/run_lock.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/run_lock.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -36,7 +36,7 @@ struct Options {
   std::map<std::string, std::optional<double>> limits;
 };
 
-/// Beside F.yaml, F_sim.yaml.
+/// Returns F_sim.yaml beside F.yaml.
 std::filesystem::path twin_of(const std::filesystem::path& robot) {
   return robot.parent_path() / (robot.stem().string() + "_sim" + robot.extension().string());
 }
@@ -66,7 +66,7 @@ void check(const Options& options) {
   }
 }
 
-/// The name of a folder that may be named with a slash at its end.
+/// Returns the name of a folder, also if a slash ends its path.
 std::string name_of(const std::filesystem::path& folder) {
   const auto whole = std::filesystem::absolute(folder).lexically_normal();
   return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
@@ -74,18 +74,18 @@ std::string name_of(const std::filesystem::path& folder) {
 
 void write_robots(const Options& options, const compare::Outcome& outcome) {
   if (!outcome.calibration) {
-    throw CommandFailed("no robot file is written: the real run does not tell its rig (see the notes above)");
+    throw CommandFailed("no robot file is written: the real run does not determine its rig (see the notes above)");
   }
-  runs::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
+  runlog::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
   fmt::print("robot   {}\n", options.write_robot.string());
-  if (options.settings.is_rendered) return;  // its robot file is the real one, which no simulation runs
+  if (options.settings.is_rendered) return;  // its robot file is the real one, which no simulation uses
   const auto twin = twin_of(options.write_robot);
-  runs::write_whole(twin, compare::like_the_real(outcome, twin));
+  runlog::write_whole(twin, compare::like_the_real(outcome, twin));
   fmt::print("robot   {}  (for the simulation)\n", twin.string());
 }
 
 void judge(const Options& options, const compare::Comparison& comparison) {
-  std::string beyond, untold;
+  std::string beyond, undecided;
   const auto add = [](std::string& to, const compare::Row& row, const std::string& what) {
     to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", row.stage, row.name, what);
   };
@@ -93,23 +93,23 @@ void judge(const Options& options, const compare::Comparison& comparison) {
     const auto asked = options.limits.find(row.limit_key);
     if (asked == options.limits.end() || !asked->second) continue;
     if (!row.gap) {
-      add(untold, row, "there is no number" + (row.note.empty() ? "" : " (" + row.note + ")"));
+      add(undecided, row, "there is no number" + (row.note.empty() ? "" : " (" + row.note + ")"));
     } else if (row.light == compare::Light::kCannotTell) {
-      add(untold, row,
+      add(undecided, row,
           fmt::format("{:.4g} +- {:.4g} {}, limit {:g}", *row.gap, *row.gap_sigma, row.unit, *asked->second));
     } else if (*row.gap > *asked->second) {
       const std::string sigma = row.gap_sigma ? fmt::format(" +- {:.4g}", *row.gap_sigma) : "";
       add(beyond, row, fmt::format("{:.4g}{} {}, limit {:g}", *row.gap, sigma, row.unit, *asked->second));
     }
   }
-  if (!untold.empty()) untold = "cannot be told: " + untold;
+  if (!undecided.empty()) undecided = "undecided: " + undecided;
   if (!beyond.empty()) {
-    throw CommandFailed("beyond its limit: " + beyond + (untold.empty() ? "" : "\n" + untold));
+    throw CommandFailed("beyond its limit: " + beyond + (undecided.empty() ? "" : "\n" + undecided));
   }
-  if (!untold.empty()) throw CannotTell(untold);
+  if (!undecided.empty()) throw Undecided(undecided);
 }
 
-/// The comparison's folder, locked. One that was made here goes again where nothing was kept in it to go on from.
+/// The folder of the comparison, locked. If it is new and no work is stored in it, the destructor removes it.
 class OutFolder {
  public:
   explicit OutFolder(const std::filesystem::path& folder)
@@ -132,18 +132,18 @@ class OutFolder {
     for (std::filesystem::recursive_directory_iterator entry(folder_, error), end; !error && entry != end;
          entry.increment(error)) {
       const auto name = entry->path().filename();
-      if (entry->is_regular_file() && name != runs::RunLock::kFileName && name != "rendered_from.txt") return true;
+      if (entry->is_regular_file() && name != runlog::RunLock::kFileName && name != "rendered_from.txt") return true;
     }
     return bool(error);
   }
 
   const std::filesystem::path folder_;
   const bool was_there_;
-  std::optional<runs::RunLock> lock_;
+  std::optional<runlog::RunLock> lock_;
 };
 
 std::string next_step(const std::filesystem::path& out) {
-  return fmt::format("interrupted: what was measured is kept in {}; next: the same command goes on there",
+  return fmt::format("interrupted: what was measured is kept in {}; next: the same command continues there",
                      out.string());
 }
 
@@ -189,7 +189,7 @@ void execute(Options options) {
   }
   compare::advise(outcome->comparison.sources);
   fmt::print("{}\n", compare::table(outcome->comparison));
-  runs::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
+  runlog::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
     const Status written = compare::write_page(outcome->comparison, options.out, {});
@@ -209,29 +209,29 @@ void execute(Options options) {
 void add_compare(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "compare", "Simulated against real: where two runs differ, by how much, why, and what to change");
+      "compare", "Compare simulated with real: where two runs differ, by how much, why, and what to change");
   command->add_option("RUN", options->runs, "SIM_DIR REAL_DIR, or REAL_DIR alone with --scene")
       ->required()
       ->expected(1, 2);
-  command->add_option("--scene", options->scene, "Map with a scene: render the real run's places again in it");
+  command->add_option("--scene", options->scene, "Map with a scene in which the real run's places are rendered again");
   command->add_option("--poses", options->poses,
-                      "Where the real robot was, by another system: TUM, the run's clock (default: truth.tum, or what\n"
-                      "the corrected rig makes of the pictures)");
+                      "The real robot's poses from another system: TUM, the run's clock (default: truth.tum, or the\n"
+                      "poses that the corrected rig gives from the images)");
   command->add_option("--out", options->out,
-                      "Folder for compare.html, compare.json and what is kept to go on from\n"
+                      "Folder for compare.html, compare.json and the data for a continuation\n"
                       "(default: runs/compare-REAL-with-SIM)");
   command->add_option(
       "--write-robot", options->write_robot,
       "Robot file to write: the real one corrected; and FILE_sim.yaml, a simulation that behaves like it");
   command->add_flag("--force", options->force, "Replace robot files that exist");
-  command->add_flag("!--no-page", options->page, "Table and numbers alone");
-  command->add_option("--frames", options->settings.fit_frames, "Frames of each run from which its rig is found")
+  command->add_flag("!--no-page", options->page, "Only the table and compare.json");
+  command->add_option("--frames", options->settings.fit_frames, "Frames of each run from which its rig is calculated")
       ->check(CLI::Range(4, 100'000))
       ->capture_default_str();
-  command->add_option("--every", options->settings.every, "Measure the pictures of every so many real frames")
+  command->add_option("--every", options->settings.every, "Measure the images of every Nth real frame")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--jobs", options->settings.jobs, "Threads that measure pictures")
+  command->add_option("--jobs", options->settings.jobs, "Threads that measure images")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command
@@ -247,7 +247,7 @@ void add_compare(CLI::App& program) {
   command->footer(
       "Exit status: 0 done, each --max kept; 1 failed, or a gap is beyond its --max; 2 bad usage; 3 no gap is beyond "
       "its\n"
-      "--max, but one cannot be told: there is no number, or its sigma exceeds the limit.");
+      "--max, but one is undecided: there is no number, or its sigma exceeds the limit.");
   command->callback([options] { execute(*options); });
 }
 

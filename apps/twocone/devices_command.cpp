@@ -25,7 +25,7 @@ bool is_forbidden(const std::string& path) {
   return path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES;
 }
 
-/// Cameras that may not be opened are not in any list.
+/// Returns cameras that may not be opened. They are in no list.
 std::vector<std::string> forbidden_cameras() {
   std::vector<std::string> paths;
   std::error_code none;
@@ -38,7 +38,7 @@ std::vector<std::string> forbidden_cameras() {
   return paths;
 }
 
-/// "YUYV 640x480 at 30 Hz" by its first word: the sizes of one format share lines.
+/// Prints modes such as "YUYV 640x480 at 30 Hz" by their first word. The sizes of one format share lines.
 void print_modes(const std::vector<std::string>& modes) {
   std::string line;
   std::string format;
@@ -49,12 +49,12 @@ void print_modes(const std::vector<std::string>& modes) {
   for (const std::string& mode : modes) {
     const std::size_t space = mode.find(' ');
     const std::string name = mode.substr(0, space);
-    const std::string rest = space == std::string::npos ? "" : mode.substr(space + 1);
-    if (name != format || line.size() + rest.size() + 6 > kLine) {
+    const std::string remainder = space == std::string::npos ? "" : mode.substr(space + 1);
+    if (name != format || line.size() + remainder.size() + 6 > kLine) {
       flush();
-      line = fmt::format("{:4}  {}", name, rest);
+      line = fmt::format("{:4}  {}", name, remainder);
     } else {
-      line += "; " + rest;
+      line += "; " + remainder;
     }
     format = name;
   }
@@ -65,7 +65,7 @@ void print_device(const drivers::Device& device) {
   fmt::print("{}\n  driver: {}\n  {}: {}\n", device.what, device.driver, is_serial(device) ? "port" : "device",
              device.name);
   if (is_serial(device) && is_forbidden(device.name)) {
-    fmt::print("  it may not be opened: sudo usermod -aG dialout $USER, then log in anew\n");
+    fmt::print("  it may not be opened: sudo usermod -aG dialout $USER, then log in again\n");
   }
   std::vector<std::string> known;
   std::string unknown;
@@ -87,13 +87,12 @@ void execute() {
   const drivers::Devices devices = drivers::list_devices();
   for (const drivers::Device& device : devices.found) print_device(device);
   for (const std::string& path : forbidden_cameras()) {
-    fmt::print("{} may not be opened: sudo usermod -aG video $USER, then log in anew\n", path);
+    fmt::print("{} may not be opened: sudo usermod -aG video $USER, then log in again\n", path);
   }
   if (devices.found.empty()) {
     fmt::print(
-        "no camera and no serial port was found: plugged in, and with power? Permission: the groups video (cameras) "
-        "and\n"
-        "dialout (serial ports); `id` tells yours. dmesg tells what the kernel made of the cable.\n");
+        "no camera and no serial port was found: are they plugged in, and do they have power? Permission: the groups\n"
+        "video (cameras) and dialout (serial ports); `id` prints yours. dmesg prints the kernel's messages.\n");
   }
   for (const std::string& why : devices.not_looked_for) fmt::print("not looked for: {}\n", why);
 }
@@ -101,8 +100,8 @@ void execute() {
 }  // namespace
 
 void add_devices(CLI::App& program) {
-  CLI::App* command = program.add_subcommand(
-      "devices", "Cameras and serial ports of this machine, by the names that a robot file can give them");
+  CLI::App* command =
+      program.add_subcommand("devices", "List cameras and serial ports of this machine, by the names for robot files");
   command->callback([] { execute(); });
 }
 

@@ -27,11 +27,12 @@ struct Options {
   doctor::Options doctor;
 };
 
-// Whoever does not answer for so long has gone away.
+// Without an answer for this time, the user is assumed to be away.
 constexpr std::chrono::minutes kAnswerTime{10};
 constexpr int kLook_ms = 100;
 
-/// A line of the terminal without its spaces at either end; nothing at its end, after a signal, or where none comes.
+/// Returns a line of the terminal without spaces at its ends. Returns nothing at the end of input, after a signal, or
+/// without an answer in time.
 std::optional<std::string> read_answer(const std::atomic<bool>& stop) {
   const auto until = std::chrono::steady_clock::now() + kAnswerTime;
   std::string line;
@@ -49,12 +50,12 @@ std::optional<std::string> read_answer(const std::atomic<bool>& stop) {
   return std::nullopt;
 }
 
-/// Talks on stderr, where the table is not.
+/// Asks questions on stderr, because the table goes to stdout.
 class Terminal {
  public:
   std::optional<std::string> ask(const std::string& question, const std::atomic<bool>& stop) {
     bar_.reset();
-    // What was typed before the question is no answer to it.
+    // Text that was typed before the question is no answer to it.
     ::tcflush(STDIN_FILENO, TCIFLUSH);
     std::fputs(question.c_str(), stderr);
     return read_answer(stop);
@@ -74,7 +75,7 @@ class Terminal {
 };
 
 void execute(const Options& options) {
-  const files::Robot robot = files::read_robot(options.robot);
+  const config::Robot robot = config::read_robot(options.robot);
   const std::atomic<bool>& stop = stop_on_signals();
   const SteadyClock clock;
   doctor::Report report;
@@ -94,7 +95,7 @@ void execute(const Options& options) {
   fmt::print("{}\n{}\n", doctor::table(report), verdict);
   std::fflush(stdout);
   if (report.has_failed()) {
-    throw CommandFailed(fmt::format("{}: not all is in order: what to do is in the table", options.robot.string()));
+    throw CommandFailed(fmt::format("{}: a part failed; the table names what to do", options.robot.string()));
   }
 }
 
@@ -103,14 +104,14 @@ void execute(const Options& options) {
 void add_doctor(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "doctor", "Check a robot part by part: cameras, pair, drive, stop time; what is wrong, and what to do");
+      "doctor", "Check a robot part by part: cameras, pair, drive, stop time; print faults and what to do");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
-  command->add_option("--seconds", options->doctor.seconds, "How long each camera, and the pair, is measured")
+  command->add_option("--seconds", options->doctor.seconds, "Time for which each camera, and the pair, is measured")
       ->check(number_within(0.5, 3600))
       ->capture_default_str();
   command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,
-                    "Both wheels hang free: turn them without asking. Else it is asked for on the terminal, and\n"
-                    "without a terminal the wheels are never turned");
+                    "Confirms that both wheels hang free: turn them without a question. Otherwise the program asks on\n"
+                    "the terminal; without a terminal it never turns the wheels");
   command->footer("Exit status: 0 nothing failed, 1 something did, 2 bad usage.");
   command->callback([options] { execute(*options); });
 }

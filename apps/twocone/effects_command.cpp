@@ -10,10 +10,10 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/key_places.h"
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/key_places.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "drivers/sim_povray/effects.h"
@@ -26,7 +26,7 @@ struct Options {
   bool verify = false;
 };
 
-/// A simulated camera and the size of its pictures.
+/// A simulated camera and the size of its images.
 struct View {
   sim_povray::ViewSettings settings;
   CameraSettings size;
@@ -43,7 +43,7 @@ std::vector<View> views_of(const drivers::RobotSettings& robot) {
   return views;
 }
 
-/// Rows of columns, each as wide as its widest cell.
+/// Prints rows of columns, each as wide as its widest cell.
 void print_columns(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths;
   for (const auto& row : rows) {
@@ -78,20 +78,19 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
                     std::to_string(result.greatest), fmt::format("{:.4f}", result.mean),
                     fmt::format("{:.0f} ms", 1e3 * result.everything_s),
                     fmt::format("{:.0f} ms", 1e3 * result.choice_s),
-                    result.is_time_told ? fmt::format("{:.0f} %", 100 * saved) : "not told"});
+                    result.is_time_told ? fmt::format("{:.0f} %", 100 * saved) : "uncertain"});
   }
   fmt::print(
-      "\nThe picture of the start with everything on and as chosen; pixels in the mirror, differences of 255,\n"
-      "processor time of POV-Ray for one picture (the median of three); saved is not told where the three times of "
-      "one\n"
-      "overlap those of the other\n\n");
+      "\nThe first image with everything on and as chosen: pixels in the mirror, differences of 255, and POV-Ray's\n"
+      "processor time for one image (the median of three). The saving is uncertain where the two sets of three times\n"
+      "overlap.\n\n");
   print_columns(rows);
   for (const sim_povray::Verification& result : results) {
     if (result.different > 0) fmt::print("\n{}: {} pixels differ: {}\n", result.view, result.different, result.why);
   }
 }
 
-/// Pixels that differ, though neither scene nor map asks for it, are a failure.
+/// Pixels that differ are a failure if neither the scene nor the map requests the difference.
 void check_verification(const std::vector<sim_povray::Verification>& results) {
   for (const sim_povray::Verification& result : results) {
     if (result.different > 0 && !result.is_asked_for) {
@@ -102,21 +101,22 @@ void check_verification(const std::vector<sim_povray::Verification>& results) {
 }
 
 void execute(const Options& options) {
-  const files::Robot robot = files::read_robot(options.robot);
-  const files::Map map = files::read_map(robot.map);
-  const drivers::RobotSettings settings = files::to_robot_settings(robot, map, 1);
+  const config::Robot robot = config::read_robot(options.robot);
+  const config::Map map = config::read_map(robot.map);
+  const drivers::RobotSettings settings = config::to_robot_settings(robot, map, 1);
   if (!settings.world) {
     throw CommandFailed(fmt::format("{}: no part has driver sim_povray: nothing is simulated", robot.file.string()));
   }
-  // Of a served world, what it would be if it were served from the robot's map.
-  const sim_povray::PlaceSettings place = settings.world->attach.empty() ? settings.world->place : files::to_place(map);
+  // For a served world, this is the place of the robot's map.
+  const sim_povray::PlaceSettings place =
+      settings.world->attach.empty() ? settings.world->place : config::to_place(map);
   const std::vector<View> views = views_of(settings);
   std::vector<sim_povray::ViewSettings> asked;
   asked.reserve(views.size());
   for (const View& view : views) asked.push_back(view.settings);
 
   print_effects(
-      value_or_fail(sim_povray::effect_table(place, settings.world->seat, asked, files::key_places(robot, map))));
+      value_or_fail(sim_povray::effect_table(place, settings.world->session, asked, config::key_places(robot, map))));
   fmt::print("\n{}\n", sim_povray::describe_confinement(place));
   std::fflush(stdout);
   if (!options.verify) return;
@@ -127,7 +127,7 @@ void execute(const Options& options) {
     for (const View& view : views) {
       bar.show(double(results.size()) / double(views.size()));
       const auto verified =
-          value_or_fail(sim_povray::verify_effects(place, settings.world->seat, {view.settings}, view.size));
+          value_or_fail(sim_povray::verify_effects(place, settings.world->session, {view.settings}, view.size));
       results.insert(results.end(), verified.begin(), verified.end());
     }
   }
@@ -141,10 +141,10 @@ void execute(const Options& options) {
 void add_effects(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      program.add_subcommand("effects", "Which effects scene, map and robot call for, why, and what they cost");
+      program.add_subcommand("effects", "List the effects that scene, map and robot use, why, and what they cost");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   command->add_flag("--verify", options->verify,
-                    "Render the first picture with everything on and as chosen; compare pixels and time");
+                    "Render the first image with everything on and as chosen; compare pixels and time");
   command->callback([options] { execute(*options); });
 }
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/foreign/import_run.h"
+#include "apps/import/import_run.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -16,14 +16,14 @@ namespace twocone::cli {
 namespace {
 
 struct Options {
-  foreign::Recording recording;
+  importer::Recording recording;
   std::filesystem::path out;
   std::string times_in;
   std::optional<double> max_skew_ms;
 };
 
-const std::map<std::string, foreign::StampUnit>& units() {
-  using foreign::StampUnit;
+const std::map<std::string, importer::StampUnit>& units() {
+  using importer::StampUnit;
   static const std::map<std::string, StampUnit> kUnits{{"s", StampUnit::kSeconds},
                                                        {"ms", StampUnit::kMilliseconds},
                                                        {"us", StampUnit::kMicroseconds},
@@ -34,10 +34,10 @@ const std::map<std::string, foreign::StampUnit>& units() {
 void execute(Options options) {
   if (!options.times_in.empty()) options.recording.unit = units().at(options.times_in);
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
-  foreign::Imported imported;
+  importer::Imported imported;
   {
     ProgressBar bar("import");
-    imported = foreign::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
+    imported = importer::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
   }
   for (const std::string& event : imported.events) say(event);
   say(fmt::format("{} frames are in {}; next: twocone localise {}", imported.frames, options.out.string(),
@@ -48,26 +48,26 @@ void execute(Options options) {
 
 void add_import(CLI::App& program) {
   auto options = std::make_shared<Options>();
-  foreign::Recording& recording = options->recording;
-  CLI::App* command = program.add_subcommand("import", "A run folder of what another program recorded");
-  command->add_option("--robot", recording.robot_file, "Robot file of the robot that it is of")->required();
-  command->add_option("--lower", recording.lower, "Folder of the lower camera's pictures, PNG or JPEG")->required();
-  command->add_option("--upper", recording.upper, "Folder of the upper camera's pictures")->required();
+  importer::Recording& recording = options->recording;
+  CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
+  command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
+  command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();
+  command->add_option("--upper", recording.upper, "Folder of the upper camera's images")->required();
   command->add_option("--out", options->out, "Run folder to make")->required();
   command->add_option("--lower-times", recording.lower_times,
-                      "Lines TIME NAME or TIME,NAME of the lower pictures; default: their names are the times");
-  command->add_option("--upper-times", recording.upper_times, "The same of the upper pictures");
+                      "Lines TIME NAME or TIME,NAME of the lower images; default: their names are the times");
+  command->add_option("--upper-times", recording.upper_times, "The same for the upper images");
   command
       ->add_option("--times-in", options->times_in,
-                   "What the pictures' times count: s, ms, us or ns; default: seconds if they have a decimal point, "
+                   "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
                    "nanoseconds if they have 19 digits")
       ->check(CLI::IsMember(units()));
   command->add_option("--trajectory", recording.trajectory,
-                      "TUM file of where the robot was, by another system, on the pictures' clock");
+                      "TUM file of the robot's true poses from another system, on the images' clock");
   command->add_option("--odometry", recording.odometry,
-                      "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the pictures' clock");
+                      "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the images' clock");
   command->add_option("--max-skew-ms", options->max_skew_ms,
-                      "Time between the two pictures of a pair at most; default: half of their median period");
+                      "Greatest time between the two images of a pair; default: half of their median period");
   command->callback([options] { execute(*options); });
 }
 

@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/replace_run.h"
 #include "apps/runs/other_robot.h"
-#include "apps/runs/replace_run.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_yaml.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -25,17 +26,17 @@ struct Options {
   bool replace = false;
 };
 
-/// As the run was made, unless another robot's file says otherwise.
-runs::Method method_of(const Options& options) {
-  if (!options.method.empty()) return runs::method_named(options.method);
+/// Returns the method of --method, or of the other robot's file, or of the run.
+estimation::Method method_of(const Options& options) {
+  if (!options.method.empty()) return estimation::method_named(options.method);
   if (!options.robot.empty()) {
-    const files::Robot robot = files::read_robot(options.robot);
-    if (!robot.estimator.method.empty()) return runs::method_named(robot.estimator.method);
+    const config::Robot robot = config::read_robot(options.robot);
+    if (!robot.estimator.method.empty()) return estimation::method_named(robot.estimator.method);
   }
-  return runs::method_named(runs::read_run_yaml(options.folder).info.method);
+  return estimation::method_named(runlog::read_run_yaml(options.folder).info.method);
 }
 
-runs::RunData localise(const Options& options, runs::Method method, const std::filesystem::path& folder) {
+runlog::RunData localise(const Options& options, estimation::Method method, const std::filesystem::path& folder) {
   const std::atomic<bool>& stop = stop_on_signals();
   ProgressBar bar("localise");
   runs::LocaliseOptions how;
@@ -47,21 +48,21 @@ runs::RunData localise(const Options& options, runs::Method method, const std::f
       fmt::format("interrupted: {} is as it was; next: the same command again", options.folder.string()));
 }
 
-/// The run's images under another robot's file. What fails leaves no folder that would bar the next try.
-runs::RunData localise_copy(const Options& options, runs::Method method) {
+/// Localises the run's images with another robot's file. After a failure no folder is left that would block a retry.
+runlog::RunData localise_copy(const Options& options, estimation::Method method) {
   runs::copy_run_for_robot(options.folder, options.robot, options.out, options.replace);
   try {
     return localise(options, method, options.out);
   } catch (...) {
-    runs::remove_run(options.out);
+    runlog::remove_run(options.out);
     throw;
   }
 }
 
 void execute(const Options& options) {
   if (options.replace && options.out.empty()) throw BadUsage("--force needs --out: the run that it replaces");
-  const runs::Method method = method_of(options);
-  const runs::RunData data =
+  const estimation::Method method = method_of(options);
+  const runlog::RunData data =
       options.robot.empty() ? localise(options, method, options.folder) : localise_copy(options, method);
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(data, notes));
@@ -72,15 +73,15 @@ void execute(const Options& options) {
 
 void add_localise(CLI::App& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("localise", "Ranges and fixes again, offline, from a run's stored frames");
+  CLI::App* command = program.add_subcommand("localise", "Repeat ranges and fixes offline, from a run's stored frames");
   command->add_option("DIR", options->folder, "Run folder")->required();
   command
       ->add_option("--method", options->method, "How to range and localise (default: as the run, or as --robot says)")
-      ->check(CLI::IsMember(runs::method_names()));
+      ->check(is_method());
   auto* robot =
       command->add_option("--robot", options->robot,
-                          "Robot file whose rig, wheels and estimator to take, as calibrate writes one; needs --out");
-  auto* out = command->add_option("--out", options->out, "Run folder to make for them, of the same pictures");
+                          "Robot file whose rig, wheels and estimator to use, such as one from calibrate; needs --out");
+  auto* out = command->add_option("--out", options->out, "Run folder to make for the results, with the same images");
   command->add_flag("--allow-missing", options->allow_missing,
                     "Leave frames that have lost an image without an answer (verdict no_image)");
   command->add_flag("--force", options->replace, "Replace the run that is in --out");

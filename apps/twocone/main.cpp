@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "apps/runs/version.h"
+#include "apps/runlog/version.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/standard_streams.h"
@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kBadUsage = 2;
-constexpr int kCannotTell = 3;
-constexpr int kSignalled = 128;  // and the signal's number, as a shell reports a program that it ended
+constexpr int kUndecided = 3;
+constexpr int kSignalled = 128;  // plus the signal's number, as a shell reports it
 
 int complain(const char* what, int status) noexcept {
   std::fputs("twocone: ", stderr);
@@ -26,7 +26,7 @@ int complain(const char* what, int status) noexcept {
   return status;
 }
 
-/// CLI11 would only say that a subcommand is required.
+/// Names the unknown subcommand. CLI11 would only report that a subcommand is required.
 void check_subcommand(const CLI::App& program, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   const auto named = program.get_subcommands([&](const CLI::App* c) { return c->get_name() == argv[1]; });
@@ -34,9 +34,9 @@ void check_subcommand(const CLI::App& program, int argc, char** argv) {
 }
 
 int run_program(int argc, char** argv) {
-  CLI::App program{"twocone: a robot that sees all round with two cone mirrors, simulated or real", "twocone"};
-  program.set_version_flag("--version", fmt::format("twocone {} ({}) {}", twocone::runs::version(),
-                                                    twocone::runs::commit(), twocone::runs::compiler()));
+  CLI::App program{"twocone: a robot that sees in all directions with two cone mirrors, simulated or real", "twocone"};
+  program.set_version_flag("--version", fmt::format("twocone {} ({}) {}", twocone::runlog::version(),
+                                                    twocone::runlog::commit(), twocone::runlog::compiler()));
   program.require_subcommand(1);
   program.formatter(std::make_shared<twocone::cli::HelpFormatter>());  // subcommands inherit it
   twocone::cli::add_run(program);
@@ -67,16 +67,16 @@ int run_and_catch(int argc, char** argv) {
     return run_program(argc, argv);
   } catch (const twocone::cli::BadUsage& error) {
     return complain(error.what(), kBadUsage);
-  } catch (const twocone::cli::CannotTell& error) {
-    return complain(error.what(), kCannotTell);
+  } catch (const twocone::cli::Undecided& error) {
+    return complain(error.what(), kUndecided);
   } catch (const twocone::cli::Interrupted& stopped) {
     return complain(stopped.what(), kSignalled + twocone::cli::stop_signal());
   } catch (const std::exception& error) {
-    // What could not be written is named by main().
+    // main() names the stream that could not be written.
     if (std::ferror(stdout) != 0) return kFailed;
     return complain(error.what(), kFailed);
   } catch (...) {
-    return complain("something was thrown that is no exception", kFailed);
+    return complain("an unknown exception was thrown", kFailed);
   }
 }
 

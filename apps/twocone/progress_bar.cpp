@@ -17,12 +17,12 @@ namespace twocone::cli {
 namespace {
 
 constexpr std::size_t kWidth = 30;
-constexpr std::size_t kLeastWidth = 5;  ///< of a bar that still shows something
+constexpr std::size_t kLeastWidth = 5;  ///< width below which a bar shows nothing
 constexpr int kUsualColumns = 80;
 constexpr std::chrono::seconds kQuiet{2};
 constexpr std::chrono::milliseconds kInterval{200};
 
-/// Looked up anew each time: a window may be made narrower while the bar is shown.
+/// Reads the width each time, because the window may become narrower while the bar is shown.
 int terminal_columns() {
   winsize size{};
   return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsualColumns;
@@ -34,12 +34,12 @@ std::string progress_line(const std::string& what, double done, double spent_s, 
   const double share = std::clamp(done, 0.0, 1.0);
   const std::string percent = fmt::format(" {:3.0f} %", 100 * share);
   std::string left;
-  // Before a fiftieth is done, an estimate would jump about.
+  // Before a fiftieth of the work is done, an estimate would be unstable.
   if (share > 0.02) {
     const auto left_s = std::lround(spent_s / share * (1 - share));
     left = fmt::format(" {}:{:02} left", left_s / 60, left_s % 60);
   }
-  // A terminal goes to its next line after the last column, where the carriage return does not take it back.
+  // A terminal continues on its next line after the last column, and the carriage return does not undo that.
   const std::size_t room = std::size_t(std::max(columns, 2)) - 1;
   if (what.size() + percent.size() + left.size() > room) left.clear();
   if (what.size() + percent.size() > room) return (what + percent).substr(0, room);

@@ -6,21 +6,22 @@
 
 namespace twocone::cli {
 
-/// "render [######....]  61 % 0:12 left": shorter than `columns`, with a shorter bar or none where that is little.
+/// Returns "render [######....]  61 % 0:12 left", shorter than `columns`. In few columns the bar is short or absent.
 /// @param done share, clamped to [0, 1]
 [[nodiscard]] std::string progress_line(const std::string& what, double done, double spent_s, int columns);
 
-/// One line on stderr with a bar and the time left, from two seconds on. Quiet when stderr is no terminal.
+/// Shows one line on stderr with a bar and the remaining time, after two seconds. It is silent if stderr is no
+/// terminal.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);
-  /// Takes the bar away.
+  /// Removes the bar.
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   void show(double done);
-  /// A line of its own on stderr, above the bar.
+  /// Prints a separate line on stderr, above the bar.
   void say(const std::string& line);
 
  private:

@@ -8,9 +8,9 @@
 
 #include "apps/report/report.h"
 #include "apps/report/table.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/run_lock.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_lock.h"
-#include "apps/runs/run_yaml.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "apps/twocone/standard_streams.h"
@@ -19,12 +19,12 @@ namespace twocone::cli {
 namespace {
 
 void execute(const std::filesystem::path& folder) {
-  (void)runs::read_run_yaml(folder);  // no lock in a folder that is no run
-  // A run that another program writes is read as it is by now, and its summary is left to that program.
-  const auto lock = runs::RunLock::try_take(folder);
-  const runs::RunData data = runs::read_run(folder);
-  if (lock) runs::write_summary_of(data, runs::OnTop::kYes);
-  std::vector<std::string> notes;  // write_report tells the same again
+  (void)runlog::read_run_yaml(folder);  // without a run there is no lock
+  // If another program writes the run, its present state is read, and that program writes the summary.
+  const auto lock = runlog::RunLock::try_take(folder);
+  const runlog::RunData data = runlog::read_run(folder);
+  if (lock) runs::write_summary_of(data, runlog::OnTop::kYes);
+  std::vector<std::string> notes;  // not printed, because write_report returns the same notes
   fmt::print("{}", report::table_of(data, notes));
   std::fflush(stdout);
   std::optional<report::ReportResult> result;

@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
-#include "apps/runs/effort.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/summary/timing.h"
 #include "apps/runs/resume.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_yaml.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
@@ -33,7 +33,7 @@ struct Options {
   double patience_s = std::chrono::duration<double>(run.patience).count();
 };
 
-/// runs/NAME-BEHAVIOUR-seedN, or with -2, -3 ... behind it where that holds a run.
+/// Returns runs/NAME-BEHAVIOUR-seedN, with -2, -3 ... appended if that exists.
 std::filesystem::path free_folder(const std::string& robot, const runs::RunOptions& run) {
   const std::string name = fmt::format("runs/{}-{}-seed{}", robot, run.behaviour, run.seed);
   std::filesystem::path folder = name;
@@ -41,59 +41,60 @@ std::filesystem::path free_folder(const std::string& robot, const runs::RunOptio
   return folder;
 }
 
-files::Robot with_budget(files::Robot robot, const Options& options) {
+config::Robot with_budget(config::Robot robot, const Options& options) {
   try {
-    return runs::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
+    return estimation::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
   } catch (const std::invalid_argument& error) {
     throw BadUsage(fmt::format("--budget-ms: {}", error.what()));
   }
 }
 
-/// What an interrupted run has left, and how it goes on.
+/// Returns what an interrupted run has stored, and the command that continues it.
 std::string next_step(const runs::RunOptions& run) {
   if (!std::filesystem::exists(run.out / "run.yaml")) {
     return "interrupted before its first frame: no run folder is left; next: the same command again";
   }
   const std::string folder = run.out.string();
-  const runs::RunData data = runs::read_run(run.out, "", runs::Tables::kFrames);
+  const runlog::RunData data = runlog::read_run(run.out, "", runlog::Tables::kFrames);
   return fmt::format("interrupted: {} of {} frames are in {}; next: twocone {} {}", data.frames.size(),
                      data.info.frames_wanted, folder,
                      runs::why_not_resumed(run.out).empty() ? "run --resume" : "report", folder);
 }
 
-Result<runs::RunInfo> drive(Options& options, const runs::Progress& progress, const std::atomic<bool>& stop,
-                            const files::Robot& robot) {
+Result<runlog::RunInfo> drive(Options& options, const runs::Progress& progress, const std::atomic<bool>& stop,
+                              const config::Robot& robot) {
   if (!options.resume.empty()) return runs::resume(options.run.out, options.run, progress, stop);
-  return runs::run(robot, files::read_map(robot.map), options.run, progress, stop);
+  return runs::run(robot, config::read_map(robot.map), options.run, progress, stop);
 }
 
 void execute(Options options) {
-  files::Robot robot;
+  config::Robot robot;
   if (options.resume.empty()) {
-    robot = files::read_robot(options.robot);
-    options.run.method = options.method.empty() ? runs::method_of(robot) : runs::method_named(options.method);
+    robot = config::read_robot(options.robot);
+    options.run.method =
+        options.method.empty() ? estimation::method_of(robot) : estimation::method_named(options.method);
     if (options.budget_ms) robot = with_budget(std::move(robot), options);
     if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
   } else {
-    const runs::RunYaml before = runs::read_run_yaml(options.resume);
+    const runlog::RunYaml before = runlog::read_run_yaml(options.resume);
     robot = before.robot;
     options.run.frames = before.info.frames_wanted;
     options.run.out = options.resume;
   }
 
-  // The present frame is finished and the wheels stop.
+  // After a signal, the present frame is completed and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
 
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
-    options.run.tell = [&bar](const std::string& event) { bar.say(event); };
+    options.run.notify = [&bar](const std::string& event) { bar.say(event); };
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
     const auto driven = drive(
         options, [&bar](double done) { bar.show(done); }, stop, robot);
     if (!driven && stop) throw Interrupted(next_step(options.run));
     value_or_fail(driven);
   }
-  const runs::RunData data = runs::read_run(options.run.out);
+  const runlog::RunData data = runlog::read_run(options.run.out);
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(data, notes));
   for (const std::string& note : notes) say(fmt::format("note: {}", note));
@@ -108,8 +109,8 @@ void add_run(CLI::App& program) {
       program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
   auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
   auto* resume = command->add_option("--resume", options->resume,
-                                     "Run folder of a simulated run that was interrupted or killed: go on with it,\n"
-                                     "as it was begun; takes no other option");
+                                     "Run folder of a simulated run that was interrupted or killed: continue it with\n"
+                                     "the same settings; takes no other option");
   command->add_option("--frames", options->run.frames, "Stereo frames to take")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
@@ -118,22 +119,23 @@ void add_run(CLI::App& program) {
       ->capture_default_str();
   command
       ->add_option("--method", options->method,
-                   fmt::format("How to range and localise (default: as the robot file says, else {})",
-                               runs::to_string(runs::kDefaultMethod)))
-      ->check(CLI::IsMember(runs::method_names()));
-  command->add_option("--budget-ms", options->budget_ms,
-                      "Milliseconds for looking and locating, of each frame: method full refines no longer than that");
-  command->add_option("--seed", options->run.seed, "Of everything random in the run")
+                   fmt::format("How to range and localise (default: from the robot file, else {})",
+                               estimation::to_string(estimation::kDefaultMethod)))
+      ->check(is_method());
+  command->add_option(
+      "--budget-ms", options->budget_ms,
+      "Milliseconds for vision and localisation of each frame: method outline refines no longer than that");
+  command->add_option("--seed", options->run.seed, "Seed of all random numbers of the run")
       ->check(whole_number())
       ->capture_default_str();
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
   command
       ->add_option("--patience", options->patience_s,
-                   "Seconds for which a device that fails is put up with, the wheels at rest (real robots)")
+                   "Seconds to wait for a device that fails, with the wheels stopped (real robots)")
       ->check(number_within(0, 86'400))
       ->capture_default_str();
   command->add_flag("--truth", options->run.truth,
-                    "Also write what each mirror pixel really shows (simulation; 6 renderings a frame)");
+                    "Also write the true content of each mirror pixel (simulation; 6 renderings per frame)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");
   for (CLI::Option* const other : command->get_options()) {
     if (other != resume && other->get_name() != "--help") resume->excludes(other);

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/map_file.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/map_file.h"
+#include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
@@ -21,16 +21,16 @@ struct Options {
   std::string name;
 };
 
-/// scenes/lab.map.yaml: lab
+/// Returns lab for scenes/lab.map.yaml.
 std::string name_of(const std::filesystem::path& map) {
   const std::string file = map.filename().string();
   return file.substr(0, file.find('.'));
 }
 
 void execute(const Options& options) {
-  const sim_povray::PlaceSettings place = files::to_place(files::read_map(options.map));
+  const sim_povray::PlaceSettings place = config::to_place(config::read_map(options.map));
 
-  // Every robot's wheels stop and the name gets free.
+  // After a signal every robot's wheels stop and the name becomes free.
   const std::atomic<bool>& stop = stop_on_signals();
 
   const Status served = sim_povray::serve_world(
@@ -46,7 +46,7 @@ void add_serve(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("serve", "Run a simulated world for several robots or programs, until it is interrupted");
   command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
-  command->add_option("--name", options->name, "What robot files call it in `attach:` (default: the map file's name)");
+  command->add_option("--name", options->name, "Name for `attach:` of robot files (default: the map file's name)");
   command->callback([options] { execute(*options); });
 }
 

@@ -14,7 +14,8 @@ namespace twocone::cli {
 void open_missing_streams() noexcept {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(fd, F_GETFD) >= 0 || errno != EBADF) continue;
-    // open() gives the lowest number that is free: this one. For writing where it is read, and the other way round.
+    // open() returns the lowest free number, which is this one. Standard input is opened for writing and the others for
+    // reading, so that each use fails.
     static_cast<void>(::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
 }

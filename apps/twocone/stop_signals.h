@@ -5,11 +5,11 @@
 
 namespace twocone::cli {
 
-/// From now on SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set what is returned, so that the work
-/// can end in good order; a second one ends the program at once.
+/// Makes SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set the returned flag, so that the work can
+/// end in good order. A second signal ends the program at once.
 const std::atomic<bool>& stop_on_signals();
 
-/// The signal that came; 0: none yet.
+/// Returns the signal that arrived; 0: none yet.
 int stop_signal();
 
 }  // namespace twocone::cli

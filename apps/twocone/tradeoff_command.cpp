@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/robot_writer.h"
-#include "apps/runs/disk.h"
+#include "apps/config/robot_writer.h"
+#include "apps/runlog/storage/disk.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/choice_text.h"
 #include "apps/tradeoff/output.h"
@@ -36,18 +36,18 @@ struct Options {
   bool shards = false, merge = false;
   std::optional<double> target_mm, budget_ms;
   std::filesystem::path write_robot;
-  int check_legs = 40;
+  int validation_episodes = 40;
 
-  [[nodiscard]] bool has_wish() const { return target_mm || budget_ms; }
-  [[nodiscard]] tradeoff::Wish wish() const {
-    tradeoff::Wish wish;
-    if (target_mm) wish.target_m = *target_mm / 1e3;
-    if (budget_ms) wish.budget_s = *budget_ms / 1e3;
-    return wish;
+  [[nodiscard]] bool has_requirement() const { return target_mm || budget_ms; }
+  [[nodiscard]] tradeoff::Requirement requirement() const {
+    tradeoff::Requirement requirement;
+    if (target_mm) requirement.target_m = *target_mm / 1e3;
+    if (budget_ms) requirement.budget_s = *budget_ms / 1e3;
+    return requirement;
   }
 };
 
-/// What CLI11 lets through.
+/// Checks that CLI11 does not make.
 void check(const Options& options) {
   const auto positive = [](const char* name, const std::optional<double>& value) {
     if (value && !(std::isfinite(*value) && *value > 0)) {
@@ -56,10 +56,10 @@ void check(const Options& options) {
   };
   positive("--target-mm", options.target_mm);
   positive("--budget-ms", options.budget_ms);
-  if (!options.write_robot.empty() && !options.has_wish()) {
-    throw BadUsage("--write-robot needs --target-mm or --budget-ms: what the robot is chosen for");
+  if (!options.write_robot.empty() && !options.has_requirement()) {
+    throw BadUsage("--write-robot needs --target-mm or --budget-ms: the requirement for the choice");
   }
-  // Better said now than after a sweep.
+  // A fault is reported now rather than after a sweep.
   const auto folder = options.write_robot.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
     throw CommandFailed(fmt::format("--write-robot: {} is no folder", folder.string()));
@@ -84,7 +84,7 @@ std::string ranges_of(const std::vector<std::size_t>& rising) {
   return text;
 }
 
-/// The work's options with a bar that shows them.
+/// Returns options of the work that use the bar for progress and messages.
 tradeoff::WorkOptions shown_by(ProgressBar& bar, int jobs) {
   tradeoff::WorkOptions work;
   work.jobs = jobs;
@@ -103,42 +103,43 @@ void run_missing(const Options& options, const tradeoff::Subject& subject, const
   }
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
-    throw Interrupted(fmt::format("interrupted: {} of {} shards are in {}; next: the same command goes on there",
+    throw Interrupted(fmt::format("interrupted: {} of {} shards are in {}; next: the same command continues there",
                                   all - missing.size() + done, all, folder.path().string()));
   }
 }
 
-/// The choice, with its robot file and choice.json.
+/// Makes the choice and writes its robot file and choice.json.
 tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
                         const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
-  const tradeoff::Wish wish = options.wish();
-  fmt::print("\nwish    {}; settings that may do: {} of {}; each is tried on {} fresh places\n",
-             tradeoff::describe(wish), tradeoff::candidates(sweep, wish).size(), sweep.settings.size(),
-             options.check_legs);
+  const tradeoff::Requirement requirement = options.requirement();
+  fmt::print("\ngoal    {}; settings that may meet it: {} of {}; each is tested on {} new episodes\n",
+             tradeoff::describe(requirement), tradeoff::candidates(sweep, requirement).size(), sweep.settings.size(),
+             options.validation_episodes);
   std::fflush(stdout);
   int tried = 0;
   tradeoff::Choice choice = value_or_interrupted(
-      tradeoff::choose(sweep, wish,
+      tradeoff::choose(sweep, requirement,
                        [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
-                         ProgressBar bar(fmt::format("trial {}", ++tried));
-                         return tradeoff::run_check(subject, folder, setting, options.check_legs,
+                         ProgressBar bar(fmt::format("validation {}", ++tried));
+                         return tradeoff::run_check(subject, folder, setting, options.validation_episodes,
                                                     shown_by(bar, options.jobs), stop);
                        }),
-      fmt::format("interrupted: the sweep is in {}; next: the same command goes on there", folder.path().string()));
-  for (const tradeoff::Trial& trial : choice.trials) fmt::print("trial   {}\n", tradeoff::describe(sweep, trial));
+      fmt::format("interrupted: the sweep is in {}; next: the same command continues there", folder.path().string()));
+  for (const tradeoff::Validation& validation : choice.validations)
+    fmt::print("tested  {}\n", tradeoff::describe(sweep, validation));
   fmt::print("choice  {}\n", choice.why);
-  runs::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, wish, choice));
+  runlog::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, requirement, choice));
   const std::filesystem::path file = options.write_robot.empty() ? folder.path() / "chosen.yaml" : options.write_robot;
   if (!choice.setting && options.write_robot.empty()) {
-    // One that an earlier wish left there is not this one's.
+    // A file from an earlier requirement does not belong to this one.
     std::error_code none_there;
     std::filesystem::remove(file, none_there);
   }
   if (choice.setting) {
-    const files::Robot changed =
+    const config::Robot changed =
         tradeoff::robot_of(subject.plan.settings.at(*choice.setting), subject.robot, subject.plan.landmarks);
-    runs::write_whole(
-        file, files::robot_text(subject.robot.file, file, changed, tradeoff::choice_header(sweep, wish, choice)));
+    runlog::write_whole(file, config::robot_text(subject.robot.file, file, changed,
+                                                 tradeoff::choice_header(sweep, requirement, choice)));
     fmt::print("robot   {}\n", file.string());
   }
   return choice;
@@ -150,12 +151,12 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
   fmt::print("{}", tradeoff::table(sweep));
   std::fflush(stdout);
   std::optional<tradeoff::Choice> choice;
-  if (options.has_wish()) choice = choose(options, subject, sweep, folder, stop);
-  const Status drawn = tradeoff::write_pictures(sweep, choice ? &*choice : nullptr, folder.path());
+  if (options.has_requirement()) choice = choose(options, subject, sweep, folder, stop);
+  const Status drawn = tradeoff::write_images(sweep, choice ? &*choice : nullptr, folder.path());
   if (drawn) {
     fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
   } else if (drawn.error().code == ErrorCode::kUnavailable) {
-    say(fmt::format("note: no pictures: {}", drawn.error().message));
+    say(fmt::format("note: no images: {}", drawn.error().message));
     fmt::print("\ntable   {}\n", (folder.path() / "tradeoff.csv").string());
   } else {
     throw CommandFailed(drawn.error().message);
@@ -166,8 +167,8 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
 
 void execute(Options options) {
   check(options);
-  const files::Robot robot = files::read_robot(options.robot);
-  const files::Map map = files::read_map(robot.map);
+  const config::Robot robot = config::read_robot(options.robot);
+  const config::Map map = config::read_map(robot.map);
   const tradeoff::Plan plan = tradeoff::make_plan(robot, map, options.plan);
   const std::size_t all = plan.shards.size();
   if (options.shards) {
@@ -184,7 +185,7 @@ void execute(Options options) {
   const tradeoff::Subject subject{robot, map, plan};
   const tradeoff::SweepFolder folder(options.out, robot, map, plan);
 
-  // Present shards are given up, finished ones are kept.
+  // After a signal the present shards are abandoned, and finished ones are kept.
   const std::atomic<bool>& stop = stop_on_signals();
   if (options.shard) {
     const auto shard = std::size_t(*options.shard);
@@ -208,37 +209,38 @@ void execute(Options options) {
 void add_tradeoff(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "tradeoff", "What accuracy costs in time: sweep image size, smoothing, estimator, landmarks, rate; choose");
+      "tradeoff", "Measure what accuracy costs in time: image size, smoothing, estimator, landmarks, rate; choose");
   command->add_option("--robot", options->robot, "Robot file of a simulated robot (robots/lab_sim.yaml)")->required();
   command->add_option("--out", options->out,
-                      "Folder of the sweep; one that holds a part of it is gone on with\n"
+                      "Folder of the sweep; a sweep that it holds in part is continued\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");
-  command->add_option("--seed", options->plan.seed, "Of everything random in the sweep")
+  command->add_option("--seed", options->plan.seed, "Seed of all random numbers of the sweep")
       ->check(whole_number())
       ->capture_default_str();
-  command->add_option("--legs", options->plan.legs, "Places at which the cheapest pictures are taken")
+  command->add_option("--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images")
       ->check(CLI::Range(3, 100'000))
       ->capture_default_str();
-  command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the places");
-  command->add_option("--jobs", options->jobs, "Shards at one time, each in a process of its own")
+  command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the episodes");
+  command->add_option("--jobs", options->jobs, "Number of shards at one time, each in its own process")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   auto* shard = command->add_option("--shard", options->shard, "Do this shard (from 0) and nothing else: for clusters")
                     ->check(CLI::Range(0, 1'000'000'000));
-  auto* shards = command->add_flag("--shards", options->shards, "Print how many shards there are, and do nothing");
-  auto* merge = command->add_flag("--merge", options->merge, "Do no shard; fail if one is missing");
+  auto* shards = command->add_flag("--shards", options->shards, "Print the number of shards, and do nothing else");
+  auto* merge = command->add_flag("--merge", options->merge, "Run no shard; fail if one is missing");
   auto* target = command->add_option("--target-mm", options->target_mm,
                                      "Choose the cheapest setting whose mean position error is below this");
   auto* budget =
       command->add_option("--budget-ms", options->budget_ms,
-                          "Choose the most accurate setting whose vision and localisation take less than this a frame");
+                          "Choose the most accurate setting whose vision and localisation take less time per frame");
   auto* write = command->add_option("--write-robot", options->write_robot,
-                                    "Robot file to write with what was chosen (default: DIR/chosen.yaml)");
-  auto* legs = command->add_option("--check-legs", options->check_legs, "Fresh places on which a choice is tried")
-                   ->check(CLI::Range(3, 100'000))
-                   ->capture_default_str();
-  shard->excludes(shards, merge, target, budget, write, legs);
-  shards->excludes(merge, target, budget, write, legs);
+                                    "Robot file to write for the choice (default: DIR/chosen.yaml)");
+  auto* episodes =
+      command->add_option("--validation-episodes", options->validation_episodes, "New episodes that test a choice")
+          ->check(CLI::Range(3, 100'000))
+          ->capture_default_str();
+  shard->excludes(shards, merge, target, budget, write, episodes);
+  shards->excludes(merge, target, budget, write, episodes);
   target->excludes(budget);
   command->callback([options] { execute(*options); });
 }

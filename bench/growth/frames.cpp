@@ -9,13 +9,13 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
-#include "apps/files/robot_writer.h"
-#include "apps/files/scaled_robot.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/config/robot_writer.h"
+#include "apps/config/scaled_robot.h"
 #include "apps/runs/run.h"
+#include "base/child_process.h"
 #include "bench/growth/growth.h"
-#include "drivers/sim_povray/render/child_process.h"
 
 namespace twocone::bench {
 namespace {
@@ -24,45 +24,45 @@ namespace fs = std::filesystem;
 
 constexpr std::array kFrames{25, 50, 100, 200};
 
-double cpu_s(int who) {
+double cpu_s(int processes) {
   rusage usage{};
-  ::getrusage(who, &usage);
+  ::getrusage(processes, &usage);
   double sum = 0;
   for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
   return sum;
 }
 
-/// Of this process, since it became this program.
+/// Peak memory of this process since it started this program.
 double peak_mib() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
     double kib = 0;
     if (word == "VmHWM:" && status >> kib) return kib / 1024;
   }
-  throw std::runtime_error("/proc/self/status tells no VmHWM");
+  throw std::runtime_error("/proc/self/status has no VmHWM");
 }
 
 struct RunFigures {
   double wall_s = 0, own_cpu_s = 0, povray_cpu_s = 0, peak_mib = 0;
 };
 
-/// In a process of its own: the most memory that a process has had never falls.
+/// Measures a run in a process of its own, because the peak memory of a process never falls.
 RunFigures figures_of(int frames, const Options& options) {
-  sim_povray::ChildRequest request;
+  base::ChildRequest request;
   request.program.path = fs::read_symlink("/proc/self/exe").string();
   request.program.arguments = {"--run-alone", std::to_string(frames), "--scratch", options.scratch.string()};
   for (char** entry = environ; *entry != nullptr; ++entry) request.program.environment.emplace_back(*entry);
   request.program.folder = options.scratch.string();
   request.max_output = 4096;
   request.timeout = std::chrono::minutes(30);
-  const sim_povray::ChildResult result = sim_povray::run_child(request);
-  if (result.end != sim_povray::ChildResult::End::kEnded || result.wait_status != 0) {
+  const base::ChildResult result = base::run_child(request);
+  if (result.end != base::ChildResult::End::kEnded || result.wait_status != 0) {
     throw std::runtime_error(fmt::format("a run of {} frames: {}", frames, result.errors));
   }
   RunFigures figures;
   std::istringstream line(result.output);
   if (!(line >> figures.wall_s >> figures.own_cpu_s >> figures.povray_cpu_s >> figures.peak_mib)) {
-    throw std::runtime_error("a run's figures are not to be read: " + result.output);
+    throw std::runtime_error("cannot read a run's figures: " + result.output);
   }
   return figures;
 }
@@ -71,13 +71,13 @@ RunFigures figures_of(int frames, const Options& options) {
 
 void run_alone(int frames, const fs::path& scratch) {
   const fs::path file = scratch / "small.yaml";
-  const files::Robot lab = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
-  std::ofstream(file) << files::robot_text(lab.file, file, files::scaled(lab, 0.25), {});
-  const files::Robot robot = files::read_robot(file);
-  const files::Map map = files::read_map(robot.map);
+  const config::Robot lab = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  std::ofstream(file) << config::robot_text(lab.file, file, config::scaled(lab, 0.25), {});
+  const config::Robot robot = config::read_robot(file);
+  const config::Map map = config::read_map(robot.map);
   runs::RunOptions options;
   options.frames = frames;
-  options.method = runs::Method::kFull;
+  options.method = estimation::Method::kOutline;
   options.out = scratch / "run";
   fs::remove_all(options.out);
   const std::atomic<bool> stop{false};
@@ -91,7 +91,7 @@ Growth grow_frames(const Options& options) {
   Growth growth;
   growth.title = "Frames of a run";
   growth.what =
-      "`twocone run` in the lab with pictures of 160 x 120 pixels, method `full` (and `paper` beside it, as always), "
+      "`twocone run` in the lab with images of 160 x 120 pixels, method `outline` (and `paper` beside it, as always), "
       "each in a process of its own. Memory is that of the program, without POV-Ray's.";
   growth.size_name = "frames";
   Column wall{"wall time, s", 2, {}};

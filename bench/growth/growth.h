@@ -12,7 +12,7 @@
 #include "hal/result.h"
 #include "vision/ranging.h"
 
-/// How times grow with what there is more of.
+/// Measures how times grow with the number of robots, frames, pixels and landmarks.
 namespace twocone::bench {
 
 struct Options {
@@ -21,56 +21,58 @@ struct Options {
   std::filesystem::path scratch;                           ///< an empty folder
 };
 
-/// One thing that was measured.
+/// One measured quantity.
 struct Column {
   std::string name;                          ///< with its unit
-  int digits = 2;                            ///< behind the point
+  int digits = 2;                            ///< after the decimal point
   std::vector<std::vector<double>> repeats;  ///< for each size, its repeats
   bool grows = true;                         ///< it gets an exponent
 };
 
 struct Growth {
   std::string title;
-  std::string what;                 ///< how it was measured, a sentence or two
+  std::string what;                 ///< the method of measurement, a sentence or two
   std::string size_name;            ///< "robots"
-  std::vector<double> sizes;        ///< that the exponents belong to
+  std::vector<double> sizes;        ///< to which the exponents belong
   std::vector<std::string> labels;  ///< of the sizes, as printed
   std::vector<Column> columns;
 };
 
-/// A table as markdown: each cell the median with the lowest and the highest of its repeats; then the exponents
-/// of the medians with their intervals, and those between the last two sizes, where what is paid once weighs least.
+/// A table as markdown: each cell is the median with the lowest and the highest of its repeats. Then follow the
+/// exponents of the medians with their intervals, and those between the last two sizes, where fixed costs matter least.
 std::string markdown(const Growth& growth);
 
 Growth grow_robots(const Options& options);
-/// The same where no view has to give its process up to another.
+/// As grow_robots(), where no view has to give up its process to another.
 Growth grow_robots_with_a_process_a_view(Options options);
-/// What other robots in the room do to a robot's fixes.
+/// Measures the effect of other robots in the room on a robot's fixes.
 Growth grow_error_by_robots(const Options& options);
 Growth grow_frames(const Options& options);
 Growth grow_pixels(const Options& options);
 Growth grow_vision_landmarks(const Options& options);
 Growth grow_localisation_landmarks(const Options& options);
 
-/// A run of so many frames in this process, alone; one line of figures for grow_frames() on standard output.
+/// Runs this number of frames in this process alone and prints one line of figures for grow_frames() on standard
+/// output.
 void run_alone(int frames, const std::filesystem::path& scratch);
 
 // ---- for the parts
 
-/// What puts an object of a scene, made about the origin, there; the scene has lab.pov's or room.inc's W().
+/// The scene text that moves an object, made about the origin, to that pose; the scene has lab.pov's or room.inc's W().
 std::string standing_at(const Pose2& pose);
-/// A robot there, of the parts of scenes/parts/robot.inc. @param first_line its `//*PMName`, or nothing
+/// The scene text of a robot at that pose, of the parts of scenes/parts/robot.inc. @param first_line its `//*PMName`,
+/// or nothing
 std::string robot_at(const Pose2& pose, const std::string& first_line = "");
 
-/// The cameras `lower` and `upper`, streaming.
+/// Opens the cameras `lower` and `upper` and starts them.
 std::vector<std::unique_ptr<Camera>> start_pair(sim_povray::Simulation& simulation, const CameraSettings& settings,
                                                 int antialias = 1);
 
-/// How many landmarks have a range.
+/// Number of landmarks with a range.
 int ranged(const std::vector<vision::RangeMeasurement>& measurements);
 
-double wall_s();        ///< of the steady clock
-double thread_cpu_s();  ///< of the calling thread
+double wall_s();        ///< time of the steady clock
+double thread_cpu_s();  ///< processor time of the calling thread
 double median(std::vector<double> values);
 
 template <typename T>

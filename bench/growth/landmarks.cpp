@@ -9,7 +9,7 @@
 #include "bench/growth/growth.h"
 #include "localisation/least_squares_fix.h"
 #include "tests/support/synthetic_lab.h"
-#include "vision/full_ranging.h"
+#include "vision/outline_ranging.h"
 
 namespace twocone::bench {
 namespace {
@@ -18,10 +18,10 @@ using namespace vision::testing_support;  // NOLINT(google-build-using-namespace
 
 constexpr std::array kSeen{3, 4, 6, 8, 12};
 constexpr std::array kInFix{3, 6, 12, 25, 50, 100};
-constexpr int kPicturesOfOne = 5;  ///< poses
+constexpr int kImagesOfOne = 5;  ///< number of poses
 constexpr int kFixes = 200;
 
-/// A strong colour of that hue, linear.
+/// A saturated colour of that hue, linear.
 Eigen::Vector3d colour_of(double turn) {
   const auto channel = [turn](double at) {
     const double off = std::abs(std::remainder(turn - at, 1.0)) * 6;
@@ -30,15 +30,15 @@ Eigen::Vector3d colour_of(double turn) {
   return {channel(0), channel(1.0 / 3), channel(2.0 / 3)};
 }
 
-/// Pillars round an ellipse, as in the lab, with hues round the circle; neighbours are far apart in hue.
-std::vector<SyntheticLandmark> pillars(int count) {
+/// Landmarks round an ellipse, as in the lab, with hues round the circle; neighbours are far apart in hue.
+std::vector<SyntheticLandmark> landmarks(int count) {
   std::vector<SyntheticLandmark> all;
   for (int i = 0; i < count; ++i) {
     const double turn = (i + 0.13) / count;
     const int stride = count % 5 == 0 ? 1 : 5;
     const double hue = double(i * stride % count) / count;
-    all.push_back(pillar(2.4 * std::cos(2 * std::numbers::pi * turn), 2.0 * std::sin(2 * std::numbers::pi * turn),
-                         colour_of(hue), 0.12));
+    all.push_back(landmark(2.4 * std::cos(2 * std::numbers::pi * turn), 2.0 * std::sin(2 * std::numbers::pi * turn),
+                           colour_of(hue), 0.12));
   }
   return all;
 }
@@ -47,7 +47,7 @@ std::vector<SyntheticLandmark> pillars(int count) {
 std::vector<localisation::LandmarkMeasurement> sightings(int count, int variant) {
   std::vector<localisation::LandmarkMeasurement> all;
   for (int i = 0; i < count; ++i) {
-    const double turn = 2.3999632 * i;  // the golden angle: no symmetry
+    const double turn = 2.3999632 * i;  // the golden angle avoids symmetry
     localisation::LandmarkMeasurement m;
     m.landmark_m = {2.7 * std::cos(turn), 2.2 * std::sin(turn) + 0.05 * i / count};
     const Eigen::Vector2d to = m.landmark_m - Eigen::Vector2d(0.21, -0.34);
@@ -68,9 +68,9 @@ Growth grow_vision_landmarks(const Options& options) {
   Growth growth;
   growth.title = "Landmarks, vision";
   growth.what = fmt::format(
-      "Method `full` on synthetic pictures of {} x {} pixels with noise of a grey level: processor time of a stereo "
+      "Method `outline` on synthetic images of {} x {} pixels with noise of a grey level: processor time of a stereo "
       "frame, median of {}, at {} poses.",
-      kPicture.width, kPicture.height, options.repeats, kPicturesOfOne);
+      kImage.width, kImage.height, options.repeats, kImagesOfOne);
   growth.size_name = "landmarks";
   Column vision{"vision, ms", 2, {}};
   Column measured{"measured", 0, {}, false};
@@ -79,10 +79,10 @@ Growth grow_vision_landmarks(const Options& options) {
     growth.labels.push_back(std::to_string(count));
     vision.repeats.emplace_back();
     measured.repeats.emplace_back();
-    const auto all = pillars(count);
-    const vision::FullRanging ranging(rig.rig, targets_of(all), kPicture, kPicture);
+    const auto all = landmarks(count);
+    const vision::OutlineRanging ranging(rig.rig, targets_of(all), kImage, kImage);
     std::mt19937_64 random(1);
-    for (int i = 0; i < kPicturesOfOne; ++i) {
+    for (int i = 0; i < kImagesOfOne; ++i) {
       const Eigen::Vector2d at(0.25 * std::cos(2.1 * i), 0.25 * std::sin(2.1 * i));
       const auto pair = rig.take({seen_from(all, at, 0.37 + 1.1 * i), {}, {}}, {1, 1}, random);
       std::vector<double> times_ms;

@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <opencv2/core.hpp>
 
-#include "apps/runs/version.h"
+#include "apps/runlog/version.h"
 #include "bench/growth/growth.h"
 #include "tests/support/temporary_folder.h"
 
@@ -32,7 +32,7 @@ const std::vector<Part>& parts() {
 void measure(Options options, const std::vector<std::string>& wanted) {
   const testing_support::TemporaryFolder folder;
   options.scratch = folder.path();
-  fmt::print("twocone {}, commit {}, {}; {} processors.\n", runs::version(), runs::commit(), runs::compiler(),
+  fmt::print("twocone {}, commit {}, {}; {} processors.\n", runlog::version(), runlog::commit(), runlog::compiler(),
              std::thread::hardware_concurrency());
   fmt::print(
       "Each cell: the median, and the lowest and the highest of the repeats. Exponents: least squares over the "

@@ -7,11 +7,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/map_file.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/map_file.h"
+#include "apps/config/to_layers.h"
 #include "bench/growth/growth.h"
-#include "drivers/sim_povray/hall.h"
 #include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::bench {
@@ -24,13 +24,13 @@ constexpr int kSteps = 20;
 constexpr int kWorldSteps = 50'000;
 constexpr CameraSettings kSize{160, 120, 15};
 constexpr auto kLong = std::chrono::minutes(5);
-// Each goes round a circle of 0.15 m diameter about its place: with a body of 0.2 m it keeps clear of its neighbours.
+// Each robot drives round a circle of 0.15 m diameter about its place: with a body of 0.2 m it does not touch others.
 constexpr WheelSpeeds kSpeeds{-1.5, 4.5};
 
-/// Places 0.9 m apart and more, in two rows.
+/// The places are 0.9 m apart or more, in two rows.
 Pose2 place_of(int robot) { return {-1.4 + 0.95 * (robot % 4), robot < 4 ? -0.5 : 0.5, 0.3 + 0.7 * robot}; }
 
-/// The room of scenes/pair with so many of its robots.
+/// The room of scenes/pair with this number of its robots.
 PlaceSettings room(int robots, const Options& options) {
   const std::string parts = TWOCONE_SOURCE_DIR "/scenes/parts";
   std::string scene = fmt::format("#version 3.7;\n#include \"{0}/room.inc\"\n#include \"{0}/robot.inc\"\n", parts);
@@ -44,7 +44,7 @@ PlaceSettings room(int robots, const Options& options) {
           name, i + 1, height, standing_at(at));
     }
   }
-  PlaceSettings place = files::to_place(files::read_map(TWOCONE_SOURCE_DIR "/scenes/pair/pair.map.yaml"));
+  PlaceSettings place = config::to_place(config::read_map(TWOCONE_SOURCE_DIR "/scenes/pair/pair.map.yaml"));
   place.moving.clear();
   place.scene = options.scratch / fmt::format("robots_{}.pov", robots);
   std::ofstream(place.scene) << scene;
@@ -52,13 +52,13 @@ PlaceSettings room(int robots, const Options& options) {
   return place;
 }
 
-SeatSettings seat_of(int robot) {
-  SeatSettings seat;
-  seat.name = std::to_string(robot + 1);
-  seat.body.start = place_of(robot);
-  seat.body.radius_m = 0.2;
-  seat.body.seed = std::uint64_t(robot) + 1;
-  return seat;
+SessionSettings session_of(int robot) {
+  SessionSettings session;
+  session.name = std::to_string(robot + 1);
+  session.body.start = place_of(robot);
+  session.body.radius_m = 0.2;
+  session.body.seed = std::uint64_t(robot) + 1;
+  return session;
 }
 
 /// One robot with all its devices, for a thread of its own.
@@ -67,8 +67,8 @@ struct Rider {
   std::unique_ptr<DiffDrive> drive;
   std::vector<std::unique_ptr<Camera>> cameras;
 
-  Rider(Hall& hall, const SeatSettings& seat)
-      : simulation(make_simulation(value(hall.take_seat(seat)), seat)),
+  Rider(SimulationHost& host, const SessionSettings& session)
+      : simulation(make_simulation(value(host.join(session)), session)),
         drive(simulation->open_drive()),
         cameras(start_pair(*simulation, kSize)) {}
   void ride(int steps) {
@@ -88,13 +88,13 @@ void all_ride(std::vector<Rider>& riders, int steps) {
   for (auto& ride : rides) ride.get();
 }
 
-/// Processor time of a step of the world alone: no pictures, no threads.
+/// Processor time of a step of the world alone: no images, no threads.
 double world_step_us(int robots, const PlaceSettings& place) {
   World world(place);
   world.set_rate(kSize.rate_hz);
   std::vector<World::RobotId> ids;
   ids.reserve(std::size_t(robots));
-  for (int i = 0; i < robots; ++i) ids.push_back(value(world.add_robot(seat_of(i).body)));
+  for (int i = 0; i < robots; ++i) ids.push_back(value(world.add_robot(session_of(i).body)));
   const double begin_s = thread_cpu_s();
   for (int step = 0; step < kWorldSteps; ++step) {
     for (const auto id : ids) world.command(id, kSpeeds);
@@ -113,38 +113,38 @@ Growth grow_robots(const Options& options) {
   growth.title = fmt::format("Robots in one world, {} POV-Ray processes", options.processes);
   growth.what = fmt::format(
       "Robots that step in lock-step in one small room, each with two mirrors of {} x {} pixels; a step is one of all "
-      "robots, a repeat {} steps, with {} processes at most. The world's own step: {} steps without pictures.",
+      "robots, a repeat {} steps, with {} processes at most. The world's own step: {} steps without images.",
       kSize.width_px, kSize.height_px, kSteps, options.processes, kWorldSteps);
   growth.size_name = "robots";
   Column wall{"wall time of a step, ms", 0, {}};
   Column cpu{"POV-Ray's processor time of a step, ms", 0, {}};
-  Column picture{"the same of a picture, ms", 1, {}};
+  Column image{"the same of an image, ms", 1, {}};
   Column world{"the world's own step, us", 2, {}};
   for (const int robots : kRobots) {
     growth.sizes.push_back(robots);
     growth.labels.push_back(std::to_string(robots));
     const PlaceSettings place = room(robots, options);
-    for (Column* column : {&wall, &cpu, &picture, &world}) column->repeats.emplace_back();
-    const auto hall = value(Hall::open(place));
+    for (Column* column : {&wall, &cpu, &image, &world}) column->repeats.emplace_back();
+    const auto host = value(SimulationHost::open(place));
     std::atomic<std::int64_t> cpu_ns{0};
     std::vector<Rider> riders;
     for (int i = 0; i < robots; ++i) {
-      SeatSettings seat = seat_of(i);
-      seat.rendered = [&cpu_ns](const RenderedPicture& rendered) { cpu_ns += rendered.cpu.count(); };
-      riders.emplace_back(*hall, seat);
+      SessionSettings session = session_of(i);
+      session.rendered = [&cpu_ns](const RenderedImage& rendered) { cpu_ns += rendered.cpu.count(); };
+      riders.emplace_back(*host, session);
     }
-    all_ride(riders, 2);  // until the mirrors are found and the processes are there
+    all_ride(riders, 2);  // finds the mirrors and starts the processes
     for (int repeat = 0; repeat < options.repeats; ++repeat) {
       cpu_ns = 0;
       const double begin_s = wall_s();
       all_ride(riders, kSteps);
       wall.repeats.back().push_back(1e3 * (wall_s() - begin_s) / kSteps);
       cpu.repeats.back().push_back(1e-6 * double(cpu_ns.load()) / kSteps);
-      picture.repeats.back().push_back(cpu.repeats.back().back() / (2 * robots));
+      image.repeats.back().push_back(cpu.repeats.back().back() / (2 * robots));
       world.repeats.back().push_back(world_step_us(robots, place));
     }
   }
-  growth.columns = {wall, cpu, picture, world};
+  growth.columns = {wall, cpu, image, world};
   return growth;
 }
 

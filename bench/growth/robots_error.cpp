@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 
 #include "apps/behaviours/behaviour.h"
-#include "apps/files/map_file.h"
-#include "apps/files/to_layers.h"
-#include "apps/runs/adaptive.h"
+#include "apps/config/map_file.h"
+#include "apps/config/to_layers.h"
+#include "apps/estimation/adaptive.h"
 #include "bench/growth/growth.h"
 #include "bench/growth/seen.h"
 
@@ -22,21 +22,21 @@ namespace {
 constexpr std::array kRobots{1, 2, 4, 6, 8};
 constexpr int kRooms = 10;  ///< each is one repeat
 constexpr int kPoses = 4;   ///< in each room
-/// Between two robots, from middle to middle.
+/// Least distance between two robots, from middle to middle.
 constexpr double kApart_m = 0.5;
 
-/// Where everybody stands in one room.
+/// The poses of all robots in one room.
 struct Room {
-  std::vector<Pose2> poses;  ///< of the robot that looks
+  std::vector<Pose2> poses;  ///< of the robot that measures
   std::vector<Pose2> others;
 };
 
-Room make_room(const files::Robot& robot, const files::Map& map, int number) {
+Room make_room(const config::Robot& robot, const config::Map& map, int number) {
   std::mt19937_64 random(std::uint64_t(number) + 1);
   const auto between = [&random](double least, double most) {
     return least + (most - least) * double(random() >> 11U) * 0x1p-53;
   };
-  const behaviours::Arena arena = files::to_arena(map);
+  const behaviours::Arena arena = config::to_arena(map);
   std::vector<Pose2> all;
   while (all.size() < kPoses + std::size_t(kRobots.back() - 1)) {
     const Pose2 pose{between(map.bounds.min_x_m, map.bounds.max_x_m), between(map.bounds.min_y_m, map.bounds.max_y_m),
@@ -49,38 +49,38 @@ Room make_room(const files::Robot& robot, const files::Map& map, int number) {
   return {{all.begin(), all.begin() + kPoses}, {all.begin() + kPoses, all.end()}};
 }
 
-/// The lab with the first so many of the others standing about.
-sim_povray::Venue open(const files::Map& map, const Room& room, int others, const Options& options) {
+/// The lab with the first `others` of the other robots.
+sim_povray::ReusedHost open(const config::Map& map, const Room& room, int others, const Options& options) {
   std::ifstream in(*map.scene);
   std::string scene{std::istreambuf_iterator<char>(in), {}};
   scene += fmt::format("\n#include \"{}/scenes/parts/robot.inc\"\n", TWOCONE_SOURCE_DIR);
   for (int i = 0; i < others; ++i) scene += robot_at(room.others[std::size_t(i)]);
-  sim_povray::PlaceSettings place = files::to_place(map);
+  sim_povray::PlaceSettings place = config::to_place(map);
   place.scene = options.scratch / "bystanders.pov";
   std::ofstream(place.scene) << scene;
-  return value(sim_povray::Venue::open(place));
+  return value(sim_povray::ReusedHost::open(place));
 }
 
 }  // namespace
 
 Growth grow_error_by_robots(const Options& options) {
-  const files::Robot robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
-  const files::Map map = files::read_map(robot.map);
-  const sim_povray::SeatSettings seat = files::to_robot_settings(robot, map, 1).world->seat;
+  const config::Robot robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  const config::Map map = config::read_map(robot.map);
+  const sim_povray::SessionSettings session = config::to_robot_settings(robot, map, 1).world->session;
   const cv::Size size(robot.lower.width_px, robot.lower.height_px);
-  const vision::FullRanging ranging(files::to_rig(robot), files::to_targets(map), size, size);
-  const auto landmarks_m = files::to_landmark_positions(map);
+  const vision::OutlineRanging ranging(config::to_rig(robot), config::to_targets(map), size, size);
+  const auto landmarks_m = config::to_landmark_positions(map);
 
   std::vector<Room> rooms;
   rooms.reserve(kRooms);
   for (int number = 0; number < kRooms; ++number) rooms.push_back(make_room(robot, map, number));
 
   Growth growth;
-  growth.title = "Robots in one room, what one of them makes of it";
+  growth.title = "Robots in one room, errors of one of them";
   growth.what = fmt::format(
-      "The lab with other robots standing about, who hide landmarks and parts of them: method `full` on {} x {} pixels "
-      "without anti-aliasing. {} draws of where all stand, {} poses of the looking robot in each, the same for each "
-      "number of robots; an error is the mean over a draw's fixes.",
+      "The lab with other robots, which hide landmarks or parts of them: method `outline` on {} x {} pixels without "
+      "anti-aliasing. {} draws of all places, {} poses of the measuring robot in each, the same for each number of "
+      "robots; an error is the mean over a draw's fixes.",
       size.width, size.height, kRooms, kPoses);
   growth.size_name = "robots";
   Column error{"position error, mm", 2, {}};
@@ -91,15 +91,15 @@ Growth grow_error_by_robots(const Options& options) {
     growth.labels.push_back(std::to_string(robots));
     for (Column* column : {&error, &fixes, &measured}) column->repeats.emplace_back();
     for (const Room& room : rooms) {
-      const sim_povray::Venue venue = open(map, room, robots - 1, options);
+      const sim_povray::ReusedHost host = open(map, room, robots - 1, options);
       double sum_mm = 0;
       int fixed = 0;
       int ranges = 0;
       for (const Pose2& pose : room.poses) {
-        const Seen seen = seen_at(venue, seat, robot, pose);
-        const auto answers = ranging.measure(seen.pictures.at(0), seen.pictures.at(1));
+        const Seen seen = seen_at(host, session, robot, pose);
+        const auto answers = ranging.measure(seen.images.at(0), seen.images.at(1));
         ranges += ranged(answers);
-        const localisation::Fix fix = runs::fix_of_full(answers, landmarks_m, true);
+        const localisation::Fix fix = estimation::fix_of_outline(answers, landmarks_m, true);
         if (!fix.position_m || fix.other_position_m) continue;
         ++fixed;
         sum_mm += 1e3 * std::hypot(fix.position_m->x() - pose.x_m, fix.position_m->y() - pose.y_m);

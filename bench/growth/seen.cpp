@@ -14,27 +14,27 @@ constexpr auto kLong = std::chrono::minutes(5);
 
 }  // namespace
 
-Seen seen_at(const sim_povray::Venue& venue, sim_povray::SeatSettings seat, const files::Robot& robot,
+Seen seen_at(const sim_povray::ReusedHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
              const Pose2& pose) {
   std::mutex mutex;
   double ms = 0;
-  seat.body.begin = pose;
-  seat.rendered = [&](const sim_povray::RenderedPicture& picture) {
+  session.body.begin = pose;
+  session.rendered = [&](const sim_povray::RenderedImage& image) {
     const std::lock_guard lock(mutex);
-    ms += 1e-6 * double(picture.cpu.count());
+    ms += 1e-6 * double(image.cpu.count());
   };
-  const auto simulation = value(venue.enter(seat));
+  const auto simulation = value(host.enter(session));
   const auto cameras = start_pair(*simulation, {robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz},
                                   robot.lower.antialias);
   std::vector<Frame> frames;
   frames.reserve(cameras.size());
   for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
   Seen seen;
-  seen.pictures.reserve(frames.size());
+  seen.images.reserve(frames.size());
   for (const Frame& frame : frames) {
     const auto image = value(frame.image(kLong));
     assert(image->format == PixelFormat::kRgb8);
-    seen.pictures.push_back(
+    seen.images.push_back(
         cv::Mat(image->height_px, image->width_px, CV_8UC3, const_cast<std::uint8_t*>(image->bytes.data())).clone());
   }
   const std::lock_guard lock(mutex);

@@ -5,19 +5,19 @@
 
 #include <opencv2/core.hpp>
 
-#include "apps/files/robot_file.h"
+#include "apps/config/robot_file.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/pose.h"
 
 namespace twocone::bench {
 
 struct Seen {
-  std::vector<cv::Mat> pictures;  ///< lower, upper; CV_8UC3, r g b
-  double render_ms = 0;           ///< POV-Ray's processor time for both
+  std::vector<cv::Mat> images;  ///< lower, upper; CV_8UC3, r g b
+  double render_ms = 0;         ///< POV-Ray's processor time for both
 };
 
 /// The stereo frame of time 0 at a pose. @throws std::runtime_error for whatever fails
-Seen seen_at(const sim_povray::Venue& venue, sim_povray::SeatSettings seat, const files::Robot& robot,
+Seen seen_at(const sim_povray::ReusedHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
              const Pose2& pose);
 
 }  // namespace twocone::bench

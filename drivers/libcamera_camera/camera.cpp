@@ -21,32 +21,33 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-// As in drivers/v4l2_camera: what a reader may keep, how long a camera may be silent, which frame is too old.
+// As in drivers/v4l2_camera: buffers left to the device, limits of a camera's silence, age of a frame that is too old.
 constexpr std::size_t kLeftToDevice = 2;
 constexpr unsigned kBuffers = 6;
 constexpr double kSilentPeriods = 10;
 constexpr milliseconds kLeastSilence{500};
 constexpr double kStalePeriods = 2;
-// A camera that missed so many is asked whether it is still there before it is stopped.
+// A camera that sent nothing for this many periods is checked for presence before it is stopped.
 constexpr double kDoubtfulPeriods = 3;
 constexpr std::chrono::seconds kSameClock{10};
 
 nanoseconds steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
-/// libcamera's times count time asleep too, or do not, as the kernel's driver has it.
-std::optional<nanoseconds> on_steady_clock(nanoseconds told) {
+/// Converts a time of libcamera. Whether it includes the time during which the machine was suspended depends on the
+/// kernel's driver.
+std::optional<nanoseconds> on_steady_clock(nanoseconds reported) {
   const nanoseconds now = steady_now();
-  if (std::chrono::abs(now - told) < kSameClock) return told;
-  timespec awake_or_not{};
-  ::clock_gettime(CLOCK_BOOTTIME, &awake_or_not);
-  const nanoseconds asleep = std::chrono::seconds(awake_or_not.tv_sec) + nanoseconds(awake_or_not.tv_nsec) - now;
-  if (std::chrono::abs(now - (told - asleep)) < kSameClock) return told - asleep;
+  if (std::chrono::abs(now - reported) < kSameClock) return reported;
+  timespec since_boot{};
+  ::clock_gettime(CLOCK_BOOTTIME, &since_boot);
+  const nanoseconds suspended = std::chrono::seconds(since_boot.tv_sec) + nanoseconds(since_boot.tv_nsec) - now;
+  if (std::chrono::abs(now - (reported - suspended)) < kSameClock) return reported - suspended;
   return std::nullopt;
 }
 
 }  // namespace
 
-/// What the camera settled on.
+/// The settings that the camera accepted.
 struct Applied {
   std::string id;
   std::string model;
@@ -114,13 +115,13 @@ class LibcameraCamera::Impl {
       const auto newest = stream_->take_newest(deadline);
       if (!newest) return why_none(limit);
       passed_over += newest->passed_over;
-      const lc::FrameMetadata& told = newest->buffer->metadata();
-      if (told.status == lc::FrameMetadata::FrameError) {
-        note_sequence(told.sequence);
+      const lc::FrameMetadata& metadata = newest->buffer->metadata();
+      if (metadata.status == lc::FrameMetadata::FrameError) {
+        note_sequence(metadata.sequence);
         stream_->give_back(newest->request);
-        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", applied_.id, told.sequence)};
+        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", applied_.id, metadata.sequence)};
       }
-      const bool is_whole = told.status == lc::FrameMetadata::FrameSuccess;
+      const bool is_whole = metadata.status == lc::FrameMetadata::FrameSuccess;
       if (is_whole && !(newest->was_starved && is_stale(*newest))) return hand_out(*newest, passed_over);
       if (is_whole) ++passed_over;
       stream_->give_back(newest->request);
@@ -140,7 +141,7 @@ class LibcameraCamera::Impl {
     stream_.reset();
   }
 
-  void tell(CameraFacts& facts) const {
+  void describe(CameraFacts& facts) const {
     facts.device = fmt::format("{} ({})", applied_.model, applied_.id);
     if (format_) facts.format = format_->name;
     facts.rate_told = applied_.controls.rate_hz.has_value();
@@ -157,7 +158,7 @@ class LibcameraCamera::Impl {
   }
 
   void close() {
-    configuration_.reset();  // before the camera that it is of
+    configuration_.reset();  // must end before its camera
     device_.reset();
   }
 
@@ -175,7 +176,7 @@ class LibcameraCamera::Impl {
       stream.pixelFormat = candidate.code;
       stream.size = {unsigned(wanted.width_px), unsigned(wanted.height_px)};
       stream.bufferCount = std::max(stream.bufferCount, kBuffers);
-      // What hal/image.h says of Y, U and V. A camera that cannot choose keeps its own.
+      // hal/image.h defines Y, U and V by ITU-R BT.601. A camera without a choice keeps its own colour space.
       if (has_yuv(candidate.layout)) stream.colorSpace = lc::ColorSpace::Smpte170m;
       if (configuration_->validate() == lc::CameraConfiguration::Invalid || stream.pixelFormat != candidate.code) {
         continue;
@@ -189,9 +190,9 @@ class LibcameraCamera::Impl {
                              fmt::join(formats_of(*device_->camera()), ", "))};
   }
 
-  /// Why no frame came within `limit`.
+  /// The reason why no frame came within `limit`.
   [[nodiscard]] Error why_none(milliseconds limit) const {
-    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} went away", applied_.id)};
+    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} is disconnected", applied_.id)};
     const milliseconds silence = silence_limit();
     if (!stream_->is_silent(silence)) {
       return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", applied_.id, limit.count())};
@@ -203,7 +204,8 @@ class LibcameraCamera::Impl {
     return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms", applied_.id, silence.count())};
   }
 
-  /// When the frame began to come: the sensor's time where it is told, which is before any processing of the picture.
+  /// The time at which the frame began to arrive: the sensor's time if libcamera reports it, which is before any
+  /// processing of the image.
   [[nodiscard]] static std::optional<nanoseconds> time_of(const Newest& newest) {
     const auto sensor = newest.request->metadata().get(lc::controls::SensorTimestamp);
     return on_steady_clock(nanoseconds(sensor.value_or(std::int64_t(newest.buffer->metadata().timestamp))));
@@ -214,7 +216,7 @@ class LibcameraCamera::Impl {
     return captured && steady_now() - *captured > periods(kStalePeriods);
   }
 
-  /// Counts on through wraps of 32 bits. Returns how many exposures lie between.
+  /// Continues the count when the 32-bit number wraps. Returns the number of exposures in between.
   std::uint64_t note_sequence(unsigned sequence) {
     const unsigned step = last_sequence_ ? sequence - *last_sequence_ : 1;
     last_sequence_ = sequence;
@@ -243,11 +245,11 @@ class LibcameraCamera::Impl {
     return Frame(header, std::move(image));
   }
 
-  /// The buffer's bytes, lent if that can be.
+  /// Fills `image` with the buffer's bytes, lent if possible.
   Status fill(Image& image, const Newest& newest) {
     std::size_t used = 0;
     for (const auto& plane : newest.buffer->metadata().planes()) used += plane.bytesused;
-    const auto expected = picture_bytes(image.format, image.width_px, image.height_px);
+    const auto expected = image_bytes(image.format, image.width_px, image.height_px);
     if (used < std::max<std::size_t>(expected.value_or(0), 1)) {
       return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", applied_.id,
                                                     newest.buffer->metadata().sequence, used, expected.value_or(1))};
@@ -269,7 +271,7 @@ class LibcameraCamera::Impl {
     return pack(image, newest, size, expected ? row_bytes : size, expected ? stride : size);
   }
 
-  /// Rows without what lies between them.
+  /// Copies the rows without the padding between them.
   Status pack(Image& image, const Newest& newest, std::size_t size, std::size_t row_bytes, std::size_t stride) const {
     std::vector<std::uint8_t> packed;
     packed.reserve(size);
@@ -294,7 +296,7 @@ class LibcameraCamera::Impl {
   Applied applied_;
   std::shared_ptr<Stream> stream_;
   std::optional<unsigned> last_sequence_;
-  std::uint64_t sequence_ = 0;  // of the next frame
+  std::uint64_t sequence_ = 0;  // number of the next frame
 };
 
 LibcameraCamera::LibcameraCamera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -310,6 +312,6 @@ Result<CameraSettings> LibcameraCamera::do_configure(const CameraSettings& wante
 Status LibcameraCamera::do_start() { return impl_->start(); }
 Result<Frame> LibcameraCamera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
 void LibcameraCamera::do_stop() noexcept { impl_->stop(); }
-void LibcameraCamera::do_tell(CameraFacts& facts) const { impl_->tell(facts); }
+void LibcameraCamera::do_tell(CameraFacts& facts) const { impl_->describe(facts); }
 
 }  // namespace twocone::libcamera_camera

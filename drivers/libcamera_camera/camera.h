@@ -8,20 +8,21 @@
 
 namespace twocone::libcamera_camera {
 
-/// Frames are in the camera's own format, and lent where their planes lie side by side: their buffer goes back when the
-/// last copy of the frame is gone. Where too few buffers are left for the camera, frames are copies instead. Capture
-/// times are libcamera's (SensorTimestamp where it tells that), of the steady clock: when the frame began to come.
+/// A camera of libcamera. Frames are in the camera's own format. They are lent if their planes are contiguous in
+/// memory: a frame's buffer goes back when the last copy of the frame is destroyed. If too few buffers are left for the
+/// camera, frames are copies instead. Capture times are libcamera's (SensorTimestamp if it is reported), on the steady
+/// clock: the time at which the frame began to arrive.
 ///
-/// facts(): controls as the camera tells them with its frames, where it does, else as they were set, within the limits
-/// that it tells. The rate is the nearest to the one asked for within the camera's FrameDurationLimits, where it has
-/// them.
+/// facts() holds the controls as the camera reports them with its frames; if it does not, as they were set, within the
+/// limits that it reports. The rate is the nearest to the requested one within the camera's FrameDurationLimits, if it
+/// has them.
 ///
-/// libcamera tells nothing when a camera stops sending: grab() waits no longer than ten frame periods, and at least
-/// half a second, whatever it is asked for. The camera is then asked for its formats: kTimeout if it answers,
-/// kDisconnected if not. After kDisconnected, configure() looks for the camera anew.
+/// libcamera does not report that a camera stopped sending. Whatever its timeout, grab() waits at most ten frame
+/// periods, or half a second if that is longer. It then asks the camera for its formats: kTimeout if it answers,
+/// kDisconnected if not. After kDisconnected, configure() searches for the camera again.
 ///
-/// libcamera 0.0.3 ends the program when a camera that is gone is stopped. So such a stream is left as it is: its
-/// buffers, and libcamera's thread that goes on looking at the device, stay until the program ends.
+/// libcamera 0.0.3 ends the program when a camera that is gone is stopped. Such a stream is therefore abandoned: its
+/// buffers, and libcamera's thread that continues to poll the device, remain until the program ends.
 class LibcameraCamera final : public Camera {
  public:
   /// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does

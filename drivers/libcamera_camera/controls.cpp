@@ -19,7 +19,7 @@ Number first_of(const lc::ControlValue& value) {
   return number;
 }
 
-/// The number that a value holds, or the first of several; nothing where it holds none.
+/// The number that a value holds, or the first of several; nothing if it holds none.
 std::optional<double> number_of(const lc::ControlValue& value) {
   if (value.numElements() == 0) return std::nullopt;
   switch (value.type()) {
@@ -40,13 +40,13 @@ std::optional<double> number_of(const lc::ControlValue& value) {
 
 template <typename Integer>
 Integer nearest(double number) {
-  // Half of what 64 bits hold: its own limit is no double.
+  // For 64 bits the bound is about half the range, because the type's own limit is not exact as a double.
   const double most = std::min(double(std::numeric_limits<Integer>::max()), 4.0e18);
   const double least = std::max(double(std::numeric_limits<Integer>::min()), -4.0e18);
   return static_cast<Integer>(std::llround(std::clamp(number, least, most)));
 }
 
-/// A number as a value of the control's type.
+/// Converts a number to a value of the control's type.
 std::optional<lc::ControlValue> value_for(const lc::ControlId& control, double number) {
   if (is_array(control)) return std::nullopt;
   switch (control.type()) {

@@ -10,18 +10,18 @@
 
 namespace twocone::libcamera_camera {
 
-/// What a stream starts with.
+/// The controls with which a stream starts.
 struct ChosenControls {
   lc::ControlList list;
-  /// Those that were asked for, in that order, within the limits that the camera tells.
+  /// The requested controls, in that order, within the limits that the camera reports.
   std::vector<std::pair<const lc::ControlId*, double>> applied;
-  std::optional<double> rate_hz;  ///< where the camera has a control of it
+  std::optional<double> rate_hz;  ///< if the camera has a control for it
 };
 
-/// Errors: kRefused, naming the controls that there are.
+/// Errors: kRefused, naming the existing controls.
 Result<ChosenControls> choose_controls(const lc::Camera& camera, const std::vector<Control>& wanted, double rate_hz);
 
-/// Puts in `applied` what the camera used for a frame, where it tells.
+/// Stores in `applied` the values that the camera used for a frame, if it reports them.
 void read_back(const lc::ControlList& metadata, ChosenControls& applied);
 
 }  // namespace twocone::libcamera_camera

@@ -11,14 +11,15 @@
 namespace twocone::libcamera_camera {
 namespace {
 
-/// Counted by hand: a weak_ptr is empty before the manager it saw has stopped, and a second one then ends the program.
+/// The manager has its own count of users. A weak_ptr would be empty before its manager has stopped; a second manager,
+/// started then, would end the program.
 struct TheManager {
   std::mutex mutex;
   std::unique_ptr<lc::CameraManager> running;
   int users = 0;
 };
 TheManager& the_manager() {
-  static TheManager& manager = *new TheManager;  // a stream that was abandoned uses it to the program's end
+  static TheManager& manager = *new TheManager;  // never deleted: an abandoned stream uses it until the program ends
   return manager;
 }
 
@@ -81,36 +82,36 @@ Result<std::shared_ptr<Device>> Device::open(const std::string& name) {
 
 Device::Device(std::shared_ptr<Manager> manager, std::shared_ptr<lc::Camera> camera)
     : manager_(std::move(manager)), camera_(std::move(camera)) {
-  camera_->disconnected.connect(told_.get(), [told = told_] {
-    const std::lock_guard lock(told->mutex);
-    told->is_gone = true;
-    told->changed.notify_all();
+  camera_->disconnected.connect(shared_.get(), [shared = shared_] {
+    const std::lock_guard lock(shared->mutex);
+    shared->is_gone = true;
+    shared->changed.notify_all();
   });
-  camera_->requestCompleted.connect(told_.get(), [told = told_](lc::Request* request) {
+  camera_->requestCompleted.connect(shared_.get(), [shared = shared_](lc::Request* request) {
     if (request->status() == lc::Request::RequestCancelled) return;
-    const std::lock_guard lock(told->mutex);
-    --told->queued;
-    told->last = std::chrono::steady_clock::now();
-    told->completed.push_back(request);
-    told->changed.notify_all();
+    const std::lock_guard lock(shared->mutex);
+    --shared->queued;
+    shared->last = std::chrono::steady_clock::now();
+    shared->completed.push_back(request);
+    shared->changed.notify_all();
   });
 }
 
 Device::~Device() {
-  camera_->disconnected.disconnect(told_.get());
-  camera_->requestCompleted.disconnect(told_.get());
+  camera_->disconnected.disconnect(shared_.get());
+  camera_->requestCompleted.disconnect(shared_.get());
   camera_->release();
-  camera_.reset();  // before the manager
+  camera_.reset();  // must end before the manager
 }
 
 bool Device::is_gone() const {
-  const std::lock_guard lock(told_->mutex);
-  return told_->is_gone;
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->is_gone;
 }
 
 bool Device::answers() const {
   if (is_gone()) return false;
-  // Every pipeline tries its formats on the device.
+  // Every pipeline handler tries its formats on the device, so a valid configuration shows that the camera answers.
   const auto configuration = camera_->generateConfiguration(viewfinder());
   return configuration && !configuration->empty() && configuration->validate() != lc::CameraConfiguration::Invalid;
 }

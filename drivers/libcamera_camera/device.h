@@ -14,17 +14,18 @@
 
 namespace twocone::libcamera_camera {
 
-/// What libcamera's thread tells the program's. Its slots hold it, so that it outlives a call that is under way.
-struct Told {
+/// State that libcamera's thread reports to the program's thread. libcamera's slots hold it, so that it outlives a call
+/// in progress.
+struct SharedState {
   std::mutex mutex;
   std::condition_variable changed;
   bool is_gone = false;
   std::deque<lc::Request*> completed;
-  std::size_t queued = 0;                        ///< requests in libcamera's hands
-  std::chrono::steady_clock::time_point last{};  ///< when one came back
+  std::size_t queued = 0;                        ///< requests that libcamera has
+  std::chrono::steady_clock::time_point last{};  ///< time of the last completed request
 };
 
-/// One running manager for whoever needs one: libcamera allows no second in a program.
+/// The one running manager, shared by all users: libcamera allows no second one in a program.
 class Manager {
  public:
   /// Errors: kUnavailable.
@@ -39,21 +40,22 @@ class Manager {
   Manager() = default;
 };
 
-/// A camera that is this program's.
+/// A camera that this program has acquired.
 class Device {
  public:
   /// @param name id or model
   /// Errors: kNotFound, kRefused, kDisconnected, kUnavailable.
   static Result<std::shared_ptr<Device>> open(const std::string& name);
-  /// Its stream has been stopped.
+  /// The stream must be stopped before.
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
   [[nodiscard]] const std::shared_ptr<lc::Camera>& camera() const { return camera_; }
-  [[nodiscard]] const std::shared_ptr<Told>& told() const { return told_; }
+  [[nodiscard]] const std::shared_ptr<SharedState>& shared() const { return shared_; }
   [[nodiscard]] bool is_gone() const;
-  /// Whether the camera still can be asked for what it offers: for when it is silent, of which libcamera tells nothing.
+  /// Returns whether the camera still answers a query for its formats. This is for a camera that sends nothing, which
+  /// libcamera does not report.
   [[nodiscard]] bool answers() const;
 
  private:
@@ -61,10 +63,10 @@ class Device {
 
   const std::shared_ptr<Manager> manager_;
   std::shared_ptr<lc::Camera> camera_;
-  const std::shared_ptr<Told> told_ = std::make_shared<Told>();
+  const std::shared_ptr<SharedState> shared_ = std::make_shared<SharedState>();
 };
 
-/// Those of kFormats that it has, each with its largest size: "NV12 up to 1920x1080".
+/// The formats of kFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
 std::vector<std::string> formats_of(lc::Camera& camera);
 
 }  // namespace twocone::libcamera_camera

@@ -13,13 +13,14 @@
 #include "hal/image.h"
 #include "hal/text.h"
 
-/// What libcamera's versions do differently, and nothing else of the driver. Built and tried: 0.0.3. Only read, in its
-/// documentation and headers, not built: 0.1 to 0.5. What changed between them and is met here or by how it is called:
-/// - roles are a vector up to 0.0.x, a span later: viewfinder() fits both, a braced list does not;
-/// - FrameMetadata has a status for frames of a sensor that is not steady yet (FrameStartup): whatever is neither
-///   success nor error is passed over, so that its name is not needed;
-/// - control types of unsigned numbers came: a type that is not known is refused by name;
-/// - ControlId tells from 0.4 on whether it is an array.
+/// The differences between libcamera's versions, and nothing else of the driver. Version 0.0.3 was built and tested.
+/// Versions 0.1 to 0.5 were not built; only their documentation and headers were read. These changes between them are
+/// handled here or by the way of calling:
+/// - Roles are a vector up to 0.0.x, a span later: viewfinder() fits both, a braced list does not.
+/// - FrameMetadata has a status for frames of a sensor that is not yet stable (FrameStartup): a frame whose status is
+///   neither success nor error is skipped, so the name of this status is not needed.
+/// - Control types of unsigned numbers were added: a control of an unknown type is refused by name.
+/// - From 0.4 on, ControlId reports whether it is an array.
 namespace twocone::libcamera_camera {
 
 namespace lc = libcamera;
@@ -32,7 +33,8 @@ inline const std::vector<lc::StreamRole>& viewfinder() {
   return roles;
 }
 
-/// A control of several numbers. Setting one number to it would end the program in libcamera's assertions.
+/// Returns whether a control has several numbers. Setting it to one number would end the program by an assertion of
+/// libcamera.
 inline bool is_array(const lc::ControlId& control) {
 #if TWOCONE_LIBCAMERA_IS(0, 4)
   return control.isArray();
@@ -52,12 +54,11 @@ inline std::string model_of(const lc::Camera& camera) {
 }
 
 struct Format {
-  std::string_view name;  ///< V4L2's
+  std::string_view name;  ///< V4L2's name
   lc::PixelFormat code;
   PixelFormat layout;
 };
-/// Those of kFormats. libcamera names RGB formats by their bits from the highest, V4L2 by their
-/// bytes.
+/// The formats of kFormats. libcamera names RGB formats by their bits from the highest one, V4L2 by their bytes.
 inline const std::array<Format, 7>& formats() {
   static const std::array<Format, 7> all{{{kFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
                                           {kFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},

@@ -10,28 +10,29 @@
 
 #include "hal/camera.h"
 
-/// Cameras that only libcamera can drive, the Raspberry Pi's CSI cameras above all.
+/// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.
 ///
-/// The driver itself is in a module of its own, twocone_libcamera.so, which is loaded when one of these functions needs
-/// it: libcamera brings a tracing library that starts threads in each program that links it, and ends the program where
-/// /dev/shm is full. The module is looked for in $TWOCONE_MODULES, then in lib/twocone of the program's folder
-/// and of two above it (/usr/bin/twocone: /usr/lib/twocone), then where the installation put it.
+/// The driver is in a separate module, twocone_libcamera.so, which is loaded when one of these functions needs it. The
+/// reason is that libcamera brings a tracing library. That library starts threads in each program that links it, and
+/// ends the program if /dev/shm is full. The module is searched for in $TWOCONE_MODULES, then in lib/twocone of the
+/// program's folder and of the two folders above it (/usr/bin/twocone: /usr/lib/twocone), then in the installation's
+/// folder.
 namespace twocone::libcamera_camera {
 
-/// Why this build cannot, where it was made without libcamera: opening is then kUnavailable. Empty: it can, if the
-/// module is found.
+/// The reason why this build has no such cameras: it was made without libcamera, and opening returns kUnavailable.
+/// Empty: the build has the driver, if the module is found.
 std::string_view why_not();
 
-/// A control and its value, by libcamera's name: ExposureTime (microseconds), AnalogueGain, AeEnable (0 or 1).
+/// A control, by libcamera's name, and its value: ExposureTime (microseconds), AnalogueGain, AeEnable (0 or 1).
 using Control = std::pair<std::string, double>;
 
-/// As V4L2 calls them, but for GREY and MJPG; in the order in which they are tried.
+/// V4L2's names of the formats, except GREY and MJPG, in the order in which they are tried.
 constexpr std::array<std::string_view, 7> kFormats{"YUYV", "UYVY", "NV12", "RGB3", "BGR3", "MJPG", "GREY"};
 
 struct LibcameraSettings {
   /// libcamera's id (as `cam -l` prints it), or the model's name, if only one camera has it.
   std::string device;
-  std::string format;  ///< one of kFormats; empty: the first of them that the camera has
+  std::string format;  ///< one of kFormats; empty: the first one that the camera has
   std::vector<Control> controls;
 };
 

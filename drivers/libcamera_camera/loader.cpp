@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the module with the driver and hands calls on to it.
+// Finds the module with the driver and forwards calls to it.
 #include <dlfcn.h>
 
 #include <cstdlib>
@@ -15,12 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A build has programs two folders below its own.
+// In a build tree, programs are two folders below the top.
 constexpr int kAbove = 3;
 
 std::vector<fs::path> places() {
   std::vector<fs::path> folders;
-  if (const char* told = std::getenv("TWOCONE_MODULES")) folders.emplace_back(told);
+  if (const char* folder = std::getenv("TWOCONE_MODULES")) folders.emplace_back(folder);
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none);
   fs::path folder = program.parent_path();
@@ -36,19 +36,19 @@ Result<const Module*> load() {
     const fs::path file = folder / kModuleFile;
     std::error_code none;
     if (!fs::exists(file, none)) continue;
-    // libcamera tells its version and more on stderr, unless a person wants to hear something else.
+    // By default libcamera prints its version and more on stderr. A level that the user has set is kept.
     ::setenv("LIBCAMERA_LOG_LEVELS", kOurLogLevels, 0);
-    // Never closed: libcamera's threads may outlive any camera.
+    // The module is never closed: libcamera's threads may outlive any camera.
     void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (module == nullptr) return Error{ErrorCode::kUnavailable, fmt::format("libcamera: {}", ::dlerror())};
     const auto entry = reinterpret_cast<const Module* (*)()>(::dlsym(module, kModuleEntry));
     if (entry == nullptr)
-      return Error{ErrorCode::kUnavailable, fmt::format("{} is no module of this program", file.string())};
+      return Error{ErrorCode::kUnavailable, fmt::format("{} is not a module of this program", file.string())};
     return entry();
   }
   return Error{
       ErrorCode::kUnavailable,
-      fmt::format("{} was not found; is twocone wholly installed? TWOCONE_MODULES can name its folder", kModuleFile)};
+      fmt::format("{} was not found; is twocone fully installed? TWOCONE_MODULES can name its folder", kModuleFile)};
 }
 
 const Result<const Module*>& module() {

@@ -31,7 +31,7 @@ std::optional<std::span<const std::uint8_t>> Memory::whole() const {
         areas_[i].file.get() == areas_[i - 1].file.get() && offsets_[i] == offsets_[i - 1] + planes_[i - 1].size();
     if (!follows) return std::nullopt;
   }
-  // The last plane's mapping begins at the file's beginning, as all do.
+  // Every mapping, also the last plane's, begins at the start of the file.
   const auto* const file = static_cast<const std::uint8_t*>(areas_.back().memory);
   return std::span(file + offsets_.front(), areas_.back().length - offsets_.front());
 }
@@ -43,7 +43,7 @@ void Memory::sync(std::uint64_t flags) const {
   for (std::size_t i = 0; i < areas_.size(); ++i) {
     if (i > 0 && areas_[i].file.get() == areas_[i - 1].file.get()) continue;
     dma_buf_sync sync{flags};
-    // Memory of another kind refuses, and needs none.
+    // Memory of another kind refuses this call, but needs no synchronisation either.
     ::ioctl(areas_[i].file.get(), DMA_BUF_IOCTL_SYNC, &sync);
   }
 }

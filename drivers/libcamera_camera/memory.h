@@ -11,10 +11,10 @@
 
 namespace twocone::libcamera_camera {
 
-/// The memory of one buffer, mapped as long as anybody looks at it.
+/// The memory of one buffer, mapped as long as this object exists.
 class Memory {
  public:
-  /// nullptr and errno: it cannot be mapped.
+  /// Maps a buffer. Returns nullptr and sets errno if it cannot be mapped.
   static std::shared_ptr<const Memory> of(const lc::FrameBuffer& buffer);
   Memory() = default;
   ~Memory();
@@ -22,10 +22,10 @@ class Memory {
   Memory& operator=(const Memory&) = delete;
 
   [[nodiscard]] const std::vector<std::span<const std::uint8_t>>& planes() const { return planes_; }
-  /// All planes as one stretch of memory; nothing where they do not follow each other.
+  /// All planes as one contiguous span; nothing if they do not follow each other.
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
 
-  /// Around reading: a device that writes past the processor's caches needs to be told.
+  /// Reading must happen between these calls, because a device may write past the processor's caches.
   void begin_reading() const;
   void end_reading() const;
 

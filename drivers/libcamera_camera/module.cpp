@@ -14,8 +14,9 @@
 namespace twocone::libcamera_camera {
 namespace {
 
-/// libcamera says what it does not like of a machine on stderr: of every device that it may not open, for one. A list
-/// of cameras says that in its own words. Where a person asked to hear libcamera, nothing is changed.
+/// Suppresses libcamera's messages. libcamera prints complaints on stderr, for example about every device that it may
+/// not open. A list of cameras reports that in its own words. If the user has requested libcamera's messages, nothing
+/// is changed.
 class Silence {
  public:
   Silence() {

@@ -8,15 +8,15 @@
 
 namespace twocone::libcamera_camera {
 
-/// What the module offers to the program that loads it; both are of one build.
+/// The functions that the module offers to the program that loads it. Module and program must be of the same build.
 struct Module {
   Result<std::vector<CameraInfo>> (*list_cameras)();
   /// @param settings checked
   Result<std::unique_ptr<Camera>> (*open_camera)(const LibcameraSettings& settings);
 };
 
-/// What the loader sets LIBCAMERA_LOG_LEVELS to where nobody else has: warnings and errors ("*:WARN" in figures, by
-/// which the module knows that no person asked for it).
+/// The value that the loader gives LIBCAMERA_LOG_LEVELS if it is not set: warnings and errors. It is "*:WARN" written
+/// with a number, so that the module can distinguish it from a user's request.
 constexpr const char* kOurLogLevels = "*:2";
 constexpr const char* kModuleFile = "twocone_libcamera.so";
 constexpr const char* kModuleEntry = "twocone_libcamera_module";

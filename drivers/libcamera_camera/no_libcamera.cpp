@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the place of loader.cpp where there is no libcamera.
+// Replaces loader.cpp in a build without libcamera.
 #include "drivers/libcamera_camera/libcamera_camera.h"
 
 namespace twocone::libcamera_camera {

@@ -11,10 +11,10 @@ namespace twocone::libcamera_camera {
 
 Error device_error(const std::string& what, int code) {
   const bool is_gone = code == ENODEV || code == EIO || code == ENXIO;
-  const ErrorCode told = is_gone          ? ErrorCode::kDisconnected
+  const ErrorCode kind = is_gone          ? ErrorCode::kDisconnected
                          : code == ENOMEM ? ErrorCode::kUnavailable
                                           : ErrorCode::kRefused;
-  return {told, fmt::format("{}: {}", what, std::strerror(code))};
+  return {kind, fmt::format("{}: {}", what, std::strerror(code))};
 }
 
 Result<std::shared_ptr<Stream>> Stream::start(std::shared_ptr<Device> device, lc::Stream* stream,
@@ -46,42 +46,42 @@ Status Stream::prepare(lc::Stream* stream) {
 Status Stream::run(const lc::ControlList& controls) {
   const std::string& id = device_->camera()->id();
   {
-    const std::lock_guard lock(told_->mutex);
-    told_->completed.clear();
-    told_->queued = 0;
-    told_->last = std::chrono::steady_clock::now();
+    const std::lock_guard lock(shared_->mutex);
+    shared_->completed.clear();
+    shared_->queued = 0;
+    shared_->last = std::chrono::steady_clock::now();
   }
   if (const int error = device_->camera()->start(&controls)) return device_error(id + ": starting it", -error);
-  const std::lock_guard lock(told_->mutex);
+  const std::lock_guard lock(shared_->mutex);
   running_ = true;
   for (const auto& request : requests_) {
     if (const int error = device_->camera()->queueRequest(request.get())) {
       return device_error(id + ": queueing a request", -error);
     }
-    ++told_->queued;
+    ++shared_->queued;
   }
   return {};
 }
 
 std::optional<Newest> Stream::take_newest(SteadyTime deadline) {
-  std::unique_lock lock(told_->mutex);
-  told_->changed.wait_until(lock, deadline, [this] { return told_->is_gone || !told_->completed.empty(); });
-  if (told_->is_gone || told_->completed.empty()) return std::nullopt;
+  std::unique_lock lock(shared_->mutex);
+  shared_->changed.wait_until(lock, deadline, [this] { return shared_->is_gone || !shared_->completed.empty(); });
+  if (shared_->is_gone || shared_->completed.empty()) return std::nullopt;
   Newest newest;
-  newest.was_starved = told_->queued == 0;
-  for (; told_->completed.size() > 1; told_->completed.pop_front()) {
-    queue(told_->completed.front());
+  newest.was_starved = shared_->queued == 0;
+  for (; shared_->completed.size() > 1; shared_->completed.pop_front()) {
+    queue(shared_->completed.front());
     ++newest.passed_over;
   }
-  newest.request = told_->completed.front();
-  told_->completed.pop_front();
+  newest.request = shared_->completed.front();
+  shared_->completed.pop_front();
   newest.buffer = newest.request->buffers().begin()->second;
   newest.memory = memories_.at(newest.buffer);
   return newest;
 }
 
 void Stream::give_back(lc::Request* request) {
-  const std::lock_guard lock(told_->mutex);
+  const std::lock_guard lock(shared_->mutex);
   if (running_) queue(request);
 }
 
@@ -93,35 +93,35 @@ std::shared_ptr<const void> Stream::lend(const Newest& newest) {
           }};
 }
 
-/// With the lock. libcamera only notes it here: its own thread hands it on.
+/// The caller holds the lock. libcamera's queueRequest() only stores the request; its own thread processes it.
 void Stream::queue(lc::Request* request) {
   request->reuse(lc::Request::ReuseBuffers);
-  // One that is not taken is one fewer: a camera that is gone is told of by itself.
-  if (device_->camera()->queueRequest(request) == 0) ++told_->queued;
+  // A request that is not accepted is one fewer. If the camera is gone, a signal of libcamera reports it.
+  if (device_->camera()->queueRequest(request) == 0) ++shared_->queued;
 }
 
 std::size_t Stream::queued() const {
-  const std::lock_guard lock(told_->mutex);
-  return told_->queued;
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->queued;
 }
 
 bool Stream::is_silent(std::chrono::nanoseconds time) const {
-  const std::lock_guard lock(told_->mutex);
-  return std::chrono::steady_clock::now() - told_->last >= time;
+  const std::lock_guard lock(shared_->mutex);
+  return std::chrono::steady_clock::now() - shared_->last >= time;
 }
 
 void Stream::stop() {
   const std::shared_ptr<Device> device = std::exchange(device_, nullptr);
   bool was_running = false;
   {
-    const std::lock_guard lock(told_->mutex);
+    const std::lock_guard lock(shared_->mutex);
     was_running = std::exchange(running_, false);
   }
-  // Its last requests come back meanwhile, in another thread.
+  // Meanwhile the last requests come back in another thread, so the lock must be free.
   if (was_running) device->camera()->stop();
-  const std::lock_guard lock(told_->mutex);
-  told_->completed.clear();
-  told_->queued = 0;
+  const std::lock_guard lock(shared_->mutex);
+  shared_->completed.clear();
+  shared_->queued = 0;
   requests_.clear();
   memories_.clear();
   allocator_.reset();
@@ -131,10 +131,10 @@ void Stream::abandon(const std::shared_ptr<Stream>& stream) {
   static std::mutex& mutex = *new std::mutex;
   static auto& abandoned = *new std::vector<std::shared_ptr<Stream>>;
   {
-    const std::lock_guard lock(stream->told_->mutex);
+    const std::lock_guard lock(stream->shared_->mutex);
     stream->running_ = false;
   }
-  // Of a device that is gone it complains a thousand times a second.
+  // libcamera reports a missing device a thousand times a second.
   lc::logSetLevel("V4L2", "FATAL");
   const std::lock_guard lock(mutex);
   abandoned.push_back(stream);

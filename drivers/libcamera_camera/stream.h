@@ -13,19 +13,19 @@
 
 namespace twocone::libcamera_camera {
 
-/// An errno (positive) as an error of the camera.
+/// Converts a (positive) errno to an error of the camera.
 Error device_error(const std::string& what, int code);
 
-/// A request that came back, out of libcamera's hands until it is given back.
+/// A completed request, which libcamera does not use until it is given back.
 struct Newest {
   lc::Request* request = nullptr;
   const lc::FrameBuffer* buffer = nullptr;
   std::shared_ptr<const Memory> memory;
-  std::uint64_t passed_over = 0;  ///< older ones that were given back for it
-  bool was_starved = false;       ///< libcamera had none left to fill
+  std::uint64_t passed_over = 0;  ///< older requests that were given back unread
+  bool was_starved = false;       ///< libcamera had no request left to fill
 };
 
-/// A running stream: requests that go round between libcamera and the program. Frames that were lent keep it, and give
+/// A running stream: requests that circulate between libcamera and the program. Lent frames keep it alive and give
 /// their requests back from any thread; after stop() they keep only the memory.
 class Stream : public std::enable_shared_from_this<Stream> {
  public:
@@ -38,34 +38,34 @@ class Stream : public std::enable_shared_from_this<Stream> {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// Waits until `deadline`; nothing: none came, or the camera is gone.
+  /// Waits until `deadline`; nothing: no request was completed, or the camera is gone.
   std::optional<Newest> take_newest(SteadyTime deadline);
   void give_back(lc::Request* request);
-  /// For the time that anybody keeps the result; then the request goes back.
+  /// Keeps the bytes valid as long as a copy of the result exists; then gives the request back.
   std::shared_ptr<const void> lend(const Newest& newest);
-  /// How many libcamera has to fill.
+  /// The number of requests that libcamera has to fill.
   [[nodiscard]] std::size_t queued() const;
-  /// Nothing came for so long.
+  /// Returns whether no request was completed for this time.
   [[nodiscard]] bool is_silent(std::chrono::nanoseconds time) const;
 
-  /// Not on a device that is gone: libcamera ends the program if requests do not come back.
+  /// Must not be called if the device is gone: libcamera ends the program if requests do not come back.
   void stop();
-  /// Instead of stop(): leaves it as it is, to the end of the program.
+  /// Replaces stop() for a device that is gone: keeps the stream unchanged until the program ends.
   static void abandon(const std::shared_ptr<Stream>& stream);
 
  private:
-  explicit Stream(std::shared_ptr<Device> device) : device_(std::move(device)), told_(device_->told()) {}
+  explicit Stream(std::shared_ptr<Device> device) : device_(std::move(device)), shared_(device_->shared()) {}
 
   Status prepare(lc::Stream* stream);
   Status run(const lc::ControlList& controls);
   void queue(lc::Request* request);
 
-  std::shared_ptr<Device> device_;  // until stop(): a frame that is kept does not keep the camera
-  const std::shared_ptr<Told> told_;
+  std::shared_ptr<Device> device_;  // only until stop(), so that a kept frame does not keep the camera
+  const std::shared_ptr<SharedState> shared_;
   std::unique_ptr<lc::FrameBufferAllocator> allocator_;
   std::vector<std::unique_ptr<lc::Request>> requests_;
   std::map<const lc::FrameBuffer*, std::shared_ptr<const Memory>> memories_;
-  bool running_ = false;  // under told_->mutex
+  bool running_ = false;  // protected by shared_->mutex
 };
 
 }  // namespace twocone::libcamera_camera

@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 steady_clock::time_point deadline_after(milliseconds timeout) {
-  // The largest timeouts do not fit on the clock; a day is as good as for ever here.
+  // The largest timeouts do not fit into the clock's type; a day is long enough here.
   return steady_clock::now() + std::min<milliseconds>(timeout, std::chrono::hours(24));
 }
 
@@ -39,7 +39,7 @@ void check(const CameraFaults& faults) {
 }
 
 FaultyCamera::FaultyCamera(std::unique_ptr<Camera> camera, const CameraFaults& faults, std::uint64_t seed)
-    : camera_(std::move(camera)), faults_(faults), dice_(seed), noise_(~seed) {
+    : camera_(std::move(camera)), faults_(faults), random_(seed), noise_(~seed) {
   if (!camera_) throw std::invalid_argument("FaultyCamera: needs a camera");
   check(faults);
 }
@@ -66,13 +66,13 @@ Result<Frame> FaultyCamera::do_grab(milliseconds timeout) {
     return Error{ErrorCode::kDisconnected, fmt::format("the cable came off after {} grabs", *faults_.disconnect_after)};
   }
   ++grabs_;
-  // All drawn in every grab: see Dice::happens.
-  const bool times_out = dice_.happens(faults_.timeout_chance);
-  const bool bad_data = dice_.happens(faults_.bad_data_chance);
-  const bool loses = dice_.happens(faults_.lost_chance);
-  const bool late = dice_.happens(faults_.late_chance);
-  const bool garbled = dice_.happens(faults_.garbled_chance);
-  const bool cut = dice_.happens(faults_.cut_chance);
+  // Every grab draws all of them: see RandomDraws::happens.
+  const bool times_out = random_.happens(faults_.timeout_chance);
+  const bool bad_data = random_.happens(faults_.bad_data_chance);
+  const bool loses = random_.happens(faults_.lost_chance);
+  const bool late = random_.happens(faults_.late_chance);
+  const bool garbled = random_.happens(faults_.garbled_chance);
+  const bool cut = random_.happens(faults_.cut_chance);
 
   if (times_out) return Error{ErrorCode::kTimeout, "the bad cable let nothing through"};
   const auto deadline = deadline_after(timeout);
@@ -81,7 +81,7 @@ Result<Frame> FaultyCamera::do_grab(milliseconds timeout) {
       const auto frame = camera_->grab(left_until(deadline));
       if (!frame) return frame.error();
       lost_ += 1 + frame->header().lost_before;
-      if (bad_data) return Error{ErrorCode::kBadData, "what came over the bad cable is no frame"};
+      if (bad_data) return Error{ErrorCode::kBadData, "the bytes that came over the bad cable are not a frame"};
     }
     auto frame = camera_->grab(left_until(deadline));
     if (!frame) return frame.error();
@@ -98,7 +98,7 @@ Result<Frame> FaultyCamera::receive(steady_clock::time_point deadline) {
   }
 
   if (lost_ > 0 || in_transit_->garbled || in_transit_->cut) {
-    // A frame is immutable: what is to be changed must be there, and is copied.
+    // A frame is immutable, so its pixels must have arrived and are copied before they are changed.
     const auto pixels = in_transit_->frame.image(left_until(deadline));
     if (!pixels && pixels.error().code == ErrorCode::kTimeout) return pixels.error();
     Frame::Header header = in_transit_->frame.header();

@@ -6,32 +6,33 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/memory/dice.h"
+#include "drivers/memory/random.h"
 #include "hal/camera.h"
 
 namespace twocone::memory {
 
-/// What goes wrong with a camera on a bad cable. Chances are per grab, in [0, 1], and independent; 0 never, 1 always.
+/// Faults of a camera on a bad cable. Probabilities are per grab, in [0, 1], and independent; 0: never, 1: always.
 struct CameraFaults {
-  double timeout_chance = 0;   ///< kTimeout at once (waiting would only slow tests down); no frame is lost by it
-  double bad_data_chance = 0;  ///< kBadData; the frame is lost, which the next one tells in its lost_before
-  double lost_chance = 0;      ///< a frame is lost, and the one after it handed out
-  /// A frame comes `delay` after it could have, on the steady clock: a caller whose timeout is shorter gets kTimeout
-  /// and, next time, a frame that is no longer the newest.
+  double timeout_chance = 0;   ///< kTimeout without a wait, which would only slow tests down; no frame is lost
+  double bad_data_chance = 0;  ///< kBadData; the frame is lost, and the next one counts it in its lost_before
+  double lost_chance = 0;      ///< a frame is lost, and the one after it is returned
+  /// A frame arrives `delay` late on the steady clock. A caller whose timeout is shorter gets kTimeout and, with the
+  /// next call, a frame that is no longer the newest.
   double late_chance = 0;
   std::chrono::milliseconds delay{50};  ///< >= 0
-  /// Up to a quarter of the rows, at least one, hold noise. Nothing tells: the bytes are as many as they should be.
+  /// Up to a quarter of the rows, at least one, hold noise. Nothing reports it: the number of bytes is correct.
   double garbled_chance = 0;
-  double cut_chance = 0;  ///< bytes, at least one, are missing at the end, which to_rgb8() answers with kBadData
-  /// So many grabs after start() the cable comes off: kDisconnected until the camera is stopped and started again.
+  double cut_chance = 0;  ///< at least one byte is missing at the end, which to_rgb8() answers with kBadData
+  /// The number of grabs after start() at which the cable comes off: kDisconnected until the camera is stopped and
+  /// started again.
   std::optional<std::uint64_t> disconnect_after;
 };
 
 /// @throws std::invalid_argument naming every field outside its domain
 void check(const CameraFaults& faults);
 
-/// Any camera, behind a bad cable. The same seed and calls give the same faults. A frame whose pixels are spoilt or
-/// whose header tells of a loss is a copy: that grab waits for the pixels, within its timeout.
+/// Any camera behind an emulated bad cable. The same seed and calls give the same faults. A frame whose pixels are
+/// damaged or whose header reports a loss is a copy: that grab waits for the pixels, within its timeout.
 class FaultyCamera final : public Camera {
  public:
   /// @throws std::invalid_argument for a missing camera and as check() does
@@ -57,10 +58,10 @@ class FaultyCamera final : public Camera {
 
   std::unique_ptr<Camera> camera_;
   CameraFaults faults_;
-  Dice dice_;   ///< which faults come
-  Dice noise_;  ///< what a spoilt picture holds: apart, so that it does not shift the faults after it
+  RandomDraws random_;  ///< decides which faults occur
+  RandomDraws noise_;   ///< fills damaged images; separate, so that it does not shift the faults that follow
   std::optional<InTransit> in_transit_;
-  std::uint64_t lost_ = 0;  ///< by this cable since the frame handed out last
+  std::uint64_t lost_ = 0;  ///< frames lost by this cable since the last frame that was returned
   std::uint64_t grabs_ = 0;
 };
 

@@ -29,7 +29,7 @@ void check(const DriveFaults& faults) {
 }
 
 FaultyDiffDrive::FaultyDiffDrive(std::unique_ptr<DiffDrive> drive, const DriveFaults& faults, std::uint64_t seed)
-    : DiffDrive(limits_of(drive)), drive_(std::move(drive)), faults_(faults), dice_(seed) {
+    : DiffDrive(limits_of(drive)), drive_(std::move(drive)), faults_(faults), random_(seed) {
   check(faults);
 }
 
@@ -44,9 +44,9 @@ Status FaultyDiffDrive::pass_cable() {
 template <typename Call>
 Status FaultyDiffDrive::command(Call call) {
   if (auto passed = pass_cable(); !passed) return passed;
-  // Both drawn in every call: see Dice::happens.
-  const bool command_lost = dice_.happens(faults_.command_lost_chance);
-  const bool reply_lost = dice_.happens(faults_.reply_lost_chance);
+  // Every call draws both: see RandomDraws::happens.
+  const bool command_lost = random_.happens(faults_.command_lost_chance);
+  const bool reply_lost = random_.happens(faults_.reply_lost_chance);
   if (command_lost) return Error{ErrorCode::kTimeout, "no reply to the command: the bad cable lost the command"};
   Status done = call();
   if (reply_lost) return Error{ErrorCode::kTimeout, "no reply to the command: the bad cable lost the reply"};
@@ -66,15 +66,15 @@ Status FaultyDiffDrive::do_stop() noexcept {
 
 Result<WheelAngles> FaultyDiffDrive::do_read_angles() {
   if (auto passed = pass_cable(); !passed) return passed.error();
-  const bool times_out = dice_.happens(faults_.read_timeout_chance);
-  const bool bad_data = dice_.happens(faults_.bad_data_chance);
-  const bool misread = dice_.happens(faults_.misread_chance);
-  const double left_error_rad = faults_.misread_rad * dice_.between(-1, 1);
-  const double right_error_rad = faults_.misread_rad * dice_.between(-1, 1);
+  const bool times_out = random_.happens(faults_.read_timeout_chance);
+  const bool bad_data = random_.happens(faults_.bad_data_chance);
+  const bool misread = random_.happens(faults_.misread_chance);
+  const double left_error_rad = faults_.misread_rad * random_.between(-1, 1);
+  const double right_error_rad = faults_.misread_rad * random_.between(-1, 1);
   if (times_out) return Error{ErrorCode::kTimeout, "the bad cable let no reading through"};
   auto angles = drive_->read_angles();
   if (!angles) return angles;
-  if (bad_data) return Error{ErrorCode::kBadData, "what came over the bad cable is no reading"};
+  if (bad_data) return Error{ErrorCode::kBadData, "the bytes that came over the bad cable are not a reading"};
   if (misread) {
     angles->left_rad += left_error_rad;
     angles->right_rad += right_error_rad;

@@ -5,34 +5,34 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/memory/dice.h"
+#include "drivers/memory/random.h"
 #include "hal/diff_drive.h"
 
 namespace twocone::memory {
 
-/// What goes wrong with a motor controller on a bad cable. Chances are per call, in [0, 1], and independent; 0 never,
-/// 1 always.
+/// Faults of a motor controller on a bad cable. Probabilities are per call, in [0, 1], and independent; 0: never,
+/// 1: always.
 struct DriveFaults {
-  double command_lost_chance = 0;  ///< set_speeds or stop: kTimeout, and the wheels never heard of it
+  double command_lost_chance = 0;  ///< set_speeds or stop: kTimeout, and the wheels never get the command
   double reply_lost_chance = 0;    ///< set_speeds or stop: kTimeout, although the wheels obey
   double read_timeout_chance = 0;  ///< read_angles: kTimeout
-  double bad_data_chance = 0;      ///< read_angles: kBadData, as where a checksum catches what the cable did
-  double misread_chance = 0;       ///< read_angles: each angle wrong by up to misread_rad, as where nothing catches it
+  double bad_data_chance = 0;      ///< read_angles: kBadData, as when a checksum finds the error
+  double misread_chance = 0;       ///< read_angles: each angle is wrong by up to misread_rad, as without a checksum
   double misread_rad = 1;          ///< >= 0
-  /// So many calls after opening the cable comes off, for good: kDisconnected, and nothing reaches the wheels any more.
+  /// The number of calls after which the cable comes off permanently: kDisconnected, and nothing reaches the wheels.
   std::optional<std::uint64_t> disconnect_after;
 };
 
 /// @throws std::invalid_argument naming every field outside its domain
 void check(const DriveFaults& faults);
 
-/// Any drive, behind a bad cable. The same seed and calls give the same faults. While the cable is off, only the
-/// drive's own dead-man rule can stop the wheels.
+/// Any drive behind an emulated bad cable. The same seed and calls give the same faults. While the cable is off, only
+/// the drive's own dead-man rule can stop the wheels.
 class FaultyDiffDrive final : public DiffDrive {
  public:
   /// @throws std::invalid_argument for a missing drive and as check() does
   FaultyDiffDrive(std::unique_ptr<DiffDrive> drive, const DriveFaults& faults, std::uint64_t seed);
-  /// The drive behind the cable stops its wheels when it is destroyed in turn, cable or no cable.
+  /// The drive behind the cable is destroyed too and then stops its wheels, even if the cable is off.
   ~FaultyDiffDrive() override = default;
 
  private:
@@ -40,14 +40,14 @@ class FaultyDiffDrive final : public DiffDrive {
   Result<WheelAngles> do_read_angles() override;
   Status do_stop() noexcept override;
 
-  /// Counts the call, and tells whether the cable is still on.
+  /// Counts the call and reports whether the cable is still connected.
   Status pass_cable();
   template <typename Call>
   Status command(Call call);
 
   std::unique_ptr<DiffDrive> drive_;
   DriveFaults faults_;
-  Dice dice_;
+  RandomDraws random_;
   std::uint64_t calls_ = 0;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Azimuth of a pixel about the picture's centre, radians; 0 at the centre itself.
+/// Azimuth of a pixel about the image's centre, radians; 0 at the centre itself.
 double azimuth_rad(const Image& image, int row, int column) {
   return std::atan2(row - 0.5 * (image.height_px - 1), column - 0.5 * (image.width_px - 1));
 }
@@ -28,7 +28,7 @@ std::uint8_t* pixel(Image& image, int row, int column) {
   return image.bytes.data() + 3 * (std::size_t(row) * std::size_t(image.width_px) + std::size_t(column));
 }
 
-/// Red, green or blue of a saturated hue: a trapezium round the colour circle, 0 opposite its own hue.
+/// The red, green or blue of a saturated hue: a trapezium over the colour circle, 0 opposite the channel's own hue.
 std::uint8_t channel_of_hue(double hue_rad, double channel_hue_rad) {
   const double apart = std::abs(std::remainder(hue_rad - channel_hue_rad, 2 * pi));
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(2 - apart * 3 / pi, 0.0, 1.0)));
@@ -55,7 +55,7 @@ Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
 std::optional<int> mark_place(const Image& image) {
   const auto rgb = to_rgb8(image);
   if (!rgb) return std::nullopt;
-  // A saturated hue has one channel at 0, so nothing but the mark is bright in all three.
+  // A saturated hue has one channel at 0, so only the mark is bright in all three.
   constexpr std::uint8_t kWhite = 128;
   double x = 0, y = 0;
   bool seen = false;
@@ -73,14 +73,14 @@ std::optional<int> mark_place(const Image& image) {
   return nearest_place(std::atan2(y, x));
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, Picture picture)
-    : clock_(std::move(clock)), picture_(std::move(picture)) {
-  if (!clock_ || !picture_) throw std::invalid_argument("MemoryCamera: needs a clock and a picture");
+MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image)
+    : clock_(std::move(clock)), image_(std::move(image)) {
+  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, Picture picture)
-    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due), picture_(std::move(picture)) {
-  if (!clock_ || !picture_) throw std::invalid_argument("MemoryCamera: needs a clock and a picture");
+MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, ImageMaker image)
+    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due), image_(std::move(image)) {
+  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
 }
 
 MemoryCamera::~MemoryCamera() { stop(); }
@@ -99,14 +99,14 @@ Status MemoryCamera::do_start() {
 void MemoryCamera::do_stop() noexcept {}
 
 std::chrono::nanoseconds MemoryCamera::since_start(std::uint64_t sequence) const {
-  // From the count, not from the exposure before: a rounded period, added up, would drift.
+  // The time is computed from the count, not from the previous exposure: a sum of rounded periods would drift.
   return std::chrono::nanoseconds(std::llround(static_cast<double>(sequence) * 1e9 / settings_.rate_hz));
 }
 
 std::uint64_t MemoryCamera::exposed() const {
   const auto running = clock_->now() - started_;
   auto count = static_cast<std::uint64_t>(std::chrono::duration<double>(running).count() * settings_.rate_hz);
-  // The product may be a rounding error off either way; since_start() is what counts.
+  // The product may be off by a rounding error in either direction, so it is corrected to agree with since_start().
   while (since_start(count) <= running) ++count;
   while (count > 0 && since_start(count - 1) > running) --count;
   return count;
@@ -121,7 +121,7 @@ Status MemoryCamera::wait_for_next(std::chrono::milliseconds timeout) {
     manual_->advance(wait);
     return {};
   }
-  // Compared in milliseconds: the largest timeout does not fit into nanoseconds.
+  // The comparison is in milliseconds, because the largest timeout does not fit into nanoseconds.
   if (std::chrono::ceil<std::chrono::milliseconds>(wait) > timeout) {
     std::this_thread::sleep_for(timeout);
     return not_yet;
@@ -135,7 +135,7 @@ Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds timeout) {
   const std::uint64_t newest = exposed() - 1;
   const Frame::Header header{newest, {started_.clock, started_.since_zero + since_start(newest)}, newest - next_};
   next_ = newest + 1;
-  return Frame(header, picture_(newest, settings_));
+  return Frame(header, image_(newest, settings_));
 }
 
 }  // namespace twocone::memory

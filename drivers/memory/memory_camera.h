@@ -11,43 +11,43 @@
 
 namespace twocone::memory {
 
-/// Makes the picture of exposure number `sequence`. It is handed on as it is, also where it is not what the settings
-/// promise: a consumer must find that out.
-using Picture = std::function<Image(std::uint64_t sequence, const CameraSettings& settings)>;
+/// Makes the image of exposure number `sequence`. The image is passed on unchanged even if it does not match the
+/// settings; the consumer must detect that.
+using ImageMaker = std::function<Image(std::uint64_t sequence, const CameraSettings& settings)>;
 
-/// The mark of the test pattern has this many places round the picture.
+/// The number of places that the mark of the test pattern can have around the image.
 inline constexpr int kMarkPlaces = 60;
 
-/// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the picture's centre, at full
-/// saturation. One ray of it is white, the mark: it stands at azimuth 2 pi (sequence mod kMarkPlaces) / kMarkPlaces,
-/// like the hand of a watch, so that a picture tells which exposure it is. kRgb8.
+/// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at full
+/// saturation. One ray is white, the mark. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the hand
+/// of a watch, so that an image shows the number of its exposure. The format is kRgb8.
 Image test_pattern(std::uint64_t sequence, const CameraSettings& settings);
 
-/// The place, 0 .. kMarkPlaces - 1, of the mark in a test pattern; nothing where no pixel is white. Pictures of 48 rows
-/// and more tell all places apart (memory_camera_test.cpp, MarkTellsTheSequence).
+/// The place, 0 .. kMarkPlaces - 1, of the mark in a test pattern; nothing if no pixel is white. With 48 rows or more,
+/// all places are distinguishable (memory_camera_test.cpp, MarkIdentifiesTheSequence).
 std::optional<int> mark_place(const Image& image);
 
-/// What a grab does on a clock that only moves when told, if no exposure is due that has not been handed out.
+/// The behaviour of a grab with a ManualClock if no new exposure is due.
 enum class WhenNotDue {
-  kAdvance,  ///< moves the clock to the next exposure and hands that out: cameras grabbed in turn run in lock-step
-  kTimeOut,  ///< kTimeout at once: the test that owns the clock decides when exposures happen
+  kAdvance,  ///< advances the clock to the next exposure and returns it: cameras grabbed in turn run in lock-step
+  kTimeOut,  ///< returns kTimeout at once: the test that owns the clock decides when exposures happen
 };
 
-/// What MemoryCamera::configure adjusts to. The rates keep exposure times exact in whole nanoseconds for years.
+/// Limits that MemoryCamera::configure applies. With these rates, the times of exposures are exact in whole nanoseconds
+/// for years.
 inline constexpr int kLargestSide_px = 8192;
 inline constexpr double kSlowest_hz = 0.001;
 inline constexpr double kFastest_hz = 1000;
 
-/// A camera without a device. Exposure k happens k / rate_hz after start() on the given clock, the first one at once;
-/// start() begins again with 0. A grab hands out the newest exposure and tells how many before it were lost.
+/// A camera without a device. Exposure k happens k / rate_hz after start() on the given clock, exposure 0 at once. A
+/// new start() begins again with 0. A grab returns the newest exposure and the number of lost ones before it.
 class MemoryCamera final : public Camera {
  public:
-  /// In real time: a grab sleeps until an exposure is due, at most its timeout.
-  explicit MemoryCamera(std::shared_ptr<const SteadyClock> clock, Picture picture = test_pattern);
+  /// A camera in real time: a grab sleeps until an exposure is due, at most for its timeout.
+  explicit MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image = test_pattern);
 
-  /// In the time of a clock that several devices share (why it is a shared_ptr). No call ever waits, so that timeouts
-  /// are always kept.
-  MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, Picture picture = test_pattern);
+  /// A camera in the time of a clock that several devices may share. No call ever waits, so timeouts are always kept.
+  MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, ImageMaker image = test_pattern);
 
   ~MemoryCamera() override;
 
@@ -58,17 +58,17 @@ class MemoryCamera final : public Camera {
   void do_stop() noexcept override;
 
   [[nodiscard]] std::chrono::nanoseconds since_start(std::uint64_t sequence) const;
-  /// How many exposures have happened so far in this stream.
+  /// The number of exposures so far in this stream.
   [[nodiscard]] std::uint64_t exposed() const;
   Status wait_for_next(std::chrono::milliseconds timeout);
 
   std::shared_ptr<const Clock> clock_;
   std::shared_ptr<ManualClock> manual_;  ///< the same clock, if it can be advanced
   WhenNotDue when_not_due_ = WhenNotDue::kTimeOut;
-  Picture picture_;
+  ImageMaker image_;
   CameraSettings settings_;
   Timestamp started_;
-  std::uint64_t next_ = 0;  ///< the first exposure not handed out nor lost
+  std::uint64_t next_ = 0;  ///< the first exposure that is neither returned nor lost
 };
 
 }  // namespace twocone::memory

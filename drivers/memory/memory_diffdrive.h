@@ -10,8 +10,8 @@
 
 namespace twocone::memory {
 
-/// Two ideal wheels and the controller that turns them: they take a speed at once and keep the dead-man rule by
-/// themselves, as a motor controller does. They live on when the drive is gone, so that one can see them stop.
+/// Two ideal wheels and their controller. They reach a commanded speed at once and keep the dead-man rule by
+/// themselves, as a motor controller does. They outlive the drive, so that a test can see them stop.
 class Wheels {
  public:
   struct Command {
@@ -25,13 +25,13 @@ class Wheels {
 
   void command(const WheelSpeeds& speeds);
 
-  /// How they turn at this moment: 0 and 0 from exactly command_timeout after the last command.
+  /// The present speeds: 0 and 0 from exactly command_timeout after the last command.
   [[nodiscard]] WheelSpeeds speeds() const;
 
   /// The integral of speeds() so far, not rounded to encoder counts.
   [[nodiscard]] WheelAngles angles() const;
 
-  /// Everything they were told, oldest first.
+  /// All commands that they received, oldest first.
   [[nodiscard]] const std::vector<Command>& commands() const { return commands_; }
 
  private:

@@ -26,24 +26,24 @@ constexpr std::uint8_t kLeftCounts = 43;
 constexpr std::uint8_t kRightCounts = 44;
 constexpr std::uint8_t kMode = 35;
 constexpr std::uint8_t kDrops = 0x0C;
-constexpr std::uint8_t kBodyBytes = 10;  // the four packets with their numbers
+constexpr std::uint8_t kBodyBytes = 10;  // the four packets with their ids
 constexpr std::size_t kFrameBytes = kBodyBytes + 3;
 
 constexpr double kCountsPerTurn = 508.8;
 constexpr double kWheelDiameter_mm = 72;
 constexpr double kFastest_mmps = 500;
 
-// Between mode commands.
+// Pause after each mode command.
 constexpr milliseconds kModePause{25};
 // A frame comes every 15 ms.
 constexpr milliseconds kFrameTime{100};
 constexpr milliseconds kSendTime{50};
-// Of 4096 bytes, which ports keep at least, the stream fills a quarter in this time.
+// A port buffers at least 4096 bytes; the stream fills a quarter of that in this time.
 constexpr milliseconds kOld{1'000};
 
 std::uint32_t word(std::span<const std::uint8_t> bytes) { return std::uint32_t(bytes[0]) << 8 | bytes[1]; }
 
-/// The four packets in any order, and nothing else.
+/// Parses a body that holds the four packets in any order, and nothing else.
 std::optional<Create2Sensors> parse_body(std::span<const std::uint8_t> body) {
   Create2Sensors sensors;
   unsigned seen = 0;
@@ -85,26 +85,26 @@ class Create2 final : public Protocol {
   [[nodiscard]] int counter_bits() const override { return 16; }
   [[nodiscard]] std::optional<double> fixed_counts_per_turn() const override { return kCountsPerTurn; }
 
-  Result<std::string> greet(Wire& wire, Deadline deadline) override {
-    Status awake = wake(wire);
-    while (!awake && awake.error().code != ErrorCode::kDisconnected && wire.now() < deadline) {
-      awake = wake(wire);
+  Result<std::string> greet(Transport& transport, Deadline deadline) override {
+    Status awake = wake(transport);
+    while (!awake && awake.error().code != ErrorCode::kDisconnected && transport.now() < deadline) {
+      awake = wake(transport);
     }
     if (!awake) return awake.error();
     return std::string("Create 2 or Roomba 600, Open Interface");
   }
 
   [[nodiscard]] bool answers_commands() const override { return false; }
-  Status drive(Wire& wire, const CountRates& rates) override {
+  Status drive(Transport& transport, const CountRates& rates) override {
     const bool moves = rates.left != 0 || rates.right != 0;
     if (moves) {
-      if (auto there = listen(wire); !there) return there;
+      if (auto there = listen(transport); !there) return there;
     }
     if (!is_awake()) {
-      // It left Safe by itself: a wheel drop, a cliff, the charger. It comes back when that is over.
-      if (auto told = say(wire, std::array{kSafe}); !told) return told;
-      wire.pause(kModePause);
-      if (auto seen = next_sensors(wire); !seen) return seen.error();
+      // The robot left mode Safe by itself: a wheel drop, a cliff, the charger. It accepts Safe again after that.
+      if (auto sent = send(transport, std::array{kSafe}); !sent) return sent;
+      transport.pause(kModePause);
+      if (auto seen = next_sensors(transport); !seen) return seen.error();
       if (!is_awake()) {
         return Error{ErrorCode::kRefused, fmt::format("the robot does not leave mode {}: {}",
                                                       sensors_.mode == OiMode::kOff ? "Off" : "Passive", reason())};
@@ -112,21 +112,22 @@ class Create2 final : public Protocol {
     }
     const auto right = millimetres(rates.right);
     const auto left = millimetres(rates.left);
-    return say(wire, std::array{kDriveDirect, high(right), low(right), high(left), low(left)});
+    return send(transport, std::array{kDriveDirect, high(right), low(right), high(left), low(left)});
   }
 
-  Result<RawCounts> read_counts(Wire& wire) override {
-    if (auto seen = next_sensors(wire); !seen) return seen.error();
+  Result<RawCounts> read_counts(Transport& transport) override {
+    if (auto seen = next_sensors(transport); !seen) return seen.error();
     return sensors_.counts;
   }
 
-  // What was left half sent takes at most four bytes more. The first command may be those; the second is whole.
+  // A command that was left half sent needs at most four more bytes. The first stop may serve as those; the second stop
+  // is then complete.
   [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
     return {kDriveDirect, 0, 0, 0, 0, kDriveDirect, 0, 0, 0, 0};
   }
-  // No command is answered.
+  // The robot answers no command.
   void note_stops(std::uint32_t /*times*/) override {}
-  // It takes whole millimetres a second.
+  // The robot's unit is a whole millimetre per second.
   [[nodiscard]] double least_command() const override {
     return kCountsPerTurn / (kWheelDiameter_mm * std::numbers::pi);
   }
@@ -142,46 +143,50 @@ class Create2 final : public Protocol {
 
   [[nodiscard]] bool is_awake() const { return sensors_.mode == OiMode::kSafe || sensors_.mode == OiMode::kFull; }
 
-  Status wake(Wire& wire) {
-    // Five zeros end whatever was left half sent; zero is no command.
-    if (auto said = say(wire, std::array<std::uint8_t, 5>{}); !said) return said;
+  Status wake(Transport& transport) {
+    // Five zeros complete a command that was left half sent; zero itself is not a command.
+    if (auto sent = send(transport, std::array<std::uint8_t, 5>{}); !sent) return sent;
     for (const std::uint8_t opcode : {kStart, kSafe}) {
-      if (auto said = say(wire, std::array{opcode}); !said) return said;
-      wire.pause(kModePause);
+      if (auto sent = send(transport, std::array{opcode}); !sent) return sent;
+      transport.pause(kModePause);
     }
-    if (auto clean = wire.discard_input(); !clean) return clean;
+    if (auto clean = transport.discard_input(); !clean) return clean;
     stream_ = {};
-    looked_ = wire.now();
+    looked_ = transport.now();
     const std::array<std::uint8_t, 6> packets{kStream, 4, kBumpsAndDrops, kLeftCounts, kRightCounts, kMode};
-    if (auto said = say(wire, packets); !said) return said;
-    if (auto seen = next_sensors(wire); !seen) return seen;
+    if (auto sent = send(transport, packets); !sent) return sent;
+    if (auto seen = next_sensors(transport); !seen) return seen;
     if (!is_awake()) return Error{ErrorCode::kRefused, fmt::format("it does not go to mode Safe: {}", reason())};
     return {};
   }
 
   [[nodiscard]] std::string reason() const {
     if ((sensors_.bumps_and_drops & kDrops) != 0) return "a wheel hangs free; put it on the floor";
-    return "it does not say why; take it off its charger and away from a cliff, and charge its battery";
+    return "it does not report why; take it off its charger and away from a cliff, and charge its battery";
   }
 
-  static Status say(Wire& wire, std::span<const std::uint8_t> bytes) { return wire.write(bytes, wire.in(kSendTime)); }
+  static Status send(Transport& transport, std::span<const std::uint8_t> bytes) {
+    return transport.write(bytes, transport.in(kSendTime));
+  }
 
-  /// The newest frame: all that came is read, and if that is none, the next is waited for.
-  Status next_sensors(Wire& wire) {
-    if (auto fresh = forget_old(wire); !fresh) return fresh;
-    const Deadline deadline = wire.in(kFrameTime);
+  /// Gets the newest frame: reads all bytes that have arrived and, if they hold no frame, waits for the next one.
+  Status next_sensors(Transport& transport) {
+    if (auto fresh = forget_old(transport); !fresh) return fresh;
+    const Deadline deadline = transport.in(kFrameTime);
     const std::uint64_t before = stream_.rubbish();
     bool found = false;
     std::array<std::uint8_t, 4096> room;
     do {
-      const auto got = wire.read(room, found ? wire.now() : deadline);
+      const auto got = transport.read(room, found ? transport.now() : deadline);
       if (!got && got.error().code != ErrorCode::kTimeout) return got.error();
       if (!got) break;
-      found = take(std::span(room).first(*got), wire.now()) || found;
-    } while (wire.now() < deadline);
+      found = take(std::span(room).first(*got), transport.now()) || found;
+    } while (transport.now() < deadline);
     if (found) return {};
-    if (stream_.rubbish() > before) return Error{ErrorCode::kBadData, "what comes is no stream of sensor packets"};
-    return Error{ErrorCode::kTimeout, "no sensor packets come"};
+    if (stream_.rubbish() > before) {
+      return Error{ErrorCode::kBadData, "the bytes received are not a stream of sensor packets"};
+    }
+    return Error{ErrorCode::kTimeout, "no sensor packets arrive"};
   }
 
   bool take(std::span<const std::uint8_t> bytes, Deadline now) {
@@ -196,28 +201,28 @@ class Create2 final : public Protocol {
     return found;
   }
 
-  /// Nothing answers a command: that the robot is there, and awake, its stream tells.
-  Status listen(Wire& wire) {
+  /// The robot answers no command; its stream shows that it is present and awake.
+  Status listen(Transport& transport) {
     std::array<std::uint8_t, 4096> room;
-    const auto got = wire.read(room, wire.now());
+    const auto got = transport.read(room, transport.now());
     if (!got && got.error().code != ErrorCode::kTimeout) return got.error();
-    if (got) take(std::span(room).first(*got), wire.now());
-    if (wire.now() - seen_ <= kFrameTime) return {};
-    return next_sensors(wire);
+    if (got) take(std::span(room).first(*got), transport.now());
+    if (transport.now() - seen_ <= kFrameTime) return {};
+    return next_sensors(transport);
   }
 
-  /// A port that nobody read for long is full of old frames, and has no room for the newest.
-  Status forget_old(Wire& wire) {
-    const Deadline before = std::exchange(looked_, wire.now());
+  /// Discards old input: a port that was not read for long is full of old frames, and has no room for the newest.
+  Status forget_old(Transport& transport) {
+    const Deadline before = std::exchange(looked_, transport.now());
     if (looked_ - before < kOld) return {};
     stream_ = {};
-    return wire.discard_input();
+    return transport.discard_input();
   }
 
   Create2Stream stream_;
   Create2Sensors sensors_;
-  Deadline looked_{};  // when the stream was read last
-  Deadline seen_{};    // when a frame was found last
+  Deadline looked_{};  // time of the last reading of the stream
+  Deadline seen_{};    // time of the last frame
 };
 
 }  // namespace

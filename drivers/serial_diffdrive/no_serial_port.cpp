@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the place of serial_port.cpp where there is no libserialport.
+// Replaces serial_port.cpp in a build without libserialport.
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/serial_diffdrive/serial_port.h"
 

@@ -29,7 +29,7 @@ constexpr std::size_t kLongestNoise = 256;
 constexpr milliseconds kTimeoutUnit{100};
 // The unit answers within 10 ms; at 9600 baud and behind a USB adapter it takes longer.
 constexpr milliseconds kReplyTime{50};
-// It forgets a packet whose next byte takes more than 10 ms.
+// The unit discards a packet whose next byte takes more than 10 ms.
 constexpr milliseconds kForgets{12};
 constexpr int kTries = 3;
 constexpr unsigned kReadingsPerCheck = 16;
@@ -59,42 +59,42 @@ class Roboclaw final : public Protocol {
   [[nodiscard]] int usual_baud() const override { return 38400; }
   [[nodiscard]] int counter_bits() const override { return 32; }
 
-  Result<std::string> greet(Wire& wire, Deadline deadline) override {
-    // What another program left half sent is forgotten by the unit.
-    wire.pause(kForgets);
-    auto version = read_version(wire);
-    while (!version && version.error().code != ErrorCode::kDisconnected && wire.now() < deadline) {
-      version = read_version(wire);
+  Result<std::string> greet(Transport& transport, Deadline deadline) override {
+    // After this pause the unit has discarded a packet that another program left half sent.
+    transport.pause(kForgets);
+    auto version = read_version(transport);
+    while (!version && version.error().code != ErrorCode::kDisconnected && transport.now() < deadline) {
+      version = read_version(transport);
     }
     if (!version) return version.error();
-    is_in_step_ = true;  // the version has a checksum, too
+    is_in_step_ = true;  // the version's answer has a checksum too
     const std::array<std::uint8_t, 1> timeout{static_cast<std::uint8_t>(timeout_)};
-    if (auto set = command(wire, kSetTimeout, timeout); !set) return set.error();
+    if (auto set = command(transport, kSetTimeout, timeout); !set) return set.error();
     readings_ = 0;
-    if (auto kept = check_timeout(wire, ErrorCode::kRefused); !kept) return kept.error();
+    if (auto kept = check_timeout(transport, ErrorCode::kRefused); !kept) return kept.error();
     return version;
   }
 
-  Status drive(Wire& wire, const CountRates& rates) override {
+  Status drive(Transport& transport, const CountRates& rates) override {
     std::vector<std::uint8_t> data;
     append(data, whole(rates.left));
     append(data, whole(rates.right));
-    return command(wire, kDriveBoth, data);
+    return command(transport, kDriveBoth, data);
   }
 
-  Result<RawCounts> read_counts(Wire& wire) override {
-    const auto data = ask(wire, kReadCounts, 8);
+  Result<RawCounts> read_counts(Transport& transport) override {
+    const auto data = ask(transport, kReadCounts, 8);
     if (!data) return data.error();
-    // A reset that nobody saw would leave the unit without its time-out.
+    // After an unnoticed reset the unit would be without its time-out.
     if (++readings_ % kReadingsPerCheck == 0) {
-      if (auto kept = check_timeout(wire, ErrorCode::kDisconnected); !kept) return kept.error();
+      if (auto kept = check_timeout(transport, ErrorCode::kDisconnected); !kept) return kept.error();
     }
     const std::span<const std::uint8_t> bytes(*data);
     return RawCounts{big_endian(bytes.first(4)), big_endian(bytes.last(4))};
   }
 
-  // Zeros first would be taken for the rest of a packet; so the unit is asked twice. The first may complete a packet
-  // whose CRC is then wrong, and is forgotten with it.
+  // Leading zeros could be taken as the end of a half-sent packet, so the stop packet is sent twice instead. The first
+  // copy may complete a half-sent packet, whose CRC is then wrong; the unit discards both.
   [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
     std::vector<std::uint8_t> bytes = write_packet(address_, kDriveBoth, std::array<std::uint8_t, 8>{});
     const std::vector<std::uint8_t> once = bytes;
@@ -105,25 +105,25 @@ class Roboclaw final : public Protocol {
   void note_stops(std::uint32_t times) override { is_in_step_ = is_in_step_ && times == 0; }
 
  private:
-  Status check_timeout(Wire& wire, ErrorCode otherwise) {
-    const auto told = ask(wire, kReadTimeout, 1);
-    if (!told) return told.error();
-    if (told->front() == timeout_) return {};
+  Status check_timeout(Transport& transport, ErrorCode otherwise) {
+    const auto kept = ask(transport, kReadTimeout, 1);
+    if (!kept) return kept.error();
+    if (kept->front() == timeout_) return {};
     return Error{otherwise,
-                 fmt::format("its serial time-out was set to {} ms, and it says {} ms; set it in packet serial "
-                             "mode, and look whether it was reset",
-                             timeout_ * kTimeoutUnit.count(), int(told->front()) * kTimeoutUnit.count())};
+                 fmt::format("its serial time-out was set to {} ms, and it reports {} ms; set it in packet serial "
+                             "mode, and check whether it was reset",
+                             timeout_ * kTimeoutUnit.count(), int(kept->front()) * kTimeoutUnit.count())};
   }
 
-  /// Speeds and settings may be said again as often as it takes.
-  Status command(Wire& wire, std::uint8_t number, std::span<const std::uint8_t> data) {
+  /// Sends a command. Speeds and settings may safely be sent again.
+  Status command(Transport& transport, std::uint8_t number, std::span<const std::uint8_t> data) {
     const auto packet = write_packet(address_, number, data);
     Error last{};
     for (int i = 0; i < kTries; ++i) {
-      if (auto ready = get_in_step(wire); !ready) return ready;
-      const Deadline deadline = wire.in(kReplyTime);
-      if (auto sent = wire.write(packet, deadline); !sent) return sent;
-      const auto answer = read(wire, 1, deadline);
+      if (auto ready = get_in_step(transport); !ready) return ready;
+      const Deadline deadline = transport.in(kReplyTime);
+      if (auto sent = transport.write(packet, deadline); !sent) return sent;
+      const auto answer = read(transport, 1, deadline);
       if (answer && answer->front() == kAccepted) return {};
       is_in_step_ = false;
       last = answer ? Error{ErrorCode::kBadData, fmt::format("command {}: answer 0x{:02X}, where 0xFF was expected",
@@ -134,12 +134,12 @@ class Roboclaw final : public Protocol {
     return last;
   }
 
-  Result<std::vector<std::uint8_t>> ask(Wire& wire, std::uint8_t number, std::size_t bytes) {
+  Result<std::vector<std::uint8_t>> ask(Transport& transport, std::uint8_t number, std::size_t bytes) {
     Error last{};
     for (int i = 0; i < kTries; ++i) {
-      if (auto ready = get_in_step(wire); !ready) return ready.error();
-      if (auto sent = send_question(wire, number); !sent) return sent.error();
-      const auto reply = read(wire, bytes + kCrcBytes, wire.in(kReplyTime));
+      if (auto ready = get_in_step(transport); !ready) return ready.error();
+      if (auto sent = send_question(transport, number); !sent) return sent.error();
+      const auto reply = read(transport, bytes + kCrcBytes, transport.in(kReplyTime));
       if (reply) {
         if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
       }
@@ -151,50 +151,50 @@ class Roboclaw final : public Protocol {
     return last;
   }
 
-  /// After a failed exchange, and after stops that somebody else wrote, answers may be on their way that look like any
-  /// command's. So a question is asked whose answer has a checksum over the question, another one each time: what comes
-  /// before that answer is old.
-  Status get_in_step(Wire& wire) {
-    if (is_in_step_) return wire.discard_input();
-    wire.pause(kForgets);
+  /// Synchronises with the unit's answers. After a failed exchange, and after stops that another process wrote, answers
+  /// may be in transit that look like those of any command. So this sends a question whose answer has a checksum over
+  /// the question, a different one than last time: all bytes before that answer are old.
+  Status get_in_step(Transport& transport) {
+    if (is_in_step_) return transport.discard_input();
+    transport.pause(kForgets);
     question_ = question_ == kReadTimeout ? kReadVoltage : kReadTimeout;
-    if (auto sent = send_question(wire, question_); !sent) return sent;
+    if (auto sent = send_question(transport, question_); !sent) return sent;
     const std::size_t size = (question_ == kReadTimeout ? 1 : 2) + kCrcBytes;
-    const Deadline deadline = wire.in(kReplyTime);
-    std::vector<std::uint8_t> heard;
+    const Deadline deadline = transport.in(kReplyTime);
+    std::vector<std::uint8_t> received;
     while (true) {
-      const auto byte = read(wire, 1, deadline);
-      if (!byte && byte.error().code == ErrorCode::kTimeout && !heard.empty()) {
+      const auto byte = read(transport, 1, deadline);
+      if (!byte && byte.error().code == ErrorCode::kTimeout && !received.empty()) {
         return Error{ErrorCode::kBadData,
-                     fmt::format("command {}: {} bytes came, and no answer", question_, heard.size())};
+                     fmt::format("command {}: {} bytes came, and no answer", question_, received.size())};
       }
       if (!byte) return byte.error();
-      heard.push_back(byte->front());
-      if (heard.size() >= size && reply_data(address_, question_, std::span(heard).last(size))) break;
-      if (heard.size() == kLongestNoise) return Error{ErrorCode::kBadData, "bytes without end, and no answer"};
+      received.push_back(byte->front());
+      if (received.size() >= size && reply_data(address_, question_, std::span(received).last(size))) break;
+      if (received.size() == kLongestNoise) return Error{ErrorCode::kBadData, "bytes without end, and no answer"};
     }
     is_in_step_ = true;
     return {};
   }
 
-  Status send_question(Wire& wire, std::uint8_t number) {
-    if (auto clean = wire.discard_input(); !clean) return clean;
+  Status send_question(Transport& transport, std::uint8_t number) {
+    if (auto clean = transport.discard_input(); !clean) return clean;
     const std::array<std::uint8_t, 2> question{address_, number};
-    return wire.write(question, wire.in(kReplyTime));
+    return transport.write(question, transport.in(kReplyTime));
   }
 
-  /// Text of any length up to LF NUL.
-  Result<std::string> read_version(Wire& wire) {
-    if (auto sent = send_question(wire, kReadVersion); !sent) return sent.error();
-    const Deadline deadline = wire.in(2 * kReplyTime);
+  /// Reads the version: text of any length up to LF NUL.
+  Result<std::string> read_version(Transport& transport) {
+    if (auto sent = send_question(transport, kReadVersion); !sent) return sent.error();
+    const Deadline deadline = transport.in(2 * kReplyTime);
     std::vector<std::uint8_t> reply;
     while (reply.empty() || reply.back() != 0) {
       if (reply.size() == kLongestVersion) return Error{ErrorCode::kBadData, "a version text without end"};
-      const auto byte = read(wire, 1, deadline);
+      const auto byte = read(transport, 1, deadline);
       if (!byte) return byte.error();
       reply.push_back(byte->front());
     }
-    const auto crc = read(wire, kCrcBytes, deadline);
+    const auto crc = read(transport, kCrcBytes, deadline);
     if (!crc) return crc.error();
     reply.insert(reply.end(), crc->begin(), crc->end());
     const auto data = reply_data(address_, kReadVersion, reply);
@@ -203,11 +203,11 @@ class Roboclaw final : public Protocol {
     return printable(version.substr(0, version.find_first_of(std::string_view("\n\0", 2))));
   }
 
-  static Result<std::vector<std::uint8_t>> read(Wire& wire, std::size_t bytes, Deadline deadline) {
+  static Result<std::vector<std::uint8_t>> read(Transport& transport, std::size_t bytes, Deadline deadline) {
     std::vector<std::uint8_t> reply(bytes);
     std::size_t got = 0;
     while (got < bytes) {
-      const auto more = wire.read(std::span(reply).subspan(got), deadline);
+      const auto more = transport.read(std::span(reply).subspan(got), deadline);
       if (!more) {
         if (more.error().code != ErrorCode::kTimeout || got == 0) return more.error();
         return Error{ErrorCode::kBadData, fmt::format("{} of {} bytes of an answer came", got, bytes)};
@@ -219,8 +219,8 @@ class Roboclaw final : public Protocol {
 
   const std::uint8_t address_;
   const std::int64_t timeout_;  // in units of 100 ms
-  unsigned readings_ = 0;       // since it was greeted
-  bool is_in_step_ = true;      // no answer is on its way
+  unsigned readings_ = 0;       // since greet()
+  bool is_in_step_ = true;      // no answer is in transit
   std::uint8_t question_ = kReadTimeout;
 };
 

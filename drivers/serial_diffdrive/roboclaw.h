@@ -12,13 +12,13 @@
 /// RoboClaw's packet serial (Basicmicro, RoboClaw Series User Manual).
 namespace twocone::serial {
 
-/// CRC-16/XMODEM: polynomial 0x1021, from 0, no reflection.
+/// CRC-16/XMODEM: polynomial 0x1021, initial value 0, no reflection.
 std::uint16_t crc16(std::span<const std::uint8_t> bytes, std::uint16_t from = 0);
 
-/// A packet that writes: address, command, data, CRC over all of it.
+/// Makes a write packet: address, command, data, CRC over all of them.
 std::vector<std::uint8_t> write_packet(std::uint8_t address, std::uint8_t command, std::span<const std::uint8_t> data);
 
-/// The data of a reply to a packet that reads; nothing if its CRC, which runs over address, command and data, is wrong.
+/// The data of a reply to a read packet; nothing if its CRC, which covers address, command and data, is wrong.
 std::optional<std::span<const std::uint8_t>> reply_data(std::uint8_t address, std::uint8_t command,
                                                         std::span<const std::uint8_t> reply);
 

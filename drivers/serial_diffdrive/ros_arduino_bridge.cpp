@@ -15,16 +15,16 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// The firmware's speed unit: counts in each of its control intervals, 1000/30 ms in whole milliseconds.
+// The firmware's speed unit is counts per control interval. The interval is 1000/30 ms in whole milliseconds.
 constexpr double kInterval_s = 0.033;
-// The firmware reads 16 bit numbers.
+// The firmware reads 16-bit numbers.
 constexpr double kMostPerInterval = 32767;
-// Replies take 2 to 8 ms at 57600 baud; USB adapters hold bytes back for 16.
+// Replies take 2 to 8 ms at 57600 baud; USB adapters delay bytes by up to 16 ms.
 constexpr milliseconds kReplyTime{60};
-// While a board boots, which takes a second or two, it is asked again after so long.
+// While a board boots, which takes a second or two, the request is repeated after this time.
 constexpr milliseconds kBootSlice{120};
-// With the gains that the firmware comes with (20:12:0:50, whole numbers), its control loop changes a wheel's power
-// only where the speed is wrong by 2.5 counts in an interval or more, and from rest it changes nothing below that.
+// With the firmware's default gains (20:12:0:50, integers), its control loop changes a wheel's power only if the speed
+// error is 2.5 counts per interval or more. So it does not start a stopped wheel below that.
 constexpr double kUsualDeadBand = 2.5;
 constexpr std::size_t kLongestLine = 64;
 constexpr int kTries = 2;
@@ -40,10 +40,10 @@ class RosArduinoBridge final : public Protocol {
   [[nodiscard]] int usual_baud() const override { return 57600; }
   [[nodiscard]] int counter_bits() const override { return 32; }
 
-  Result<std::string> greet(Wire& wire, Deadline deadline) override {
+  Result<std::string> greet(Transport& transport, Deadline deadline) override {
     Error last{ErrorCode::kTimeout, "no answer"};
-    while (wire.now() < deadline) {
-      if (auto ready = get_in_step(wire, std::min(deadline, wire.in(kBootSlice)))) {
+    while (transport.now() < deadline) {
+      if (auto ready = get_in_step(transport, std::min(deadline, transport.in(kBootSlice)))) {
         carry_ = {};
         return fmt::format("ros_arduino_bridge at {} baud", baud_);
       } else if (ready.error().code == ErrorCode::kDisconnected) {
@@ -55,21 +55,21 @@ class RosArduinoBridge final : public Protocol {
     return last;
   }
 
-  Status drive(Wire& wire, const CountRates& rates) override {
+  Status drive(Transport& transport, const CountRates& rates) override {
     const int left = per_interval(rates.left, carry_.left);
     const int right = per_interval(rates.right, carry_.right);
-    const auto answer = ask(wire, fmt::format("m {} {}", left, right), is_done);
+    const auto answer = ask(transport, fmt::format("m {} {}", left, right), is_done);
     if (!answer) return answer.error();
     return {};
   }
 
-  Result<RawCounts> read_counts(Wire& wire) override {
-    const auto answer = ask(wire, "e", is_counts);
+  Result<RawCounts> read_counts(Transport& transport) override {
+    const auto answer = ask(transport, "e", is_counts);
     if (!answer) return answer.error();
     return *parse_counts(*answer);
   }
 
-  // The first CR ends what a program may have left half sent; each of the two is answered.
+  // The first CR ends a line that a program may have left half sent. Each of the two CRs is answered.
   static constexpr int kLinesOfAStop = 2;
   [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
     const auto bytes = bytes_of("\rm 0 0\r");
@@ -77,12 +77,12 @@ class RosArduinoBridge final : public Protocol {
   }
   [[nodiscard]] std::optional<milliseconds> own_timeout() const override { return milliseconds(2000); }
   void note_stops(std::uint32_t times) override { owed_ += int(times) * kLinesOfAStop; }
-  // Below one count in an interval zeros would be sent in between, each of which resets the control loop.
+  // Below one count per interval, zeros would be sent in between, and each zero resets the control loop.
   [[nodiscard]] double least_command() const override { return 1 / kInterval_s; }
   [[nodiscard]] double usual_least_rate() const override { return kUsualDeadBand / kInterval_s; }
 
  private:
-  /// Counts in an interval, whole ones: what is left over is carried into the next command, so that the mean is right.
+  /// Whole counts per interval. The remainder is carried into the next command, so that the mean is correct.
   static int per_interval(double rate, double& carry) {
     if (rate == 0) return static_cast<int>(carry = 0);
     const double wanted = std::clamp(rate * kInterval_s, -kMostPerInterval, kMostPerInterval) + carry;
@@ -100,50 +100,51 @@ class RosArduinoBridge final : public Protocol {
     return rate;
   }
 
-  /// A command and its line, tried again where that is none: whatever is said here may be said twice.
-  Result<std::string> ask(Wire& wire, const std::string& command, bool (*fits)(std::string_view)) {
+  /// Sends a command and reads its line; tries again if the line does not fit. Every command here may safely be sent
+  /// twice.
+  Result<std::string> ask(Transport& transport, const std::string& command, bool (*fits)(std::string_view)) {
     Error last{};
     for (int i = 0; i < kTries; ++i) {
       if (owed_ > 0) {
-        if (auto ready = get_in_step(wire, wire.in(kReplyTime)); !ready) return i > 0 ? last : ready.error();
+        if (auto ready = get_in_step(transport, transport.in(kReplyTime)); !ready) return i > 0 ? last : ready.error();
       }
-      auto line = ask_once(wire, command);
+      auto line = ask_once(transport, command);
       if (line && fits(*line)) return line;
-      owed_ = std::max(owed_, 1);  // whatever that line belonged to
+      owed_ = std::max(owed_, 1);  // that line may have belonged to an earlier command
       last = line ? unexpected(command, *line) : line.error();
       if (last.code == ErrorCode::kDisconnected) break;
     }
     return last;
   }
 
-  Result<std::string> ask_once(Wire& wire, const std::string& command) {
-    if (auto clean = wire.discard_input(); !clean) return clean.error();
-    const Deadline deadline = wire.in(kReplyTime);
+  Result<std::string> ask_once(Transport& transport, const std::string& command) {
+    if (auto clean = transport.discard_input(); !clean) return clean.error();
+    const Deadline deadline = transport.in(kReplyTime);
     ++owed_;
-    if (auto sent = wire.write(bytes_of(command + '\r'), deadline); !sent) return sent.error();
-    return read_line(wire, deadline);
+    if (auto sent = transport.write(bytes_of(command + '\r'), deadline); !sent) return sent.error();
+    return read_line(transport, deadline);
   }
 
-  /// Finds the place in the controller's answers behind which the next one is that of the next command. Each CR is
-  /// answered by one line, in order, but lines get lost, and others write to the port, too; so the number of lines that
-  /// are owed proves nothing. What does is a request whose answer nothing else gives: the baud rate, then so many lines
-  /// for a CR alone, then the baud rate. How many tells it from the last two such requests, whose answers may come
-  /// late. Two rates with one such line between are the end of one request and the beginning of the next.
-  Status get_in_step(Wire& wire, Deadline deadline) {
+  /// Synchronises with the controller's answers: afterwards, the next line answers the next command. Each CR is
+  /// answered by one line, in order, but lines get lost, and other processes write to the port too. So the number of
+  /// lines owed proves nothing. A request with a unique answer does: the baud rate, then several lines for a CR alone,
+  /// then the baud rate. The number of these lines differs from the last two such requests, whose answers may come
+  /// late. Two rates with only one such line between them are the end of one request and the beginning of the next.
+  Status get_in_step(Transport& transport, Deadline deadline) {
     constexpr int kFewest = 2, kMost = 4;
     between_ = between_ >= kMost ? kFewest : between_ + 1;
-    // The first CR ends what was left half sent.
+    // The first CR ends a line that was left half sent.
     const std::string request = "\rb\r" + std::string(std::size_t(between_), '\r') + "b\r";
     owed_ += 3 + between_;
-    if (auto sent = wire.write(bytes_of(request), deadline); !sent) return sent;
-    std::optional<int> rate;  // of the last line that was one, with nothing but `between` such lines after it
+    if (auto sent = transport.write(bytes_of(request), deadline); !sent) return sent;
+    std::optional<int> rate;  // the last rate, if only the `between` lines for a CR alone came after it
     int between = 0;
     bool has_come = false;
     while (true) {
-      const auto line = read_line(wire, deadline);
-      if (!line && (line.error().code != ErrorCode::kBadData || wire.now() >= deadline)) {
+      const auto line = read_line(transport, deadline);
+      if (!line && (line.error().code != ErrorCode::kBadData || transport.now() >= deadline)) {
         if (line.error().code != ErrorCode::kTimeout || !has_come) return line.error();
-        return Error{ErrorCode::kBadData, "answers that belong to nothing asked"};
+        return Error{ErrorCode::kBadData, "answers that belong to no request"};
       }
       has_come = true;
       const auto found = line ? parse_baud(*line) : std::nullopt;
@@ -171,12 +172,12 @@ class RosArduinoBridge final : public Protocol {
     return {ErrorCode::kBadData, fmt::format("'{}' in answer to {}", printable(answer), command)};
   }
 
-  /// Up to CR LF, without it.
-  Result<std::string> read_line(Wire& wire, Deadline deadline) {
+  /// Reads a line up to CR LF, and returns it without them.
+  Result<std::string> read_line(Transport& transport, Deadline deadline) {
     std::string line;
     while (true) {
       std::uint8_t byte = 0;
-      const auto got = wire.read({&byte, 1}, deadline);
+      const auto got = transport.read({&byte, 1}, deadline);
       if (!got) {
         if (got.error().code != ErrorCode::kTimeout || line.empty()) return got.error();
         return Error{ErrorCode::kBadData, fmt::format("only '{}' of an answer came", printable(line))};
@@ -194,9 +195,9 @@ class RosArduinoBridge final : public Protocol {
   }
 
   CountRates carry_;
-  int owed_ = 0;     // lines that have not come, as far as is known
-  int between_ = 0;  // of the last request of get_in_step
-  int baud_ = 0;     // as the controller said last
+  int owed_ = 0;     // answers that have not come yet, as far as is known
+  int between_ = 0;  // lines for a CR alone in the last request of get_in_step()
+  int baud_ = 0;     // as the controller last reported it
 };
 
 }  // namespace

@@ -6,10 +6,11 @@
 
 #include "drivers/serial_diffdrive/protocol.h"
 
-/// The ASCII protocol of ros_arduino_bridge (hbrobotics, joshnewans): a letter, arguments and CR; a line for each.
+/// The ASCII protocol of ros_arduino_bridge (hbrobotics, joshnewans): a letter, arguments and CR; each is answered by
+/// one line.
 namespace twocone::serial {
 
-/// The two counts of a reply to `e`: "855 -820". Nothing for anything else.
+/// The two counts in a reply to `e`, such as "855 -820"; nothing for any other text.
 std::optional<RawCounts> parse_counts(std::string_view line);
 
 std::unique_ptr<Protocol> make_ros_arduino_bridge();

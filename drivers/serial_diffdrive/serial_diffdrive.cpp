@@ -10,10 +10,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "drivers/serial_diffdrive/guard.h"
-#include "drivers/serial_diffdrive/listening_wire.h"
+#include "drivers/serial_diffdrive/monitored_transport.h"
 #include "drivers/serial_diffdrive/protocol.h"
 #include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/serial_diffdrive/watchdog_process.h"
 #include "drivers/serial_diffdrive/wheel_counter.h"
 #include "hal/clock.h"
 #include "hal/text.h"
@@ -26,49 +26,50 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 
 // An Arduino whose port is opened boots for 1 to 2 s.
 constexpr milliseconds kGreeting{4'000};
-// A controller that came back is greeted a little in each call, so that none takes long.
+// The handshake with a controller that came back is split over several calls, so that no call takes long.
 constexpr milliseconds kGreetingSlice{120};
 constexpr milliseconds kBetweenTries{250};
-// Wheels that turn by more than this between two readings were not turned by the motors: the counters began anew.
+// If the counts of two readings differ by more than the motors could have caused, with this margin, the counters were
+// reset.
 constexpr double kOverspeed = 1.5;
 constexpr double kSlack_s = 0.2;
 constexpr std::int64_t kSlackCounts = 16;
-// A controller that fails so often without a reading in between may have been switched off and on behind a port that
-// stayed.
+// After this many failures without a reading in between, the controller may have been switched off and on while its
+// port remained.
 constexpr int kFailuresToGreet = 3;
 constexpr milliseconds kSending{20};
-// The watchdog writes kStopsInARow stops: an exchange that meets each of them is tried once more.
+// The watchdog writes kStopsInARow stops in a row. Each may disturb one try of an exchange; one more try follows.
 constexpr int kCrossedTries = kStopsInARow + 1;
 
 std::string milliseconds_of(std::chrono::nanoseconds time) {
   return fmt::format("{:g} ms", std::chrono::duration<double, std::milli>(time).count());
 }
 
-/// What came where the answers of a controller were expected.
-std::string quote(const ListeningWire& heard) {
-  const std::string& text = heard.beginning();
+/// Describes the bytes that arrived instead of a controller's answers.
+std::string quote(const MonitoredTransport& monitor) {
+  const std::string& text = monitor.beginning();
   const auto is_text = [](char c) { return (c >= ' ' && c <= '~') || c == '\r' || c == '\n' || c == '\t'; };
   if (2 * std::count_if(text.begin(), text.end(), is_text) < std::ssize(text)) {
     std::string bytes;
     for (const char c : text.substr(0, 16)) bytes += fmt::format(" {:02X}", std::uint8_t(c));
-    return fmt::format("{} bytes that are no text, the first{}: another baud or another protocol?", heard.count(),
+    return fmt::format("{} bytes that are no text, the first{}: another baud or another protocol?", monitor.count(),
                        bytes);
   }
   std::string line = text;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\r' || c == '\n' || c == '\t'; }, ' ');
-  return fmt::format("{} bytes, beginning with '{}': another device or another protocol?", heard.count(),
+  return fmt::format("{} bytes, beginning with '{}': another device or another protocol?", monitor.count(),
                      printable(line));
 }
 
-/// A controller by itself must be able to stop the wheels in time.
-void check_unguarded(const SerialDriveSettings& settings, const DriveLimits& limits) {
-  if (settings.guard) return;
+/// Without a watchdog, the controller itself must stop the wheels in time.
+void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimits& limits) {
+  if (settings.watchdog) return;
   const auto own =
       make_protocol({settings.protocol, std::uint8_t(settings.address), limits.command_timeout})->own_timeout();
   if (own && *own <= limits.command_timeout) return;
   throw std::invalid_argument(
-      fmt::format("SerialDriveSettings: guard is switched off, but the controller's own time-out is {}, longer than "
+      fmt::format("SerialDriveSettings: watchdog is switched off, but the controller's own time-out is {}, longer than "
                   "command_timeout, {}",
                   own ? fmt::format("{} ms", own->count()) : "infinite", milliseconds_of(limits.command_timeout)));
 }
@@ -86,9 +87,9 @@ void check(const SerialDriveSettings& settings) {
     if (!fixed && !settings.counts_per_turn) {
       bad += fmt::format(" counts_per_turn is missing, protocol {} needs it;", settings.protocol);
     }
-    if (!settings.guard && settings.protocol != "roboclaw") {
+    if (!settings.watchdog && settings.protocol != "roboclaw") {
       bad += fmt::format(
-          " guard is switched off, but a controller of protocol {} does not stop the wheels in time by "
+          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by "
           "itself;",
           settings.protocol);
     }
@@ -125,7 +126,7 @@ class SerialDiffDrive::Impl {
     facts_.device = fmt::format("{} at {} baud", settings.port, settings.baud.value_or(protocol_->usual_baud()));
     facts_.counts_per_turn = settings.counts_per_turn.value_or(protocol_->fixed_counts_per_turn().value_or(0));
     least_speed_radps_ = least_speed_radps(settings);
-    if (!machine_.post) machine_.post = Guard::post;
+    if (!machine_.post) machine_.post = WatchdogProcess::post;
     if (!machine_.now) machine_.now = std::chrono::steady_clock::now;
   }
 
@@ -136,46 +137,46 @@ class SerialDiffDrive::Impl {
 
   Status open() {
     if (auto there = plug_in(); !there) return there;
-    ListeningWire heard(*wire_);
-    Status greeted = greet(heard, kGreeting);
-    if (greeted || heard.count() == 0) return greeted;
+    MonitoredTransport monitor(*transport_);
+    Status greeted = greet(monitor, kGreeting);
+    if (greeted || monitor.count() == 0) return greeted;
     const Error& error = greeted.error();
     if (error.code != ErrorCode::kTimeout && error.code != ErrorCode::kBadData) return greeted;
     return Error{ErrorCode::kBadData, fmt::format("{}: no controller of protocol {} answers ({}), but {}",
-                                                  settings_.port, settings_.protocol, error.message, quote(heard))};
+                                                  settings_.port, settings_.protocol, error.message, quote(monitor))};
   }
 
   Status set_speeds(const WheelSpeeds& speeds) {
     if (auto there = connected(); !there) return there;
-    if (speeds.left_radps == 0 && speeds.right_radps == 0) return rest();
+    if (speeds.left_radps == 0 && speeds.right_radps == 0) return stop_wheels();
     const double faster = std::max(std::abs(speeds.left_radps), std::abs(speeds.right_radps));
     if (faster < least_speed_radps_) {
-      if (auto rests = rest(); !rests) return rests;
+      if (auto stopped = stop_wheels(); !stopped) return stopped;
       return Error{ErrorCode::kRefused, fmt::format("{:.3g} rad/s is too slow for the controller at {}, which turns no "
-                                                    "wheel slower than {:.3g} rad/s; the wheels rest",
+                                                    "wheel slower than {:.3g} rad/s; the wheels are stopped",
                                                     faster, settings_.port, least_speed_radps_)};
     }
-    const SteadyTime told = now();
-    // The watchdog first: were this program to hang in between, it would know.
+    const SteadyTime begun = now();
+    // The watchdog gets its deadline first, so that it stops the wheels if this program hangs after the command.
     if (watchdog_) {
-      if (auto told_it = watchdog_->expect_motion(); !told_it) return replace_watchdog(told_it.error());
+      if (auto expected = watchdog_->expect_motion(); !expected) return replace_watchdog(expected.error());
     }
     const std::uint32_t stops = count_stops();
-    moves_until_ = told + limits_.command_timeout;
+    moves_until_ = begun + limits_.command_timeout;
     const double per_rad = facts_.counts_per_turn / (2 * std::numbers::pi);
     const Status driven =
-        protocol_->drive(*wire_, to_controller({speeds.left_radps * per_rad, speeds.right_radps * per_rad}));
+        protocol_->drive(*transport_, to_controller({speeds.left_radps * per_rad, speeds.right_radps * per_rad}));
     if (!driven) return finish(with_stop(driven.error()));
-    if (was_crossed_since(stops) && now() >= *moves_until_) return held_up(now() - told);
+    if (was_crossed_since(stops) && now() >= *moves_until_) return held_up(now() - begun);
     if (watchdog_) {
-      if (auto heard = watchdog_->is_heard(); !heard) return replace_watchdog(heard.error());
+      if (auto seen = watchdog_->wait_until_seen(); !seen) return replace_watchdog(seen.error());
     }
     return {};
   }
 
   Result<WheelAngles> read_angles() {
     if (auto there = connected(); !there) return there.error();
-    if (auto rests = keep_dead_man_rule(); !rests) return rests.error();
+    if (auto kept = keep_dead_man_rule(); !kept) return kept.error();
     SteadyTime asked;
     auto counts = read_counts(asked);
     if (counts && !follows(*counts)) counts = ask_again(*counts);
@@ -193,16 +194,16 @@ class SerialDiffDrive::Impl {
   Status stop() noexcept {
     try {
       if (greeted_) return set_speeds({});
-      say_stop();
+      send_stop();
       return lost_;
-    } catch (const std::exception&) {  // no memory for a message: the guard and the dead-man rule are left
+    } catch (const std::exception&) {  // no memory for a message; the watchdog and the dead-man rule still work
       return Error{ErrorCode::kUnavailable, {}};
     }
   }
 
-  [[nodiscard]] DriveFacts tell() const {
+  [[nodiscard]] DriveFacts facts() const {
     DriveFacts facts = facts_;
-    facts.is_guarded = watchdog_ != nullptr;
+    facts.has_watchdog = watchdog_ != nullptr;
     return facts;
   }
 
@@ -213,26 +214,26 @@ class SerialDiffDrive::Impl {
   Status plug_in() {
     auto connection = machine_.connect();
     if (!connection) return connection.error();
-    wire_ = std::move(connection->wire);
+    transport_ = std::move(connection->transport);
     descriptor_ = connection->descriptor;
     greet_until_ = now() + kGreeting;
     return {};
   }
 
-  Status greet(Wire& wire, milliseconds time) {
+  Status greet(Transport& transport, milliseconds time) {
     count_stops();
-    auto version = protocol_->greet(wire, now() + time);
+    auto version = protocol_->greet(transport, now() + time);
     if (!version) return version.error();
-    // Another program may have left them turning.
-    if (auto rests = protocol_->drive(wire, {}); !rests) return rests;
+    // Another program may have left the wheels turning.
+    if (auto stopped = protocol_->drive(transport, {}); !stopped) return stopped;
     facts_.controller = *version;
     facts_.own_timeout = protocol_->own_timeout();
-    if (settings_.guard) {
+    if (settings_.watchdog) {
       if (!watchdog_) {
         if (auto posted = post_watchdog(); !posted) return posted;
       }
       if (protocol_->answers_commands()) {
-        if (auto told = watchdog_->expect_rest(); !told) return replace_watchdog(told.error());
+        if (auto expected = watchdog_->expect_stop(); !expected) return replace_watchdog(expected.error());
       }
     }
     counter_.rebase();
@@ -251,7 +252,8 @@ class SerialDiffDrive::Impl {
     return {};
   }
 
-  /// Whatever the watchdog writes is answered, too: the protocol is told. Returns how many stops it has written.
+  /// Reports the watchdog's new stops to the protocol, because the controller answers those too. Returns how many stops
+  /// the watchdog has written.
   std::uint32_t count_stops() {
     if (!watchdog_) return 0;
     const std::uint32_t written = watchdog_->stops_done();
@@ -259,117 +261,119 @@ class SerialDiffDrive::Impl {
     protocol_->note_stops(begun - std::exchange(stops_noted_, begun));
     return written;
   }
-  /// @param stops what count_stops() returned then
+  /// Returns whether the watchdog has written or begun a stop since count_stops() returned `stops`.
   bool was_crossed_since(std::uint32_t stops) {
     count_stops();
     return watchdog_ && watchdog_->stops_begun() != stops;
   }
 
-  /// Ready for a command; if not, a step is made on the way back.
+  /// Returns success if the drive is ready for a command. If not, makes one step towards reconnection.
   Status connected() {
     if (greeted_) return {};
-    if (!wire_) {
+    if (!transport_) {
       if (now() < next_try_) return lost_;
       next_try_ = now() + kBetweenTries;
       if (auto there = plug_in(); !there) return lost_;
     }
-    if (auto said = greet(*wire_, kGreetingSlice); !said) {
-      if (said.error().code == ErrorCode::kDisconnected || now() >= greet_until_) lose();
+    if (auto greeted = greet(*transport_, kGreetingSlice); !greeted) {
+      if (greeted.error().code == ErrorCode::kDisconnected || now() >= greet_until_) lose();
       return lost_;
     }
     return {};
   }
 
-  /// An answer that is the watchdog's, and not the program's, says the same: the wheels were stopped. A failure among
-  /// its stops says nothing.
-  Status rest() {
-    Status rests;
+  /// Stops the wheels. An answer to a stop of the watchdog means the same as an answer to the program's stop: the
+  /// wheels were stopped. A failure while the watchdog writes stops has no meaning.
+  Status stop_wheels() {
+    Status stopped;
     for (int i = 0; i < kCrossedTries; ++i) {
       const std::uint32_t stops = count_stops();
-      rests = protocol_->drive(*wire_, {});
-      if (rests || !was_crossed_since(stops)) break;
+      stopped = protocol_->drive(*transport_, {});
+      if (stopped || !was_crossed_since(stops)) break;
     }
-    if (!rests) return finish(rests);
+    if (!stopped) return finish(stopped);
     moves_until_.reset();
-    // Where nothing tells that the stop arrived, the watchdog says it again after each time-out.
+    // If the controller does not confirm the stop, the watchdog keeps its deadline and repeats the stop after each
+    // time-out.
     if (watchdog_ && protocol_->answers_commands()) {
-      if (auto told = watchdog_->expect_rest(); !told) return replace_watchdog(told.error());
+      if (auto expected = watchdog_->expect_stop(); !expected) return replace_watchdog(expected.error());
     }
     return {};
   }
 
-  /// A command that moves failed, and may have been carried out all the same.
+  /// Sends a stop after a failed command that moves, because the command may have been carried out.
   Error with_stop(const Error& error) {
     if (error.code == ErrorCode::kDisconnected) return error;
-    say_stop();
+    send_stop();
     return {error.code, error.message + "; a stop was sent after it"};
   }
 
-  /// The program did not run for so long during a command that the watchdog stopped the wheels: before the command came
-  /// to the controller or after it, nobody knows.
+  /// The error for a command during which the program did not run for so long that the watchdog stopped the wheels. It
+  /// is not known whether the watchdog's stop or the command reached the controller first.
   Error held_up(SteadyTime::duration time) {
-    const auto rests = rest();
+    const auto stopped = stop_wheels();
     return {ErrorCode::kTimeout,
             fmt::format(
                 "the command took {:.0f} ms, longer than command_timeout: the watchdog stopped the wheels meanwhile, "
                 "and {}",
                 std::chrono::duration<double, std::milli>(time).count(),
-                rests ? "they rest now" : "a stop was sent again: " + rests.error().message)};
+                stopped ? "they are stopped now" : "a stop was sent again: " + stopped.error().message)};
   }
 
-  /// Without a watchdog the wheels must not turn.
+  /// Stops the wheels, which must not turn without a watchdog, and starts another watchdog.
   Error replace_watchdog(const Error& why) {
-    say_stop();
+    send_stop();
     watchdog_->kill();
     count_stops();
     watchdog_.reset();
-    if (auto rests = rest(); !rests) say_stop();
+    if (auto stopped = stop_wheels(); !stopped) send_stop();
     auto posted = greeted_ ? post_watchdog() : Status{};
     if (!posted) lose();
     return {ErrorCode::kUnavailable,
-            fmt::format(
-                "{}; the wheels were stopped, and {}", why.message,
-                posted ? "another watchdog is posted" : "no other watchdog can be posted: " + posted.error().message)};
+            fmt::format("{}; the wheels were stopped, and {}", why.message,
+                        posted ? "another watchdog is started"
+                               : "no other watchdog can be started: " + posted.error().message)};
   }
 
-  /// The drive's two readings of one call must both be answers to their own questions.
+  /// Reads the counters again while stops of the watchdog come in between, so that the answer belongs to the question.
   Result<RawCounts> read_counts(SteadyTime& asked) {
     for (int i = 0; i < kCrossedTries; ++i) {
       const std::uint32_t stops = count_stops();
       asked = now();
-      auto counts = protocol_->read_counts(*wire_);
+      auto counts = protocol_->read_counts(*transport_);
       if (!was_crossed_since(stops)) return counts;
     }
     if (auto awake = watchdog_->settle(); !awake) return replace_watchdog(awake.error());
     return Error{ErrorCode::kTimeout, "the watchdog's stops came between each question and its answer"};
   }
 
-  /// Stops the wheels of whatever is at the port, without waiting for an answer.
-  void say_stop() {
-    if (!wire_) return;
-    if (wire_->write(protocol_->stop_bytes(), now() + kSending)) protocol_->note_stops(1);
+  /// Sends a stop to the device at the port, without waiting for an answer.
+  void send_stop() {
+    if (!transport_) return;
+    if (transport_->write(protocol_->stop_bytes(), now() + kSending)) protocol_->note_stops(1);
   }
 
-  /// Gives the port up.
+  /// Closes a lost port.
   void lose() {
     forget();
     watchdog_.reset();
-    wire_.reset();
+    transport_.reset();
     next_try_ = now() + kBetweenTries;
-    lost_ = Error{ErrorCode::kDisconnected, fmt::format("{} went away; it is looked for", settings_.port)};
+    lost_ = Error{ErrorCode::kDisconnected, fmt::format("{} is disconnected; waiting for it", settings_.port)};
   }
 
-  /// The port is there, but what is behind it must be set up again.
-  void begin_anew(const std::string& why) {
+  /// The port is still open, but the handshake with its controller must be repeated.
+  void greet_again(const std::string& why) {
     forget();
     greet_until_ = now() + kGreeting;
     lost_ = Error{ErrorCode::kDisconnected, fmt::format("the controller at {} {}", settings_.port, why)};
   }
 
-  /// Stops the wheels if that still can be; until the controller is greeted, the watchdog says it after each time-out.
+  /// Stops the wheels if that is still possible. Until the next handshake, the watchdog sends a stop after each
+  /// time-out.
   void forget() {
     greeted_ = false;
-    say_stop();
+    send_stop();
     failures_ = 0;
   }
 
@@ -378,20 +382,20 @@ class SerialDiffDrive::Impl {
     if (status.error().code == ErrorCode::kDisconnected) {
       lose();
     } else if (status.error().code != ErrorCode::kRefused && ++failures_ >= kFailuresToGreet) {
-      begin_anew("does not answer");
+      greet_again("does not answer");
       return lost_;
     }
     return status;
   }
 
-  /// Without a guard it is here that wheels stop whose program reads, but does not command: a controller may take any
-  /// question for a sign of life.
+  /// Stops the wheels if the program reads but does not command. Without a watchdog this is necessary, because a
+  /// controller may take any question as a sign of life.
   Status keep_dead_man_rule() {
     if (!moves_until_ || now() < *moves_until_) return {};
-    return rest();
+    return stop_wheels();
   }
 
-  /// Whether motors can have turned the wheels so far in that time.
+  /// Returns whether the motors can have turned the wheels this far in that time.
   [[nodiscard]] bool is_possible(const WheelCounts& step, SteadyTime::duration time) const {
     const double time_s = std::chrono::duration<double>(time).count() + kSlack_s;
     const double most = kOverspeed * limits_.max_speed_radps * time_s * facts_.counts_per_turn / (2 * std::numbers::pi);
@@ -401,7 +405,8 @@ class SerialDiffDrive::Impl {
     return !read_at_ || is_possible(counter_.step_to(raw), now() - *read_at_);
   }
 
-  /// A jump is a disturbed answer, unless it is told twice: then the board began anew.
+  /// Reads again after a jump of the counts. A jump is a disturbed answer, unless it is read twice: then the board was
+  /// reset.
   Result<RawCounts> ask_again(const RawCounts& first) {
     SteadyTime asked = now();
     const SteadyTime begun = asked;
@@ -412,7 +417,7 @@ class SerialDiffDrive::Impl {
     if (!is_possible(between.step_to(*second), now() - begun)) {
       return Error{ErrorCode::kBadData, "two readings of the counters that contradict each other"};
     }
-    begin_anew("was reset: its counters began anew");
+    greet_again("was reset: its counters started again");
     return lost_.error();
   }
 
@@ -436,17 +441,17 @@ class SerialDiffDrive::Impl {
   DriveFacts facts_;
   double least_speed_radps_ = 0;
   WheelCounter counter_;
-  // Of a connection.
-  std::unique_ptr<Wire> wire_;
+  // The state of a connection:
+  std::unique_ptr<Transport> transport_;
   int descriptor_ = -1;
   std::unique_ptr<Watchdog> watchdog_;
-  std::uint32_t stops_noted_ = 0;  // of this watchdog's, those that the protocol was told of
+  std::uint32_t stops_noted_ = 0;  // stops of this watchdog that were reported to the protocol
   bool greeted_ = false;
   int failures_ = 0;  // since the last reading
   SteadyTime greet_until_;
   std::optional<SteadyTime> moves_until_;
   std::optional<SteadyTime> read_at_;
-  // Of none.
+  // The state without a connection:
   SteadyTime next_try_;
   Status lost_ = Error{ErrorCode::kDisconnected, "the controller was not found yet"};
 };
@@ -477,7 +482,7 @@ Result<std::unique_ptr<SerialDiffDrive>> SerialDiffDrive::open(const SerialDrive
                                                                const DriveLimits& limits, Machine machine) {
   check(settings);
   twocone::check(limits);
-  check_unguarded(settings, limits);
+  check_without_watchdog(settings, limits);
   auto impl = std::make_unique<Impl>(settings, limits, std::move(machine));
   if (auto opened = impl->open(); !opened) return opened.error();
   return std::unique_ptr<SerialDiffDrive>(new SerialDiffDrive(limits, std::move(impl)));
@@ -486,6 +491,6 @@ Result<std::unique_ptr<SerialDiffDrive>> SerialDiffDrive::open(const SerialDrive
 Status SerialDiffDrive::do_set_speeds(const WheelSpeeds& speeds) { return impl_->set_speeds(speeds); }
 Result<WheelAngles> SerialDiffDrive::do_read_angles() { return impl_->read_angles(); }
 Status SerialDiffDrive::do_stop() noexcept { return impl_->stop(); }
-DriveFacts SerialDiffDrive::do_tell() const { return impl_->tell(); }
+DriveFacts SerialDiffDrive::do_tell() const { return impl_->facts(); }
 
 }  // namespace twocone::serial

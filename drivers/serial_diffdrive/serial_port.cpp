@@ -25,10 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A program that was killed leaves its port to its guard for so long.
-constexpr std::chrono::milliseconds kGuardGoes{300};
+// The watchdog of a program that was killed keeps the port for at most this time.
+constexpr std::chrono::milliseconds kWatchdogGoes{300};
 
-/// libserialport's last error, which is this thread's.
+/// libserialport's last error in this thread.
 std::string last_error() {
   char* text = sp_last_error_message();
   std::string copy(text != nullptr ? text : "unknown error");
@@ -56,8 +56,8 @@ ErrorCode code_of(int error) {
   }
 }
 
-// Behind a semicolon stands what to do about a refusal.
-constexpr const char* kEndTheOther = "; another program uses it: end that (fuser tells which)";
+// The text after the semicolon advises what to do about a refusal.
+constexpr const char* kEndTheOther = "; another program uses it: end that (fuser shows which)";
 constexpr const char* kNamePort = "; name the port of the controller, as twocone devices lists it";
 
 std::string advice_for(int error) {
@@ -69,7 +69,7 @@ std::string advice_for(int error) {
 
 std::string text_of(const char* text) { return text != nullptr ? printable(text) : ""; }
 
-/// The by-id link that leads to `path`.
+/// The by-id link to `path`.
 std::string stable_path_of(const fs::path& path) {
   std::error_code error;
   for (const auto& link : fs::directory_iterator("/dev/serial/by-id", error)) {
@@ -101,7 +101,7 @@ std::vector<PortInfo> list_ports() {
 }
 
 Result<std::unique_ptr<SerialPort>> SerialPort::open(const std::string& path, int baud) {
-  for (const auto deadline = std::chrono::steady_clock::now() + kGuardGoes;;) {
+  for (const auto deadline = std::chrono::steady_clock::now() + kWatchdogGoes;;) {
     bool is_busy = false;
     auto port = open_once(path, baud, is_busy);
     if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
@@ -134,7 +134,8 @@ Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& pat
   return opened;
 }
 
-/// TIOCEXCL stops others from opening it, but not root; the lock stops every other twocone.
+/// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every other
+/// twocone.
 Status SerialPort::take_alone(bool& is_busy) {
   ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
   is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
@@ -160,7 +161,7 @@ Status SerialPort::set_up(int baud) {
 }
 
 SerialPort::~SerialPort() {
-  // Not where the port is another program's.
+  // A port that another program has taken must keep its TIOCEXCL.
   if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
   sp_close(port_);
   sp_free_port(port_);
@@ -179,7 +180,7 @@ Status SerialPort::wait_for(short events, Deadline deadline) const {
       return {};
     }
     if (std::chrono::steady_clock::now() >= deadline) {
-      // A port whose device went away may look like a silent one.
+      // A port whose device is gone may look like a silent one.
       if (sp_input_waiting(port_) < 0) return gone();
       return Error{ErrorCode::kTimeout, "no answer"};
     }
@@ -206,7 +207,7 @@ Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline dead
     if (got < 0) return gone();
     if (got > 0) return std::size_t(got);
     if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
-    // Readable, and nothing to read: a port whose device went away.
+    // The port is readable but has nothing to read: its device is gone.
     if (sp_input_waiting(port_) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
   }
 }

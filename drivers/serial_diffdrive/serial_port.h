@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/serial_diffdrive/wire.h"
+#include "drivers/serial_diffdrive/transport.h"
 #include "hal/result.h"
 
 struct sp_port;
@@ -14,16 +14,16 @@ namespace twocone::serial {
 
 /// A serial port of this machine, as `twocone devices` lists it.
 struct PortInfo {
-  std::string path;         ///< /dev/ttyUSB0: may be another one after the next plugging in
+  std::string path;         ///< /dev/ttyUSB0; may change when the device is plugged in again
   std::string stable_path;  ///< /dev/serial/by-id/...; empty: it has none
-  std::string description;  ///< maker, product, serial number, as far as it tells
+  std::string description;  ///< maker, product, serial number, as far as they are reported
 };
 std::vector<PortInfo> list_ports();
 
-/// A port that this program alone uses (TIOCEXCL, and a lock that also keeps out root's other programs).
-class SerialPort final : public Wire {
+/// A port that only this program uses (by TIOCEXCL, and by a lock that also excludes root's other programs).
+class SerialPort final : public Transport {
  public:
-  /// Waits a moment for the guard of a program that just ended.
+  /// Opens a port. If it is busy, waits briefly for the watchdog of a program that just ended.
   /// @param path of the port or of a link to it
   /// Errors: kNotFound (no such port), kRefused (another program has it, no permission, not a serial port, no such
   /// rate), kUnavailable.
@@ -34,7 +34,7 @@ class SerialPort final : public Wire {
   Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override;
   Status discard_input() override;
 
-  /// The kernel's descriptor, open as long as this lives.
+  /// The kernel's descriptor, open as long as this object exists.
   [[nodiscard]] int descriptor() const { return descriptor_; }
 
  private:

@@ -8,11 +8,11 @@
 namespace twocone::serial {
 
 WatchdogSteps::Step WatchdogSteps::next(std::int64_t now_ns) {
-  // In this order: a program that is told it was heard knows that its deadline is seen.
-  state_.heard = state_.said.load();
+  // The order matters: the deadline that is read below is at least as new as the one that is confirmed here.
+  state_.deadlines_seen = state_.deadlines_set.load();
   while (true) {
     const std::int64_t until_ns = state_.moves_until_ns;
-    if (left_ > 0 && until_ns != expired_ns_) left_ = 0;  // the program spoke
+    if (left_ > 0 && until_ns != expired_ns_) left_ = 0;  // the program set a new deadline
     if (left_ == 0) {
       if (until_ns == 0) return {};
       if (now_ns < until_ns) return {.wake_ns = until_ns};
@@ -35,10 +35,10 @@ void WatchdogSteps::wrote_stop(std::int64_t now_ns) {
   state_.moves_until_ns.compare_exchange_strong(expired_ns, now_ns + timeout_ns_);
 }
 
-void Watchdog::say(std::int64_t moves_until_ns) {
-  said_at_ns_ = now_ns();
+void Watchdog::set_deadline(std::int64_t moves_until_ns) {
+  set_at_ns_ = now_ns();
   state_->moves_until_ns = moves_until_ns;
-  ++state_->said;
+  ++state_->deadlines_set;
 }
 
 Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&), std::int64_t limit_ns) {
@@ -48,9 +48,9 @@ Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&), std::int64_t 
       return Error{
           ErrorCode::kUnavailable,
           fmt::format("the watchdog, {}, did not run for {:.0f} ms: it is halted, or the machine is overloaded", name(),
-                      1e-6 * double(time_ns - said_at_ns_))};
+                      1e-6 * double(time_ns - set_at_ns_))};
     }
-    // Without a word to it a watchdog that is gone would look like a slow one.
+    // A message shows that the watchdog is gone; otherwise it would look like a slow one.
     if (auto there = wake(); !there) return there;
     nap();
   }
@@ -58,13 +58,13 @@ Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&), std::int64_t 
 }
 
 Status Watchdog::expect_motion() {
-  say(now_ns() + timeout_.count());
+  set_deadline(now_ns() + timeout_.count());
   if (auto there = wake(); !there) return there;
   return settle();
 }
 
-Status Watchdog::expect_rest() {
-  say(0);
+Status Watchdog::expect_stop() {
+  set_deadline(0);
   return settle();
 }
 
@@ -73,11 +73,11 @@ Status Watchdog::settle() {
                     now_ns() + timeout_.count() / 2);
 }
 
-Status Watchdog::is_heard() {
-  // The exchange with the controller has given it time already; where that took all of it, or the whole machine stood
-  // still, it has an eighth more.
-  const std::int64_t limit_ns = std::max(said_at_ns_ + timeout_.count() / 2, now_ns() + timeout_.count() / 8);
-  return wait_until([](const WatchdogState& state) { return state.heard == state.said; }, limit_ns);
+Status Watchdog::wait_until_seen() {
+  // The watchdog had time already during the exchange with the controller. If that took all of it, or if the whole
+  // machine was suspended, the watchdog has an eighth of the time-out more.
+  const std::int64_t limit_ns = std::max(set_at_ns_ + timeout_.count() / 2, now_ns() + timeout_.count() / 8);
+  return wait_until([](const WatchdogState& state) { return state.deadlines_seen == state.deadlines_set; }, limit_ns);
 }
 
 }  // namespace twocone::serial

@@ -7,56 +7,58 @@
 
 #include "hal/result.h"
 
-/// The rule by which a second process, the watchdog, stops the wheels when the program cannot, and how the two know of
-/// each other. Both sides are written without processes and clocks: guard.h runs them in two processes, a test in one
-/// simulated time.
+/// The rule by which a second process, the watchdog, stops the wheels if the program cannot, and the communication of
+/// the two. Both sides are written without processes and clocks: watchdog_process.h runs them in two processes, a test
+/// runs them in one simulated time.
 namespace twocone::serial {
 
-/// A page of memory that the program and its watchdog share. Each field has one writer, but for `moves_until_ns`, which
-/// the watchdog may prolong.
+/// A page of memory that the program and its watchdog share. Each field has one writer, except `moves_until_ns`, which
+/// the watchdog may extend.
 struct WatchdogState {
-  /// Steady clock; from then on the watchdog writes the stop. 0: the wheels are at rest.
+  /// Deadline on the steady clock, from which on the watchdog writes the stop. 0: the wheels are stopped.
   std::atomic<std::int64_t> moves_until_ns{0};
-  std::atomic<std::uint32_t> said{0};   ///< by the program: how often it has written moves_until_ns
-  std::atomic<std::uint32_t> heard{0};  ///< by the watchdog: the newest `said` whose deadline it has seen
-  /// By the watchdog: how often it began, and has ended, to write the stop. A stop is counted before it is written, so
-  /// that no answer to it can come uncounted. One that is given up because the program spoke counts in both, too.
+  std::atomic<std::uint32_t> deadlines_set{0};   ///< by the program: how often it has written moves_until_ns
+  std::atomic<std::uint32_t> deadlines_seen{0};  ///< by the watchdog: the `deadlines_set` of the last deadline it saw
+  /// By the watchdog: how many stops it has begun and finished to write. A stop is counted before it is written, so
+  /// that no answer to it can come uncounted. A stop that is dropped because the program set a new deadline counts in
+  /// both.
   std::atomic<std::uint32_t> stops_begun{0};
   std::atomic<std::uint32_t> stops_done{0};
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free,
               "processes share no lock");
 
-/// How often a stop is written in a row: the first may be lost in what the program left half sent, or on the line.
+/// The number of stops written in a row. The first may be lost in a command that the program left half sent, or on the
+/// line.
 constexpr int kStopsInARow = 3;
 constexpr std::chrono::nanoseconds kBetweenStops{15'000'000};
 
-/// The watchdog's side. Only what a signal handler may do: no memory, no lock, no exception.
+/// The watchdog's side. It does only what a signal handler may do: no allocation, no lock, no exception.
 class WatchdogSteps {
  public:
   WatchdogSteps(WatchdogState& state, std::int64_t timeout_ns) : state_(state), timeout_ns_(timeout_ns) {}
 
   struct Step {
     bool writes_stop = false;   ///< write the stop now, then call wrote_stop()
-    bool is_first = false;      ///< of a row: what waits to be sent is to be forgotten
-    std::int64_t wake_ns = -1;  ///< else: sleep until then, or until the program speaks; < 0: until it speaks
+    bool is_first = false;      ///< the first stop of a row: discard the bytes that wait to be sent
+    std::int64_t wake_ns = -1;  ///< if no stop: sleep until this time or a message of the program; < 0: until a message
   };
-  /// What to do now. To be called at each wake-up.
+  /// Returns the next action. Call it at each wake-up.
   Step next(std::int64_t now_ns);
-  /// After a row of stops the silence may last: the next row comes after another time-out, because a program that was
-  /// halted before its command says it when it goes on.
+  /// Call it after a stop was written. After a row of stops, the next row is due after another time-out: a program that
+  /// was halted before its command sends it when it continues.
   void wrote_stop(std::int64_t now_ns);
 
  private:
   WatchdogState& state_;
   const std::int64_t timeout_ns_;
-  std::int64_t expired_ns_ = 0;  // the deadline that the present row of stops is for
-  int left_ = 0;                 // stops of that row
-  std::int64_t next_ns_ = 0;     // when the next of them is due
+  std::int64_t expired_ns_ = 0;  // the deadline for which the present row of stops is written
+  int left_ = 0;                 // remaining stops of that row
+  std::int64_t next_ns_ = 0;     // time at which the next of them is due
 };
 
-/// The program's side. Once expect_motion() has returned, no stop is written before the new deadline: either the
-/// watchdog saw the deadline before it wrote, or the program has waited until it had written. A stop that is written
+/// The program's side. After expect_motion() has returned, no stop is written before the new deadline: either the
+/// watchdog saw the deadline before it wrote, or the program waited until the stop was written. A stop that is written
 /// after the deadline is counted.
 class Watchdog {
  public:
@@ -64,42 +66,42 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Before a command that moves: the wheels may turn for another time-out. Waits while a stop is being written.
-  /// Errors: kUnavailable (the watchdog is gone, or halted while it wrote: the wheels must not turn).
+  /// Allows the wheels to turn for another time-out. Call it before a command that moves. Waits while a stop is being
+  /// written. Errors: kUnavailable (the watchdog is gone, or was halted while it wrote: the wheels must not turn).
   Status expect_motion();
-  /// After the wheels were stopped. Waits and errors as expect_motion().
-  Status expect_rest();
-  /// Waits while a stop is being written. Errors: kUnavailable (it was halted while it wrote).
+  /// Removes the deadline. Call it after the wheels were stopped. Waits and errors as expect_motion().
+  Status expect_stop();
+  /// Waits while a stop is being written. Errors: kUnavailable (the watchdog was halted while it wrote).
   Status settle();
-  /// Waits until the watchdog has seen the last deadline. Errors: kUnavailable (it is gone, or was not awake for half
-  /// the time-out: a watchdog that is so late cannot keep the rule).
-  Status is_heard();
-  /// Stops that it has written so far, and those that it has begun to write. An exchange with the controller met none
-  /// if the second, after it, is the first, before it.
+  /// Waits until the watchdog has seen the last deadline. Errors: kUnavailable (it is gone, or did not run for half the
+  /// time-out: a watchdog that is so late cannot keep the rule).
+  Status wait_until_seen();
+  /// The numbers of stops that it has finished and has begun to write. No stop fell into an exchange with the
+  /// controller if stops_begun() after it equals stops_done() before it.
   [[nodiscard]] std::uint32_t stops_done() const { return state_->stops_done; }
   [[nodiscard]] std::uint32_t stops_begun() const { return state_->stops_begun; }
-  /// Ends it at once, whatever it does. Its stops stay readable.
+  /// Ends the watchdog at once, whatever it does. The numbers of its stops remain readable.
   void kill() noexcept { do_end(std::chrono::milliseconds(0)); }
 
  protected:
   Watchdog(WatchdogState& state, std::chrono::nanoseconds timeout) : state_(&state), timeout_(timeout) {}
-  /// Errors: kUnavailable.
+  /// Sends a message that wakes the watchdog. Errors: kUnavailable.
   virtual Status wake() = 0;
-  /// Sends it away, and ends it by force after so long.
+  /// Requests its end, and kills it after `patience`.
   virtual void do_end(std::chrono::milliseconds patience) noexcept = 0;
   [[nodiscard]] virtual std::int64_t now_ns() const = 0;
-  /// For a small part of a millisecond.
+  /// Sleeps for a small part of a millisecond.
   virtual void nap() = 0;
-  /// For messages: "process 4711".
+  /// The watchdog's name for messages: "process 4711".
   [[nodiscard]] virtual std::string name() const = 0;
 
  private:
-  void say(std::int64_t moves_until_ns);
+  void set_deadline(std::int64_t moves_until_ns);
   [[nodiscard]] Status wait_until(bool (*is_true)(const WatchdogState&), std::int64_t limit_ns);
 
   WatchdogState* const state_;
   const std::chrono::nanoseconds timeout_;
-  std::int64_t said_at_ns_ = 0;
+  std::int64_t set_at_ns_ = 0;
 };
 
 }  // namespace twocone::serial

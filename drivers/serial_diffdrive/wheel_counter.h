@@ -14,27 +14,27 @@ struct WheelCounts {
   std::int64_t right = 0;
 };
 
-/// Makes counts that do not wrap out of a controller's, which wrap at 16 or 32 bits. Right as long as less than half of
-/// their range passes between two readings.
+/// Makes counts that do not wrap from a controller's counts, which wrap at 16 or 32 bits. The result is correct as long
+/// as the counts change by less than half of their range between two readings.
 class WheelCounter {
  public:
   /// @param bits 16 or 32
   explicit WheelCounter(int bits) : bits_(bits) {}
 
-  /// What both wheels would have turned since the last reading, had the controller not been reset in between; zero for
-  /// the first after rebase().
+  /// The counts of both wheels since the last reading, if the controller was not reset in between; zero for the first
+  /// reading after rebase().
   [[nodiscard]] WheelCounts step_to(const RawCounts& raw) const {
     if (!last_) return {};
     return {difference(raw.left, last_->left), difference(raw.right, last_->right)};
   }
-  /// Takes a reading in.
+  /// Adds a reading to the total.
   void advance(const RawCounts& raw) {
     const WheelCounts step = step_to(raw);
     total_.left += step.left;
     total_.right += step.right;
     last_ = raw;
   }
-  /// The next reading stands where the last one stood: after a reset, or another controller.
+  /// Makes the next reading equal to the last total. Call it after a reset, or for another controller.
   void rebase() { last_.reset(); }
 
   [[nodiscard]] const WheelCounts& total() const { return total_; }

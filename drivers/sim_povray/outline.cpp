@@ -10,7 +10,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Fits into one text of a link's message (link/protocol.h).
+/// Fits into one text of a message (server/protocol.h).
 constexpr std::size_t kMostBytes = 4000;
 
 std::string text_of(const FloorPoint& point) { return fmt::format("({:.3f}, {:.3f})", point.x_m, point.y_m); }
@@ -21,7 +21,7 @@ std::string text_of(const std::vector<FloorPoint>& points) {
   return text;
 }
 
-/// FNV-1a.
+/// FNV-1a hash.
 std::uint64_t sum_of(const std::string& text) {
   std::uint64_t sum = 0xcbf29ce484222325;
   for (const char c : text) sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001b3;
@@ -35,7 +35,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// "landmark red" of "landmark red: ...".
+/// Returns "landmark red" for "landmark red: ...".
 std::string name_of(const std::string& line) { return line.substr(0, line.find(": ")); }
 
 const std::string* line_named(const std::vector<std::string>& lines, const std::string& name) {

@@ -7,7 +7,8 @@
 
 namespace twocone::sim_povray {
 
-/// What the robot's map says and the world says not, or the other way round, of two outline_of(); empty: they agree.
+/// Returns the first difference between the outline_of() of the robot's map and that of the world, as a message; empty:
+/// they agree.
 std::string first_difference(const std::string& of_map, const std::string& of_world);
 
 }  // namespace twocone::sim_povray

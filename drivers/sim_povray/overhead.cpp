@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/confined_povray.h"
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/sim_povray.h"
 
@@ -13,7 +13,7 @@ namespace twocone::sim_povray {
 namespace {
 
 constexpr int kMaxSide_px = 16384;
-/// For eyes: edges without stairs.
+/// For people: smooth edges.
 constexpr int kAntialias = 3;
 
 double height_px(const OverheadView& view) {
@@ -35,7 +35,7 @@ void check(const OverheadView& view, double unit_m) {
   if (view.width_px < 1 || view.width_px > kMaxSide_px) {
     bad += fmt::format(" width_px is {}, must be 1 to {};", view.width_px, kMaxSide_px);
   } else if (bad.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
-    bad += fmt::format(" the picture would be {} pixels high, must be 1 to {};", height_px(view), kMaxSide_px);
+    bad += fmt::format(" the image would be {} pixels high, must be 1 to {};", height_px(view), kMaxSide_px);
   }
   if (!(unit_m > 0) || !std::isfinite(unit_m)) bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", unit_m);
   if (!bad.empty()) throw std::invalid_argument("OverheadView:" + bad);
@@ -56,14 +56,14 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   const auto povray = confined_povray(place, find_calls(*text, SceneAccess(scene, scene_paths)));
   if (!povray) return povray.error();
 
-  // Through an orthographic camera the picture is `right` wide and `up` high, about `location`.
+  // An orthographic camera's image is `right` wide and `up` high, centred on `location`.
   const double x = (view.min_x_m + view.max_x_m) / 2 / unit_m;
   const double y = (view.min_y_m + view.max_y_m) / 2 / unit_m;
   const std::string camera = fmt::format(
       "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
       view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
   const auto image = povray->render(
-      plain_picture("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
+      plain_image("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
   if (!image) return image.error();
   return **image;
 }

@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/confined_povray.h"
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/moving_path.h"
 
@@ -20,15 +20,15 @@ namespace {
 
 constexpr int kMaxSide_px = 16384;
 constexpr double kShell_m = 1e-4;
-/// How bright a shell glows at most: a mirror that adds a highlight of its own does not come to the end of the scale.
+/// Greatest brightness of a shell. It leaves room on the scale for a mirror that adds a highlight of its own.
 constexpr double kGlow = 0.8;
-/// A weaker reflection has too few levels left to tell a position.
+/// A weaker reflection has too few levels left to encode a position.
 constexpr double kLeastReflection = 0.01;
 constexpr double kDeepest = 65535;
 
 using Point = std::array<double, 3>;
 
-/// A box round all shells, so that no gradient comes to its end, where it begins anew.
+/// A box around all shells. Its margin keeps the ends of the gradients, where they repeat, away from the shells.
 struct Extent {
   Point least{};
   Point size{};
@@ -79,20 +79,21 @@ void check(const PlaceSettings& place, const TruthView& view, const std::vector<
   if (!bad.empty()) throw std::invalid_argument("reflected_truth:" + bad);
 }
 
-/// A pigment whose red, green and blue grow from 0 to 1 over the extent's x, y and z. World x, y, z is POV-Ray's x, z,
-/// y.
+/// Returns a pigment whose red, green and blue grow from 0 to 1 over the extent's x, y and z. World x, y, z is
+/// POV-Ray's x, z, y.
 std::string position_pigment(const Extent& extent, double unit_m) {
   constexpr std::array<const char*, 3> kAxis{"x", "z", "y"};
-  constexpr std::array<const char*, 3> kFull{"<3,0,0>", "<0,3,0>", "<0,0,3>"};  // an average of three divides by three
+  // The factor of 3 compensates the average of three.
+  constexpr std::array<const char*, 3> kColour{"<3,0,0>", "<0,3,0>", "<0,0,3>"};
   std::string pigment = "pigment { average pigment_map {";
   for (std::size_t i = 0; i < 3; ++i) {
     pigment += fmt::format(" [1 gradient {0} color_map {{ [0 rgb 0] [1 rgb {1}] }} scale {2} translate {3}*{0}]",
-                           kAxis[i], kFull[i], extent.size[i] / unit_m, extent.least[i] / unit_m);
+                           kAxis[i], kColour[i], extent.size[i] / unit_m, extent.least[i] / unit_m);
   }
   return pigment + " } }";
 }
 
-/// The shells with a pigment. Linear light, whatever the scene assumes of its colours.
+/// Returns the shells with a pigment, in linear light whatever gamma the scene assumes.
 std::string shells(const std::vector<TrueLandmark>& landmarks, double unit_m, const std::string& pigment) {
   std::string text = "global_settings { assumed_gamma 1.0 }\n";
   for (const TrueLandmark& landmark : landmarks) {
@@ -106,7 +107,7 @@ std::string shells(const std::vector<TrueLandmark>& landmarks, double unit_m, co
   return text;
 }
 
-/// How far the point is from the landmark's axis and beyond its side.
+/// Returns the distance of the point from the landmark's side; < 0 inside.
 double outside_m(const TrueLandmark& landmark, const Point& point) {
   return std::hypot(point[0] - landmark.x_m, point[1] - landmark.y_m) - landmark.radius_m;
 }
@@ -140,21 +141,21 @@ std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even
 
 }  // namespace
 
-Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const Stance& robot, const TruthView& view,
-                                               const std::vector<TrueLandmark>& landmarks,
-                                               const std::vector<Stance>& others) {
+Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const MovedBlock& robot,
+                                               const TruthView& view, const std::vector<TrueLandmark>& landmarks,
+                                               const std::vector<MovedBlock>& others) {
   check(place, view, landmarks);
   check(place.render);
   if (landmarks.empty()) return std::vector<TruePixel>{};
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
   std::vector<Moved> moved;
-  std::vector<Stance> all = others;
+  std::vector<MovedBlock> all = others;
   all.push_back(robot);
-  for (const Stance& stance : all) {
-    auto block = scene->object(stance.object);
-    if (!block) return block.error();
-    moved.push_back({std::move(*block), motion_between(stance.start, stance.now)});
+  for (const MovedBlock& block : all) {
+    auto found = scene->object(block.object);
+    if (!found) return found.error();
+    moved.push_back({std::move(*found), motion_between(block.start, block.now)});
   }
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
@@ -165,20 +166,20 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   const Extent extent = extent_of(landmarks);
   const std::array<std::string, 3> pigments{position_pigment(extent, place.unit_m), "pigment { rgb 1 }",
                                             "pigment { rgb 0 }"};
-  std::array<Result<DeepImage>, 3> pictures{DeepImage{}, DeepImage{}, DeepImage{}};
+  std::array<Result<DeepImage>, 3> images{DeepImage{}, DeepImage{}, DeepImage{}};
   {
     std::vector<std::jthread> makers;
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (std::size_t i = 0; i < images.size(); ++i) {
       makers.emplace_back([&, i] {
-        pictures[i] =
+        images[i] =
             povray->render_deep(fmt::format("truth of view {}", view.camera),
                                 seen + shells(landmarks, place.unit_m, pigments[i]), view.width_px, view.height_px);
       });
     }
   }
-  const auto& [position, even, none] = pictures;
-  for (const auto* picture : {&position, &even, &none}) {
-    if (!*picture) return picture->error();
+  const auto& [position, even, none] = images;
+  for (const auto* image : {&position, &even, &none}) {
+    if (!*image) return image->error();
   }
   return read_off(*position, *even, *none, extent, landmarks, robot.now);
 }
@@ -191,13 +192,13 @@ Result<std::string> claimed_object(const PlaceSettings& place, const std::string
   return robot->name;
 }
 
-std::vector<Stance> moving_stances(const PlaceSettings& place, std::chrono::nanoseconds time) {
-  std::vector<Stance> stances;
+std::vector<MovedBlock> moved_blocks(const PlaceSettings& place, std::chrono::nanoseconds time) {
+  std::vector<MovedBlock> blocks;
   for (const MovingThing& thing : place.moving) {
     const MovingPath path(thing);
-    stances.push_back({"moving." + thing.name, path.pose(0), path.pose(std::chrono::duration<double>(time).count())});
+    blocks.push_back({"moving." + thing.name, path.pose(0), path.pose(std::chrono::duration<double>(time).count())});
   }
-  return stances;
+  return blocks;
 }
 
 }  // namespace twocone::sim_povray

@@ -9,17 +9,16 @@
 
 namespace twocone::sim_povray {
 
-/// Runs a world for other programs of the same user on this machine, who attach to it by `name`
-/// (Simulation::attach), until `stop` is set. The world steps when every attached robot has asked for its next frame;
-/// when the last has left it begins anew. A program that dies leaves its robot standing; the others go on.
-/// So does one that asks for nothing for 30 s while others wait for it.
+/// Runs a world for other programs of the same user on this machine until `stop` is set. They attach to it by `name`
+/// (Simulation::attach). The world steps when every attached robot has requested its next frame; when the last one has
+/// left, it returns to time 0. If a program dies, its robot stays where it is, and the others continue. The same holds
+/// for a program that requests nothing for 30 s while others wait for it.
 /// @param name letters, digits, - and _, at most 64
-/// @param tell one line for a person whenever the world is ready and a robot comes or goes; from several threads, one
-/// at
-///        a time
-/// Errors: as Simulation::open; kRefused (the name is served already; the runtime folder is somebody else's),
-/// kUnavailable (no socket to be had). @throws std::invalid_argument naming every bad field of `place`
+/// @param report one line for a person when the world is ready and whenever a robot joins or leaves; from several
+/// threads, one at a time
+/// Errors: as Simulation::open; kRefused (the name is already served; the runtime folder belongs to another user),
+/// kUnavailable (no socket is available). @throws std::invalid_argument naming every bad field of `place`
 Status serve_world(const PlaceSettings& place, const std::string& name,
-                   const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop);
+                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop);
 
 }  // namespace twocone::sim_povray

@@ -94,9 +94,9 @@ void take(Complaints& complaints, const CameraEffects& effects) {
     complaints.add("effects.vignetting is {}, must be 0 to 1", effects.vignetting);
   }
   complaints.not_negative("effects.defocus_px", effects.defocus_px, "px");
-  complaints.not_negative("effects.exposure_s", effects.exposure_s, "s");
+  complaints.not_negative("effects.exposure_time_s", effects.exposure_time_s, "s");
   complaints.not_negative("effects.readout_s", effects.readout_s, "s");
-  complaints.within("effects.exposures", effects.exposures, 2, 64);
+  complaints.within("effects.shutter_samples", effects.shutter_samples, 2, 64);
   const std::size_t terms = effects.distortion.size();
   if (terms != 0 && terms != 4 && terms != 5) complaints.add("effects.distortion has {} terms, must be 4 or 5", terms);
   for (const double term : effects.distortion) complaints.finite("effects.distortion", term, "");
@@ -149,7 +149,7 @@ void check(const PlaceSettings& settings) {
   complaints.raise("PlaceSettings");
 }
 
-void check(const SeatSettings& settings) {
+void check(const SessionSettings& settings) {
   const RobotBody& body = settings.body;
   Complaints complaints;
   take(complaints, "start", body.start);
@@ -163,7 +163,7 @@ void check(const SeatSettings& settings) {
     complaints.positive("physics.mass_kg", body.physics->mass_kg, "kg");
     complaints.positive("physics.wheel_friction", body.physics->wheel_friction, "");
     complaints.not_negative("physics.body_friction", body.physics->body_friction, "");
-    // Its moment of inertia is that of a disc.
+    // The moment of inertia is that of a disc.
     if (body.radius_m == 0) complaints.add("radius_m is 0 m, physics needs > 0");
   }
   if (settings.run_ahead_frames < 1) {
@@ -174,13 +174,13 @@ void check(const SeatSettings& settings) {
   } catch (const std::invalid_argument& e) {
     complaints.add("drive: {}", e.what());
   }
-  complaints.raise("SeatSettings");
+  complaints.raise("SessionSettings");
 }
 
 void check(const ViewSettings& settings) {
   Complaints complaints;
   if (settings.camera_name.empty()) complaints.add("camera_name is empty");
-  // POV-Ray takes +R up to 9.
+  // POV-Ray accepts +R up to 9.
   complaints.within("antialias", settings.antialias, 1, 9);
   take(complaints, settings.effects);
   complaints.raise("ViewSettings");

@@ -8,19 +8,19 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/confined_povray.h"
+#include "base/child_process.h"
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/child_process.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-/// How steep the picture's x axis may be: what a tilt of less does to its direction is far below what is asked for.
+/// Greatest tilt of the image's x axis. A smaller tilt changes its direction far less than the required accuracy.
 constexpr double kLevel_rad = std::numbers::pi / 180;
 
-/// Text that has POV-Ray say where the camera is and where its picture's x axis points, and stop.
+/// Returns scene text that makes POV-Ray report where the camera is and where its image's x axis points, and stop.
 std::string question(const std::string& prefix, const CameraVectors& camera) {
   return fmt::format(
       "{1}#declare {0}Carry = function {{ transform {{{2} }} }} #declare {0}At = {0}Carry({0}Location.x, "
@@ -48,7 +48,7 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
   if (!povray) return povray.error();
 
-  StopSignal signal;
+  base::StopSignal signal;
   const std::stop_callback raise(stop, [&signal] { signal.raise(); });
   const auto answer = povray->ask(fmt::format("place of view {}", camera->name),
                                   scene->with({{camera->begin, question(scene->prefix(), *vectors)}}), signal.fd());
@@ -57,7 +57,7 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   double x = 0, up = 0, y = 0, to_x = 0, to_up = 0, to_y = 0;
   std::istringstream numbers(*answer);
   if (!(numbers >> x >> up >> y >> to_x >> to_up >> to_y)) {
-    return Error{ErrorCode::kBadData, fmt::format("POV-Ray says '{}' of view {}", *answer, camera->name)};
+    return Error{ErrorCode::kBadData, fmt::format("POV-Ray answered '{}' for view {}", *answer, camera->name)};
   }
   ShownCamera shown{x * place.unit_m, y * place.unit_m, {}};
   const double level = std::hypot(to_x - x, to_y - y);

@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/effects/camera_stage.h"
-#include "drivers/sim_povray/hall.h"
-#include "drivers/sim_povray/link/client.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
+#include "drivers/sim_povray/server/client.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {
@@ -20,27 +20,27 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// Far beyond any camera, and far from where a period of the rate or a picture's size would overflow its type.
+// Limits far beyond any camera. Within them, neither a period of the rate nor an image's size overflows its type.
 constexpr double kMinRate_hz = 1e-3;
 constexpr double kMaxRate_hz = 1e6;
 constexpr int kMaxSide_px = 16384;
 
-/// A served world answers at once; its program may be busy on a loaded machine.
+/// A served world answers immediately, but its program may be slow on a loaded machine.
 constexpr std::chrono::seconds kAttachTimeout{10};
 
-/// What the cameras, the drive and the truth of one robot share; it lives as long as any of them.
+/// State that the cameras, the drive and the truth of one robot share. It lives as long as any of them.
 struct Shared {
-  std::unique_ptr<Seat> seat;
-  SeatSettings settings;
+  std::unique_ptr<RobotSession> session;
+  SessionSettings settings;
 
-  [[nodiscard]] Timestamp now() const { return {ClockKind::kSimulated, seat->state().now}; }
+  [[nodiscard]] Timestamp now() const { return {ClockKind::kSimulated, session->state().now}; }
 };
 
 class SimCamera final : public Camera {
  public:
-  SimCamera(std::shared_ptr<Shared> shared, Seat::ViewId view, ViewSettings settings)
+  SimCamera(std::shared_ptr<Shared> shared, RobotSession::ViewId view, ViewSettings settings)
       : shared_(std::move(shared)), view_(view), view_settings_(std::move(settings)) {}
-  ~SimCamera() override { shared_->seat->release_view(view_); }
+  ~SimCamera() override { shared_->session->release_view(view_); }
 
  private:
   Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
@@ -53,61 +53,61 @@ class SimCamera final : public Camera {
                    fmt::format("camera '{}': {} x {} pixels are more than can be rendered, {} each way", name(),
                                wanted.width_px, wanted.height_px, kMaxSide_px)};
     }
-    const double busy_s = view_settings_.effects.exposure_s + view_settings_.effects.readout_s;
+    const double busy_s = view_settings_.effects.exposure_time_s + view_settings_.effects.readout_s;
     if (busy_s * wanted.rate_hz > 1) {
       return Error{ErrorCode::kRefused, fmt::format("camera '{}': exposure and readout take {} s, which is longer than "
                                                     "a frame at {} Hz",
                                                     name(), busy_s, wanted.rate_hz)};
     }
-    if (auto configured = shared_->seat->configure_view(view_, wanted); !configured) return configured.error();
+    if (auto configured = shared_->session->configure_view(view_, wanted); !configured) return configured.error();
     settings_ = wanted;
     return wanted;
   }
 
   Status do_start() override {
-    // Again, because stopping gave the rate up: the pair may have been set to another one since.
-    if (auto configured = shared_->seat->configure_view(view_, settings_); !configured) return configured;
-    // What the world did while this camera was off is not lost: it was not looking.
-    next_ = unseen_ = std::max(next_, shared_->seat->state().tick);
+    // Configures again, because stopping released the rate: the pair may have been set to another one since.
+    if (auto configured = shared_->session->configure_view(view_, settings_); !configured) return configured;
+    // Steps that passed while this camera was off do not count as lost: it was not capturing.
+    next_ = unseen_ = std::max(next_, shared_->session->state().step);
     late_.reset();
     return {};
   }
 
   Result<Frame> do_grab(std::chrono::milliseconds timeout) override {
-    const auto deadline = std::chrono::steady_clock::now() + timeout;  // at most kLongestWait: Camera::grab sees to it
-    Seat& seat = *shared_->seat;
+    const auto deadline = std::chrono::steady_clock::now() + timeout;  // Camera::grab limits it to kLongestWait
+    RobotSession& session = *shared_->session;
     while (!late_) {
-      if (next_ > seat.state().tick) {
-        if (auto stepped = seat.step(deadline); !stepped) return stepped.error();
+      if (next_ > session.state().step) {
+        if (auto stepped = session.step(deadline); !stepped) return stepped.error();
       }
-      const std::uint64_t tick = seat.state().tick;
-      next_ = tick + 1;
-      if (drops(view_settings_.effects, seed(), name(), tick)) continue;
-      const Timestamp captured{ClockKind::kSimulated, seat.state().now - capture_before(view_settings_.effects)};
-      Frame frame({tick, captured, tick - unseen_}, picture_of(tick));
-      if (!is_late(view_settings_.effects, seed(), name(), tick)) return handed_out(std::move(frame));
+      const std::uint64_t step = session.state().step;
+      next_ = step + 1;
+      if (drops(view_settings_.effects, seed(), name(), step)) continue;
+      const Timestamp captured{ClockKind::kSimulated, session.state().now - capture_before(view_settings_.effects)};
+      Frame frame({step, captured, step - unseen_}, image_of(step));
+      if (!is_late(view_settings_.effects, seed(), name(), step)) return handed_out(std::move(frame));
       late_ = std::move(frame);
     }
-    // It comes with the next instant. If that does not come in time, the frame waits on.
-    if (seat.state().tick == late_->header().sequence) {
-      if (auto stepped = seat.step(deadline); !stepped) return stepped.error();
+    // The late frame arrives with the next step. If that step does not come in time, the frame stays stored.
+    if (session.state().step == late_->header().sequence) {
+      if (auto stepped = session.step(deadline); !stepped) return stepped.error();
     }
     Frame frame = *std::move(late_);
     late_.reset();
     return handed_out(std::move(frame));
   }
 
-  void do_stop() noexcept override { shared_->seat->release_view(view_); }
+  void do_stop() noexcept override { shared_->session->release_view(view_); }
 
-  std::shared_future<ImageResult> picture_of(std::uint64_t tick) {
+  std::shared_future<ImageResult> image_of(std::uint64_t step) {
     if (const auto& stored = shared_->settings.stored) {
-      if (auto image = stored(name(), tick)) {
+      if (auto image = stored(name(), step)) {
         std::promise<ImageResult> there;
         there.set_value(std::move(image));
         return there.get_future().share();
       }
     }
-    return shared_->seat->picture(view_);
+    return shared_->session->image(view_);
   }
 
   Frame handed_out(Frame frame) {
@@ -118,12 +118,12 @@ class SimCamera final : public Camera {
   [[nodiscard]] std::uint64_t seed() const { return shared_->settings.body.seed; }
 
   const std::shared_ptr<Shared> shared_;
-  const Seat::ViewId view_;
+  const RobotSession::ViewId view_;
   const ViewSettings view_settings_;
   CameraSettings settings_;
-  std::uint64_t next_ = 0;     // the first instant that was not exposed
-  std::uint64_t unseen_ = 0;   // the first instant that was not handed out
-  std::optional<Frame> late_;  // exposed, and still on its way
+  std::uint64_t next_ = 0;     // the first step that was not captured
+  std::uint64_t unseen_ = 0;   // the first step that was not handed out
+  std::optional<Frame> late_;  // captured, but not yet handed out
 };
 
 class SimDrive final : public DiffDrive {
@@ -131,41 +131,41 @@ class SimDrive final : public DiffDrive {
   explicit SimDrive(std::shared_ptr<Shared> shared)
       : DiffDrive(shared->settings.drive),
         shared_(std::move(shared)),
-        left_rad_(shared_->seat->state().left_rad),
-        right_rad_(shared_->seat->state().right_rad) {}
-  ~SimDrive() override { (void)shared_->seat->halt(); }
+        left_rad_(shared_->session->state().left_rad),
+        right_rad_(shared_->session->state().right_rad) {}
+  ~SimDrive() override { (void)shared_->session->halt(); }
 
  private:
-  Status do_set_speeds(const WheelSpeeds& speeds) override { return shared_->seat->command(speeds); }
+  Status do_set_speeds(const WheelSpeeds& speeds) override { return shared_->session->command(speeds); }
   Result<WheelAngles> do_read_angles() override {
-    const SeatState& state = shared_->seat->state();
+    const SessionState& state = shared_->session->state();
     const int counts = shared_->settings.body.wheels.encoder_counts_per_turn;
     return WheelAngles{shared_->now(), encoder_reading_rad(state.left_rad - left_rad_, counts),
                        encoder_reading_rad(state.right_rad - right_rad_, counts)};
   }
-  Status do_stop() noexcept override { return shared_->seat->halt(); }
+  Status do_stop() noexcept override { return shared_->session->halt(); }
 
   const std::shared_ptr<Shared> shared_;
-  const double left_rad_, right_rad_;  // when it was opened
+  const double left_rad_, right_rad_;  // angles at which the drive was opened
 };
 
 class SimTruth final : public GroundTruth {
  public:
   explicit SimTruth(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
-  [[nodiscard]] Pose2 true_pose() const override { return shared_->seat->state().pose; }
-  [[nodiscard]] std::string contact() const override { return shared_->seat->state().contact; }
+  [[nodiscard]] Pose2 true_pose() const override { return shared_->session->state().pose; }
+  [[nodiscard]] std::string contact() const override { return shared_->session->state().contact; }
 
  private:
   const std::shared_ptr<Shared> shared_;
 };
 
-class SeatSimulation final : public Simulation {
+class SessionSimulation final : public Simulation {
  public:
-  explicit SeatSimulation(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
+  explicit SessionSimulation(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
   Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view) override {
     check(view);
-    const auto id = shared_->seat->open_view(view);
+    const auto id = shared_->session->open_view(view);
     if (!id) return id.error();
     return std::unique_ptr<Camera>(std::make_unique<SimCamera>(shared_, *id, view));
   }
@@ -176,64 +176,66 @@ class SeatSimulation final : public Simulation {
   std::shared_ptr<Shared> shared_;
 };
 
-std::shared_ptr<Shared> shared_of(std::unique_ptr<Seat> seat, const SeatSettings& settings) {
-  return std::make_shared<Shared>(Shared{std::move(seat), settings});
+std::shared_ptr<Shared> shared_of(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
+  return std::make_shared<Shared>(Shared{std::move(session), settings});
 }
 
 }  // namespace
 
-std::unique_ptr<Simulation> make_simulation(std::unique_ptr<Seat> seat, const SeatSettings& settings) {
-  return std::make_unique<SeatSimulation>(shared_of(std::move(seat), settings));
+std::unique_ptr<Simulation> make_simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
+  return std::make_unique<SessionSimulation>(shared_of(std::move(session), settings));
 }
 
-class Venue::Impl {
+class ReusedHost::Impl {
  public:
-  explicit Impl(std::shared_ptr<Hall> hall) : hall_(std::move(hall)) {}
+  explicit Impl(std::shared_ptr<SimulationHost> host) : host_(std::move(host)) {}
 
-  Result<std::unique_ptr<Simulation>> enter(const SeatSettings& settings) {
+  Result<std::unique_ptr<Simulation>> enter(const SessionSettings& settings) {
     check(settings);
-    // The hall would let another robot of the scene in, and the two would wait for each other.
+    // The host would admit another robot of the scene, and the two would wait for each other.
     if (!last_.expired()) {
       return Error{ErrorCode::kRefused,
-                   "the venue is not empty: the last robot's simulation, cameras, drive or truth are still there"};
+                   "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
     }
-    auto seat = hall_->take_seat(settings);
-    if (!seat) return seat.error();
-    auto shared = shared_of(*std::move(seat), settings);
+    auto session = host_->join(settings);
+    if (!session) return session.error();
+    auto shared = shared_of(*std::move(session), settings);
     last_ = shared;
-    return std::unique_ptr<Simulation>(std::make_unique<SeatSimulation>(std::move(shared)));
+    return std::unique_ptr<Simulation>(std::make_unique<SessionSimulation>(std::move(shared)));
   }
 
  private:
-  const std::shared_ptr<Hall> hall_;
+  const std::shared_ptr<SimulationHost> host_;
   std::weak_ptr<Shared> last_;
 };
 
-Venue::Venue(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Venue::~Venue() = default;
-Venue::Venue(Venue&&) noexcept = default;
-Venue& Venue::operator=(Venue&&) noexcept = default;
+ReusedHost::ReusedHost(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ReusedHost::~ReusedHost() = default;
+ReusedHost::ReusedHost(ReusedHost&&) noexcept = default;
+ReusedHost& ReusedHost::operator=(ReusedHost&&) noexcept = default;
 
-Result<Venue> Venue::open(const PlaceSettings& place) {
-  auto hall = Hall::open(place);
-  if (!hall) return hall.error();
-  return Venue(std::make_unique<Impl>(*std::move(hall)));
+Result<ReusedHost> ReusedHost::open(const PlaceSettings& place) {
+  auto host = SimulationHost::open(place);
+  if (!host) return host.error();
+  return ReusedHost(std::make_unique<Impl>(*std::move(host)));
 }
 
-Result<std::unique_ptr<Simulation>> Venue::enter(const SeatSettings& seat) const { return impl_->enter(seat); }
-
-Result<std::unique_ptr<Simulation>> Simulation::open(const PlaceSettings& place, const SeatSettings& seat) {
-  check(seat);
-  const auto venue = Venue::open(place);
-  if (!venue) return venue.error();
-  return venue->enter(seat);
+Result<std::unique_ptr<Simulation>> ReusedHost::enter(const SessionSettings& session) const {
+  return impl_->enter(session);
 }
 
-Result<std::unique_ptr<Simulation>> Simulation::attach(const std::string& name, const SeatSettings& seat) {
-  check(seat);
-  auto taken = take_remote_seat(name, seat, kAttachTimeout);
-  if (!taken) return taken.error();
-  return make_simulation(*std::move(taken), seat);
+Result<std::unique_ptr<Simulation>> Simulation::open(const PlaceSettings& place, const SessionSettings& session) {
+  check(session);
+  const auto host = ReusedHost::open(place);
+  if (!host) return host.error();
+  return host->enter(session);
+}
+
+Result<std::unique_ptr<Simulation>> Simulation::attach(const std::string& name, const SessionSettings& session) {
+  check(session);
+  auto joined = join_served_world(name, session, kAttachTimeout);
+  if (!joined) return joined.error();
+  return make_simulation(*std::move(joined), session);
 }
 
 }  // namespace twocone::sim_povray

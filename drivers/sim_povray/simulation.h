@@ -3,12 +3,13 @@
 
 #include <memory>
 
-#include "drivers/sim_povray/seat.h"
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 
-/// Cameras, drive and truth of a seat that was taken with `settings`: the same whether its world is here or elsewhere.
-std::unique_ptr<Simulation> make_simulation(std::unique_ptr<Seat> seat, const SeatSettings& settings);
+/// Makes the cameras, drive and truth of a session that joined with `settings`. They are the same whether its world is
+/// in this program or in another one.
+std::unique_ptr<Simulation> make_simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings);
 
 }  // namespace twocone::sim_povray

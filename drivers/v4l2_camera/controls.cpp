@@ -12,7 +12,7 @@
 namespace twocone::v4l2 {
 namespace {
 
-/// As v4l2-ctl spells it: "Exposure Time, Absolute" is exposure_time_absolute.
+/// The control's name as v4l2-ctl prints it: "Exposure Time, Absolute" is exposure_time_absolute.
 std::string control_name(const std::string& title) {
   std::string name;
   for (const char c : title) {
@@ -26,14 +26,14 @@ std::string control_name(const std::string& title) {
   return name;
 }
 
-/// The control after `control.id`. errno; 0: there is one.
+/// Replaces `control` by the one after `control.id`. Returns 0, or errno if there is none.
 int next_control(const Device& device, v4l2_query_ext_ctrl& control) {
   const std::uint32_t next = control.id | V4L2_CTRL_FLAG_NEXT_CTRL;
   control = {};
   control.id = next;
   const int error = device.call(VIDIOC_QUERY_EXT_CTRL, &control);
   if (error != ENOTTY) return error;
-  // Drivers of old know only this one, which cannot tell the bounds of 64 bits.
+  // Old drivers know only this call, which cannot report 64-bit bounds.
   v4l2_queryctrl old{};
   old.id = next;
   if (const int old_error = device.call(VIDIOC_QUERYCTRL, &old)) return old_error;
@@ -51,7 +51,7 @@ bool has_choices(const v4l2_query_ext_ctrl& control) {
   return control.type == V4L2_CTRL_TYPE_MENU || control.type == V4L2_CTRL_TYPE_INTEGER_MENU;
 }
 
-/// Whether it is a number, and not a text, an array or a title.
+/// Returns whether the control is a number, not a text, an array or a title.
 bool is_number(const v4l2_query_ext_ctrl& control) {
   switch (control.type) {
     case V4L2_CTRL_TYPE_INTEGER:
@@ -67,7 +67,7 @@ bool is_number(const v4l2_query_ext_ctrl& control) {
   }
 }
 
-/// "1 (Manual Mode)": those that the device has; menus have holes.
+/// The choices that the device has, such as "1 (Manual Mode)". A menu may have gaps.
 std::vector<std::string> choices(const Device& device, const v4l2_query_ext_ctrl& control, std::int64_t wanted,
                                  bool& has_wanted) {
   std::vector<std::string> all;
@@ -83,11 +83,11 @@ std::vector<std::string> choices(const Device& device, const v4l2_query_ext_ctrl
   return all;
 }
 
-/// Why the control cannot have the value now; empty: it can, for all that the device tells.
+/// The reason why the control cannot have the value now; empty: the device reports none.
 std::string objection(const Device& device, const v4l2_query_ext_ctrl& control, std::int64_t wanted) {
   if ((control.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) return "can only be read";
   if (!is_number(control)) return "is not a number";
-  // Many devices take a value for it and do not use it.
+  // Many devices accept a value for an inactive control and do not use it.
   if ((control.flags & V4L2_CTRL_FLAG_INACTIVE) != 0) return "is inactive: another one, set before it, must free it";
   if (has_choices(control)) {
     bool has_wanted = false;
@@ -137,7 +137,7 @@ Result<Control> Device::set(const v4l2_query_ext_ctrl& found, const Control& con
   values.count = 1;
   values.controls = &value;
   if (const int error = call(VIDIOC_S_EXT_CTRLS, &values)) {
-    // A camera says EIO to a value, too: only a device that is gone is lost.
+    // A camera may also answer EIO to a bad value, so only the codes of is_gone() mean a lost device.
     return Error{
         is_gone(error) ? ErrorCode::kDisconnected : ErrorCode::kRefused,
         fmt::format("{}: control {} = {}: {}; set it to another value, or after the controls that it depends on", path_,

@@ -21,13 +21,13 @@ constexpr std::array kFormats{
     Format{V4L2_PIX_FMT_YUYV, "YUYV", PixelFormat::kYuyv},  Format{V4L2_PIX_FMT_UYVY, "UYVY", PixelFormat::kUyvy},
     Format{V4L2_PIX_FMT_NV12, "NV12", PixelFormat::kNv12},  Format{V4L2_PIX_FMT_RGB24, "RGB3", PixelFormat::kRgb8},
     Format{V4L2_PIX_FMT_BGR24, "BGR3", PixelFormat::kBgr8}, Format{V4L2_PIX_FMT_MJPEG, "MJPG", PixelFormat::kMjpeg},
-    Format{V4L2_PIX_FMT_JPEG, "MJPG", PixelFormat::kMjpeg},  // some cameras call them so
+    Format{V4L2_PIX_FMT_JPEG, "MJPG", PixelFormat::kMjpeg},  // some cameras use this code
     Format{V4L2_PIX_FMT_GREY, "GREY", PixelFormat::kGrey8},
 };
 
 double hertz(const v4l2_fract& period) { return double(period.denominator) / double(period.numerator); }
 
-/// Steps smaller than this are a device's rounding.
+/// Rates are rounded to 1 / kRateDigits Hz: smaller differences are the device's own rounding.
 constexpr double kRateDigits = 1000;
 double rounded(double rate_hz) {
   return rate_hz < 1 / kRateDigits ? rate_hz : std::round(rate_hz * kRateDigits) / kRateDigits;
@@ -55,7 +55,7 @@ Error device_error(const std::string& what, int code) {
     case ENOENT:
       return {ErrorCode::kNotFound, message};
     case EBUSY:
-      return {ErrorCode::kRefused, message + "; another program uses the camera: end it (fuser tells which)"};
+      return {ErrorCode::kRefused, message + "; another program uses the camera: end it (fuser shows which)"};
     case EACCES:
     case EPERM:
       return {ErrorCode::kRefused, message + "; join the group video: sudo usermod -aG video $USER, then log in again"};
@@ -193,7 +193,7 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
                  fmt::format("{} gives {} instead of {}; ask for a format: that it has, as twocone devices lists them",
                              path_, code_name(code), format.name)};
   }
-  if (format.layout != PixelFormat::kMjpeg && !picture_bytes(format.layout, result.width_px, result.height_px)) {
+  if (format.layout != PixelFormat::kMjpeg && !image_bytes(format.layout, result.width_px, result.height_px)) {
     return Error{ErrorCode::kRefused,
                  fmt::format("{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
                              result.width_px, result.height_px, format.name)};
@@ -204,19 +204,19 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
 std::optional<double> Device::set_rate(double wanted_hz) const {
   v4l2_streamparm parameters{};
   parameters.type = buffer_type_;
-  // Whole milliseconds would make 30 Hz 33 ms.
-  constexpr std::uint32_t kTicks = 10'000;
+  // The period is a fraction. In whole milliseconds, 30 Hz would become 33 ms.
+  constexpr std::uint32_t kScale = 10'000;
   constexpr double kFastest_hz = 100'000;
-  const auto per_ticks = std::uint32_t(std::max(1L, std::lround(std::min(wanted_hz, kFastest_hz) * kTicks)));
-  const std::uint32_t common = std::gcd(kTicks, per_ticks);
-  parameters.parm.capture.timeperframe = {kTicks / common, per_ticks / common};
-  // Some have one rate only, which they tell and do not let set.
+  const auto scaled_rate = std::uint32_t(std::max(1L, std::lround(std::min(wanted_hz, kFastest_hz) * kScale)));
+  const std::uint32_t common = std::gcd(kScale, scaled_rate);
+  parameters.parm.capture.timeperframe = {kScale / common, scaled_rate / common};
+  // Some cameras have only one rate, which they report but do not let the program set.
   (void)call(VIDIOC_S_PARM, &parameters);
   if (call(VIDIOC_G_PARM, &parameters) == 0 && (parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0) {
     const v4l2_fract& period = parameters.parm.capture.timeperframe;
     if (period.numerator > 0 && period.denominator > 0) return rounded(hertz(period));
   }
-  // What comes over a cable has the rate of its source.
+  // A video signal (HDMI, for example) has the rate of its source.
   v4l2_dv_timings timings{};
   if (call(VIDIOC_G_DV_TIMINGS, &timings) == 0 && timings.type == V4L2_DV_BT_656_1120) {
     const v4l2_bt_timings& bt = timings.bt;
@@ -257,7 +257,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
       best = candidate;
     }
   }
-  if (best) return set_up(*best, wanted);  // again: another one was tried since
+  if (best) return set_up(*best, wanted);  // set again, because another format was tried after it
   if (last) return *last;
   std::vector<std::string> names;
   names.reserve(offered.size());

@@ -23,24 +23,24 @@ struct Format {
   std::string_view name;
   PixelFormat layout;
 };
-/// Those that the driver knows, in the order in which they are tried.
+/// The formats that the driver supports, in the order in which it tries them.
 std::span<const Format> formats();
 std::string code_name(std::uint32_t code);
 
-/// What stands in a field of the kernel's, which need not end in a zero.
+/// The text in a field of a kernel structure, which need not end with a zero byte.
 template <typename Byte, std::size_t Size>
 std::string text_of(const Byte (&field)[Size]) {
   const auto* const text = reinterpret_cast<const char*>(field);
   return {text, ::strnlen(text, Size)};
 }
 
-/// What the device settled on.
+/// The format, size and rate that the device accepted.
 struct Negotiated {
   Format format;
   int width_px = 0;
   int height_px = 0;
-  std::size_t row_bytes = 0;      ///< of the first plane; 0 where rows have no meaning
-  std::optional<double> rate_hz;  ///< where it tells
+  std::size_t row_bytes = 0;      ///< of the first plane; 0 if the format has no rows
+  std::optional<double> rate_hz;  ///< if the device reports it
 };
 
 /// An open video device that captures.
@@ -52,7 +52,7 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// errno of a call; 0: it worked.
+  /// Makes an ioctl call. Returns errno, or 0 for success.
   int call(unsigned long request, void* argument) const;
   [[nodiscard]] int file() const { return file_; }
   [[nodiscard]] Kernel& kernel() const { return *kernel_; }
@@ -61,20 +61,21 @@ class Device {
   [[nodiscard]] std::string card() const;
   [[nodiscard]] std::string bus() const;
   [[nodiscard]] std::uint32_t buffer_type() const { return buffer_type_; }
-  /// Whether it fills only buffers that it has been handed. v4l2loopback fills them in turn, whoever has them.
+  /// Returns whether the device fills only the buffers that are queued to it. v4l2loopback fills all buffers in turn,
+  /// even those that the program holds.
   [[nodiscard]] bool spares_lent_buffers() const;
   [[nodiscard]] bool has_planes() const { return buffer_type_ == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE; }
 
   [[nodiscard]] std::vector<std::string> modes() const;
-  /// Sets format, size and rate, or the nearest that there is. @param format empty: the first that has the size
-  /// Errors: kRefused, kDisconnected.
+  /// Sets format, size and rate, or the nearest available ones. Errors: kRefused, kDisconnected.
+  /// @param format empty: the first format that has the size
   [[nodiscard]] Result<Negotiated> negotiate(const CameraSettings& wanted, const std::string& format) const;
-  /// Sets a control by its name and returns what the device made of it.
-  /// Errors: kRefused (naming those that there are, or what it may be), kDisconnected.
+  /// Sets a control by its name and returns the value that the device applied.
+  /// Errors: kRefused (naming the existing controls or the allowed values), kDisconnected.
   [[nodiscard]] Result<Control> set(const Control& control) const;
-  /// Which of its inputs is in use; 0: it does not tell.
+  /// The number of the input in use; 0 also if the device does not report it.
   [[nodiscard]] std::uint32_t input() const;
-  /// What is wrong at the input, in words; empty: nothing that it tells.
+  /// A description of the fault at the input; empty: the device reports none.
   [[nodiscard]] std::string input_trouble() const;
 
  private:
@@ -94,12 +95,13 @@ class Device {
   v4l2_capability capability_{};
 };
 
-/// The device that `name` means: a path, or the card's name. Errors: kNotFound, kRefused (several cards of that name).
+/// The path of the device `name`, which is a path or the card's name.
+/// Errors: kNotFound, kRefused (several cards have that name).
 Result<std::string> find_device(const std::string& name, const std::shared_ptr<Kernel>& kernel);
 
-/// Whether an errno says that the device is not there any more.
+/// Returns whether an errno means that the device is gone.
 bool is_gone(int code);
-/// An errno as an error of the camera.
+/// Converts an errno to an error of the camera.
 Error device_error(const std::string& what, int code);
 
 }  // namespace twocone::v4l2

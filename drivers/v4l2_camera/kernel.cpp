@@ -35,7 +35,7 @@ class RealKernel final : public Kernel {
   }
   void* mmap(int file, std::size_t length, long offset) override {
     void* const memory = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, file, offset);
-    // A child that is forked meanwhile, as a guard of the wheels is, would keep the device's buffers.
+    // Otherwise a child that is forked later (such as the watchdog of the wheels) would keep the device's buffers.
     if (memory != MAP_FAILED) ::madvise(memory, length, MADV_DONTFORK);
     return memory;
   }
@@ -46,7 +46,7 @@ class RealKernel final : public Kernel {
     void* const copy = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (copy == MAP_FAILED) return -1;
     std::memcpy(copy, memory, length);
-    // One call, so that nobody who reads there meanwhile finds nothing.
+    // One call replaces the mapping, so that a thread that reads there meanwhile never finds it unmapped.
     if (::mremap(copy, length, length, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return 0;
     const int error = errno;
     ::munmap(copy, length);

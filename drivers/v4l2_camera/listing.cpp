@@ -16,7 +16,7 @@ bool is_node(const std::string& path) {
          path.find_first_not_of("0123456789", kNode.size()) == std::string::npos;
 }
 
-/// The link that names the device wherever it is plugged in, or else the place where it is.
+/// The link that names the device wherever it is plugged in, or else the link that names its place.
 std::string stable_path_of(const std::string& path, Kernel& kernel) {
   for (const char* folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
     auto links = kernel.entries(folder);
@@ -35,7 +35,7 @@ std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
   for (const std::string& path : kernel->entries("/dev")) {
     if (is_node(path)) paths.push_back(path);
   }
-  // By number: video2 before video10.
+  // The order is by number: video2 before video10.
   std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
     return a.size() != b.size() ? a.size() < b.size() : a < b;
   });

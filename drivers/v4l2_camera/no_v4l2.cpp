@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the place of the driver where the kernel's headers of video devices are missing.
+// Replaces the driver if the kernel's headers for video devices are missing.
 #include "drivers/v4l2_camera/v4l2_camera.h"
 
 namespace twocone::v4l2 {
@@ -19,7 +19,7 @@ std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& /*
 
 V4l2Camera::V4l2Camera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 V4l2Camera::~V4l2Camera() = default;
-// NOLINTNEXTLINE(performance-unnecessary-value-param): the one that opens a camera keeps its kernel
+// NOLINTNEXTLINE(performance-unnecessary-value-param): the real driver's open() keeps the kernel
 Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Settings&, std::shared_ptr<Kernel>) { return no_v4l2(); }
 Result<CameraSettings> V4l2Camera::do_configure(const CameraSettings& /*wanted*/) { return no_v4l2(); }
 Status V4l2Camera::do_start() { return no_v4l2(); }

@@ -11,15 +11,15 @@
 namespace twocone::v4l2 {
 namespace {
 
-// Two for the device, two for whoever looks, two for those that look late (latency_frames).
+// Two buffers for the device, two for the program that reads, two for late readers (latency_frames).
 constexpr std::uint32_t kBuffers = 6;
 constexpr std::uint32_t kLeastBuffers = 2;
-// A step of more than half of what 32 bits count is one backwards.
+// A 32-bit difference of more than half the range is a step backwards.
 constexpr std::uint32_t kBackwards = 1U << 31;
 
 }  // namespace
 
-/// A v4l2_buffer, of one plane or none.
+/// A v4l2_buffer with one plane or none.
 struct Stream::Request {
   explicit Request(std::uint32_t type, std::uint32_t index = 0) {
     buffer.type = type;
@@ -51,7 +51,7 @@ Result<std::shared_ptr<Stream>> Stream::start(const Device& device) {
   if (const int error = device.call(VIDIOC_REQBUFS, &wanted)) {
     return device_error(fmt::format("{}: its buffers", device.path()), error);
   }
-  // From here on stop() gives back what there is.
+  // From here on, stop() releases the buffers.
   const auto failed = [&](const std::string& what, int error) {
     stream->stop();
     return device_error(fmt::format("{}: {}", device.path(), what), error);
@@ -77,7 +77,7 @@ Stream::~Stream() {
   for (Buffer& buffer : buffers_) unmap(buffer);
 }
 
-/// errno; 0: the device has it.
+/// Hands a buffer to the device. Returns errno, or 0 for success.
 int Stream::queue(std::uint32_t index) {
   Request request(type_, index);
   const int error = kernel_->ioctl(file_, VIDIOC_QBUF, &request.buffer) == 0 ? 0 : errno;
@@ -91,7 +91,8 @@ void Stream::unmap(Buffer& buffer) {
   buffer.place = Place::kHere;
 }
 
-/// Counts on where the device's 32 bits wrap. One that does not count, or begins anew, tells of no loss.
+/// The number of the exposure; it continues when the device's 32-bit counter wraps. If the device does not count, or
+/// starts its count again, no loss is assumed.
 std::uint64_t Stream::count(std::uint32_t sequence) {
   if (last_sequence_) {
     const std::uint32_t step = sequence - *last_sequence_;
@@ -109,7 +110,7 @@ Result<std::optional<Filled>> Stream::take() {
   Request request(type_);
   if (kernel_->ioctl(file_, VIDIOC_DQBUF, &request.buffer) != 0) {
     if (errno == EAGAIN) return std::optional<Filled>();
-    // Whatever it calls it, no frame comes any more.
+    // Whatever the code is, no more frames will come.
     return Error{ErrorCode::kDisconnected, device_error("its stream broke", errno).message};
   }
   const v4l2_buffer& buffer = request.buffer;
@@ -160,7 +161,8 @@ bool Stream::stop() {
   auto type = int(type_);
   kernel_->ioctl(file_, VIDIOC_STREAMOFF, &type);
   for (Buffer& buffer : buffers_) {
-    // A mapping of the device's memory keeps the device open, and so from coming back: frames get memory of their own.
+    // A mapping of the device's memory keeps the device open, and an open device cannot come back. So lent frames get
+    // their own memory.
     if (buffer.place == Place::kLent) {
       kernel_->detach(buffer.memory, buffer.length);
     } else {

@@ -13,18 +13,18 @@
 
 namespace twocone::v4l2 {
 
-/// A filled buffer, out of the device's hands until it is given back.
+/// A filled buffer, which the device does not use until it is given back.
 struct Filled {
   std::uint32_t index = 0;
   std::span<const std::uint8_t> bytes;
-  std::uint64_t sequence = 0;            ///< counts the exposures since the stream's first buffer, which has 0
+  std::uint64_t sequence = 0;            ///< number of the exposure since the stream's first buffer, which has 0
   std::chrono::nanoseconds captured{0};  ///< on the monotonic clock, if `is_monotonic`
   bool is_monotonic = false;
   bool is_damaged = false;
 };
 
-/// A running stream: the buffers that program and device share. Frames that were lent keep it alive, and give their
-/// buffers back from any thread; after stop() they keep only the memory, and the device none of it.
+/// A running stream: the buffers that program and device share. Lent frames keep it alive and give their buffers back
+/// from any thread. After stop() they keep only their memory, which no longer belongs to the device.
 class Stream : public std::enable_shared_from_this<Stream> {
  public:
   /// Errors: kRefused, kUnavailable, kDisconnected.
@@ -33,15 +33,15 @@ class Stream : public std::enable_shared_from_this<Stream> {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// A buffer that is filled already; nothing: none is. Errors: kDisconnected (the stream is broken).
+  /// Takes a filled buffer without a wait; nothing: none is filled. Errors: kDisconnected (the stream is broken).
   Result<std::optional<Filled>> take();
   void give_back(std::uint32_t index);
-  /// A buffer's bytes for the time that anybody keeps the result.
+  /// Keeps a buffer's bytes valid as long as a copy of the result exists; then gives the buffer back.
   std::shared_ptr<const void> lend(std::uint32_t index);
-  /// How many the device has: to fill, or filled and not taken.
+  /// The number of buffers that the device has, to fill or filled and not yet taken.
   [[nodiscard]] std::size_t queued() const;
 
-  /// True if the device's buffers are gone with it: else the device must be opened anew before the next start.
+  /// Returns true if the device's buffers are freed. Otherwise the device must be opened again before the next start.
   bool stop();
 
  private:
@@ -52,10 +52,10 @@ class Stream : public std::enable_shared_from_this<Stream> {
     kHere,
     kDevice,
     kLent,
-    kRefused,  ///< the device would not take it back: it is offered again
+    kRefused,  ///< the device did not accept it; it is offered again
   };
   struct Buffer {
-    void* memory = nullptr;  ///< null: not mapped any more
+    void* memory = nullptr;  ///< null: no longer mapped
     std::size_t length = 0;
     Place place = Place::kHere;
   };

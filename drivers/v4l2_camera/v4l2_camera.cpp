@@ -17,16 +17,17 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// The device is left so many buffers to fill before frames are copied instead of lent.
+// If the device has fewer buffers left to fill, frames are copied instead of lent.
 constexpr std::size_t kLeftToDevice = 2;
-// A camera that sends nothing for so many periods, and for so long, is told of.
+// A camera that sends nothing for this many periods, and for at least this time, is reported.
 constexpr double kSilentPeriods = 10;
 constexpr milliseconds kLeastSilence{500};
-// Many take their time before the first frame.
+// Many cameras need more time before the first frame.
 constexpr milliseconds kFirstSilence{3'000};
-// When every buffer was full, the newest is as old as the reader was late: older than this, the next one is waited for.
+// If every buffer was full, the age of the newest frame is the reader's delay. If it is older than this, grab() waits
+// for the next frame.
 constexpr double kStalePeriods = 2;
-// A capture time that is farther from now than this is of another clock, whatever its flag says.
+// A capture time that is farther from now than this belongs to another clock, whatever its flag is.
 constexpr std::chrono::seconds kSameClock{10};
 
 nanoseconds steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
@@ -35,7 +36,7 @@ nanoseconds steady_now() { return std::chrono::steady_clock::now().time_since_ep
 
 std::string_view why_not() { return ""; }
 
-/// What the device took of what it was asked for.
+/// The settings as the device applied them.
 struct Applied {
   std::string path;
   std::string card;
@@ -111,11 +112,11 @@ class V4l2Camera::Impl {
     while (true) {
       if (auto source = note_source(); !source) return source.error();
       if (auto taken = take_newest(); !taken) return taken.error();
-      if (!source_trouble_.empty()) pass_over();  // a picture of nothing
+      if (!source_trouble_.empty()) pass_over();  // an image without a source
       if (newest_ && !newest_is_stale_) return hand_out();
       const auto left = std::chrono::ceil<milliseconds>(begin + limit - std::chrono::steady_clock::now());
       if (left.count() <= 0) {
-        if (newest_ && limit < silence) return hand_out();  // better late than nothing
+        if (newest_ && limit < silence) return hand_out();  // a late frame is better than none
         return nothing_within(limit, limit == silence);
       }
       pollfd entry{device_->file(), short(watches_source_ ? POLLIN | POLLPRI : POLLIN), 0};
@@ -131,13 +132,13 @@ class V4l2Camera::Impl {
   void stop() noexcept {
     if (!stream_) return;
     newest_.reset();
-    // A device that keeps its buffers would refuse the next start: it is opened anew then, as a broken one is.
+    // A device that keeps its buffers would refuse the next start, so it is opened again, as after a broken stream.
     if (!stream_->stop() || is_broken_) device_.reset();
     stream_.reset();
     is_broken_ = false;
   }
 
-  void tell(CameraFacts& facts) const {
+  void describe(CameraFacts& facts) const {
     facts.device = fmt::format("{} ({})", applied_.card, applied_.path);
     facts.format = applied_.format;
     facts.rate_told = applied_.rate_told;
@@ -155,7 +156,7 @@ class V4l2Camera::Impl {
     return error;
   }
 
-  /// A camera that was there before and cannot be found is one that went away.
+  /// A camera that was found before and cannot be found now is disconnected.
   static Error away(const Error& error) {
     return {error.code == ErrorCode::kNotFound ? ErrorCode::kDisconnected : error.code, error.message};
   }
@@ -174,7 +175,8 @@ class V4l2Camera::Impl {
                                              trouble.empty() ? "" : ": ", trouble)};
   }
 
-  /// What comes over a cable can be cut off at its other end; the device goes on sending then, pictures of nothing.
+  /// Subscribes to changes of the source. A video signal can be cut off at its source; the device then continues to
+  /// send images without content.
   void watch_source() {
     v4l2_event_subscription changes{};
     changes.type = V4L2_EVENT_SOURCE_CHANGE;
@@ -196,12 +198,12 @@ class V4l2Camera::Impl {
   Status note_source() {
     if (!watches_source_ || !take_source_changes()) return {};
     source_trouble_ = device_->input_trouble();
-    // It may be of another size now.
+    // The image may have another size now.
     if (source_trouble_.empty()) return broken("its source changed");
     return {};
   }
 
-  /// Takes all that is filled, and keeps the newest.
+  /// Takes all filled buffers and keeps the newest.
   Status take_newest() {
     const std::size_t at_device = stream_->queued();
     std::size_t filled = 0;
@@ -217,7 +219,7 @@ class V4l2Camera::Impl {
       pass_over();
       newest_ = **taken;
     }
-    // Of a device that had nothing left to fill, the newest is as old as the reader was late.
+    // If the device had no buffer left to fill, the age of the newest frame is the reader's delay.
     if (filled > 0) newest_is_stale_ = filled >= at_device && is_stale(*newest_);
     return {};
   }
@@ -254,10 +256,10 @@ class V4l2Camera::Impl {
     return Frame(header, std::move(image));
   }
 
-  /// The buffer's bytes, lent if that can be.
+  /// Fills `image` with the buffer's bytes, lent if possible.
   Status fill(Image& image, const Filled& filled) {
-    const auto expected = picture_bytes(image.format, image.width_px, image.height_px);
-    if (!expected) {  // as many as there are
+    const auto expected = image_bytes(image.format, image.width_px, image.height_px);
+    if (!expected) {  // MJPG: any number of bytes is valid
       if (filled.bytes.empty()) return Error{ErrorCode::kBadData, fmt::format("{}: an empty frame", applied_.path)};
       lend_or_copy(image, filled, filled.bytes);
       return {};
@@ -299,9 +301,9 @@ class V4l2Camera::Impl {
   bool is_broken_ = false;
   bool watches_source_ = false;
   std::string source_trouble_;     ///< empty: none
-  std::optional<Filled> newest_;   ///< taken, and not handed out
-  bool newest_is_stale_ = false;   ///< a newer one is waited for
-  std::uint64_t passed_over_ = 0;  ///< since the last one handed out
+  std::optional<Filled> newest_;   ///< taken, but not yet returned
+  bool newest_is_stale_ = false;   ///< grab() waits for a newer one
+  std::uint64_t passed_over_ = 0;  ///< frames skipped since the last one that was returned
   std::optional<std::uint64_t> last_handed_out_;
 };
 
@@ -319,6 +321,6 @@ Result<CameraSettings> V4l2Camera::do_configure(const CameraSettings& wanted) { 
 Status V4l2Camera::do_start() { return impl_->start(); }
 Result<Frame> V4l2Camera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
 void V4l2Camera::do_stop() noexcept { impl_->stop(); }
-void V4l2Camera::do_tell(CameraFacts& facts) const { impl_->tell(facts); }
+void V4l2Camera::do_tell(CameraFacts& facts) const { impl_->describe(facts); }
 
 }  // namespace twocone::v4l2

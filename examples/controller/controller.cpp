@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A controller of one's own: drives a circle and tells what the wheels and the cameras say.
-// The robot file alone decides whether the robot is simulated or real: controller robots/lab_sim.yaml
+// Drives a circle and prints how far each landmark is and where the robot is: controller robots/lab_sim.yaml
 #include <cstdio>
-#include <exception>
 
-#include "apps/files/to_layers.h"
-#include "drivers/backends.h"
+#include <twocone/twocone.h>
 
 int main(int argc, char** argv) try {
   using namespace std::chrono_literals;
-  if (argc != 2) return std::fputs("usage: controller ROBOT.yaml\n", stderr), 2;
-  const auto file = twocone::files::read_robot(argv[1]);
-  const auto settings = twocone::files::to_robot_settings(file, twocone::files::read_map(file.map), /*seed=*/1);
-  auto robot = twocone::drivers::open_robot(settings);
-  if (!robot) return std::fprintf(stderr, "%s\n", robot.error().message.c_str()), 1;
-  if (auto started = robot->start(settings.lower.settings, settings.upper.settings); !started) {
-    return std::fprintf(stderr, "%s\n", started.error().message.c_str()), 1;
+  auto robot = twocone::open_robot(argc > 1 ? argv[1] : "robot.yaml", {.stop_on_signals = true});
+  twocone::Localiser localiser(robot->description());
+  for (int i = 0; i < 60; ++i) {
+    const auto frame = robot->next_frame(5s);  // in simulation this advances the world by one frame
+    const auto report = localiser.update(*frame);
+    for (const auto& range : report->ranges)
+      std::printf("%s %.3f m, ", range.landmark.c_str(), range.range_m.value_or(0));
+    if (const auto& pose = report->fix.pose) std::printf("at (%.3f, %.3f) m\n", pose->x_m, pose->y_m);
+    if (!robot->set_velocity({.forward_mps = 0.2, .turn_radps = 0.25})) return 1;
   }
-  for (int i = 0; i < 6; ++i) {
-    const auto frame = robot->next_frame(5s);  // in simulation this advances the world
-    const auto angles = robot->drive().read_angles();
-    const auto driven = robot->drive().set_speeds({.left_radps = 3, .right_radps = 4});
-    if (!frame || !angles || !driven) return std::fputs("the robot fell silent\n", stderr), 1;
-    const auto picture = frame->lower.image(60s);  // pixels may come later than the frame
-    if (!picture) return std::fprintf(stderr, "%s\n", picture.error().message.c_str()), 1;
-    std::printf("t %.3f s, wheels %.3f %.3f rad, lower view %d x %d\n", frame->lower.header().captured.seconds(),
-                angles->left_rad, angles->right_rad, (*picture)->width_px, (*picture)->height_px);
-  }
-} catch (const std::exception& error) {  // the robot file is wrong; the wheels have stopped by now
+} catch (const std::exception& error) {  // a wrong file, or a device: one sentence; the wheels have stopped
   return std::fprintf(stderr, "%s\n", error.what()), 1;
 }

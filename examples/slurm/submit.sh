@@ -3,10 +3,10 @@
 # A sweep of `twocone tradeoff` on a Slurm cluster: an array of shards, then a job that merges them.
 #   submit.sh ROBOT OUT [SWEEP OPTION...] [-- MERGE OPTION...]
 #   submit.sh robots/lab_sim.yaml /shared/lab --fine --seed 2 -- --target-mm 5
-# OUT and everything that ROBOT names must be seen by all nodes under the same path. Called again, it does what is missing.
+# All nodes must see OUT, ROBOT and the files that ROBOT names under the same path. A second call computes only missing shards.
 #   TWOCONE               the program; default: twocone of PATH
-#   TWOCONE_ARRAY_TASKS   most tasks of the array; default 1000: clusters refuse more than their MaxArraySize - 1
-#   SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT ...   as sbatch has them
+#   TWOCONE_ARRAY_TASKS   greatest number of tasks of the array; default 1000: clusters refuse more than MaxArraySize - 1
+#   SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT ...   as in sbatch
 # Prints the numbers of both jobs.
 set -euo pipefail
 
@@ -25,7 +25,7 @@ done
 if (($#)); then shift; fi
 choice=("$@")
 
-TWOCONE=$(command -v "${TWOCONE:-twocone}") || { echo "submit.sh: no twocone in PATH; TWOCONE says where it is" >&2; exit 1; }
+TWOCONE=$(command -v "${TWOCONE:-twocone}") || { echo "submit.sh: no twocone in PATH; set TWOCONE to its path" >&2; exit 1; }
 TWOCONE=$(realpath "$TWOCONE")
 export TWOCONE
 shards=$("$TWOCONE" tradeoff --robot "$robot" "${sweep[@]}" --shards)

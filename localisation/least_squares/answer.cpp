@@ -13,13 +13,14 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Relative, of the rise of chi-squared from a minimum: what first order may be off by where there is one minimum only.
-constexpr double kTold = 0.1;
+/// Largest relative error of first order in the rise of chi-squared from a minimum, where there is one minimum only.
+constexpr double kExplained = 0.1;
 
-/// Where a dozen steps from a closed-form start have left more than so many times the limit, they lead to nothing.
+/// Where chi-squared is above this many times the limit after a dozen steps from a closed-form start, the start is
+/// given up.
 constexpr double kWorth = 1e3;
 
-/// Past so many sizes of the problem a minimum runs away to infinity.
+/// Beyond this many sizes of the problem a minimum diverges to infinity.
 constexpr double kFarAway = 1e6;
 
 /// The distinct minima, the lowest first.
@@ -27,10 +28,10 @@ class Minima {
  public:
   void add(const Minimum& m) {
     if (!std::isfinite(m.cost) || std::hypot(m.state.x, m.state.y) > kFarAway) return;
-    // What did not settle is the best there is, or nothing.
+    // A minimum that did not converge is kept only as long as there is no other.
     if (count_ > 0 && !m.converged) return;
     if (count_ > 0 && !minima_[0].converged) count_ = 0;
-    // The same one reached twice differs by what ends the steps; a flat one's ends are joined later.
+    // Two results for one minimum differ by the limit of the last step. The ends of a flat one are joined later.
     constexpr double kSame = 1e-9;
     int at = 0;
     for (; at < count_; ++at) {
@@ -54,8 +55,8 @@ class Minima {
 
 State middle(const State& a, const State& b) { return moved(a, step_between(a, b) / 2); }
 
-/// Whether no ridge stands between two minima. Looked at in three places: of two wells' halves, one may lie beyond the
-/// top.
+/// Returns whether there is no ridge between two minima. Three places are tested, because in two unequal wells the
+/// middle may be beyond the top.
 bool are_joined(const Problem& problem, const Minimum& a, const Minimum& b) {
   const Eigen::Vector3d step = step_between(a.state, b.state);
   for (const double t : {0.25, 0.5, 0.75}) {
@@ -68,8 +69,8 @@ bool has_full_rank(const Factor& f, int unknowns) {
   const Eigen::Vector3d scale = scale_of(f, unknowns);
   double determinant = 1;
   for (int k = 0; k < unknowns; ++k) determinant *= f.r(k, k) * scale[k];
-  // With columns of norm 1 or less no singular value passes sqrt(3), so the least is a third of the determinant or
-  // more.
+  // With columns of norm 1 or less no singular value exceeds sqrt(3), so the least is at least a third of the
+  // determinant.
   if (std::abs(determinant) > 1e-6) return true;
   return directions(f, unknowns).rank() == unknowns;
 }
@@ -87,8 +88,8 @@ Eigen::Matrix3d covariance_of(const Factor& f, int unknowns) {
   return inverse * inverse.transpose();
 }
 
-/// The factor of a minimum without the gradient of a landmark within `reach`, as far as the position is not known.
-/// Which way it lies is not known then (T16: the robot stands on it).
+/// The factor of a minimum without the gradients of landmarks within `reach`, the uncertainty of the position. The
+/// direction of such a landmark is unknown (T16: the robot is at its place).
 Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   for (const Landmark& l : problem.landmarks) {
     if (std::hypot(l.x - m.state.x, l.y - m.state.y) > reach) continue;
@@ -99,7 +100,7 @@ Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   return m.factor;
 }
 
-/// The factor that a covariance at a minimum may rest on.
+/// The factor for the covariance at a minimum.
 Factor first_order_factor(const Problem& problem, const Minimum& m) {
   const int unknowns = problem.unknowns();
   if (!has_full_rank(m.factor, unknowns)) return m.factor;
@@ -107,7 +108,7 @@ Factor first_order_factor(const Problem& problem, const Minimum& m) {
   return factor_beyond(problem, m, std::sqrt(covariance(0, 0) + covariance(1, 1)));
 }
 
-/// The covariance of all but the least seen direction.
+/// The covariance of all directions but the least observed one.
 Eigen::Matrix3d covariance_across(const Directions& d) {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (int k = 0; k < d.unknowns - 1; ++k) {
@@ -117,13 +118,13 @@ Eigen::Matrix3d covariance_across(const Directions& d) {
   return covariance;
 }
 
-/// Whether chi-squared three sigmas out along the least seen direction is the 9 that its slope promises: not below half
-/// of that, where the ellipse would be too small, nor beyond four times it (twice is what a landmark adds on which the
-/// robot stands, which the ellipse does without).
+/// Returns whether chi-squared three sigmas out along the least observed direction is near the 9 of a parabola: not
+/// below half of it, where the ellipse would be too small, nor above four times it (a landmark at the robot's place,
+/// which the ellipse leaves out, adds twice as much).
 bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, const Eigen::Matrix3d& covariance) {
   const int unknowns = problem.unknowns();
-  // What the rows' curvature adds at one sigma, at most, whitened: nearly always so little that no direction need be
-  // tried.
+  // An upper bound of what the rows' curvature adds at one sigma, whitened. It is nearly always so small that no
+  // direction needs a test.
   const double spread = covariance(0, 0) + covariance(1, 1);
   double curved = 0;
   for (const Landmark& l : problem.landmarks) {
@@ -140,7 +141,7 @@ bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, c
   const Directions d = directions(f, unknowns);
   const int last = unknowns - 1;
   const Eigen::Vector3d step = 3 * d.v.col(last).cwiseProduct(d.scale) / d.singular[last];
-  if (std::abs(step.z()) > 1.5) return false;  // a heading within a turn's half has no straight axis of that length
+  if (std::abs(step.z()) > 1.5) return false;  // a heading, limited to half a turn, has no straight axis of that length
   for (const double side : {-1.0, 1.0}) {
     const double rise = cost_at(problem, moved(m.state, side * step)) - m.cost;
     if (!(rise > 9 / 2.0 && rise < 9 * 4.0)) return false;
@@ -148,35 +149,35 @@ bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, c
   return true;
 }
 
-/// No set with a larger chi-squared is called consistent, nor are its sigmas called too small: Laurent and Massart's
-/// bound of the quantile (2000, lemma 1).
+/// A set with a larger chi-squared is neither consistent nor one with too small sigmas: Laurent and Massart's bound of
+/// the quantile (2000, lemma 1).
 double largest_believed(const Problem& problem) {
   const double n = std::max(1, problem.numbers - problem.unknowns());
   const double x = -std::log(kFalseAlarm);
   return std::max(n + 2 * std::sqrt(n * x) + 2 * x, kMostRatio * n);
 }
 
-/// Above it nothing is of interest.
+/// The limit of chi-squared above which no minimum matters.
 double limit_of(const Problem& problem, const Minima& minima) {
   const double best = minima.all().empty() ? std::numeric_limits<double>::infinity() : minima.all().front().cost;
   return std::min(best, largest_believed(problem)) + kRival;
 }
 
-/// Adds every minimum that could be the answer or its rival. @returns whether that is all of them
+/// Adds every minimum that could be the answer or its rival. @returns whether the search was complete
 bool add_searched(const Problem& problem, Minima& minima) {
-  // Of cells that could not be made small; the lowest come first.
+  // Limit for cells that could not be made small; the lowest come first.
   constexpr int kMostCoarse = 256;
   const double limit = limit_of(problem, minima);
   int coarse = 0;
   bool is_all = true;
   for (const Cell& cell : cells_below(problem, limit)) {
-    // Where the parabola of a known minimum is what is found, there is no other.
-    const auto is_told_by = [&](const Minimum& m) {
+    // A cell whose chi-squared is that of a known minimum's parabola holds no other minimum.
+    const auto is_explained_by = [&](const Minimum& m) {
       const double rise = (m.factor.r * step_between(m.state, cell.middle)).squaredNorm();
-      return m.converged && std::abs(m.cost + rise - cell.cost) <= kTold * (1 + rise);
+      return m.converged && std::abs(m.cost + rise - cell.cost) <= kExplained * (1 + rise);
     };
     const std::span<const Minimum> known = minima.all();
-    if (std::any_of(known.begin(), known.end(), is_told_by)) continue;
+    if (std::any_of(known.begin(), known.end(), is_explained_by)) continue;
     if (cell.is_small && !may_hold_minimum(problem, cell.middle, cell.reach, cell.is_fine)) continue;
     if (!cell.is_small && ++coarse > kMostCoarse) {
       is_all = false;
@@ -193,12 +194,12 @@ Answer nothing(FixVerdict verdict) {
   return a;
 }
 
-/// The mean square, along `unseen`, of the places on the floor of a valley, each by its likelihood exp(-chi-squared /
-/// 2): what a Gaussian can say of a direction along which chi-squared is no parabola. The floor is followed either way,
-/// as it bends.
+/// The mean square, along `unseen`, of the places on the floor of a valley, weighted by their likelihood
+/// exp(-chi-squared / 2). A Gaussian can represent only that in a direction along which chi-squared is no parabola. The
+/// floor is followed in both directions, as it bends.
 double variance_along(const Problem& problem, const Minimum& place, const Eigen::Vector3d& unseen) {
-  constexpr double kSteps = 4;        // to what comes next: a step is a quarter of the width
-  constexpr int kMostWidths = 16;     // either way; where chi-squared does not rise by then it is no Gaussian
+  constexpr double kSteps = 4;        // steps per width: a step is a quarter of the width
+  constexpr int kMostWidths = 16;     // in each direction; where chi-squared does not rise by then it is no Gaussian
   constexpr double kNegligible = 25;  // a rise of chi-squared: exp(-25 / 2) = 4e-6
   const int unknowns = problem.unknowns();
   const auto rise_at = [&](double t) { return cost_at(problem, moved(place.state, t * unseen)) - place.cost; };
@@ -208,7 +209,7 @@ double variance_along(const Problem& problem, const Minimum& place, const Eigen:
     const Minimum m = minimise_across(problem, moved(place.state, t * unseen));
     return m.converged ? m.cost - place.cost : rise_at(t);
   };
-  // Chi-squared rises by some 1 to 4 over a width.
+  // Reduce the width until chi-squared rises by some 1 to 4 over it.
   for (int i = 0; i < 100 && std::max(floor_rise(width), floor_rise(-width)) > 4; ++i) width /= 2;
   double weights = 1;
   double sum = 0;
@@ -232,7 +233,7 @@ double variance_along(const Problem& problem, const Minimum& place, const Eigen:
   return sum / weights;
 }
 
-/// @param between where two minima are ends of one valley, the middle of both
+/// @param between the middle of two minima where they are ends of one valley
 Answer weak_answer(const Problem& problem, const Minimum& best, const std::optional<State>& between) {
   const int unknowns = problem.unknowns();
   Minimum m = best;
@@ -270,7 +271,7 @@ Answer weigh(const Problem& problem, const Minima& minima) {
     } else if (!other) {
       other = &m;
     } else if (!are_joined(problem, *other, m)) {
-      return nothing(FixVerdict::kTooFew);  // three answers: more than these measurements can be said to determine
+      return nothing(FixVerdict::kTooFew);  // three answers: these measurements do not determine a position
     }
   }
   const auto place_at = [&](const Minimum& m, Place& place) {
@@ -281,7 +282,7 @@ Answer weigh(const Problem& problem, const Minima& minima) {
   };
   Answer a;
   a.minimum = best;
-  // Two ends of one valley, and not one minimum reached twice.
+  // Distinguishes two ends of one valley from one minimum that was reached twice.
   constexpr double kOneMinimum = 1e-3;  // sigmas^2
   const bool is_valley =
       joined != nullptr && (best.factor.r * step_between(best.state, joined->state)).squaredNorm() > kOneMinimum;
@@ -304,7 +305,7 @@ bool is_consistent(const Problem& problem, const Answer& a) {
   if (chi_squared_tail(a.chi_squared, std::max(1, a.degrees_of_freedom)) < kFalseAlarm) return false;
   if (a.degrees_of_freedom < 1 || a.verdict == FixVerdict::kWeak) return true;
   const double largest = forecast(problem, a.minimum, nullptr, nullptr);
-  // exp(-t / 2) is the tail of two numbers, and more than that of one.
+  // exp(-t / 2) is the tail for two numbers, and larger than that for one.
   return std::exp(-largest / 2) * double(problem.landmarks.size()) >= kFalseAlarm;
 }
 
@@ -320,7 +321,7 @@ Answer solve(const Problem& problem) {
     const Alignment alignment = align(problem);
     const Minimum m = minimise(problem, alignment.state);
     minima.add(m);
-    // All poses that would be given beside this one lie within acos(0.99) = 8 degrees of it: one valley.
+    // All poses that could be given beside this one are within acos(0.99) = 8 degrees of it: one valley.
     is_settled = m.converged && alignment.strength > 50 * (m.cost + kRival);
   }
   if (!is_settled) {
@@ -334,7 +335,7 @@ Answer solve(const Problem& problem) {
     if (problem.has_heading && problem.places.ranged >= 1) is_searched = add_searched(problem, minima);
   }
   Answer a = weigh(problem, minima);
-  // An answer beside which others may stand is none; a weak one says so itself.
+  // An answer with possible further ones is no answer, except a weak one, which states that itself.
   if (!is_searched && a.verdict != FixVerdict::kWeak) a.verdict = FixVerdict::kTooFew;
   if (a.verdict != FixVerdict::kTooFew && a.verdict != FixVerdict::kContradictory) {
     a.is_consistent = is_consistent(problem, a);

@@ -16,7 +16,7 @@ struct Place {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// What one set of landmarks tells, outliers or not.
+/// The answer of one set of landmarks, with or without outliers.
 struct Answer {
   FixVerdict verdict = FixVerdict::kTooFew;  ///< kOk, kAmbiguous, kWeak, kTooFew, kContradictory (no minimum found)
   Place place;
@@ -24,24 +24,26 @@ struct Answer {
   std::optional<Eigen::Vector3d> unseen;  ///< unit vector, in units of the frame and rad
   double chi_squared = 0;
   int degrees_of_freedom = 0;
-  /// Whether chi-squared is what noise makes: of all together, and of each landmark against the others.
+  /// Whether noise explains chi-squared: of all landmarks together, and of each landmark against the others.
   bool is_consistent = false;
   Minimum minimum;  ///< of `place`
 };
 
-/// Noise alone is called a contradiction so often: once by chi-squared of all, and once by the worst landmark.
+/// The false-alarm rate of a contradiction by noise alone: once for chi-squared of all, and once for the worst
+/// landmark.
 constexpr double kFalseAlarm = 1e-4;
 
-/// A local minimum whose chi-squared is at most so much above the lowest is a rival: the second answer of kAmbiguous.
-/// What lies higher is less likely by exp(-27 / 2) = 1.4e-6: the chance that the answer withheld was the right one.
+/// A local minimum whose chi-squared is at most this much above the lowest is a rival: the second answer of kAmbiguous.
+/// A higher one is less likely by exp(-27 / 2) = 1.4e-6, which is the probability that the omitted answer was the right
+/// one.
 constexpr double kRival = 27;
 
-/// Sigmas may be too small by three times, all of them alike, before that is called a contradiction.
+/// All sigmas may be too small by a common factor of three before that is a contradiction.
 constexpr double kMostRatio = 9;
 
-/// Two answers are two where chi-squared between them rises by so much over the worse; else they are one that is not
-/// seen to first order. Of a quartic double well, whose answers have sigma s and lie at +-a, it rises by (a / 2 s)^2:
-/// here 6 sigma either side.
+/// Two minima are two answers if chi-squared between them rises by this much over the worse one; otherwise they are one
+/// answer that is not observed to first order. In a quartic double well with minima of sigma s at +-a, it rises by
+/// (a / 2 s)^2: here 6 sigma to either side.
 constexpr double kRidge = 9;
 
 Answer solve(const Problem& problem);

@@ -14,8 +14,8 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Whether two explanations tell one place: each lies where the other's own covariance allows. (The sum of both would
-/// let a vague one agree with a sharp one that is wrong.)
+/// Returns whether two explanations give the same place: each is where the other's own covariance allows. (With the sum
+/// of both covariances, a vague explanation would agree with a sharp one that is wrong.)
 bool agree(const Answer& a, const Answer& b) {
   if (a.verdict != FixVerdict::kOk || b.verdict != FixVerdict::kOk) return false;
   const bool has_heading = a.place.covariance(2, 2) > 0 && b.place.covariance(2, 2) > 0;
@@ -30,7 +30,7 @@ bool agree(const Answer& a, const Answer& b) {
   return true;
 }
 
-/// Of explanations that leave out equally many the best; nothing where another one tells another place.
+/// The best of the explanations that leave out equally many; nothing where another one gives another place.
 std::optional<Cleaned> choose(const std::vector<Cleaned>& found) {
   const auto best = std::min_element(found.begin(), found.end(), [](const Cleaned& a, const Cleaned& b) {
     return a.answer.chi_squared < b.answer.chi_squared;
@@ -41,7 +41,7 @@ std::optional<Cleaned> choose(const std::vector<Cleaned>& found) {
   return *best;
 }
 
-/// A problem of some of the landmarks, and what it solves to.
+/// A problem with a subset of the landmarks.
 class Subset {
  public:
   explicit Subset(const Problem& problem) : problem_(problem) {}
@@ -54,12 +54,12 @@ class Subset {
     }
     return make_problem(kept_, problem_.rounding);
   }
-  /// Adds to `found` if the others agree.
+  /// Adds an explanation to `found` if the others agree.
   void try_without(const std::vector<char>& is_out, std::vector<Cleaned>& found) {
     const Problem rest = without(is_out);
     const int left_out = int(problem_.landmarks.size() - kept_.size());
     if (2 * left_out >= int(problem_.landmarks.size()) || int(kept_.size()) < kFewestBelieved) return;
-    if (rest.numbers <= rest.unknowns()) return;  // nothing over to tell whether they agree
+    if (rest.numbers <= rest.unknowns()) return;  // no redundancy to check whether they agree
     const Answer answer = solve(rest);
     if (!answer.is_consistent) return;
     Cleaned cleaned{{}, answer};
@@ -111,7 +111,7 @@ class Consensus {
   static constexpr int kMostSamples = 200;
   static constexpr int kFewestSamples = 12;
   static constexpr double kMissed = 1e-9;
-  static constexpr std::size_t kWeighed = 128;  ///< landmarks by which a sample is weighed, evenly of all
+  static constexpr std::size_t kWeighed = 128;  ///< number of landmarks by which a sample is rated, evenly spaced
   static constexpr std::size_t kRefined = 6;
 
   void draw() {
@@ -120,7 +120,7 @@ class Consensus {
     for (int k = 0; k < kMostSamples; ++k) {
       std::array<Landmark, 3> sample;
       if (!take_sample(k, size, sample)) continue;
-      // The surest first, as in the whole: QR keeps each row's own digits then.
+      // The most accurate landmarks come first, as in the whole problem: then QR keeps each row's own digits.
       const Problem problem = make_problem({sample.data(), std::size_t(size)}, problem_.rounding);
       if (size == 2) {
         if (problem.places.both < 2) continue;
@@ -132,15 +132,15 @@ class Consensus {
         if (answer.other) largest_share = std::max(largest_share, add(answer.other->state));
       }
       if (k + 1 < kFewestSamples) continue;
-      // All samples so far held an outlier with this chance, were the share that agrees all there is.
+      // The probability that all samples so far held an outlier, if the largest share that agrees is the true one.
       if ((k + 1) * std::log1p(-std::min(1 - 1e-9, std::pow(largest_share, size))) < std::log(kMissed)) return;
     }
   }
 
-  /// Landmarks k, k + a, k + b of the circle of all, with steps that differ from sample to sample: no number is random.
+  /// Takes landmarks k, k + a, k + b, cyclically, with steps that differ from sample to sample: nothing is random.
   bool take_sample(int k, int size, std::array<Landmark, 3>& sample) const {
     constexpr double kGolden = 0.6180339887498949;
-    std::array<std::size_t, 3> at{count_, count_, count_};  // what is not drawn stays behind the others
+    std::array<std::size_t, 3> at{count_, count_, count_};  // entries that are not drawn are sorted behind the others
     for (int j = 0; j < size; ++j) {
       const double turn = (k + 1) * kGolden * (j + 1) + j * (0.37 + 0.11 * (k / double(count_)));
       at[std::size_t(j)] = std::min(count_ - 1, std::size_t((turn - std::floor(turn)) * double(count_)));
@@ -169,7 +169,7 @@ class Consensus {
     return double(agreeing) / weighed;
   }
 
-  /// Which landmarks do not agree with what the others say near a place; empty where that does not settle.
+  /// Marks the landmarks that do not agree with the others near a place; empty where this does not converge.
   std::vector<char> settle(State state) {
     std::vector<char> is_out(count_);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -193,7 +193,7 @@ class Consensus {
     return {};
   }
 
-  /// A sample's place is off by more than the landmarks' own noise: twice as many sigmas.
+  /// The error of a sample's place is larger than the landmarks' own noise: twice as many sigmas are allowed.
   static constexpr double kLoose = 4;
 
   const Problem& problem_;

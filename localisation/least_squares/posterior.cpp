@@ -17,26 +17,26 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Steps end below so many posterior sigmas: what is left is far below what regions of 99.9 % could show.
+/// Iteration ends below this many posterior sigmas; the remaining error is far too small to affect regions of 99.9 %.
 constexpr double kStepEnd = 1e-6;
 constexpr int kMostSteps = 50;
-/// A second place is left out where it is less likely than the first by this factor: a tenth of what a region of 99.9 %
-/// leaves out.
+/// A second place is neglected where it is less likely than the first by this factor: a tenth of the probability
+/// outside a region of 99.9 %.
 constexpr double kOtherPlace = 1e-4;
-/// Two ends of the steps are two places where they are so many sigmas apart.
+/// Two results of the iteration are two places if they are this many sigmas apart.
 constexpr double kApart = 1;
-/// Starts beside the prior's mean, in its sigmas: a minimum that is not reached from one of these is less likely, by
-/// the prior alone, than exp(-2^2 / 2), and has the others' valleys in between.
+/// Distance of further starts from the prior's mean, in its sigmas. A minimum that is not reached from one of these is
+/// less likely, by the prior alone, than exp(-2^2 / 2), and the valleys of the others are in between.
 constexpr double kStartSigmas = 2;
-/// Where the posterior is compared with its ellipse: chi-squared of 9. A region of 99.9 % has 16.3.
+/// Distance at which the posterior is compared with its ellipse: chi-squared is 9 there. A region of 99.9 % has 16.3.
 constexpr double kLookSigmas = 3;
-/// Between these chi-squared may be, over that 9. Chosen by trial (pose_filter_weak_test.cpp, 10,000 draws): regions of
-/// 99.9 % then hold 99.88 % of the truths, at the price of 7 % of the fixes, of which, without a look, 4 % would leave
-/// the truth outside.
+/// Limits of chi-squared over that 9. They are chosen by trial (pose_filter_weak_test.cpp, 10,000 draws): regions of
+/// 99.9 % then contain the truth in 99.88 %, at the cost of 7 % of the fixes; without the test, the truth would be
+/// outside in 4 % of these.
 constexpr double kLeastRise = 0.6;
 constexpr double kMostRise = 1.7;
 
-/// The sphere's points: along axes, and between two or three of them, either way.
+/// Directions to the sphere's points: along the axes, and between two or three of them, with both signs.
 std::array<Eigen::Vector3d, 26> directions_of_sphere() {
   std::array<Eigen::Vector3d, 26> all;
   std::size_t count = 0;
@@ -60,7 +60,7 @@ class Whitened {
   [[nodiscard]] double cost(const Eigen::Vector3d& z) const {
     return cost_at(problem_, at(z)) / (root_ * root_) + z.squaredNorm();
   }
-  /// Rows of the measurements, as (rows, right side), about z. @returns cost(z)
+  /// Linearises the measurements about z, as (rows, right side). @returns cost(z)
   double linearise(const Eigen::Vector3d& z, Eigen::Matrix3d& rows, Eigen::Vector3d& right) const {
     Factor f;
     const double measured = least_squares::linearise(problem_, at(z), 0, f);
@@ -82,7 +82,7 @@ struct Mode {
   Eigen::Matrix3d rows;  ///< of the measurements there
 };
 
-/// Gauss-Newton with Levenberg's damping. Nothing where it does not end.
+/// Gauss-Newton with Levenberg's damping. Nothing where it does not converge.
 std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& start) {
   Mode mode{start, 0, {}};
   Eigen::Vector3d right;
@@ -105,7 +105,7 @@ std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& star
       right = next_right;
       damping = damping < 1e-3 ? 0 : damping / 10;
     } else {
-      // Rounding of the cost hides what the last steps win.
+      // Rounding of the cost hides the gain of the last steps.
       if (next.cost - mode.cost <= 8 * kEps * mode.cost) return mode;
       damping = damping == 0 ? 1 : damping * 10;
     }
@@ -113,7 +113,7 @@ std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& star
   return std::nullopt;
 }
 
-/// The likeliest pose; nothing where there are several, or none.
+/// The most likely pose; nothing where there are several, or none.
 std::optional<Mode> only_mode(const Whitened& posterior) {
   auto best = climb(posterior, Eigen::Vector3d::Zero());
   if (!best) return std::nullopt;
@@ -153,7 +153,7 @@ Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> mea
   if (!mode) return result;
   result.chi_squared = mode->cost;
 
-  // The ellipse's axes: directions by what the measurements tell there, longest last.
+  // The ellipse's axes, ordered by the information of the measurements: the longest is last.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(mode->rows, Eigen::ComputeFullV);
   Eigen::Matrix3d axes = svd.matrixV();
   for (int k = 0; k < 3; ++k) axes.col(k) /= std::hypot(1, svd.singularValues()[k]);

@@ -9,17 +9,17 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// A range with a sigma of so many sizes of the problem tells nothing that doubles could add up.
-constexpr double kTellsNothing = 1e8;
+/// A range with a sigma of this many sizes of the problem gives no information that doubles could add up.
+constexpr double kNoInformation = 1e8;
 
-/// The standard deviation of an angle of which nothing is known: pi / sqrt(3). A Gaussian of that width or more on the
-/// circle tells nothing either.
+/// The standard deviation of a uniformly distributed angle: pi / sqrt(3). A Gaussian of that width or more on the
+/// circle gives no information either.
 constexpr double kAnyDirection_rad = 1.8137993642342178;
 
 bool is_variance(double v) { return v > 0 && std::isfinite(v); }
 
 double correlation_of(const Eigen::Matrix2d& c) {
-  // Roots first: the product of two variances may overflow where the correlation does not.
+  // Take the roots first: the product of two variances may overflow where the correlation does not.
   return c(0, 1) / std::sqrt(c(0, 0)) / std::sqrt(c(1, 1));
 }
 
@@ -54,7 +54,7 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
   if (count == 0) return 0;
   frame.origin_m = low / 2 + high / 2;  // halved first: the sum of two huge ones overflows
   const double size_m = std::max({high.x() - frame.origin_m.x(), high.y() - frame.origin_m.y(), longest_m});
-  // Numbers below 2^-1000 keep a scale that a double can hold the inverse of.
+  // The scale is limited so that a double can hold its inverse.
   const int exponent = size_m > 0 ? std::clamp(std::ilogb(size_m), -1000, 1000) : 0;
   frame.unit_m = std::ldexp(1, exponent);
   const double per_m = std::ldexp(1, -exponent);
@@ -78,7 +78,7 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
     double sigma = 0;
     if (l.has_range) {
       l.range = *m.range_m * per_m;
-      // No range is better known than the doubles that hold it and its landmark.
+      // No range is more accurate than the doubles that hold it and its landmark.
       stated = std::sqrt(m.covariance(0, 0)) * per_m;
       sigma = std::sqrt(stated * stated + rounding * rounding);
       l.range_weight = 1 / sigma;
@@ -91,8 +91,8 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
       l.bearing_on_range = correlation * l.sigma_bearing_rad;
       l.bearing_weight = 1 / (l.sigma_bearing_rad * std::sqrt((1 - correlation) * (1 + correlation)));
     }
-    if (sigma > kTellsNothing) continue;
-    // In its place by weight; what is counted in is few, and equal weights keep their order.
+    if (sigma > kNoInformation) continue;
+    // Insertion sort by weight: the entries are few, and equal weights keep their order.
     int at = kept++;
     if (count <= kStackLandmarks) {
       for (; at > 0 && weight(landmarks[at - 1]) < weight(l); --at) landmarks[at] = landmarks[at - 1];
@@ -116,7 +116,7 @@ class PlaceCounter {
     if (count_ == 3) return;
     for (int i = 0; i < count_; ++i) {
       const Landmark& seen = *seen_[std::size_t(i)];
-      // Each coordinate was rounded twice: where it was written down, and when it was recentred.
+      // Each coordinate was rounded twice: where it was written, and when it was recentred.
       if (std::abs(l.x - seen.x) <= 2 * rounding_ && std::abs(l.y - seen.y) <= 2 * rounding_) return;
     }
     seen_[std::size_t(count_++)] = &l;

@@ -11,13 +11,13 @@
 
 namespace twocone::localisation::least_squares {
 
-/// So many landmarks are solved without heap.
+/// Up to this number of landmarks are solved without heap.
 constexpr int kStackLandmarks = 32;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-/// Where lengths of a problem are measured from and in what: the middle of the landmarks, and a power of two near the
-/// problem's size. So a far origin costs no digits, and 1e150 m or 1e-150 m are as good as 1 m.
+/// Origin and unit of a problem's lengths: the middle of the landmarks, and a power of two near the problem's size. So
+/// a far origin costs no digits, and 1e150 m or 1e-150 m are as accurate as 1 m.
 struct Frame {
   Eigen::Vector2d origin_m = Eigen::Vector2d::Zero();
   double unit_m = 1;
@@ -30,9 +30,9 @@ struct State {
   double heading_rad = 0;
 };
 
-/// One usable measurement in a Frame, with what whitens it: the inverse Cholesky factor of its covariance,
-///   range residual  e_r -> e_r * range_weight,     bearing residual  e_b -> (e_b - bearing_on_range * that) *
-///   bearing_weight.
+/// One usable measurement in a Frame, with its whitener, the inverse Cholesky factor of its covariance:
+///   w_r = e_r * range_weight,     w_b = (e_b - bearing_on_range * w_r) * bearing_weight
+/// for the range residual e_r and the bearing residual e_b.
 struct Landmark {
   double x;
   double y;
@@ -41,7 +41,7 @@ struct Landmark {
   double sin_bearing;
   double range_weight;  // in 1 / unit
   double bearing_weight;
-  double bearing_on_range;  // rad a whitened range
+  double bearing_on_range;  // rad per whitened range
   double sigma_bearing_rad;
   int index;  // of the measurement
   bool has_range;
@@ -50,7 +50,7 @@ struct Landmark {
   [[nodiscard]] int numbers() const { return int(has_range) + int(has_bearing); }
 };
 
-/// How much there is to go on; landmarks in one place count as one, and 3 stands for 3 or more.
+/// Numbers of distinct landmark places. Landmarks at one place count as one, and 3 stands for 3 or more.
 struct Places {
   int all = 0;
   int ranged = 0;
@@ -61,22 +61,22 @@ struct Places {
 struct Problem {
   std::span<const Landmark> landmarks;
   Places places{};
-  int numbers = 0;  ///< measured
+  int numbers = 0;  ///< number of measured ranges and bearings
   bool has_heading = false;
   double rounding = 0;  ///< of a coordinate, in units
 
   [[nodiscard]] int unknowns() const { return has_heading ? 3 : 2; }
-  /// Whether a pose (a position, without bearings) follows at all.
+  /// Returns whether the measurements can determine a pose (a position, without bearings).
   [[nodiscard]] bool is_enough() const {
     return has_heading ? places.all >= 2 && places.ranged + places.bearing >= 3 : places.ranged >= 2;
   }
 };
 
-/// The usable ones of `measurements` into `landmarks` (room for all), the surest first: Householder's QR then keeps
-/// each row's own digits however far their sigmas differ. @returns how many
+/// Writes the usable ones of `measurements` into `landmarks` (which has room for all), the most accurate first: then
+/// Householder's QR keeps each row's own digits however much their sigmas differ. @returns their number
 int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, double& rounding, Landmark* landmarks);
 
-/// Counts places and numbers of landmarks in their frame.
+/// Makes a problem: counts the places and numbers of landmarks in their frame.
 Problem make_problem(std::span<const Landmark> landmarks, double rounding);
 
 }  // namespace twocone::localisation::least_squares

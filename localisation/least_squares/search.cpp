@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Within a cell a direction that turns by no more is as good as straight.
+/// A direction that turns within a cell by no more than this counts as constant.
 constexpr double kEvenDirection_rad = 0.1;
-/// Sigmas of the surest range: a landmark is near within that.
+/// A landmark within this many sigmas of the most accurate range is near.
 constexpr double kNear = 8;
-/// Likewise. No place is told from a landmark that is nearer than that.
+/// A place within this many sigmas of a landmark cannot be distinguished from the landmark's own place.
 constexpr double kSpeck = 0.01;
 
-/// In polar coordinates about one landmark; halves of the extents.
+/// A cell in polar coordinates about one landmark: its middle and half of its extents.
 struct Sector {
   double turn_rad;
   double half_turn_rad;
@@ -30,8 +30,8 @@ struct Sector {
   bool is_fine = false;
 };
 
-/// What a landmark weighs by itself, whatever its other number is: chi-squared of two correlated numbers is at least
-/// the sum of their own squares over 1 + |correlation|.
+/// The weight of each number of a landmark by itself, whatever its other number is: chi-squared of two correlated
+/// numbers is at least the sum of their own squares over 1 + |correlation|.
 struct Sure {
   double range;    // 1 / sigma; 0 for none
   double bearing;  // 1 / sigma; 0 for none
@@ -46,15 +46,16 @@ Sure sure_of(const Landmark& l) {
   return sure;
 }
 
-/// What a bearing says of the heading, anywhere in a sector.
+/// The heading that follows from a bearing, anywhere in a sector.
 struct Vote {
-  double c;  // of the heading
+  double c;  // cosine and sine of the heading, times the distance
   double s;
-  double spread_rad;  // either way, within the sector
+  double spread_rad;  // to either side, within the sector
   double sigma_rad;
 };
 
-/// From the middle to any place of the sector: (radius - radius')^2 + 4 radius radius' sin^2(turn / 2).
+/// Greatest distance from the middle to a place of the sector; its square is (radius - radius')^2 + 4 radius radius'
+/// sin^2(turn / 2).
 double reach_of(const Sector& s) {
   return std::sqrt(s.half_radius * s.half_radius +
                    s.radius * (s.radius + s.half_radius) * s.half_turn_rad * s.half_turn_rad);
@@ -89,7 +90,7 @@ class Search {
     while (!open.empty() && open.size() + small.size() <= std::size_t(kMostCells)) {
       halves.clear();
       for (const Sector& s : open) {
-        const Judged judged = judge(s);
+        const Candidate judged = judge(s);
         if (judged.least > limit_) continue;
         if (judged.is_small) {
           small.push_back(s);
@@ -122,20 +123,20 @@ class Search {
   }
 
  private:
-  struct Judged {
-    double least;   // of chi-squared in the sector
-    bool is_small;  // need not be halved
-    bool is_fine;   // nothing in it changes by more than kCellSigmas
+  struct Candidate {
+    double least;   // lower bound of chi-squared in the sector
+    bool is_small;  // it need not be halved
+    bool is_fine;   // no whitened residual in it changes by more than kCellSigmas
   };
 
-  Judged judge(const Sector& sector) {
+  Candidate judge(const Sector& sector) {
     const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
     const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
     const double reach = reach_of(sector);
-    // Nearer to a landmark than its own sigma a place need not be searched finer than the direction to it asks for.
+    // Within a landmark's own sigma, the search need not be finer than the direction to the landmark requires.
     const bool is_within_sigma = reach * sure_[centre_index_].range <= kCellSigmas;
     const bool is_speck = reach * sure_[centre_index_].range <= kSpeck;
-    Judged judged{0, true, true};
+    Candidate judged{0, true, true};
     int votes = 0;
     const auto off = [](double error, double change) { return std::max(0.0, std::abs(error) - change); };
     for (std::size_t i = 0; i < sure_.size(); ++i) {
@@ -167,7 +168,7 @@ class Search {
                                       spread_rad, 1 / sure_[i].bearing};
     }
     if (judged.least > limit_ || votes < 2) return judged;
-    // The surest one here against each other: however the robot is turned, the two differ by what they differ.
+    // Compare the most accurate bearing here with each other one: their difference does not depend on the heading.
     const auto surest = std::min_element(votes_.begin(), votes_.begin() + votes, [](const Vote& a, const Vote& b) {
       return a.spread_rad + a.sigma_rad < b.spread_rad + b.sigma_rad;
     });

@@ -11,15 +11,15 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Rows (dh/dx, dh/dy, dh/dheading, z - h) of one landmark, whitened. Both zero where there is nothing.
+/// Rows (dh/dx, dh/dy, dh/dheading, z - h) of one landmark, whitened. A row without a measurement is zero.
 struct Rows {
   double range[4] = {0, 0, 0, 0};
   double bearing[4] = {0, 0, 0, 0};
 };
 
-/// The heading's cosine and sine, and the place, of a state: all that a landmark's rows ask for.
-struct Seat {
-  explicit Seat(const State& state)
+/// The position of a state and the cosine and sine of its heading, which the rows of all landmarks need.
+struct PoseTerms {
+  explicit PoseTerms(const State& state)
       : x(state.x), y(state.y), c(std::cos(state.heading_rad)), s(std::sin(state.heading_rad)) {}
   double x;
   double y;
@@ -27,7 +27,7 @@ struct Seat {
   double s;
 };
 
-inline void fill_rows(const Landmark& l, const Seat& at, double nearest, Rows& rows) {
+inline void fill_rows(const Landmark& l, const PoseTerms& at, double nearest, Rows& rows) {
   const double dx = l.x - at.x;
   const double dy = l.y - at.y;
   const double distance = std::sqrt(dx * dx + dy * dy);
@@ -63,14 +63,14 @@ inline void fill_rows(const Landmark& l, const Seat& at, double nearest, Rows& r
 
 double square(double x) { return x * x; }
 
-/// Closer than coordinates are known there is no direction to a landmark.
+/// Within the rounding of coordinates there is no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 
-/// Rows of four columns: on the stack for what usually comes, on the heap beyond.
+/// Rows of four columns: on the stack for the usual sizes, on the heap beyond.
 template <int kMaxRows>
 using Workspace = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, kMaxRows, 4>;
 
-/// Householder's QR in place, of the first `unknowns` columns of `rows` rows, applied to the fourth.
+/// Householder's QR in place, of the first `unknowns` columns of `rows` rows; it is applied to the fourth column too.
 void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor& f) {
   double* const columns[4] = {a, a + stride, a + 2 * stride, a + 3 * stride};
   f = Factor();
@@ -82,7 +82,7 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
     for (int i = 0; i < k; ++i) norm += f.r(i, k) * f.r(i, k);
     f.norm[k] = std::sqrt(norm);
     if (k >= rows) continue;
-    if (below == 0) {  // nothing to turn: the row stands as it is
+    if (below == 0) {  // nothing to reflect: the row does not change
       for (int j = k + 1; j < unknowns; ++j) f.r(k, j) = columns[j][k];
       f.q[k] = columns[3][k];
       continue;
@@ -106,7 +106,7 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
 template <int kMaxRows>
 double linearise_in(const Problem& problem, const State& state, double nearest, Workspace<kMaxRows>& work,
                     Factor& factor) {
-  const Seat at(state);
+  const PoseTerms at(state);
   const int stride = int(work.rows());
   double* const a = work.data();
   double cost = 0;
@@ -129,10 +129,10 @@ double linearise_in(const Problem& problem, const State& state, double nearest, 
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
-/// A column that is this small a part of its norm is what rounding left of zero.
+/// A diagonal element below this share of its column's norm is zero up to rounding.
 double negligible(const Factor& f, int k) { return 8 * kEps * f.norm[k]; }
 
-/// R d = q; what R does not see stays.
+/// Solves R d = q; unknowns that R does not observe stay 0.
 Eigen::Vector3d solve(const Factor& f, int unknowns) {
   Eigen::Vector3d d = Eigen::Vector3d::Zero();
   for (int k = unknowns - 1; k >= 0; --k) {
@@ -144,7 +144,7 @@ Eigen::Vector3d solve(const Factor& f, int unknowns) {
   return d;
 }
 
-/// The same with Levenberg's rows sqrt(damping) * norm below.
+/// As solve(), with Levenberg's rows sqrt(damping) * norm below R.
 Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
   Eigen::Matrix<double, 6, 4> rows = Eigen::Matrix<double, 6, 4>::Zero();
   rows.topLeftCorner<3, 3>() = f.r;
@@ -155,9 +155,9 @@ Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
   return solve(damped, unknowns);
 }
 
-/// Half of the second derivatives of chi-squared that J^T J leaves out: -sum e h'', of the place alone.
+/// Half of the second derivatives of chi-squared that J^T J leaves out: -sum e h'', by the position alone.
 Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nearest) {
-  const Seat at(state);
+  const PoseTerms at(state);
   double xx = 0;
   double xy = 0;
   double yy = 0;
@@ -170,7 +170,7 @@ Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nea
     const double uy = dy / distance;
     Rows rows;
     fill_rows(l, at, nearest, rows);
-    double bend = 0;  // of the range, times what stands before (I - u u^T) / distance
+    double bend = 0;  // factor of (I - u u^T) / distance, from the range
     if (l.has_range) bend = rows.range[3] * l.range_weight;
     if (l.has_bearing) {
       const double e = rows.bearing[3] * l.bearing_weight;
@@ -190,25 +190,25 @@ Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nea
   return c;
 }
 
-/// Whether the residuals' bend leaves a minimum a minimum, well enough for a parabola.
+/// Returns whether a minimum stays a minimum with the residuals' curvature, well enough for a parabola.
 bool is_bowl(const Problem& problem, const Minimum& m, double nearest) {
   const Eigen::Matrix2d c = curvature(problem, m.state, nearest);
   const Eigen::Matrix3d& r = m.factor.r;
   if (problem.unknowns() == 3 && !(std::abs(r(2, 2)) > 0)) return false;
-  // R^T R without its last column and row, were there a heading, is what the place has once the heading gives way: by
-  // QR of the other order. Its determinant is that of R, less the heading's column.
+  // With a heading, eliminate it from R^T R: the rest is that of the position, as by QR in the other order. Its
+  // determinant is that of R without the heading's column.
   Eigen::Matrix2d h = r.topLeftCorner<2, 2>().transpose() * r.topLeftCorner<2, 2>();
   if (problem.unknowns() == 3) {
     const Eigen::Vector2d mixed = r.topLeftCorner<2, 2>().transpose() * r.block<2, 1>(0, 2);
     const double turn = r.col(2).squaredNorm();
     h -= mixed * mixed.transpose() / turn;
   }
-  // Of c at least minus half of h: by what leaves 1 / 4 of the determinant of each minor.
+  // c must be above -h / 2: then each minor of h + c keeps at least 1 / 4 of its value in h.
   const Eigen::Matrix2d rest = h / 2 + c;
   return rest(0, 0) > 0 && rest.determinant() > 0;
 }
 
-/// Half the Hessian of chi-squared, D H D with D such that its diagonal is near 1, by its eigenvalues.
+/// Half the Hessian of chi-squared, scaled as D H D so that its diagonal is near 1, with its eigenvalues.
 struct Bowl {
   Bowl(const Problem& problem, const Minimum& m, double nearest) : unknowns(problem.unknowns()) {
     Eigen::Matrix3d h = m.factor.r.transpose() * m.factor.r;
@@ -224,7 +224,7 @@ struct Bowl {
     if (is_number) eigen.compute(h);
   }
   [[nodiscard]] double least() const { return eigen.eigenvalues()[0]; }
-  /// Newton's step, uphill directions turned downhill.
+  /// Newton's step, with uphill directions reversed.
   [[nodiscard]] Eigen::Vector3d step(const Factor& f, double damping) const {
     const Eigen::Vector3d slope = scale.cwiseProduct(f.r.transpose() * f.q);
     const Eigen::Vector3d along = eigen.eigenvectors().transpose() * slope;
@@ -241,14 +241,14 @@ struct Bowl {
 
 double spacing_of(const State& state) { return kEps * (1 + std::abs(state.x) + std::abs(state.y)); }
 
-/// Newton's method on all of chi-squared from where Gauss-Newton got to: for the last digits of a minimum whose
-/// residuals bend it, for one that first order does not see, and off a saddle.
+/// Newton's method with all second derivatives, from the end of Gauss-Newton: for the last digits of a minimum that is
+/// bent by its residuals, for a minimum that first order does not see, and to leave a saddle.
 template <int kMaxRows>
-void go_on_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum& now) {
+void continue_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum& now) {
   const double nearest = nearest_by_rounding(problem);
   constexpr double kFarthest = 1;  // sizes of the problem, or radians, in one step
   constexpr double kSaddle = -1e-9;
-  constexpr int kMostStands = 8;  // steps that win no digit of chi-squared
+  constexpr int kMostStands = 8;  // consecutive steps that gain no digit of chi-squared
   double damping = 0;
   double last_step = std::numeric_limits<double>::infinity();
   int stands = 0;
@@ -259,7 +259,7 @@ void go_on_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum&
     Eigen::Vector3d step = bowl.step(now.factor, damping);
     double size = step.cwiseAbs().maxCoeff();
     const double spacing = spacing_of(now.state);
-    // What the step would win.
+    // The gain that the step predicts.
     const double gain = step.dot(now.factor.r.transpose() * now.factor.q);
     const bool is_last_digits = damping == 0 && gain <= 1e-10 * (1 + now.cost) && bowl.least() > kSaddle;
     const bool is_end =
@@ -268,7 +268,7 @@ void go_on_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum&
       now.converged = true;
       return;
     }
-    if (is_end) {  // a saddle: off it, far enough for chi-squared to show
+    if (is_end) {  // a saddle: leave it, far enough for chi-squared to change
       step = bowl.scale.cwiseProduct(bowl.eigen.eigenvectors().col(0)) * (1e-2 / std::sqrt(-bowl.least()));
       size = step.cwiseAbs().maxCoeff();
       stands = 0;
@@ -283,7 +283,7 @@ void go_on_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum&
       damping = damping < 1e-4 ? 0 : damping / 10;
     } else {
       damping = std::max(1e-3, damping * 10);
-      if (damping > 1e12) {  // downhill there is nothing: the slope is what rounding leaves of zero
+      if (damping > 1e12) {  // nothing is lower: the slope is zero up to rounding
         now.converged = bowl.least() >= kSaddle;
         return;
       }
@@ -305,15 +305,15 @@ Minimum minimise_in(const Problem& problem, const State& start, double worth, Wo
     const Eigen::Vector3d step =
         damping == 0 ? solve(now.factor, unknowns) : solve_damped(now.factor, unknowns, damping);
     const double size = std::max({std::abs(step.x()), std::abs(step.y()), std::abs(step.z())});
-    // Rounding ends a full step, not one that damping made short.
+    // A full step below rounding ends the iteration; a step that damping shortened does not.
     if (damping == 0 && size <= spacing_of(now.state)) {
       now.converged = true;
       break;
     }
-    // A win of so little chi-squared is a step of 1e-5 sigma, where the cost's own rounding decides whether it is seen.
+    // Such a small gain in chi-squared is a step of 1e-5 sigma, where rounding of the cost decides whether it is seen.
     const bool is_last_digits = damping == 0 && now.factor.q.squaredNorm() <= 1e-10 * (1 + now.cost);
     if (is_last_digits && size >= last_step / 2) {
-      // What no longer shrinks is rounding, or the residuals' bend that first order leaves out.
+      // A step that no longer shrinks is rounding, or comes from the residuals' curvature that first order leaves out.
       now.converged = now.factor.q.squaredNorm() <= square(64 * spacing_of(now.state) * now.factor.norm.maxCoeff());
       break;
     }
@@ -330,12 +330,12 @@ Minimum minimise_in(const Problem& problem, const State& start, double worth, Wo
   if (now.cost > worth) {
     now.converged = false;
   } else if (!now.converged || !is_bowl(problem, now, nearest)) {
-    go_on_by_newton<kMaxRows>(problem, work, now);
+    continue_by_newton<kMaxRows>(problem, work, now);
   }
   return now;
 }
 
-/// Calls `use` with room for the rows of a problem.
+/// Calls `use` with a workspace for the rows of a problem.
 template <class Use>
 auto with_workspace(const Problem& problem, Use use) {
   if (problem.landmarks.size() <= std::size_t(kStackLandmarks)) {
@@ -357,7 +357,7 @@ Eigen::Vector3d step_between(const State& a, const State& b) {
 }
 
 double cost_at(const Problem& problem, const State& state) {
-  const Seat at(state);
+  const PoseTerms at(state);
   const double nearest = nearest_by_rounding(problem);
   double cost = 0;
   for (const Landmark& l : problem.landmarks) {
@@ -381,11 +381,11 @@ Minimum minimise(const Problem& problem, const State& start, double worth) {
 }
 
 bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine) {
-  constexpr double kReaches = 4;    // of a step that is right to a quarter of itself
-  constexpr double kNoticed = 0.5;  // of chi-squared, that a ridge falls by
+  constexpr double kReaches = 4;    // limit of a step over `reach`, for a step that is accurate to a quarter of itself
+  constexpr double kNoticed = 0.5;  // fall of chi-squared from a ridge within `reach`
   Minimum here{.state = state};
   here.cost = linearise(problem, state, 0, here.factor);
-  // Where residuals are many sigmas off, their bend would hide that first order holds within a cell.
+  // Where residuals are many sigmas, their curvature would hide that first order is valid within a cell.
   if (!is_fine) return solve(here.factor, problem.unknowns()).head<2>().norm() <= kReaches * reach;
   const Bowl bowl(problem, here, nearest_by_rounding(problem));
   if (!bowl.is_number) return false;
@@ -460,20 +460,20 @@ Minimum minimise_across(const Problem& problem, const State& start) {
 
 double whitened_error2(const Problem& problem, const Landmark& landmark, const State& state) {
   Rows rows;
-  fill_rows(landmark, Seat(state), nearest_by_rounding(problem), rows);
+  fill_rows(landmark, PoseTerms(state), nearest_by_rounding(problem), rows);
   return rows.range[3] * rows.range[3] + rows.bearing[3] * rows.bearing[3];
 }
 
 double forecast(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics) {
   const int unknowns = problem.unknowns();
-  const Seat at(minimum.state);
+  const PoseTerms at(minimum.state);
   const double nearest = nearest_by_rounding(problem);
   const Factor& f = minimum.factor;
   double largest = 0;
   for (const Landmark& l : problem.landmarks) {
     Rows rows;
     fill_rows(l, at, nearest, rows);
-    // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e, of what is left out e (I + H)^-1 e.
+    // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e, for a landmark left out e (I + H)^-1 e.
     const double side_of = is_out != nullptr && *is_out++ != 0 ? 1 : -1;
     double q[2][3] = {{0, 0, 0}, {0, 0, 0}};
     for (int side = 0; side < 2; ++side) {
@@ -491,12 +491,12 @@ double forecast(const Problem& problem, const Minimum& minimum, const char* is_o
       h[1] += q[0][k] * q[1][k];
       h[2] += q[1][k] * q[1][k];
     }
-    // Where nothing else forecasts a number (leverage 1) its residual is zero; the floor keeps that 0 / 0 at 0.
+    // Where nothing else forecasts a number (leverage 1), its residual is zero; the lower limit makes 0 / 0 a 0.
     constexpr double kNoForecast = 1e-9;
     const double a = std::max(1 + side_of * h[0], kNoForecast);
     const double c = std::max(1 + side_of * h[2], kNoForecast);
     const double determinant = std::max(a * c - h[1] * h[1], kNoForecast * std::max(a, c));
-    // What rounding leaves of a residual is no evidence.
+    // A residual at the level of rounding is no evidence.
     const double er = std::abs(rows.range[3]) > 16 * problem.rounding * l.range_weight ? rows.range[3] : 0;
     const double eb = std::abs(rows.bearing[3]) > 16 * kEps * l.bearing_weight ? rows.bearing[3] : 0;
     const double t = (er * er * c - side_of * 2 * er * eb * h[1] + eb * eb * a) / determinant;

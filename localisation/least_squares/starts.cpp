@@ -30,7 +30,7 @@ void add_ranged(const Problem& problem, Starts& starts) {
   }
   cx /= sum;
   cy /= sum;
-  // About the weighted middle: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
+  // Relative to the weighted mean: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
   double xx = 0;
   double xy = 0;
   double yy = 0;
@@ -62,8 +62,8 @@ void add_ranged(const Problem& problem, Starts& starts) {
   const auto add = [&](double across) {
     starts.add(with_heading(problem, cx + along * ax - across * ay, cy + along * ay + across * ax));
   };
-  // Nearer to the axis than sqrt(2 r sigma) the ranges tell no side; on the axis itself there is no slope to leave it
-  // by.
+  // Nearer to the axis than sqrt(2 r sigma) the ranges do not determine the side; on the axis itself the cost has no
+  // slope to leave it.
   const double height = std::max(std::sqrt(std::max(0.0, mean_square - along * along)), widest);
   add(height);
   add(-height);
@@ -80,8 +80,9 @@ void add_resection(const Problem& problem, Starts& starts) {
     normal += square(std::min(l.bearing_weight, 1 / std::sqrt(kEps))) * row * row.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
-  // The second one too. Near the circle through three landmarks there is a plane of null vectors: all round it.
-  constexpr double kPlane = 1e-6;  // of the largest: nearer to the circle than a thousandth of its size
+  // Use the second eigenvector too. Near the circle through three landmarks there is a plane of null vectors: take
+  // directions all round it.
+  constexpr double kPlane = 1e-6;  // share of the largest eigenvalue: within a thousandth of the circle's size
   const bool is_plane = eigen.eigenvalues()[1] <= kPlane * eigen.eigenvalues()[3];
   starts.is_one_valley = is_plane;
   const int count = is_plane ? 8 : 2;

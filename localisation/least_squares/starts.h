@@ -8,12 +8,12 @@
 
 namespace twocone::localisation::least_squares {
 
-/// States to start from. Among them is one near each minimum that could be the answer.
+/// Start states. At least one of them is near each minimum that could be the answer.
 struct Starts {
   static constexpr int kMost = 40;
   std::array<State, kMost> states;
   int count = 0;
-  bool is_one_valley = false;  ///< the first that ends well stands for all: they lie on a circle that is not seen along
+  bool is_one_valley = false;  ///< all are on a circle that is not observed along: the first that converges suffices
 
   void add(const State& s) {
     if (count < kMost && std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad)) states[count++] = s;
@@ -21,28 +21,28 @@ struct Starts {
   [[nodiscard]] std::span<const State> all() const { return {states.data(), std::size_t(count)}; }
 };
 
-/// The landmarks with range and bearing as points of the body frame, laid on the map by the rigid motion of least
-/// weighted squares (Horn 1987, in the plane as complex numbers: m -> l by the argument of sum w conj(m) l).
+/// The weighted least-squares rigid motion from the landmarks with range and bearing, as points of the body frame, to
+/// the map (Horn 1987, in the plane as complex numbers: m -> l by the argument of sum w conj(m) l).
 struct Alignment {
   State state;
   /// |sum w conj(m) l|, w = 1 / (sigma_range^2 + range^2 sigma_bearing^2). A pose turned by an angle t against this one
   /// has a chi-squared of at least 2 strength (1 - cos t): where strength is large there is one minimum only.
   double strength = 0;
 };
-/// Of at least one landmark with both.
+/// Requires at least one landmark with range and bearing.
 Alignment align(const Problem& problem);
 
-/// The place with the heading that the bearings tell there: the weighted mean of (direction to the landmark - bearing),
-/// as vectors; 0 without bearings.
+/// The place with the heading that follows from the bearings there: the weighted mean of
+/// (direction to the landmark - bearing), as vectors; 0 without bearings.
 State with_heading(const Problem& problem, double x, double y);
 
-/// Starts for whatever the alignment does not settle:
-/// * two or more ranges: the squared ranges are linear in the position and its square. Along the landmarks' main axis
-/// that
-///   gives one coordinate; across it the linear answer, and both roots of the square, which are mirror images.
-/// * three or more bearings: cross(bearing, R^T l + t) = 0 is linear in (cos, sin, t); the null vector, by
-/// eigenvectors.
-/// The heading of a place is the mean of what the bearings tell there.
+/// Adds starts for problems that the alignment does not determine:
+/// * Two or more ranges: the squared ranges are linear in the position and its square. Along the landmarks' main axis
+///   this gives one coordinate; across it, it gives the linear answer, and both roots of the square, which are mirror
+///   images.
+/// * Three or more bearings: cross(bearing, R^T l + t) = 0 is linear in (cos, sin, t); the null vector is found by
+///   eigenvectors.
+/// The heading at a place is the mean of the headings that follow from the bearings there.
 void add_starts(const Problem& problem, Starts& starts);
 
 }  // namespace twocone::localisation::least_squares

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// radiosity.pov : plain.pov with light that goes from surface to surface.
+// radiosity.pov : plain.pov with diffuse light between surfaces.
 
 #version 3.7;
 global_settings {

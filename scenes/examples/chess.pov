@@ -3,10 +3,10 @@
 // chess.pov : the robot between the armies of POV-Ray's example chess2.pov (Debian's package povray-examples).
 //
 // SCALE  1 POV-Ray unit = 7.5 cm: a square of the board is 0.6 m, a king 1.0 m high, and the board's top the floor.
-// The example is taken as it is; its own camera is not used, since another one comes after it.
+// The example is unchanged; its own camera is not used, because another one follows.
 
 #version 3.7;
-global_settings { assumed_gamma 2.2 }    // the example's; it says so itself, but later than POV-Ray likes to hear it
+global_settings { assumed_gamma 2.2 }    // as in the example, which sets it later than POV-Ray expects
 #include "/usr/share/doc/povray/examples/advanced/chess2.pov"
 #include "../parts/robot.inc"
 
@@ -38,7 +38,7 @@ camera {
   scale Robot_Scale
   translate <4, 0, -4>
 }
-// From above the silver side's right corner; last, hence the default
+// View from above the right corner of the silver side. The last camera is the default.
 camera {
   //*PMName outside
   perspective location <40, 30, -42> right x*image_width/image_height up y angle 55 look_at <0, 3, 0>

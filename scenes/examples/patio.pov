@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // patio.pov : the robot in the courtyard of POV-Ray's example patio-radio_37.pov (Debian's package povray-examples),
-// which is lit by the sun and, through radiosity, by all that the sun falls on.
+// which is lit by the sun and, through radiosity, by all sunlit surfaces.
 //
 // SCALE  1 POV-Ray unit = 1 cm: the courtyard is 9.8 m wide, its columns 3 m high.
-// The example is taken as it is; its own camera is not used, since another one comes after it.
+// The example is unchanged; its own camera is not used, because another one follows.
 
 #version 3.7;
 #include "/usr/share/doc/povray/examples/radiosity/patio-radio_37.pov"
@@ -38,7 +38,7 @@ camera {
   scale Robot_Scale
   translate <-200, 0, 100>
 }
-// From under the eastern arches; last, hence the default
+// View from under the eastern arches. The last camera is the default.
 camera {
   //*PMName outside
   perspective location <150, 140, -150> right x*image_width/image_height up y angle 70 look_at <-220, 70, 120>

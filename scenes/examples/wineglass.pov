@@ -3,12 +3,12 @@
 // wineglass.pov : the robot before the glasses of POV-Ray's example wineglass.pov (Debian's package povray-examples).
 //
 // SCALE  1 POV-Ray unit = 3 cm: the standing glass is 1.1 m high.
-// The example is taken as it is; its own camera is not used, since another one comes after it.
+// The example is unchanged; its own camera is not used, because another one follows.
 
 #version 3.7;
 #include "/usr/share/doc/povray/examples/advanced/wineglass.pov"
 #include "../parts/robot.inc"
-global_settings { max_trace_level 10 }   // the example's 5 are used up by a mirror, a glass and the wine in it
+global_settings { max_trace_level 10 }   // a mirror, a glass and its wine need more than the example's 5
 
 #declare Robot_Scale = 0.05/0.03;
 
@@ -38,7 +38,7 @@ camera {
   scale Robot_Scale
   translate <-60, 0, -80>
 }
-// From the right, over both glass and robot; last, hence the default
+// View from the right, of the glass and the robot. The last camera is the default.
 camera {
   //*PMName outside
   perspective location <40, 60, -120> right x*image_width/image_height up y angle 65 look_at <-25, 6, -40>

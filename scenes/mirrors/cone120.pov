@@ -2,9 +2,9 @@
 //
 // cone120.pov : the room of parts/room.inc seen with 120 degree cones, which show the floor as well as the walls.
 //
-// A cone of half angle a reflects the lens's rays to elevations from 90 - 2a at its tip, here -30 degrees, upwards. The
-// rim, 0.09 m in radius and 0.092 m above the lens, sees 14.4 degrees. robots/mirrors/cone120.yaml holds the same
-// numbers.
+// The tip of a cone of half angle a reflects the lens's rays to the elevation 90 - 2a, here -30 degrees; points farther
+// out reflect them higher. The rim, 0.09 m in radius and 0.092 m above the lens, sees 14.4 degrees.
+// robots/mirrors/cone120.yaml contains the same numbers.
 
 #version 3.7;
 #include "../parts/room.inc"
@@ -13,7 +13,7 @@
 #declare Rim = 0.09;                                           // R, metres
 #declare Lens_To_Tip = 0.04;                                   // d, metres
 #declare Rim_Height = Lens_To_Tip + Rim/tan(radians(60));      // above the lens
-// The rim's circle fills 236/240 of the picture's height.
+// The rim's circle fills 236/240 of the image's height.
 #declare Up_Look = <0, 118/240*Rim_Height/Rim, 0>;
 
 union {

@@ -3,8 +3,8 @@
 // fisheye.pov : the room of parts/room.inc seen by two fisheye lenses that look up, 0.37 m and 0.67 m above the floor:
 // no mirror.
 //
-// Image radius is proportional to the angle from straight up: 100 degrees, 10 below the horizon, at the circle's edge,
-// which fills the picture's height. POV-Ray leaves what is outside the circle black.
+// The image radius is proportional to the angle from the vertical: 100 degrees, which is 10 below the horizon, at the
+// edge of the circle, which fills the image's height. POV-Ray leaves the outside of the circle black.
 
 #version 3.7;
 #include "../parts/room.inc"

@@ -2,8 +2,8 @@
 //
 // hyperboloid.pov : the room of parts/room.inc seen with hyperbolic mirrors, each with its lens in the mirror's focus.
 //
-// A single viewpoint: every ray is one that was on its way to the mirror's other focus, 0.10 m above the lens. The
-// picture shows all from straight down, where the robot sees itself, to 12 degrees above the horizon at the rim.
+// The mirror has a single viewpoint: before its reflection every ray points to the other focus, 0.10 m above the lens.
+// The image extends from straight down, where the robot sees itself, to 12 degrees above the horizon at the rim.
 
 #version 3.7;
 #include "../parts/room.inc"
@@ -13,7 +13,7 @@
 #declare Half_Axis = 0.03;                                     // a of y^2/a^2 - r^2/b^2 = 1
 #declare Half_Focal = 0.05;                                    // c, half the distance of the foci; b = 0.04
 #declare Rim_Height = Half_Focal + Half_Axis*sqrt(1 + Rim*Rim/(Half_Focal*Half_Focal - Half_Axis*Half_Axis));
-// The rim's circle fills 236/240 of the picture's height.
+// The rim's circle fills 236/240 of the image's height.
 #declare Up_Look = <0, 118/240*Rim_Height/Rim, 0>;
 
 union {

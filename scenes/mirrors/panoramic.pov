@@ -2,9 +2,9 @@
 //
 // panoramic.pov : the room of parts/room.inc unrolled: two cylindrical panoramas, 0.37 m and 0.67 m above the floor.
 //
-// Columns go once round, clockwise from the robot's back by its left to its right; in the middle is ahead. Rows are
-// tangents of elevation, up to 38 degrees either way of the horizon, which is the middle row; pixels are square in a
-// picture four times as wide as high. A third camera, `front`, is POV-Ray's own panoramic one, 150 degrees wide.
+// The columns cover a full circle, clockwise from the robot's back over its left; the middle column looks ahead. Rows
+// are tangents of elevation, to 38 degrees above and below the horizon, which is the middle row; pixels are square in
+// an image four times as wide as high. A third camera, `front`, is POV-Ray's own panoramic one, 150 degrees wide.
 
 #version 3.7;
 #include "../parts/room.inc"

@@ -2,7 +2,7 @@
 //
 // pi_csi.pov : the robot of robots/pi_csi.yaml in the room of my_room.map.yaml.
 //
-// Two Camera Modules 2 with their wide lenses, so that small mirrors hang low: R 0.05 m, d 0.062 m, s 0.25 m.
+// Two Camera Modules 2 with wide lenses, so that the mirrors are small and low: R 0.05 m, d 0.062 m, s 0.25 m.
 //
 // NAMES  robot, lower, upper and outside, as in lab.pov; the robot stands at the world's origin, heading along x.
 
@@ -10,7 +10,7 @@
 #include "room.inc"
 #include "../parts/robot.inc"
 
-// The head in metres, as `rig:` has it in the robot file; Direction is the focal length over the picture's height.
+// The head in metres, as in `rig:` of the robot file. Direction is the focal length divided by the image's height.
 #declare Lens_Height = 0.22;
 #declare Rim = 0.05;
 #declare Lens_To_Tip = 0.062;
@@ -39,7 +39,7 @@ camera {
   perspective
   location <0, (Lens_Height + Separation)*M, 0> direction <0, Direction, 0> up <0, 0, -1> right <4/3, 0, 0>
 }
-// From the east wall; last, hence the default
+// View from the east wall. The last camera is the default.
 camera {
   //*PMName outside
   perspective

@@ -10,7 +10,7 @@
 #include "room.inc"
 #include "../parts/robot.inc"
 
-// The head in metres, as `rig:` has it in the robot file; Direction is the focal length over the picture's height.
+// The head in metres, as in `rig:` of the robot file. Direction is the focal length divided by the image's height.
 #declare Lens_Height = 0.25;
 #declare Rim = 0.06;
 #declare Lens_To_Tip = 0.12;
@@ -40,7 +40,7 @@ camera {
   perspective
   location <0, (Lens_Height + Separation)*M, 0> direction <0, Direction, 0> up <0, 0, -1> right <4/3, 0, 0>
 }
-// From the east wall; last, hence the default
+// View from the east wall. The last camera is the default.
 camera {
   //*PMName outside
   perspective

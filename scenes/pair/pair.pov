@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// pair.pov : two robots in a small room, and a trolley that goes its own way.
+// pair.pov : two robots in a small room, and a trolley that moves along its own path.
 //
 // SCALE  1 POV-Ray unit = 5 cm; world (x, y, z) metres is POV-Ray <x, z, y> / 0.05. A heading h is `rotate -h*y` in
 //        degrees, since POV-Ray is left-handed.
 // NAMES  robot.1, robot.2        the robots, at their start poses (robots/pair/one.yaml, two.yaml)
 //        lower.1 ... upper.2     their cameras
 //        moving.trolley          at the beginning of its path (pair.map.yaml), facing along it
-// The robots look like the lab's, but wear drums on their heads and necks that the other one's mirrors see and their
-// own do not: robot 1 in rings, robot 2 in a chequer. All in greys: a coloured part would be taken for a pillar.
+// The robots look like the lab's, but have drums on their heads and necks. The other robot's mirrors see them, their
+// own do not: robot 1 has rings, robot 2 a chequer. All are grey, because a coloured part would be taken for a pillar.
 
 #version 3.7;
 #include "../parts/room.inc"
 #include "../parts/robot.inc"
 
-// The head that both have: two 90 degree cones, their cameras, the mast; drums in Bands and Sectors
+// The head of both robots: two 90 degree cones, their cameras, the mast; drums with Bands and Sectors
 #macro Head(Bands, Sectors)
   object { Robot_Camera translate Robot_Up(0.245) }
   cylinder { Robot_Up(0.179) Robot_Up(0.20) 1.0 texture { Robot_Dark } }
@@ -68,7 +68,7 @@ camera {
   translate W(0.85, -0.35, 0)
 }
 
-// A laundry trolley, 0.95 m high: dark frame, pale bag; drawn about its middle, facing along x
+// A laundry trolley, 0.95 m high: dark frame, pale bag; defined about its middle, facing along x
 union {
   //*PMName moving.trolley
   box { <-3.0, 1.2, -2.4> <3.0, 1.8, 2.4> texture { Robot_Deck } }
@@ -85,7 +85,7 @@ union {
   translate W(-0.90, 1.10, 0)
 }
 
-// From a corner, under the ceiling; last, hence the default
+// View from a corner, under the ceiling. The last camera is the default.
 camera {
   //*PMName outside
   perspective

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot in its laboratory, seen by someone standing in the arena.
-// Render with +Lscenes; the last camera wins.
+// The robot in its laboratory, seen by a person in the arena.
+// Render with +Lscenes; POV-Ray uses the last camera.
 #version 3.7;
 #include "lab.pov"
 camera {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plan of the laboratory, orthographic, from just under the lamp fittings:
 // world x to the right, world y upwards. Render with +Lscenes.
-// The picture is 5.4 m high, so at 4:3 one metre is 1/5.4 of its height.
+// The image is 5.4 m high, so at 4:3 one metre is 1/5.4 of its height.
 #version 3.7;
 #include "lab.pov"
 camera {

@@ -15,12 +15,12 @@ using localisation::Pose;
 
 const Body kBody{.radius_m = 0.2, .max_speed_mps = 0.5, .wheel_separation_m = 0.3};
 
-/// A room of 6 m by 5 m with a box and a pillar.
+/// Returns a room of 6 m by 5 m with a box and a landmark.
 Arena room() {
   return {{-3, -2.5}, {3, 2.5}, {{{-1, 0.9}, {-0.4, 0.9}, {-0.4, 1.3}, {-1, 1.3}}}, {{{1.2, -0.8}, 0.2}}};
 }
 
-/// The pose after a motion that the body makes without error.
+/// Returns the pose after a motion without error.
 Pose moved(const Pose& p, const Motion& m, double dt_s) {
   const double course = p.heading_rad + m.turn_rate_radps * dt_s / 2;
   return {p.x_m + m.speed_mps * dt_s * std::cos(course), p.y_m + m.speed_mps * dt_s * std::sin(course),
@@ -32,9 +32,9 @@ TEST(Arena, ClearanceIsTheDistanceToTheNearestThing) {
   EXPECT_DOUBLE_EQ(arena.clearance_m({-2.7, 0}), 0.3);       // wall
   EXPECT_DOUBLE_EQ(arena.clearance_m({0, 1.1}), 0.4);        // side of the box
   EXPECT_NEAR(arena.clearance_m({-0.1, 1.7}), 0.5, 1e-15);   // corner of the box, 3-4-5
-  EXPECT_NEAR(arena.clearance_m({1.2, -0.3}), 0.3, 1e-15);   // pillar
+  EXPECT_NEAR(arena.clearance_m({1.2, -0.3}), 0.3, 1e-15);   // landmark
   EXPECT_NEAR(arena.clearance_m({-0.7, 1.2}), -0.1, 1e-15);  // inside the box
-  EXPECT_NEAR(arena.clearance_m({1.2, -0.7}), -0.1, 1e-15);  // inside the pillar
+  EXPECT_NEAR(arena.clearance_m({1.2, -0.7}), -0.1, 1e-15);  // inside the landmark
   EXPECT_DOUBLE_EQ(arena.clearance_m({3.5, 0}), -0.5);       // beyond a wall
 }
 
@@ -46,7 +46,8 @@ TEST(Still, DoesNotMove) {
 }
 
 TEST(Wander, KeepsClearTravelsAndTurnsThroughAllHeadings) {
-  // A minute at 0.35 m/s on the straight; a quarter of it must be spent there, however the turns fall.
+  // A minute at 0.35 m/s on straight parts. At least a quarter of it must be spent there, whatever the random turns
+  // are.
   constexpr double kStep_s = 1.0 / 15;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Wander wander(kBody, room(), seed);
@@ -83,7 +84,7 @@ TEST(Wander, TheSameSeedDecidesTheSame) {
 
 TEST(Wander, LeavesAPlaceThatIsTooClose) {
   Wander wander(kBody, room(), 1);
-  // The belief has it 0.1 m from the wall, facing away: the way out is free.
+  // The belief is 0.1 m from the wall, facing away from it. The way out is free.
   EXPECT_GT(wander.decide({-2.9, 0, 0}, 0.07).speed_mps, 0);
   EXPECT_EQ(Wander(kBody, room(), 1).decide({-2.9, 0, std::numbers::pi}, 0.07).speed_mps, 0);
 }

@@ -21,12 +21,12 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-files::Robot lab_robot() {
-  files::Robot robot;
+config::Robot lab_robot() {
+  config::Robot robot;
   robot.file = "robots/mine.yaml";
   robot.drive = {"memory", 0.30, 0.05, 0.5, 0.5};
   robot.lower = robot.upper = {"memory", 640, 480, 15, 1};
-  files::RigView view;
+  config::RigView view;
   view.mirror_radius_m = 0.06;
   view.lens_to_tip_m = 0.12;
   view.centre_px = {319.5, 239.5};
@@ -37,15 +37,15 @@ files::Robot lab_robot() {
   return robot;
 }
 
-runs::RunData run_of(int frames, double first_angle_rad = 0) {
-  runs::RunData run;
+runlog::RunData run_of(int frames, double first_angle_rad = 0) {
+  runlog::RunData run;
   run.folder = "runs/mine";
   run.robot = lab_robot();
   run.map.file = "scenes/room.map.yaml";
   run.map.bounds = {-3, 3, -3, 3};
   run.map.landmarks = {{"red", {1, 0, 0}, -2.4, 0.3, 0.1, 0.9}, {"blue", {0, 0, 1}, 1.1, 2.2, 0.12, 0.8}};
   for (int i = 0; i < frames; ++i) {
-    runs::FrameRow frame;
+    runlog::FrameRow frame;
     frame.frame = std::uint64_t(i);
     frame.t_s = i / 15.0;
     run.frames.push_back(frame);
@@ -54,7 +54,7 @@ runs::RunData run_of(int frames, double first_angle_rad = 0) {
   return run;
 }
 
-/// A report as it would be, of a world whose lower view is not where it is believed; the pictures' part is made up.
+/// Returns a report for a world whose lower view differs from the belief. The results from images are invented.
 Report report_of(bool still) {
   vision::DriveSettings world;
   vision::MirrorViewSettings lower = vision::lab_view(0.25);
@@ -69,7 +69,7 @@ Report report_of(bool still) {
                                      vision::drive_among_landmarks(world),
                                      {},
                                      {}};
-  const files::Robot robot = lab_robot();
+  const config::Robot robot = lab_robot();
   Report report{.runs = {"runs/mine"},
                 .robot = "robots/mine.yaml",
                 .result = vision::calibrate(problem),
@@ -86,7 +86,7 @@ Report report_of(bool still) {
 }
 
 TEST(CalibrateFrames, AreSpreadEvenlyWithAllWheelReadingsBetween) {
-  const std::vector<runs::RunData> runs{run_of(100), run_of(50, 7)};
+  const std::vector<runlog::RunData> runs{run_of(100), run_of(50, 7)};
   const ChosenFrames chosen = choose_frames(runs, 30);
   ASSERT_EQ(chosen.frames.size(), 30U);
   EXPECT_EQ(chosen.landmarks.size(), 4U);
@@ -99,7 +99,7 @@ TEST(CalibrateFrames, AreSpreadEvenlyWithAllWheelReadingsBetween) {
     EXPECT_EQ(frame.first_landmark, second ? 2U : 0U) << i;
     if (i == 0 || i == 20) {
       EXPECT_EQ(frame.row, 0U);
-      EXPECT_TRUE(frame.wheels.empty()) << "nobody knows the way from one run to another";
+      EXPECT_TRUE(frame.wheels.empty()) << "the way from one run to another is unknown";
     } else {
       ASSERT_EQ(frame.wheels.size(), frame.row - last + 1) << i;
       EXPECT_DOUBLE_EQ(frame.wheels.front().left_rad, frame.run->drive[last].left_rad) << i;
@@ -111,37 +111,37 @@ TEST(CalibrateFrames, AreSpreadEvenlyWithAllWheelReadingsBetween) {
   EXPECT_EQ(chosen.frames[29].row, 49U);
 }
 
-TEST(CalibrateFrames, AreAllThereAreWhereMoreAreAskedFor) {
-  const std::vector<runs::RunData> runs{run_of(7)};
+TEST(CalibrateFrames, AreAllFramesIfMoreAreRequested) {
+  const std::vector<runlog::RunData> runs{run_of(7)};
   EXPECT_EQ(choose_frames(runs, 90).frames.size(), 7U);
 }
 
 TEST(Calibrate, RefusesInOneLine) {
-  const auto message = [](std::vector<runs::RunData> runs, const files::Robot& robot) -> std::string {
+  const auto message = [](std::vector<runlog::RunData> runs, const config::Robot& robot) -> std::string {
     const auto report = calibrate(runs, robot, {});
     return report ? "a report" : report.error().message;
   };
   if (!vision::can_calibrate()) {
     EXPECT_THAT(message({run_of(9)}, lab_robot()), HasSubstr("built without Ceres"));
-    GTEST_SKIP() << "the rest needs Ceres, which this build has not";
+    GTEST_SKIP() << "the other checks need Ceres, which is not in this build";
   }
   EXPECT_THAT(message({run_of(3)}, lab_robot()), HasSubstr("runs/mine has 3 frames, a calibration needs 4"));
-  runs::RunData one = run_of(9);
+  runlog::RunData one = run_of(9);
   one.map.landmarks.pop_back();
   EXPECT_THAT(message({one}, lab_robot()), HasSubstr("1 of 1 landmarks have a height"));
-  files::Robot other = lab_robot();
+  config::Robot other = lab_robot();
   other.upper.width_px = 800;
-  EXPECT_THAT(message({run_of(9)}, other), HasSubstr("pictures of another size than robots/mine.yaml says"));
-  const std::string no_picture = message({run_of(9)}, lab_robot());
-  EXPECT_THAT(no_picture, HasSubstr("runs/mine/lower/000000.png"));
-  EXPECT_THAT(no_picture, Not(HasSubstr("\n")));
+  EXPECT_THAT(message({run_of(9)}, other), HasSubstr("images of another size than robots/mine.yaml says"));
+  const std::string no_image = message({run_of(9)}, lab_robot());
+  EXPECT_THAT(no_image, HasSubstr("runs/mine/lower/000000.png"));
+  EXPECT_THAT(no_image, Not(HasSubstr("\n")));
   EXPECT_THROW((void)calibrate({}, lab_robot(), {}), std::invalid_argument);
 }
 
 class CalibrateReport : public testing::Test {
  protected:
   void SetUp() override {
-    if (!vision::can_calibrate()) GTEST_SKIP() << "needs Ceres, which this build has not";
+    if (!vision::can_calibrate()) GTEST_SKIP() << "this needs Ceres, which is not in this build";
   }
 };
 
@@ -149,7 +149,7 @@ TEST_F(CalibrateReport, TableSaysWhatWasFoundAndWhatWasNot) {
   const std::string text = table(report_of(true));
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("twocone")) continue;  // the compiler's name is what it is
+    if (line.starts_with("twocone")) continue;  // the compiler's name has any length
     EXPECT_LE(line.size(), 110U) << line;
   }
   EXPECT_THAT(text, testing::ContainsRegex("lower.centre.column +px +319.5[0-9]* +321.[67]"));

@@ -7,7 +7,8 @@
 
 namespace twocone::compare {
 
-/// A made-up comparison: two sources differ, one agrees, one cannot be told; names hold what HTML must not.
+/// Returns an invented comparison: two sources differ, one agrees, one is not determined; names contain characters that
+/// HTML must escape.
 inline Comparison a_comparison() {
   Comparison c;
   c.simulated = "runs/<sim> & \"co\"";
@@ -32,8 +33,9 @@ inline Comparison a_comparison() {
   large.confusable = {"lower tilt"};
   large.advice = "rig.lower.rim_radius_px: 216.0";
   Source equal{"gain", "lower", SourceVerdict::kAgrees, {{"lower.gain", "1", 1, 1.004, 0.006}}, 0.44, 0.51};
-  Source untold{"rolling shutter", "", SourceVerdict::kCannotTell, {}, 0, 1, "the robot never turned fast enough"};
-  c.sources = {small, equal, large, untold};
+  Source undetermined{
+      "rolling shutter", "", SourceVerdict::kCannotTell, {}, 0, 1, "the robot never turned fast enough"};
+  c.sources = {small, equal, large, undetermined};
   c.level = c.false_alarm / 3;
   c.gaps = {{"range", "mm", 9.2, 1.1, 0.9, 0.03}, {"odometry", "mm/m", 20.5, 4.0, 3.1, std::nullopt}};
 

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/compare/correct.h"
-#include "apps/files/file_error.h"
-#include "apps/runs/run_data.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_data.h"
 #include "tests/compare/synthetic_run.h"
 
 namespace twocone::compare {
@@ -20,7 +20,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing_support::TemporaryFolder;
 
-/// Runs that several tests look at; those that damage one make or copy their own.
+/// Runs that several tests read. A test that damages a run makes or copies its own.
 class Compare : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -30,7 +30,7 @@ class Compare : public testing::Test {
   static void TearDownTestSuite() { delete folder_; }
 
   void SetUp() override {
-    if (!vision::can_calibrate()) GTEST_SKIP() << "needs Ceres, which this build has not";
+    if (!vision::can_calibrate()) GTEST_SKIP() << "needs Ceres, which this build does not have";
   }
 
   static Settings settings_for(const std::filesystem::path& real, const std::string& work) {
@@ -56,7 +56,7 @@ class Compare : public testing::Test {
     return at == comparison.gaps.end() ? nullptr : &*at;
   }
 
-  /// Of the simulated run, to be damaged.
+  /// Copies the simulated run, to be damaged.
   static std::filesystem::path copy_of(const std::string& name) {
     std::filesystem::copy(simulated_, folder_->path() / name, std::filesystem::copy_options::recursive);
     return folder_->path() / name;
@@ -68,7 +68,7 @@ class Compare : public testing::Test {
     try {
       const auto outcome = compare(settings);
       return outcome ? "an outcome" : outcome.error().message;
-    } catch (const files::FileError& error) {
+    } catch (const config::FileError& error) {
       return error.what();
     }
   }
@@ -82,8 +82,8 @@ class Compare : public testing::Test {
 TEST_F(Compare, NothingPlantedNothingFound) {
   const auto real = make_run(*folder_, "same", {.driver = "memory", .seed = 2});
   Settings settings = settings_for(real, "same_work");
-  std::vector<double> told;
-  settings.progress = [&told](double done, std::string_view) { told.push_back(done); };
+  std::vector<double> reported;
+  settings.progress = [&reported](double done, std::string_view) { reported.push_back(done); };
   const auto outcome = compare(settings);
   ASSERT_TRUE(outcome) << outcome.error().message;
   const Comparison& c = outcome->comparison;
@@ -98,12 +98,12 @@ TEST_F(Compare, NothingPlantedNothingFound) {
     EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
     EXPECT_EQ(exhibit.apart_m, 0);
   }
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_EQ(told.back(), 1);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  EXPECT_EQ(reported.back(), 1);
 }
 
-TEST_F(Compare, AShiftedCentreIsNamedAndPutRight) {
-  constexpr double kShift_px = 0.3;  // more, and both views contradict each other: no ranges
+TEST_F(Compare, AShiftedCentreIsNamedAndCorrected) {
+  constexpr double kShift_px = 0.3;  // with more, both views contradict each other: no ranges
   const auto real =
       make_run(*folder_, "shifted", {.driver = "memory", .lower_centre_off_px = {kShift_px, 0}, .seed = 3});
   const auto outcome = compare(settings_for(real, "shifted_work"));
@@ -119,14 +119,15 @@ TEST_F(Compare, AShiftedCentreIsNamedAndPutRight) {
 
   const Gap* const range = gap_of(c, "range");
   ASSERT_NE(range, nullptr);
-  EXPECT_GT(range->before, 2) << "mm, or there is nothing to put right";
+  EXPECT_GT(range->before, 2) << "mm, or there is nothing to correct";
   EXPECT_LT(range->after, 0.3 * range->before);
   ASSERT_EQ(centre->shares.size(), 1U);
   EXPECT_EQ(centre->shares[0].of, "range");
   EXPECT_NEAR(centre->shares[0].share + *range->unexplained + *range->unnamed, 1, 1e-9);
-  EXPECT_NEAR(*range->unnamed, 0, 0.1) << "what the calibration moved within its sigmas";
-  EXPECT_GT(centre->shares[0].share, 0.5) << "the rest is noise, and where the old numbers alone give no range";
-  const files::Robot corrected = files::read_robot(
+  EXPECT_NEAR(*range->unnamed, 0, 0.1) << "changes of the calibration within its sigmas";
+  EXPECT_GT(centre->shares[0].share, 0.5)
+      << "the remainder is noise, and frames where the old numbers alone give no range";
+  const config::Robot corrected = config::read_robot(
       folder_->write("corrected.yaml", corrected_robot(*outcome, folder_->path() / "corrected.yaml")));
   EXPECT_NEAR(corrected.rig.lower.centre_px[0], c.real_robot.rig.lower.centre_px[0] + kShift_px,
               kSigmas * centre->components[0].sigma);
@@ -135,7 +136,7 @@ TEST_F(Compare, AShiftedCentreIsNamedAndPutRight) {
 TEST_F(Compare, RunsOfOtherLengthRateAndSizeWithAHalfWrittenLastFrameAreComparedWithNotes) {
   const auto real =
       make_run(*folder_, "other", {.driver = "memory", .frames = 8, .rate_hz = 4, .width_px = 240, .height_px = 180});
-  const auto file = runs::upper_picture(real, 7);
+  const auto file = runlog::upper_image_file(real, 7);
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
   const auto outcome = compare(settings_for(real, "other_work"));
   ASSERT_TRUE(outcome) << outcome.error().message;
@@ -148,11 +149,11 @@ TEST_F(Compare, RunsOfOtherLengthRateAndSizeWithAHalfWrittenLastFrameAreCompared
   EXPECT_FALSE(table(c).empty());
 }
 
-// One test, as each makes the run anew. All fail before anything is calibrated.
-TEST_F(Compare, WhatIsNoWholeRunIsToldInOneClearLine) {
+// One test, because each test makes the run again. All fail before anything is calibrated.
+TEST_F(Compare, AnIncompleteRunIsReportedInOneClearLine) {
   auto run = copy_of("no_frames");
   std::filesystem::remove(run / "frames.csv");
-  EXPECT_EQ(error_with(run), run.string() + ": there is no frames.csv, so no frame of it is known");
+  EXPECT_EQ(error_with(run), run.string() + ": there is no frames.csv, so it has no frames");
 
   run = copy_of("few_frames");
   std::ifstream in(run / "frames.csv");
@@ -163,9 +164,9 @@ TEST_F(Compare, WhatIsNoWholeRunIsToldInOneClearLine) {
 
   run = copy_of("no_sightings");
   std::filesystem::remove(run / "sightings.csv");
-  std::filesystem::remove(run / "methods" / "full" / "sightings.csv");
-  EXPECT_EQ(error_with(run), fmt::format("{}: has no sightings of method full; make them with: twocone localise {} "
-                                         "--method full",
+  std::filesystem::remove(run / "methods" / "outline" / "sightings.csv");
+  EXPECT_EQ(error_with(run), fmt::format("{}: has no sightings of method outline; make them with: twocone localise {} "
+                                         "--method outline",
                                          run.string(), run.string()));
 
   const std::string message = error_with(folder_->path() / "nowhere");
@@ -179,7 +180,7 @@ TEST_F(Compare, SettingsOutsideTheirDomainAreNamedTogether) {
   settings.false_alarm = 0;
   try {
     (void)compare(settings);
-    ADD_FAILURE() << "was taken";
+    ADD_FAILURE() << "was accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(), "compare: fit_frames is 3, must be >= 4; false_alarm is 0, must be within 0 and 1;");
   }

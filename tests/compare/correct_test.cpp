@@ -5,25 +5,25 @@
 #include <gtest/gtest.h>
 
 #include "apps/compare/sources.h"
-#include "apps/files/robot_writer.h"
+#include "apps/config/robot_writer.h"
 #include "tests/compare/made_up_side.h"
 #include "tests/support/temporary_folder.h"
-#include "vision/picture_quality.h"
+#include "vision/image_quality.h"
 
 namespace twocone::compare {
 namespace {
 
 using testing::HasSubstr;
 
-constexpr double kFourDigits = 5e-4;  // relative: numbers are written so
+constexpr double kFourDigits = 5e-4;  // relative: numbers are written with four digits
 
 class Correct : public testing::Test {
  protected:
   Correct() {
     Comparison& c = outcome_.comparison;
     c.simulated = "runs/simulated", c.real = "runs/real";
-    c.simulated_robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
-    c.real_robot = files::read_robot(TWOCONE_SOURCE_DIR "/robots/usb_camera.yaml");
+    c.simulated_robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+    c.real_robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/usb_camera.yaml");
     outcome_.calibration = made_up_side("memory", made_up_result()).calibration;
     calibrate::Report& report = *outcome_.calibration;
     report.rig = c.real_robot.rig;
@@ -39,10 +39,10 @@ class Correct : public testing::Test {
     outcome_.comparison.sources.push_back(
         {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)});
   }
-  [[nodiscard]] files::Robot read(const std::string& text) const {
-    return files::read_robot(folder_.write("new.yaml", text));
+  [[nodiscard]] config::Robot read(const std::string& text) const {
+    return config::read_robot(folder_.write("new.yaml", text));
   }
-  [[nodiscard]] files::Robot like() const { return read(like_the_real(outcome_, folder_.path() / "new.yaml")); }
+  [[nodiscard]] config::Robot like() const { return read(like_the_real(outcome_, folder_.path() / "new.yaml")); }
 
   testing_support::TemporaryFolder folder_;
   Outcome outcome_;
@@ -53,27 +53,27 @@ TEST_F(Correct, TheRealRobotReadsBackWithTheCalibrationsNumbers) {
   const std::string text = corrected_robot(outcome_, folder_.path() / "new.yaml");
   EXPECT_THAT(text, HasSubstr("runs/real"));
   EXPECT_THAT(text, HasSubstr("Found to differ: lower centre."));
-  const files::Robot robot = read(text);
+  const config::Robot robot = read(text);
   const calibrate::Report& report = *outcome_.calibration;
   EXPECT_EQ(robot.rig.lower, report.rig.lower);
   EXPECT_EQ(robot.rig.upper, report.rig.upper);
   EXPECT_EQ(robot.rig.mirror_separation_m, 0.3015);
   EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
   EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
-  EXPECT_EQ(robot.lower.driver, "v4l2_camera") << "all else stays";
+  EXPECT_EQ(robot.lower.driver, "v4l2_camera") << "everything else is unchanged";
 }
 
-TEST_F(Correct, WithoutADifferenceTheSimulationStaysAsItIs) {
+TEST_F(Correct, WithoutADifferenceTheSimulationIsUnchanged) {
   add("exposure and colour", "lower", {}, SourceVerdict::kCannotTell);
   add("frames lost", "lower", {{"lost", "%", 0, 5, 1}}, SourceVerdict::kAgrees);
   const std::string text = like_the_real(outcome_, folder_.path() / "new.yaml");
   EXPECT_THAT(text, HasSubstr("No difference was found."));
-  files::Robot robot = read(text);
+  config::Robot robot = read(text);
   robot.file = outcome_.comparison.simulated_robot.file;
   EXPECT_EQ(robot, outcome_.comparison.simulated_robot);
 }
 
-TEST_F(Correct, WhatDiffersBecomesAnEffect) {
+TEST_F(Correct, ADifferenceBecomesAnEffect) {
   add("exposure and colour", "lower",
       {{"gain.red", "1", 1, 1.1, 0.01},
        {"gain.green", "1", 1, 1.2, 0.01},
@@ -91,12 +91,12 @@ TEST_F(Correct, WhatDiffersBecomesAnEffect) {
   add("sharpness", "upper", {{"blur", "px", 0.4, 0.9, 0.05}});
   add("frame rate", "", {{"rate_hz", "Hz", 15, 12.5, 0.1}});
   add("slip", "", {{"slip", "%", 1, 2.5, 0.1}});
-  const files::Robot robot = like();
+  const config::Robot robot = like();
   const auto &lower = robot.lower.effects, &upper = robot.upper.effects;
   EXPECT_NEAR(lower.gain, std::cbrt(1.1 * 1.2 * 1.3), 1.2 * kFourDigits) << "the colours' mean";
   EXPECT_NEAR(upper.gain, 0.8, 0.8 * kFourDigits);
   EXPECT_EQ(lower.vignetting, 0.3);
-  EXPECT_EQ(upper.vignetting, 0) << "within three sigmas of none";
+  EXPECT_EQ(upper.vignetting, 0) << "within three sigmas of 0";
   EXPECT_EQ(lower.drop_probability, 0);
   EXPECT_EQ(upper.drop_probability, 0.05);
   EXPECT_EQ(lower.stamp_late_s, 0.04);
@@ -112,32 +112,32 @@ TEST_F(Correct, WhatDiffersBecomesAnEffect) {
   EXPECT_EQ(robot.rig, outcome_.comparison.simulated_robot.rig) << "that of the scene";
 }
 
-TEST_F(Correct, TheNoiseIsThatOfTheRealPictures) {
+TEST_F(Correct, TheNoiseIsThatOfTheRealImages) {
   constexpr double kFullWell = 5000, kRead = 12;  // electrons
   add("noise", "upper", {{"noise", "grey", 0, 3, 0.1}});
-  for (auto& block : outcome_.pictures.views[1].real_noise.blocks) {
+  for (auto& block : outcome_.images.views[1].real_noise.blocks) {
     for (std::size_t bin = 4; bin < 13; ++bin) {
       const double light = 0.05 * double(bin), tiles = 100;
       const double variance = light / kFullWell + std::pow(kRead / kFullWell, 2);
       block[bin] = {tiles, tiles * light, tiles * variance};
     }
   }
-  outcome_.pictures.views[1].real_noise.pictures = 16;
-  const files::Robot robot = like();
+  outcome_.images.views[1].real_noise.images = 16;
+  const config::Robot robot = like();
   EXPECT_NEAR(robot.upper.effects.full_well_electrons, kFullWell, 0.001 * kFullWell);
   EXPECT_NEAR(robot.upper.effects.read_noise_electrons, kRead, 0.01 * kRead);
   EXPECT_EQ(robot.lower.effects, outcome_.comparison.simulated_robot.lower.effects);
 }
 
-TEST_F(Correct, AVignetteThatIsSimulatedAlreadyStays) {
-  std::string text = files::robot_text(outcome_.comparison.simulated_robot.file, folder_.path() / "with.yaml",
-                                       [&] {
-                                         files::Robot robot = outcome_.comparison.simulated_robot;
-                                         robot.lower.effects.vignetting = 0.3;
-                                         return robot;
-                                       }(),
-                                       {});
-  outcome_.comparison.simulated_robot = files::read_robot(folder_.write("with.yaml", text));
+TEST_F(Correct, AVignetteThatIsAlreadySimulatedStays) {
+  std::string text = config::robot_text(outcome_.comparison.simulated_robot.file, folder_.path() / "with.yaml",
+                                        [&] {
+                                          config::Robot robot = outcome_.comparison.simulated_robot;
+                                          robot.lower.effects.vignetting = 0.3;
+                                          return robot;
+                                        }(),
+                                        {});
+  outcome_.comparison.simulated_robot = config::read_robot(folder_.write("with.yaml", text));
   ASSERT_EQ(outcome_.comparison.simulated_robot.lower.effects.vignetting, 0.3);
   add("exposure and colour", "lower",
       {{"gain.red", "1", 1, 1.2, 0.01},
@@ -150,10 +150,10 @@ TEST_F(Correct, AVignetteThatIsSimulatedAlreadyStays) {
 TEST_F(Correct, WheelsAreThoseOfTheCalibration) {
   outcome_.comparison.simulated_robot.effects.wheel_radius_m = 0.049;
   add("wheel radius", "", {{"wheel_radius_m", "mm", 50, 51.2, 0.1}});
-  const files::Robot robot = like();
+  const config::Robot robot = like();
   EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
   EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
-  EXPECT_FALSE(robot.effects.wheel_radius_m) << "belief and truth are one";
+  EXPECT_FALSE(robot.effects.wheel_radius_m) << "belief and truth are equal";
 }
 
 TEST(Advise, EverySourceThatDiffersGetsASentence) {

@@ -11,11 +11,11 @@
 
 namespace twocone::compare {
 
-inline files::Robot made_up_robot(const std::string& driver) {
-  files::Robot robot;
+inline config::Robot made_up_robot(const std::string& driver) {
+  config::Robot robot;
   robot.drive = {driver, 0.30, 0.05, 0.5, 0.5};
   robot.lower = robot.upper = {driver, 320, 240, 10, 1};
-  files::RigView view;
+  config::RigView view;
   view.mirror_radius_m = 0.06;
   view.lens_to_tip_m = 0.12;
   view.centre_px = {159.5, 119.5};
@@ -38,8 +38,8 @@ inline vision::Rig made_up_rig() {
   return {view(0.25), view(0.55)};
 }
 
-/// A calibration by hand: every number of a rig that sources ask for, each observed with `sigma` (SI) and apart from
-/// the others.
+/// Returns an invented calibration: every number of a rig that sources need, each observed with `sigma` (SI) and
+/// without correlation.
 inline vision::CalibrationResult made_up_result(double sigma = 1e-3) {
   vision::CalibrationResult result;
   result.verdict = vision::CalibrationVerdict::kOk;
@@ -73,12 +73,12 @@ inline vision::CalibrationResult made_up_result(double sigma = 1e-3) {
   return result;
 }
 
-/// A side on a straight line at 10 Hz, with no pictures on disk.
+/// Returns a side on a straight line at 10 Hz, without images on disk.
 inline Side made_up_side(const std::string& driver, const vision::CalibrationResult& result, std::size_t frames = 40) {
   const vision::Rig rig = made_up_rig();
   Side side{.name = driver == "sim_povray" ? "runs/simulated" : "runs/real",
             .run = {},
-            .method = "full",
+            .method = "outline",
             .calibration = std::nullopt,
             .why_no_calibration = {},
             .map_shifts = {},
@@ -90,14 +90,14 @@ inline Side made_up_side(const std::string& driver, const vision::CalibrationRes
             .is_reference_apart = true};
   side.run.robot = made_up_robot(driver);
   for (std::size_t i = 0; i < frames; ++i) {
-    runs::FrameRow row;
+    runlog::FrameRow row;
     const double t_s = double(i) / 10, x_m = 0.05 * double(i);
     row.frame = row.lower_sequence = row.upper_sequence = i;
     row.t_s = row.lower_t_s = row.upper_t_s = t_s;
     side.run.frames.push_back(row);
     side.run.drive.push_back({t_s, {}, {}, x_m / 0.05, x_m / 0.05});
     side.run.odometry.push_back({t_s, x_m, 0, 0});
-    side.reference.emplace_back(runs::PoseRow{t_s, x_m, 0, 0});
+    side.reference.emplace_back(runlog::PoseRow{t_s, x_m, 0, 0});
   }
   vision::CalibrationProblem problem{rig, vision::WheelBelief{0.05, 0.30}, {}, {}, {}, {}};
   vision::CalibrationFrame frame;

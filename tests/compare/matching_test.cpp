@@ -9,7 +9,7 @@
 namespace twocone::compare {
 namespace {
 
-using Poses = std::vector<std::optional<runs::PoseRow>>;
+using Poses = std::vector<std::optional<runlog::PoseRow>>;
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 Pairs pairs_of(const std::vector<Match>& matches) {
@@ -24,10 +24,10 @@ Pairs by_time(const std::vector<double>& simulated, const std::vector<double>& r
 
 TEST(MatchByTime, TakesTheNearestOnEitherSide) {
   EXPECT_EQ(by_time({0, 1, 2}, {0.4, 0.6, 1.9, 2.3}, 0.5), (Pairs{{0, 0}, {1, 1}, {2, 2}, {2, 3}}))
-      << "one may serve twice";
+      << "one may be matched twice";
 }
 
-TEST(MatchByTime, OfTwoEquallyNearItIsAlwaysTheSame) {
+TEST(MatchByTime, OfTwoEquallyNearFramesItIsAlwaysTheSame) {
   // Halves are exact: both are just as near.
   EXPECT_EQ(by_time({0, 1, 2}, {0.5, 1.5}, 0.5), (Pairs{{1, 0}, {2, 1}}));
 }
@@ -49,41 +49,42 @@ TEST(MatchByPose, ARadianCountsAsAMetreTheShortWayRound) {
 }
 
 TEST(MatchByPose, NearestWinsAndHeadingsCount) {
-  // By place alone the first would be nearest; by both the third. The second is nearest of all and not known.
-  const Poses simulated{runs::PoseRow{0, 1.00, 0, 0.2}, std::nullopt, runs::PoseRow{2, 1.05, 0, 0.01},
-                        runs::PoseRow{3, 0.90, 0, 0}};
-  const Poses real{runs::PoseRow{0, 1.0, 0, 0}, std::nullopt, runs::PoseRow{0, 5, 0, 0}};
+  // By position alone the first is nearest; by position and heading the third. The second is the nearest of all, but
+  // unknown.
+  const Poses simulated{runlog::PoseRow{0, 1.00, 0, 0.2}, std::nullopt, runlog::PoseRow{2, 1.05, 0, 0.01},
+                        runlog::PoseRow{3, 0.90, 0, 0}};
+  const Poses real{runlog::PoseRow{0, 1.0, 0, 0}, std::nullopt, runlog::PoseRow{0, 5, 0, 0}};
   EXPECT_EQ(pairs_of(match_by_pose(simulated, real, 0.15)), (Pairs{{2, 0}}));
   EXPECT_EQ(pairs_of(match_by_pose(simulated, real, 0.05)), Pairs{}) << "hypot(0.05, 0.01) is beyond";
 }
 
 TEST(MatchByPose, OfTwoAtOnePlaceTheFirst) {
-  const Poses simulated{runs::PoseRow{0, 0.1, 0, 0}, runs::PoseRow{1, -0.1, 0, 0}, runs::PoseRow{2, -0.1, 0, 0}};
-  // The sorted one of least x is looked at first, the run's order then decides.
-  EXPECT_EQ(pairs_of(match_by_pose(simulated, Poses{runs::PoseRow{0, -0.2, 0, 0}}, 0.15)), (Pairs{{1, 0}}));
+  const Poses simulated{runlog::PoseRow{0, 0.1, 0, 0}, runlog::PoseRow{1, -0.1, 0, 0}, runlog::PoseRow{2, -0.1, 0, 0}};
+  // The one of least x is tested first; then the run's order decides.
+  EXPECT_EQ(pairs_of(match_by_pose(simulated, Poses{runlog::PoseRow{0, -0.2, 0, 0}}, 0.15)), (Pairs{{1, 0}}));
   EXPECT_TRUE(match_by_pose({}, simulated, 1).empty());
   EXPECT_TRUE(match_by_pose(simulated, {}, 1).empty());
 }
 
-TEST(WhyOtherRooms, RoomsAreToldApartByTheirLandmarks) {
-  const files::Map lab = files::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
-  const files::Map hall = files::read_map(TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml");
-  const files::Map workshop = files::read_map(TWOCONE_SOURCE_DIR "/scenes/workshop.map.yaml");
+TEST(WhyOtherRooms, RoomsAreDistinguishedByTheirLandmarks) {
+  const config::Map lab = config::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  const config::Map hall = config::read_map(TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml");
+  const config::Map workshop = config::read_map(TWOCONE_SOURCE_DIR "/scenes/workshop.map.yaml");
   EXPECT_NE(why_other_rooms(lab, hall), "");
   EXPECT_NE(why_other_rooms(hall, lab), "");
   EXPECT_NE(why_other_rooms(workshop, lab), "");
   EXPECT_NE(why_other_rooms(workshop, hall), "");
   EXPECT_EQ(why_other_rooms(lab, lab), "");
-  files::Map alone = lab;
-  for (files::Landmark& landmark : alone.landmarks) landmark.name += "_of_another";
+  config::Map alone = lab;
+  for (config::Landmark& landmark : alone.landmarks) landmark.name += "_of_another";
   EXPECT_EQ(why_other_rooms(lab, alone), "their maps have no landmark of the same name");
 }
 
 TEST(WhyOtherRooms, AnotherOriginAMovedAndAMissingLandmarkAreOfOneRoom) {
-  const files::Map lab = files::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
-  files::Map other = lab;
+  const config::Map lab = config::read_map(TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  config::Map other = lab;
   constexpr double kTurn_rad = 0.77;
-  for (files::Landmark& landmark : other.landmarks) {
+  for (config::Landmark& landmark : other.landmarks) {
     const double x_m = landmark.x_m, y_m = landmark.y_m;
     landmark.x_m = std::cos(kTurn_rad) * x_m - std::sin(kTurn_rad) * y_m + 13.1;
     landmark.y_m = std::sin(kTurn_rad) * x_m + std::cos(kTurn_rad) * y_m - 4.2;

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// With numbers and names as long as they come.
+/// Returns a comparison with the longest possible numbers and names.
 Comparison a_wide_comparison() {
   Comparison c = a_comparison();
   Source& wide = c.sources[2];
@@ -28,12 +28,12 @@ Comparison a_wide_comparison() {
   wide.advice = "put the real numbers into the real robot's `rig:` (--write-robot does), or move camera and mirror";
   wide.shares = {{"range", 0.71}, {"odometry", -0.02}, {"brightness", 0.5}, {"noise", 1}};
   c.sources.back().reason =
-      "the drive does not tell upper.azimuth_minus_lower_rad (both runs), upper.axis_offset_minus_lower_m.x (both "
+      "the drive does not determine upper.azimuth_minus_lower_rad (both runs), upper.axis_offset_minus_lower_m.x (both "
       "runs), upper.axis_offset_minus_lower_m.y (real run)";
   c.notes.push_back(
-      "the pictures are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
+      "the images are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
       "on and on, as notes of devices sometimes do");
-  Row row{"detection", "both paths apart, aligned (APE, Umeyama), rms",
+  Row row{"detection", "difference of the paths per metre (RPE), rms",
           "mm",        -12345678,
           -12345678,   3,
           1234567,     "missed-percent",
@@ -52,21 +52,22 @@ TEST(CompareTable, FitsATerminal) {
   }
 }
 
-TEST(CompareTable, SaysWhatDiffersByHowMuchAndWhatDoesNotTell) {
+TEST(CompareTable, ReportsTheDifferencesAndWhatIsNotDetermined) {
   const std::string text = table(a_comparison());
   EXPECT_THAT(text, testing::ContainsRegex("lower.rim_radius_px +214.0 -> +216.0 +\\+2.000 \\+- 0.100 px"));
   EXPECT_THAT(text, HasSubstr("explains 71 % of the gap in range, -2 % of the gap in odometry"));
-  EXPECT_THAT(text, HasSubstr("hardly tells it from lower tilt"));
-  EXPECT_THAT(text, HasSubstr("3 sources tested at 0.0003 each, 0.001 for all; 1 agree, 1 cannot be told."));
+  EXPECT_THAT(text, HasSubstr("hardly distinguishes it from lower tilt"));
+  EXPECT_THAT(text, HasSubstr("3 sources tested at 0.0003 each, 0.001 for all; 1 agree, 1 cannot be determined."));
   EXPECT_THAT(text, HasSubstr("cannot tell rolling shutter: the robot never turned fast enough"));
   EXPECT_THAT(text, testing::ContainsRegex("range, mm +9.200 +1.100 +0.900 +3 %"));
   EXPECT_THAT(text, testing::ContainsRegex("lower rim, radius, px +214.0 +216.0 +0.080 +1 amber"));
-  EXPECT_THAT(table(a_wide_comparison()), HasSubstr("83 % of it goes with numbers of the calibration that no source"));
-  EXPECT_THAT(text, Not(HasSubstr("gain.lower"))) << "what agrees is not listed";
+  EXPECT_THAT(table(a_wide_comparison()),
+              HasSubstr("83 % of it is corrected by numbers of the calibration that no source"));
+  EXPECT_THAT(text, Not(HasSubstr("gain.lower"))) << "sources that agree are not listed";
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
-TEST(CompareTable, OfNoDifferenceSaysSo) {
+TEST(CompareTable, ReportsThatNoDifferenceWasFound) {
   Comparison c = a_comparison();
   for (Source& source : c.sources) source.verdict = SourceVerdict::kAgrees;
   EXPECT_THAT(table(c), HasSubstr("No difference found."));
@@ -90,7 +91,7 @@ TEST(CompareJson, HoldsEverySourceRowAndGap) {
     EXPECT_EQ(json["sources"][i]["shares"].size(), c.sources[i].shares.size());
   }
   ASSERT_EQ(json["rows"].size(), c.rows.size());
-  EXPECT_TRUE(json["rows"][3]["simulated"].is_null()) << "not known is not 0";
+  EXPECT_TRUE(json["rows"][3]["simulated"].is_null()) << "unknown is not 0";
   EXPECT_EQ(json["rows"][0]["light"], "amber");
   EXPECT_EQ(json["rows"].back()["light"], "cannot tell");
   EXPECT_EQ(json["limits"]["missed-percent"].get<double>(), 0.125);
@@ -99,7 +100,7 @@ TEST(CompareJson, HoldsEverySourceRowAndGap) {
   EXPECT_EQ(json["gaps"][1]["unnamed"], 0.83);
   EXPECT_EQ(json["within_limits"], false);
   EXPECT_EQ(json["level"].get<double>(), c.level);
-  EXPECT_EQ(json["simulated"], c.simulated) << "as it is, quotes and all";
+  EXPECT_EQ(json["simulated"], c.simulated) << "unchanged, with its quotes";
 }
 
 TEST(CompareJson, IsWithinLimitsWhereNoLightIsAmberOrRed) {

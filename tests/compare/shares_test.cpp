@@ -30,11 +30,11 @@ const Gap& gap(const std::vector<Gap>& gaps, std::string_view of) {
 class Shares : public testing::Test {
  protected:
   std::vector<Gap> gaps(std::vector<Source>& sources) {
-    return find_gaps(simulated_, real_, held_out_, pictures_, is_rendered_, sources);
+    return find_gaps(simulated_, real_, held_out_, images_, is_rendered_, sources);
   }
   Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());
   std::vector<HeldOutRange> held_out_;
-  Pictures pictures_;
+  Images images_;
   bool is_rendered_ = false;
 };
 
@@ -54,19 +54,19 @@ TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
   EXPECT_NEAR(sources[0].shares[0].share, 24.0 / 25, kRounding);
   EXPECT_TRUE(sources[1].shares.empty());
   ASSERT_EQ(sources[2].shares.size(), 1U);
-  EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kRounding) << "it hides a part of the other's";
+  EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kRounding) << "it hides a part of the other's effect";
   EXPECT_NEAR(*range.unexplained, -1.0 / 25, kRounding) << "(3 1 - 4 1) / 25";
   EXPECT_NEAR(*range.unexplained + *range.unnamed + sources[0].shares[0].share + sources[2].shares[0].share, 1,
               kRounding);
 }
 
-TEST_F(Shares, WithoutRangesThereIsNoGapOfThem) {
+TEST_F(Shares, WithoutRangesThereIsNoGapOfRanges) {
   std::vector<Source> none;
   for (const Gap& g : gaps(none)) EXPECT_NE(g.of, "range");
 }
 
 TEST_F(Shares, OfOdometryGoToTheWheels) {
-  // The robot went 4 % farther than its wheels are believed to: so large they are.
+  // The robot went 4 % farther than with the believed wheels: they are 4 % larger.
   constexpr double kMore = 1.04;
   for (auto& pose : real_.reference) pose->x_m *= kMore;
   real_.calibration->drive.wheel_radius_m *= kMore;
@@ -76,7 +76,8 @@ TEST_F(Shares, OfOdometryGoToTheWheels) {
   const Gap& odometry = gap(found, "odometry");
   EXPECT_NEAR(odometry.after, 0, 1e-6);
   EXPECT_NEAR(*odometry.floor, 0, 1e-6);
-  // A metre and more of the reference's way, of 40 steps of 52 mm: 20 steps are 1.04 m, of which 40 mm are missing.
+  // The reference has 40 steps of 52 mm; a stretch is at least a metre: 20 steps are 1.04 m, of which 40 mm are
+  // missing.
   EXPECT_NEAR(odometry.before, 40, 1e-6);
   ASSERT_EQ(sources[0].shares.size(), 1U);
   EXPECT_NEAR(sources[0].shares[0].share, 1, kRounding);
@@ -98,7 +99,7 @@ TEST_F(Shares, WhatTheCalibrationPutsRightWithoutASourceIsNotUnexplained) {
   EXPECT_TRUE(sources[0].shares.empty());
 }
 
-TEST_F(Shares, PlacesThatAreRenderedAgainHaveNoWheelsAndNoFloorOfThem) {
+TEST_F(Shares, PlacesThatAreRenderedAgainHaveNoWheelsAndNoFloorOfOdometry) {
   is_rendered_ = true;
   for (auto& pose : real_.reference) pose->x_m *= 1.04;
   std::vector<Source> none;
@@ -110,7 +111,7 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
   vision::Transfer transfer;
   for (const double off : {-0.01, 0.01}) {
     transfer.log_gain = {log_gain + off, log_gain + off, log_gain + off};
-    pictures_.views[0].transfers.push_back(transfer);
+    images_.views[0].transfers.push_back(transfer);
   }
   std::vector<Source> sources{source("exposure and colour", "lower", SourceVerdict::kDiffers,
                                      {{"gain.red", "1", 1, 1.2, 0.01},
@@ -142,22 +143,22 @@ TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
 }
 
 TEST(OdometryBy, DrivesTheWheelsAnglesWithOtherSizes) {
-  runs::RunData run;
+  runlog::RunData run;
   run.frames.resize(3);
   run.frames[1].t_s = 0.1, run.frames[2].t_s = 0.2;
   run.odometry = {{0, 1, 2, 0}, {}, {}};
-  // Two radians straight on, then a turn in place: the right wheel goes on, the left one back by one.
+  // Two radians straight ahead, then a turn in place: the right wheel forward and the left one back by one.
   run.drive = {{0, {}, {}, 5, 5}, {0.1, {}, {}, 7, 7}, {0.2, {}, {}, 6, 8}};
   const auto poses = odometry_by(run, {0.1, 0.4});
   ASSERT_EQ(poses.size(), 3U);
-  EXPECT_NEAR(poses[0].x_m, 1, kRounding) << "from the run's first odometry pose on";
+  EXPECT_NEAR(poses[0].x_m, 1, kRounding) << "beginning at the run's first odometry pose";
   EXPECT_NEAR(poses[1].x_m, 1.2, kRounding);
   EXPECT_NEAR(poses[2].x_m, 1.2, kRounding);
   EXPECT_NEAR(poses[2].y_m, 2, kRounding);
   EXPECT_NEAR(poses[2].heading_rad, 0.1 * 2 / 0.4, kRounding);
   EXPECT_EQ(poses[2].t_s, 0.2);
   run.drive.clear();
-  EXPECT_TRUE(odometry_by(run, {0.1, 0.4}).empty()) << "nobody recorded the wheels";
+  EXPECT_TRUE(odometry_by(run, {0.1, 0.4}).empty()) << "the wheels were not recorded";
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 #include <boost/property_tree/xml_parser.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/compare/show/pictures.h"
+#include "apps/compare/show/images.h"
 #include "apps/compare/show/wording.h"
-#include "apps/files/robot_file.h"
+#include "apps/config/robot_file.h"
 #include "tests/compare/a_comparison.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 using testing_support::TemporaryFolder;
 
-/// Instead of a matcher, which would print the whole page.
+/// Used instead of a matcher, which would print the whole page.
 testing::AssertionResult has(const std::string& text, const std::string& part) {
   if (text.find(part) != std::string::npos) return testing::AssertionSuccess() << "has: " << part;
   return testing::AssertionFailure() << "does not have: " << part;
@@ -32,7 +32,7 @@ std::string without(std::string text, const std::string& part) {
   return text;
 }
 
-/// The page, checked for what holds for every one.
+/// Returns the page after the checks that apply to every page.
 std::string page_of(const Comparison& comparison, const TemporaryFolder& folder) {
   const Status written = write_page(comparison, folder.path(), {});
   if (!written) ADD_FAILURE() << written.error().message;
@@ -46,9 +46,9 @@ std::string page_of(const Comparison& comparison, const TemporaryFolder& folder)
   return page;
 }
 
-/// A grey picture with a bright wedge to the right of its middle: where a body's bearing is 0 if azimuth_rad is 0.
-std::filesystem::path picture(const TemporaryFolder& folder, const std::string& name, cv::Size size, double wedge_rad,
-                              int grey = 100) {
+/// Draws a grey image with a bright wedge to the right of its middle: at bearing 0 of the body if azimuth_rad is 0.
+std::filesystem::path image(const TemporaryFolder& folder, const std::string& name, cv::Size size, double wedge_rad,
+                            int grey = 100) {
   cv::Mat pixels(size, CV_8UC3);
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
@@ -62,10 +62,10 @@ std::filesystem::path picture(const TemporaryFolder& folder, const std::string& 
   return file;
 }
 
-/// A robot whose mirrors fill pictures of that size.
-files::Robot robot_for(cv::Size size) {
-  files::Robot robot;
-  for (files::RigView* view : {&robot.rig.lower, &robot.rig.upper}) {
+/// Returns a robot whose mirrors fill images of that size.
+config::Robot robot_for(cv::Size size) {
+  config::Robot robot;
+  for (config::RigView* view : {&robot.rig.lower, &robot.rig.upper}) {
     view->mirror_radius_m = 0.06;
     view->lens_to_tip_m = 0.2;
     view->centre_px = {size.width / 2.0, size.height / 2.0};
@@ -76,17 +76,18 @@ files::Robot robot_for(cv::Size size) {
   return robot;
 }
 
-TEST(ComparePage, NamesWhatDiffersInTheFirstSentenceWithNumberSigmaAndUnit) {
+TEST(ComparePage, NamesTheDifferencesInTheFirstSentenceWithNumberSigmaAndUnit) {
   EXPECT_EQ(headline(a_comparison()),
             "Differs: lower focal length (rim radius +2.00\u00a0\u00b1\u00a00.10\u00a0px), upper noise "
             "(+3.50\u00a0\u00b1\u00a00.05\u00a0grey).");
-  EXPECT_EQ(headline_rest(a_comparison()),
-            "1 other source tested and not found to differ; 1 cannot be told from these data.");
+  EXPECT_EQ(headline_tests(a_comparison()),
+            "1 other source tested without a difference; 1 cannot be determined from these data.");
   Comparison equal = a_comparison();
   equal.sources = {equal.sources[1]};
   EXPECT_EQ(headline(equal), "No difference found.");
   equal.sources.clear();
-  EXPECT_EQ(headline(equal), "No source of a difference could be tested.") << "nothing tested is not nothing found";
+  EXPECT_EQ(headline(equal), "No source of a difference could be tested.")
+      << "no test is not the same as no difference";
 }
 
 TEST(ComparePage, HoldsVerdictsLightsGapsAndAdvice) {
@@ -96,12 +97,13 @@ TEST(ComparePage, HoldsVerdictsLightsGapsAndAdvice) {
        {headline(a_comparison()), std::string("effects.camera.noise_grey: 4.1"),
         std::string("rig.lower.rim_radius_px: 216.0"), std::string("71\u00a0% of range"),
         std::string("\u22122\u00a0% of odometry"), std::string("5.5e-89"), std::string("p &lt; 0.00033"),
-        std::string("lower tilt"), std::string("Tested and not found to differ: 1"), std::string("Cannot be told: 1"),
-        std::string("the robot never turned fast enough"), std::string("no clock is common to both"),
-        std::string("given trajectory"), std::string("280 frames by time, 291 by pose")}) {
+        std::string("lower tilt"), std::string("Tested without a difference: 1"),
+        std::string("Cannot be determined: 1"), std::string("the robot never turned fast enough"),
+        std::string("no clock is common to both"), std::string("given trajectory"),
+        std::string("280 frames by time, 291 by pose")}) {
     EXPECT_TRUE(has(page, part));
   }
-  // Word and shape, so that no light needs its colour.
+  // Each light has a word and a shape, so that its colour is not needed.
   for (const char* light : {"\u25cf\u00a0green", "\u25b2\u00a0amber", "\u25a0\u00a0red"}) {
     EXPECT_TRUE(has(page, light));
   }
@@ -128,7 +130,7 @@ TEST(ComparePage, IsWrittenForAnEmptyComparison) {
   }
 }
 
-TEST(ComparePage, KeepsNumbersThatAreNoneOut) {
+TEST(ComparePage, LeavesOutNumbersThatAreNotFinite) {
   const TemporaryFolder folder;
   Comparison c = a_comparison();
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
@@ -139,7 +141,7 @@ TEST(ComparePage, KeepsNumbersThatAreNoneOut) {
   c.sources.front().shares.front().share = nan;
   c.simulated_path.front().x_m = nan;
   c.real_residuals.front().before_m = inf;
-  c.real_residuals.back().landmark = 77;  // of no map
+  c.real_residuals.back().landmark = 77;  // not in the map
   EXPECT_TRUE(has(page_of(c, folder), "landmark 77"));
 }
 
@@ -148,7 +150,7 @@ TEST(ComparePage, DrawsPathsOverThePlanWhereTheArenaCannotBeRendered) {
   Comparison c = a_comparison();
   c.map.scene = folder.path() / "nowhere.pov";
   const std::string page = page_of(c, folder);
-  EXPECT_TRUE(has(page, "The paths are drawn over a plan, not a picture of the arena from above: "));
+  EXPECT_TRUE(has(page, "The paths are drawn over a plan instead of an image of the arena from above: "));
   EXPECT_TRUE(has(page, "Over the plan drawn from the map."));
 }
 
@@ -160,14 +162,14 @@ TEST(ComparePage, ShowsFramesAndNamesThoseThatAreMissing) {
   c.real_robot = robot_for(kOther);
   c.real_robot.rig.lower.mirrored = true;
   Exhibit whole;
-  whole.simulated_lower = whole.simulated_upper = picture(folder, "s.png", kSize, 0);
-  whole.real_lower = picture(folder, "r.png", kOther, 0);
+  whole.simulated_lower = whole.simulated_upper = image(folder, "s.png", kSize, 0);
+  whole.real_lower = image(folder, "r.png", kOther, 0);
   whole.real_upper = folder.path() / "r<2>.png";
   c.exhibits = {whole, {}};
-  c.exhibits[1].simulated_lower = folder.write("bad.png", "no picture");
+  c.exhibits[1].simulated_lower = folder.write("bad.png", "no image");
   const std::string page = page_of(c, folder);
-  EXPECT_TRUE(has(page, "The real upper picture is missing: " + (folder.path() / "r&lt;2&gt;.png").string()));
-  EXPECT_TRUE(has(page, "The simulated lower picture cannot be read: "));
+  EXPECT_TRUE(has(page, "The real upper image is missing: " + (folder.path() / "r&lt;2&gt;.png").string()));
+  EXPECT_TRUE(has(page, "The simulated lower image cannot be read: "));
   EXPECT_TRUE(has(page, "200 \u00d7 160 px, is drawn at the size of the simulated one, 320 \u00d7 240 px"));
   EXPECT_TRUE(has(page, "id=\"e0-lower-difference-strip\""));
   EXPECT_FALSE(has(page, "id=\"e0-upper-difference-strip\"")) << "one of both is missing";
@@ -175,37 +177,38 @@ TEST(ComparePage, ShowsFramesAndNamesThoseThatAreMissing) {
   EXPECT_EQ(page, page_of(c, folder)) << "the same bytes twice";
 }
 
-TEST(ComparePictures, LinesUpBearingsOfTheWorld) {
+TEST(CompareImages, LinesUpBearingsOfTheWorld) {
   const TemporaryFolder folder;
   const cv::Size kSize(320, 240);
-  // One thing at one bearing of the world, seen by two robots at one place that head elsewhere.
+  // One object at one bearing of the world, seen by two robots at one place with different headings.
   constexpr double kSimulated_rad = 0.4, kReal_rad = -2.9, kThing_rad = 0.7;
   Comparison c;
   c.simulated_robot = c.real_robot = robot_for(kSize);
   Exhibit exhibit;
   exhibit.simulated.heading_rad = kSimulated_rad;
   exhibit.real.heading_rad = kReal_rad;
-  exhibit.simulated_lower = picture(folder, "s.png", kSize, kThing_rad - kSimulated_rad);
-  exhibit.real_lower = picture(folder, "r.png", kSize, kThing_rad - kReal_rad);
-  // Lined up, only the wedge's ragged edges differ; apart, two wedges of 0.4 rad do, by 100 grey: 12.7 on average.
+  exhibit.simulated_lower = image(folder, "s.png", kSize, kThing_rad - kSimulated_rad);
+  exhibit.real_lower = image(folder, "r.png", kSize, kThing_rad - kReal_rad);
+  // Aligned, only the wedge's ragged edges differ. Unaligned, two wedges of 0.4 rad differ by 100 grey: 12.7 on
+  // average.
   constexpr double kMostAligned_grey = 1.0, kLeastTurned_grey = 6.0;
-  EXPECT_LT(read_pictures(c, exhibit)[0].mean_difference_grey.value(), kMostAligned_grey);
+  EXPECT_LT(read_images(c, exhibit)[0].mean_difference_grey.value(), kMostAligned_grey);
   exhibit.simulated.heading_rad = kReal_rad;
-  EXPECT_GT(read_pictures(c, exhibit)[0].mean_difference_grey.value(), kLeastTurned_grey);
+  EXPECT_GT(read_images(c, exhibit)[0].mean_difference_grey.value(), kLeastTurned_grey);
 }
 
-TEST(ComparePictures, ShowsWhichSideIsBrighter) {
+TEST(CompareImages, ShowsWhichSideIsBrighter) {
   const TemporaryFolder folder;
   const cv::Size kSize(320, 240);
   constexpr int kBrighter_grey = 30;
   Comparison c;
   c.simulated_robot = c.real_robot = robot_for(kSize);
   Exhibit exhibit;
-  exhibit.simulated_lower = picture(folder, "s.png", kSize, 0);
-  exhibit.real_lower = picture(folder, "r.png", kSize, 0, 100 + kBrighter_grey);
-  const ExhibitView view = read_pictures(c, exhibit)[0];
+  exhibit.simulated_lower = image(folder, "s.png", kSize, 0);
+  exhibit.real_lower = image(folder, "r.png", kSize, 0, 100 + kBrighter_grey);
+  const ExhibitView view = read_images(c, exhibit)[0];
   EXPECT_EQ(view.difference.at<cv::Vec3b>(10, 10), difference_colour(kBrighter_grey));
-  constexpr double kRounding_grey = 0.5;  // of a pixel, by unrolling
+  constexpr double kRounding_grey = 0.5;  // by unrolling, for a pixel
   EXPECT_NEAR(view.mean_difference_grey.value(), kBrighter_grey, kRounding_grey);
   const cv::Vec3b warm = difference_colour(kStrongestDifference_grey), cool = difference_colour(-64);
   EXPECT_GT(warm[2], warm[0]) << "real brighter: red above blue";

@@ -20,7 +20,7 @@ using vision::CalibrationResult;
 
 constexpr double kSigma = 1e-3;  // of made_up_result(), SI
 
-/// Of a simulated and a real run with these calibrations and nothing else.
+/// Returns the sources of a simulated and a real run with these calibrations and nothing else.
 std::vector<Source> sources_of(const CalibrationResult& simulated, const CalibrationResult& real, double false_alarm,
                                double& level) {
   const Side a = made_up_side("sim_povray", simulated), b = made_up_side("memory", real);
@@ -57,9 +57,9 @@ TEST(Sources, TheTestIsThatOfBothCovariancesAndTheModel) {
   const double variance = 2 * kSigma * kSigma + 0.03 * 0.03;  // both runs' and ModelSigmas::centre_px
   EXPECT_NEAR(centre.components[1].sigma, std::sqrt(variance), 1e-12);
   EXPECT_NEAR(centre.chi_squared, 0.01 / variance, 1e-9);
-  // Of two degrees of freedom the tail is exp(-chi^2 / 2): 0.0039.
+  // With two degrees of freedom the tail is exp(-chi^2 / 2): 0.0039.
   EXPECT_NEAR(centre.p_value, std::exp(-0.005 / variance), 1e-9);
-  EXPECT_EQ(centre.verdict, SourceVerdict::kAgrees) << "one in 256 is less than the level asks for";
+  EXPECT_EQ(centre.verdict, SourceVerdict::kAgrees) << "one in 256 is less significant than the level requires";
 }
 
 TEST(Sources, NumbersAreShownInTheirUnits) {
@@ -74,7 +74,7 @@ TEST(Sources, NumbersAreShownInTheirUnits) {
   EXPECT_EQ(source_of(sources, "wheel radius").components[0].unit, "mm");
 }
 
-TEST(Sources, WhatTheDataBindToEachOtherIsConfusable) {
+TEST(Sources, CorrelatedSourcesAreConfusable) {
   for (const double correlation : {0.99, 0.5}) {
     CalibrationResult real = made_up_result();
     const auto i = index_of(real, "lower.centre_px.column"), k = index_of(real, "lower.tilt_rad.y");
@@ -97,7 +97,7 @@ TEST(Sources, NumbersOfOneSourceAreNotConfusableWithThemselves) {
   EXPECT_THAT(source_of(sources_of(made_up_result(), real), "upper centre").confusable, IsEmpty());
 }
 
-TEST(Sources, WhatTheDriveDoesNotTellCannotBeTold) {
+TEST(Sources, WhatTheDriveDoesNotDetermineIsReported) {
   CalibrationResult simulated = made_up_result(), real = made_up_result();
   parameter(real, "lower.rim_radius_px").observed = false;
   parameter(real, "lower.rim_radius_px").after += 50;
@@ -105,12 +105,12 @@ TEST(Sources, WhatTheDriveDoesNotTellCannotBeTold) {
   const auto sources = sources_of(simulated, real);
   const Source focal = source_of(sources, "lower focal length");
   EXPECT_EQ(focal.verdict, SourceVerdict::kCannotTell);
-  EXPECT_EQ(focal.reason, "the drive does not tell lower.rim_radius_px (real run)");
+  EXPECT_EQ(focal.reason, "the drive does not determine lower.rim_radius_px (real run)");
   EXPECT_THAT(focal.components, IsEmpty());
-  EXPECT_EQ(source_of(sources, "latency").reason, "the drive does not tell latency_s (both runs)");
+  EXPECT_EQ(source_of(sources, "latency").reason, "the drive does not determine latency_s (both runs)");
 }
 
-TEST(Sources, OfWhichAPartIsToldTheRestIsNamed) {
+TEST(Sources, NamesThePartOfASourceThatIsNotDetermined) {
   CalibrationResult real = made_up_result();
   parameter(real, "lower.tilt_rad.x").observed = false;
   parameter(real, "lower.tilt_rad.y").after += 1;
@@ -121,7 +121,7 @@ TEST(Sources, OfWhichAPartIsToldTheRestIsNamed) {
   EXPECT_THAT(tilt.reason, HasSubstr("lower.tilt_rad.x (real run)"));
 }
 
-TEST(Sources, WithoutACalibrationNothingOfTheRigIsTold) {
+TEST(Sources, WithoutACalibrationNoSourceOfTheRigIsDetermined) {
   Side a = made_up_side("sim_povray", made_up_result()), b = made_up_side("memory", made_up_result());
   b.calibration.reset();
   b.why_no_calibration = "too dark";
@@ -142,7 +142,7 @@ TEST(Sources, TheLevelIsSharedByThoseThatAreTested) {
   EXPECT_NEAR(level, 0.02 / tested, 1e-15);
 }
 
-TEST(Sources, LostFramesAreHeldAgainstWhatTheSimulationIsSetTo) {
+TEST(Sources, LostFramesAreComparedWithTheSetLossOfTheSimulation) {
   Side a = made_up_side("sim_povray", made_up_result()), b = made_up_side("memory", made_up_result());
   a.run.robot.lower.effects.drop_probability = a.run.robot.upper.effects.drop_probability = 0.1;
   b.run.frames[5].lower_lost = 4;   // of 44: 9 %
@@ -155,7 +155,7 @@ TEST(Sources, LostFramesAreHeldAgainstWhatTheSimulationIsSetTo) {
   EXPECT_NEAR(source_of(sources, "upper frames lost").components[0].real, 50, 1e-9);
 }
 
-/// What ModelSigmas allow a parameter of made_up_result().
+/// Returns the tolerance that ModelSigmas gives a parameter of made_up_result().
 double model_sigma(const std::string& name) {
   const ModelSigmas model;
   const auto has = [&name](const char* part) { return name.find(part) != std::string::npos; };
@@ -171,11 +171,11 @@ double model_sigma(const std::string& name) {
   return 0;
 }
 
-TEST(Sources, FalseAlarmsAreAsManyAsAsked) {
+TEST(Sources, FalseAlarmsAreAsFrequentAsRequested) {
   constexpr int kComparisons = 2000;
-  constexpr double kFalseAlarm = 0.5;  // so high that there is something to count
+  constexpr double kFalseAlarm = 0.5;  // high enough to give some alarms to count
   CalibrationResult simulated = made_up_result(1e-4), real = simulated;
-  // Bound within one source, so that the joint test is needed.
+  // Correlated within one source, so that the joint test is needed.
   for (const std::string view : {"lower", "upper"}) {
     const auto i = index_of(real, view + ".centre_px.column"), k = index_of(real, view + ".centre_px.row");
     for (CalibrationResult* const result : {&simulated, &real}) {
@@ -208,11 +208,11 @@ TEST(Sources, FalseAlarmsAreAsManyAsAsked) {
     alarms += int(names.size());
     comparisons_with += names.empty() ? 0 : 1;
     if (n > 0) continue;
-    // Those whose numbers are drawn; the others' are equal and never alarm.
+    // Only the sources whose numbers are drawn can alarm; the numbers of the others are equal.
     for (const Source& source : sources) of_the_rig += source.chi_squared > 0 ? 1 : 0;
   }
   ASSERT_GE(of_the_rig, 15U);
-  // Binomial: so many independent tests at `level`, and so many comparisons of which 1 - (1 - level)^tests have any.
+  // Both counts are binomial: independent tests at `level`, and comparisons of which 1 - (1 - level)^tests have any.
   // Five standard deviations: one in a million, and the seed is fixed.
   constexpr double kSigmas = 5;
   const double tests = kComparisons * double(of_the_rig);

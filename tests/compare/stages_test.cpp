@@ -27,23 +27,23 @@ TEST(Light, GreenWithinTheLimitAmberWithinTwiceRedBeyond) {
   EXPECT_EQ(light_of(above(kLimit), std::nullopt, kLimit), Light::kAmber);
   EXPECT_EQ(light_of(2 * kLimit, std::nullopt, kLimit), Light::kAmber);
   EXPECT_EQ(light_of(above(2 * kLimit), std::nullopt, kLimit), Light::kRed);
-  EXPECT_EQ(light_of(0, std::nullopt, 0), Light::kGreen) << "a limit of nothing can be kept";
+  EXPECT_EQ(light_of(0, std::nullopt, 0), Light::kGreen) << "a limit of 0 can be met";
   EXPECT_EQ(light_of(1e-300, std::nullopt, 0), Light::kRed);
 }
 
 TEST(Light, ASigmaAboveTheLimitCannotTellUnlessTheGapIsFarBeyond) {
-  // The age of pictures in a comparison of two equal robots.
+  // The age of images in a comparison of two equal robots.
   EXPECT_EQ(light_of(23.84, 45.0, 20), Light::kCannotTell);
   EXPECT_EQ(light_of(0.1, 45.0, 20), Light::kCannotTell) << "within the limit by chance";
-  EXPECT_EQ(light_of(23.84, 20.0, 20), Light::kAmber) << "as large as the limit still tells";
+  EXPECT_EQ(light_of(23.84, 20.0, 20), Light::kAmber) << "a sigma equal to the limit still decides";
   EXPECT_EQ(light_of(20 + kCertain * 45 - 1, 45.0, 20), Light::kCannotTell);
   EXPECT_EQ(light_of(20 + kCertain * 45 + 1, 45.0, 20), Light::kRed);
 }
 
-TEST(Limits, EachHasAKeyOfItsOwnADefaultAndWords) {
+TEST(Limits, EachHasItsOwnKeyADefaultAndADescription) {
   std::set<std::string> keys;
   for (const LimitKind& kind : limit_kinds()) {
-    EXPECT_TRUE(keys.insert(kind.key).second) << kind.key << " is there twice";
+    EXPECT_TRUE(keys.insert(kind.key).second) << kind.key << " occurs twice";
     EXPECT_GT(kind.by_default, 0) << kind.key;
     EXPECT_STRNE(kind.what, "") << kind.key;
   }
@@ -54,7 +54,7 @@ class Rows : public testing::Test {
   Rows() {
     for (Side* const side : {&simulated_, &real_}) {
       side->run.map.landmarks = {{"red", {1, 0, 0}, -2, 0.3, 0.1, 0.9}};
-      // Not a straight line, or paths could not be laid over each other.
+      // Not a straight line, because paths on one line cannot be aligned.
       for (std::size_t i = 0; i < side->reference.size(); ++i) side->reference[i]->y_m = 0.01 * double(i % 5);
     }
     for (Residuals* const residuals : {&of_simulated_, &of_real_}) {
@@ -95,13 +95,13 @@ TEST_F(Rows, OfTwoEqualRunsNoLightIsBeyondGreen) {
   const auto all = rows();
   EXPECT_GT(std::count_if(all.begin(), all.end(), [](const Row& r) { return r.light == Light::kGreen; }), 10);
   for (const Row& r : all) {
-    // Of so few frames, no share of a hundredth can be told.
+    // So few frames cannot determine a share of one per cent.
     const bool is_share = r.limit_key == "lost-percent";
     EXPECT_TRUE(r.light == Light::kNone || r.light == (is_share ? Light::kCannotTell : Light::kGreen)) << r.name;
   }
 }
 
-TEST_F(Rows, StagesFollowTheWayFromPictureToPose) {
+TEST_F(Rows, StagesFollowTheOrderFromImageToPose) {
   std::vector<std::string> stages;
   for (const Row& r : rows()) {
     if (stages.empty() || stages.back() != r.stage) stages.push_back(r.stage);
@@ -110,7 +110,7 @@ TEST_F(Rows, StagesFollowTheWayFromPictureToPose) {
                                            "trajectory", "timing"));
 }
 
-TEST_F(Rows, TellGapsOfNumbersThatDiffer) {
+TEST_F(Rows, ReportGapsOfNumbersThatDiffer) {
   parameter(real_.calibration->result, "lower.rim_radius_px").after += 1.5;
   of_real_.range_m.add(0.050);
   of_simulated_.range_m.add(0.004);
@@ -123,19 +123,19 @@ TEST_F(Rows, TellGapsOfNumbersThatDiffer) {
   EXPECT_NEAR(*rim.gap, 1.5, kRounding);
   EXPECT_EQ(rim.light, Light::kAmber) << "limit 1 px";
   ASSERT_TRUE(rim.gap_sigma);
-  const Row& range = row(all, "off the distance from the reference pose, rms");
+  const Row& range = row(all, "range error at the reference pose, rms");
   EXPECT_NEAR(*range.gap, 46, kRounding);
   EXPECT_EQ(range.light, Light::kRed) << "limit 20 mm";
   const Row& missed = row(all, "missed: ranged in the simulation only");
   EXPECT_NEAR(*missed.gap, 7.5, kRounding) << "3 of 40";
-  EXPECT_EQ(missed.light, Light::kGreen) << "limit 10 %: frames at one place are not quite at one";
+  EXPECT_EQ(missed.light, Light::kGreen) << "limit 10 %: matched frames are not exactly at one place";
   EXPECT_NEAR(*row(all, "false: ranges that the fix left out as wrong").gap, 100.0 / 37, kRounding);
-  EXPECT_NEAR(*row(all, "both paths apart at one time (APE), rms").gap, 300, 1e-6);
-  EXPECT_NEAR(*row(all, "both paths apart, aligned (APE, Umeyama), rms").gap, 0, 1e-6);
-  EXPECT_EQ(row(all, "both paths apart at one time (APE), rms").light, Light::kAmber) << "limit 200 mm";
+  EXPECT_NEAR(*row(all, "distance of paths at equal times (APE), rms").gap, 300, 1e-6);
+  EXPECT_NEAR(*row(all, "distance, aligned paths (APE, Umeyama), rms").gap, 0, 1e-6);
+  EXPECT_EQ(row(all, "distance of paths at equal times (APE), rms").light, Light::kAmber) << "limit 200 mm";
 }
 
-TEST_F(Rows, ANumberWhoseSigmaExceedsItsLimitIsToldToBeUnknown) {
+TEST_F(Rows, ANumberWhoseSigmaExceedsItsLimitIsReportedAsUnknown) {
   const Row sure = row(rows(), "lower rim, radius");
   ASSERT_TRUE(sure.gap_sigma);
   ASSERT_EQ(sure.light, Light::kGreen);
@@ -143,7 +143,7 @@ TEST_F(Rows, ANumberWhoseSigmaExceedsItsLimitIsToldToBeUnknown) {
   EXPECT_EQ(row(all, "lower rim, radius").light, Light::kCannotTell);
 }
 
-TEST_F(Rows, AnOwnLimitTakesThePlaceOfTheDefault) {
+TEST_F(Rows, ALimitOfTheUserReplacesTheDefault) {
   parameter(real_.calibration->result, "lower.rim_radius_px").after += 1.5;
   const auto all = rows({{"rim-px", 2.0}});
   EXPECT_EQ(*row(all, "lower rim, radius").limit, 2.0);
@@ -151,7 +151,7 @@ TEST_F(Rows, AnOwnLimitTakesThePlaceOfTheDefault) {
   EXPECT_EQ(*row(all, "lower centre, row").limit, 1.0) << "others stay";
 }
 
-TEST_F(Rows, WhatIsNotKnownSaysWhyAndHasNoLight) {
+TEST_F(Rows, AMissingNumberHasAReasonAndNoLight) {
   real_.calibration.reset();
   real_.why_no_calibration = "too dark";
   same_.clear();
@@ -160,8 +160,9 @@ TEST_F(Rows, WhatIsNotKnownSaysWhyAndHasNoLight) {
   EXPECT_EQ(rim.note, "too dark");
   EXPECT_EQ(rim.light, Light::kNone);
   EXPECT_FALSE(rim.real);
-  EXPECT_EQ(row(all, "missed: ranged in the simulation only").note, "no frames at one place");
-  EXPECT_EQ(row(all, "both paths apart at one time (APE), rms").note, "too few frames at one time with a reference");
+  EXPECT_EQ(row(all, "missed: ranged in the simulation only").note, "no frames at the same place");
+  EXPECT_EQ(row(all, "distance of paths at equal times (APE), rms").note,
+            "too few frames at equal times with a reference");
 }
 
 TEST_F(Rows, TheFrameRatesLimitIsInPercent) {

@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
-#include "apps/files/to_layers.h"
-#include "apps/foreign/motion.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/config/to_layers.h"
+#include "apps/import/motion.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/run_yaml.h"
 #include "apps/runs/run.h"
-#include "apps/runs/run_folder.h"
-#include "apps/runs/run_yaml.h"
 #include "tests/support/synthetic_view.h"
 
 namespace twocone::compare {
@@ -41,11 +41,11 @@ std::string robot_text(const SyntheticDrive& drive) {
       TWOCONE_SOURCE_DIR, drive.driver, camera, camera, view, view);
 }
 
-Image image_of(const cv::Mat& picture) {
-  return {picture.cols, picture.rows, PixelFormat::kRgb8, {picture.datastart, picture.dataend}};
+Image image_of(const cv::Mat& image) {
+  return {image.cols, image.rows, PixelFormat::kRgb8, {image.datastart, image.dataend}};
 }
 
-/// An S, so that radius, separation and offsets are told apart.
+/// An S-shaped drive, so that radius, separation and offsets can be distinguished.
 std::vector<localisation::Pose> poses_of(const SyntheticDrive& drive) {
   constexpr double kSpeed_mps = 0.4;
   std::vector<localisation::Pose> poses{{-0.6, -0.3, 0.4}};
@@ -64,13 +64,13 @@ std::vector<localisation::Pose> poses_of(const SyntheticDrive& drive) {
 
 std::filesystem::path make_run(const testing_support::TemporaryFolder& folder, const std::string& name,
                                const SyntheticDrive& drive) {
-  const files::Robot robot = files::read_robot(folder.write(name + ".yaml", robot_text(drive)));
-  const files::Map map = files::read_map(robot.map);
-  std::vector<SyntheticLandmark> pillars;
-  for (const files::Landmark& l : map.landmarks) {
-    pillars.push_back({{l.x_m, l.y_m}, l.radius_m, l.top_m, {l.colour[0], l.colour[1], l.colour[2]}});
+  const config::Robot robot = config::read_robot(folder.write(name + ".yaml", robot_text(drive)));
+  const config::Map map = config::read_map(robot.map);
+  std::vector<SyntheticLandmark> landmarks;
+  for (const config::Landmark& l : map.landmarks) {
+    landmarks.push_back({{l.x_m, l.y_m}, l.radius_m, l.top_m, {l.colour[0], l.colour[1], l.colour[2]}});
   }
-  const vision::Rig rig = files::to_rig(robot);
+  const vision::Rig rig = config::to_rig(robot);
   vision::MirrorViewSettings lower = rig.lower.settings();
   lower.centre_px += drive.lower_centre_off_px;
   const cv::Size size(drive.width_px, drive.height_px);
@@ -80,16 +80,16 @@ std::filesystem::path make_run(const testing_support::TemporaryFolder& folder, c
 
   const std::filesystem::path to = folder.path() / name;
   const auto poses = poses_of(drive);
-  const auto wheels = foreign::wheels_of(poses, files::to_wheels(robot));
+  const auto wheels = importer::wheels_of(poses, config::to_wheels(robot));
   {
-    runs::RunFolder run(to);
+    runlog::RunFolder run(to);
     std::mt19937_64 random(drive.seed);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const localisation::Pose& pose = poses[i];
       const testing_support::SyntheticScene scene{
-          testing_support::seen_from(pillars, {pose.x_m, pose.y_m}, pose.heading_rad), {}, {}};
+          testing_support::seen_from(landmarks, {pose.x_m, pose.y_m}, pose.heading_rad), {}, {}};
       const testing_support::SyntheticCamera camera{drive.gain, drive.noise_grey};
-      runs::FrameRecord record;
+      runlog::FrameRecord record;
       const double t_s = double(i) / drive.rate_hz;
       record.frame.frame = i;
       record.frame.t_s = record.frame.lower_t_s = record.frame.upper_t_s = t_s;
@@ -97,17 +97,17 @@ std::filesystem::path make_run(const testing_support::TemporaryFolder& folder, c
       record.drive = {t_s, {}, {}, wheels.turns[i].left_rad, wheels.turns[i].right_rad};
       record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
       record.truth = record.odometry;
-      const cv::Mat below = lower_view.picture(scene, camera, random);
-      const cv::Mat above = upper_view.picture(scene, camera, random);
+      const cv::Mat below = lower_view.image(scene, camera, random);
+      const cv::Mat above = upper_view.image(scene, camera, random);
       run.add(record, image_of(below), image_of(above));
     }
   }
-  runs::RunInfo info;
+  runlog::RunInfo info;
   info.behaviour = "wander";
-  info.method = "full";
+  info.method = "outline";
   info.finished = true;
-  runs::write_run_yaml(to, info, robot, robot.map);
-  const auto localised = runs::localise(to, runs::Method::kFull, [](double) {});
+  runlog::write_run_yaml(to, info, robot, robot.map);
+  const auto localised = runs::localise(to, estimation::Method::kOutline, [](double) {});
   if (!localised) throw std::runtime_error(localised.error().message);
   return to;
 }

@@ -8,14 +8,14 @@
 namespace twocone::compare {
 namespace {
 
-// Of sums of a dozen doubles, and of exp and lgamma of numbers below 100.
+// Rounding of sums of a dozen doubles, and of exp and lgamma of numbers below 100.
 constexpr double kRounding = 1e-12;
 
-runs::RunData run_at(const std::vector<double>& times_s, const std::string& driver) {
-  runs::RunData run;
+runlog::RunData run_at(const std::vector<double>& times_s, const std::string& driver) {
+  runlog::RunData run;
   run.robot.drive.driver = run.robot.lower.driver = run.robot.upper.driver = driver;
   for (const double t_s : times_s) {
-    runs::FrameRow row;
+    runlog::FrameRow row;
     row.frame = row.lower_sequence = row.upper_sequence = run.frames.size();
     row.t_s = row.lower_t_s = row.upper_t_s = t_s;
     run.frames.push_back(row);
@@ -30,11 +30,11 @@ TEST(Timing, RateIsThatOfTheMedianStepAndJitterItsScatter) {
   EXPECT_NEAR(timing.jitter_s, std::sqrt(2e-4 / 5), kRounding);
   EXPECT_EQ(timing.all, (std::array<std::uint64_t, 2>{6, 6}));
   EXPECT_EQ(timing.lost, (std::array<std::uint64_t, 2>{0, 0}));
-  EXPECT_FALSE(timing.ageing_s) << "no clock of the machine";
+  EXPECT_FALSE(timing.ageing_s) << "there is no clock of the machine";
 }
 
-TEST(Timing, StepsOverALossAreNoSteps) {
-  runs::RunData run = run_at({0, 0.1, 0.4, 0.5}, "memory");
+TEST(Timing, PeriodsWithALossDoNotCount) {
+  runlog::RunData run = run_at({0, 0.1, 0.4, 0.5}, "memory");
   run.frames[2].lower_sequence = 4, run.frames[2].upper_sequence = 4;
   run.frames[3].lower_sequence = 5, run.frames[3].upper_sequence = 5;
   run.frames[2].lower_lost = 2, run.frames[2].upper_lost = 2;
@@ -47,13 +47,13 @@ TEST(Timing, StepsOverALossAreNoSteps) {
 }
 
 TEST(Timing, WhereNoTwoFramesFollowTheRateIsUnknown) {
-  runs::RunData run = run_at({0, 0.1, 0.2}, "memory");
+  runlog::RunData run = run_at({0, 0.1, 0.2}, "memory");
   for (std::size_t i = 0; i < 3; ++i) run.frames[i].upper_sequence = 3 * i;
   EXPECT_EQ(timing_of(run).rate_hz, 0);
 }
 
 TEST(Timing, SkewIsThatOfTheStampsUpperLessLower) {
-  runs::RunData run = run_at({0, 0.1, 0.2, 0.3}, "memory");
+  runlog::RunData run = run_at({0, 0.1, 0.2, 0.3}, "memory");
   const double skews_s[]{0.002, -0.004, 0.003, 0.003};
   for (std::size_t i = 0; i < 4; ++i) {
     run.frames[i].upper_t_s += skews_s[i];
@@ -62,13 +62,13 @@ TEST(Timing, SkewIsThatOfTheStampsUpperLessLower) {
   const Timing timing = timing_of(run);
   EXPECT_NEAR(timing.skew_s, 0.001, kRounding);
   EXPECT_NEAR(timing.most_skew_s, 0.004, kRounding);
-  // Squares off the mean: 1 + 25 + 4 + 4 = 34 ms^2; their mean's root over the root of four.
+  // Squared deviations: 1 + 25 + 4 + 4 = 34 ms^2; the root of their mean over the root of four.
   EXPECT_NEAR(timing.skew_sigma_s, std::sqrt(34e-6 / 4) / 2, kRounding);
 }
 
-TEST(Timing, PicturesThatComeEverLaterAgeOnARealRobotAlone) {
+TEST(Timing, AgeingImagesAreReportedForARealRobotOnly) {
   for (const bool is_simulated : {false, true}) {
-    runs::RunData run = run_at({0, 0.1, 0.2}, is_simulated ? "sim_povray" : "memory");
+    runlog::RunData run = run_at({0, 0.1, 0.2}, is_simulated ? "sim_povray" : "memory");
     run.frames.front().host_t_s = 0.05;
     run.frames.back().host_t_s = 0.29;  // 90 ms behind the stamp, 50 at first
     const auto ageing_s = timing_of(run).ageing_s;
@@ -80,7 +80,7 @@ TEST(Timing, PicturesThatComeEverLaterAgeOnARealRobotAlone) {
 TEST(LostPValue, IsTheExactBinomialTestOfBothSides) {
   // 3 of 10 at a half: P(k) = C(10, k) / 1024; as improbable or more are k <= 3 and k >= 7: 2 (1 + 10 + 45 + 120).
   EXPECT_NEAR(lost_p_value(3, 10, 0.5), 352.0 / 1024, kRounding);
-  EXPECT_NEAR(lost_p_value(5, 10, 0.5), 1, kRounding) << "the most probable number: all count";
+  EXPECT_NEAR(lost_p_value(5, 10, 0.5), 1, kRounding) << "the most probable number, so all count";
   // 2 of 3 at a quarter: P = 27, 27, 9, 1 of 64; so 9 + 1.
   EXPECT_NEAR(lost_p_value(2, 3, 0.25), 10.0 / 64, kRounding);
   // 0 and 1 of 3 are equally probable: all count.
@@ -88,7 +88,7 @@ TEST(LostPValue, IsTheExactBinomialTestOfBothSides) {
   EXPECT_NEAR(lost_p_value(3, 3, 0.25), 1.0 / 64, kRounding);
 }
 
-TEST(LostPValue, AtNoneAndAllThereIsNoChance) {
+TEST(LostPValue, AtProbabilitiesZeroAndOneNothingIsRandom) {
   EXPECT_EQ(lost_p_value(0, 9, 0.0), 1);
   EXPECT_EQ(lost_p_value(1, 9, 0.0), 0);
   EXPECT_EQ(lost_p_value(9, 9, 1.0), 1);
@@ -98,14 +98,14 @@ TEST(LostPValue, AtNoneAndAllThereIsNoChance) {
 TEST(LostPValue, IsFishersExactTestForTwoCameras) {
   // Lost 1 of 4 and 3 of 4: 4 lost of 8. P(k of the first) = C(4, k) C(4, 4 - k) / C(8, 4) = 1, 16, 36, 16, 1 of 70.
   EXPECT_NEAR(lost_p_value(1, 4, 3, 4), 34.0 / 70, kRounding);
-  EXPECT_NEAR(lost_p_value(0, 4, 4, 4), 2.0 / 70, kRounding) << "all and none";
+  EXPECT_NEAR(lost_p_value(0, 4, 4, 4), 2.0 / 70, kRounding) << "none and all";
   EXPECT_NEAR(lost_p_value(4, 4, 0, 4), 2.0 / 70, kRounding);
   // Lost 2 of 3 and 0 of 5: P(k) = C(3, k) C(5, 2 - k) / C(8, 2) = 10, 15, 3 of 28.
   EXPECT_NEAR(lost_p_value(2, 3, 0, 5), 3.0 / 28, kRounding) << "unequal numbers of frames";
   EXPECT_NEAR(lost_p_value(0, 5, 2, 3), 3.0 / 28, kRounding) << "whichever comes first";
 }
 
-TEST(LostPValue, ThatNoneOrAllWereLostByBothIsNoDifference) {
+TEST(LostPValue, EqualLossesOfNoneOrAllAreNoDifference) {
   EXPECT_NEAR(lost_p_value(0, 4, 0, 7), 1, kRounding);
   EXPECT_NEAR(lost_p_value(4, 4, 7, 7), 1, kRounding);
   EXPECT_NEAR(lost_p_value(0, 100'000, 0, 50'000), 1, 1e-6) << "logarithms of factorials of a million";

@@ -18,19 +18,19 @@
 #include "hal/clock.h"
 #include "hal/diff_drive.h"
 
-/// Devices with one fault each, in a time that only they and the doctor's waiting move.
+/// Devices with one fault each. Only they and the doctor's waiting advance the time.
 namespace twocone::doctor {
 
 inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
   return std::chrono::nanoseconds(std::int64_t(std::llround(1e9 * seconds)));
 }
 
-/// The doctor's surroundings, and a person who answers what the test wrote down.
-struct Ward {
+/// The doctor's surroundings, with a user who gives the answers of the test.
+struct FakeSurroundings {
   std::shared_ptr<ManualClock> clock = std::make_shared<ManualClock>(ClockKind::kSteady);
   std::atomic<bool> stop{false};
   std::vector<std::string> asked;
-  std::function<std::optional<std::string>(const std::string&)> person;  ///< empty: there is none
+  std::function<std::optional<std::string>(const std::string&)> person;  ///< empty: there is no user
   std::function<void()> at_each_sleep = [] {};
 
   [[nodiscard]] Surroundings surroundings() {
@@ -51,13 +51,13 @@ struct Ward {
   }
 };
 
-/// A bright disc before a darker wall: what a camera sees of a mirror. The edge is a Gaussian's integral.
+/// A bright disc before a darker wall, as a camera sees a mirror. The edge is the integral of a Gaussian.
 struct Disc {
   double column = 79.5, row = 59.5, radius = 50;
   double sigma_px = 0.4;
   double inside = 150, outside = 60;
 };
-inline Image picture_of(const Disc& disc, int width = 160, int height = 120) {
+inline Image image_of(const Disc& disc, int width = 160, int height = 120) {
   Image image{width, height, PixelFormat::kRgb8, {}};
   std::vector<std::uint8_t> bytes;
   for (int row = 0; row < height; ++row) {
@@ -72,20 +72,20 @@ inline Image picture_of(const Disc& disc, int width = 160, int height = 120) {
   return image;
 }
 
-/// What one camera is really like.
+/// The true behaviour of a camera.
 struct CameraTruth {
   double rate_hz = 25;
-  double told_rate_hz = 0;                                         ///< 0: what is asked for
-  int narrower_px = 0;                                             ///< than asked for
+  double reported_rate_hz = 0;                                     ///< 0: the requested rate
+  int narrower_px = 0;                                             ///< than requested
   double phase_s = 0;                                              ///< of its exposures
-  double age_s = 0.01;                                             ///< of a frame when it is there
-  double jitter_s = 0;                                             ///< every fourth exposure is late by so much
+  double age_s = 0.01;                                             ///< of a frame when it is delivered
+  double jitter_s = 0;                                             ///< delay of every fourth exposure
   std::uint64_t lose_every = 0, skip_every = 0, damage_every = 0;  ///< 0: never
   std::uint64_t dies_after = std::numeric_limits<std::uint64_t>::max();
   Error death{ErrorCode::kDisconnected, "the cable is out"};
-  bool stands_still = false;  ///< its capture times do, after a second
+  bool stands_still = false;  ///< its capture times do not advance after a second
   std::vector<std::pair<std::string, double>> controls{};
-  Image picture = picture_of({});
+  Image image = image_of({});
   Status started{};
 };
 
@@ -99,7 +99,7 @@ class BenchCamera final : public Camera {
   Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
     CameraSettings got = wanted;
     got.width_px -= truth_.narrower_px;
-    if (truth_.told_rate_hz > 0) got.rate_hz = truth_.told_rate_hz;
+    if (truth_.reported_rate_hz > 0) got.rate_hz = truth_.reported_rate_hz;
     return got;
   }
   Status do_start() override {
@@ -133,7 +133,7 @@ class BenchCamera final : public Camera {
     if (at_s + truth_.age_s > now_s) clock_->advance(nanoseconds_of(at_s + truth_.age_s - now_s));
     if (truth_.stands_still) at_s = std::min(at_s, 1.0);
     header.captured = {ClockKind::kSteady, nanoseconds_of(at_s)};
-    return Frame(header, truth_.picture);
+    return Frame(header, truth_.image);
   }
   void do_stop() noexcept override {
     if (streams_) --*streams_;
@@ -151,7 +151,7 @@ class BenchCamera final : public Camera {
   std::uint64_t grabs_ = 0;
 };
 
-/// What a drive is really like.
+/// The true behaviour of a drive.
 struct DriveTruth {
   DriveLimits limits{10, std::chrono::milliseconds(500)};
   double counts_per_turn = 1000;
@@ -164,17 +164,17 @@ struct DriveTruth {
   double stop_takes_s = 0.02;    ///< after stop()
   double silence_takes_s = 0.5;  ///< after the last command
   double read_takes_s = 0.004;
-  std::uint64_t silent_after = std::numeric_limits<std::uint64_t>::max();  ///< so many calls
+  std::uint64_t silent_after = std::numeric_limits<std::uint64_t>::max();  ///< number of calls
   std::uint64_t lose_every = 0;                                            ///< of readings; 0: never
   std::optional<std::chrono::milliseconds> own_timeout{400};
-  bool is_guarded = true;
+  bool has_watchdog = true;
 };
 
-/// What became of the wheels; outlives the drive.
+/// The commands to the wheels; outlives the drive.
 struct WheelLog {
-  int moves = 0;  ///< commands that were no stop
+  int moves = 0;  ///< commands other than stop
   int stops = 0;
-  bool turn = false;  ///< as commanded last
+  bool turn = false;  ///< according to the last command
 };
 
 class BenchDrive final : public DiffDrive {
@@ -234,7 +234,8 @@ class BenchDrive final : public DiffDrive {
     return {};
   }
   [[nodiscard]] DriveFacts do_tell() const override {
-    return {"/dev/ttyBENCH at 57600 baud", "bench 1.2", truth_.counts_per_turn, truth_.own_timeout, truth_.is_guarded};
+    return {"/dev/ttyBENCH at 57600 baud", "bench 1.2", truth_.counts_per_turn, truth_.own_timeout,
+            truth_.has_watchdog};
   }
 
   std::shared_ptr<ManualClock> clock_;
@@ -245,7 +246,7 @@ class BenchDrive final : public DiffDrive {
   std::uint64_t calls_ = 0;
 };
 
-/// The one row of that check; a test failure elsewhere if there is none: an empty row.
+/// Returns the row of that check; a row "no such row" if there is none.
 inline Row row_of(const Report& report, const std::string& part, const std::string& check) {
   for (const Row& row : report.rows()) {
     if (row.part == part && row.check == check) return row;

@@ -25,12 +25,12 @@ CameraUnderTest lower() {
 }
 
 Report checked(CameraTruth truth) {
-  Ward ward;
+  FakeSurroundings fake;
   if (truth.controls.empty()) truth.controls = {{"gain", 3}};
   const auto streams = std::make_shared<int>(0);
-  BenchCamera camera(ward.clock, truth, streams);
+  BenchCamera camera(fake.clock, truth, streams);
   Report report;
-  check_camera(lower(), camera, kSeconds, ward.surroundings(), report);
+  check_camera(lower(), camera, kSeconds, fake.surroundings(), report);
   EXPECT_EQ(*streams, 0) << "streams on";
   return report;
 }
@@ -58,9 +58,9 @@ INSTANTIATE_TEST_SUITE_P(
     Each, Cameras,
     testing::Values(
         Case{"another_size", {.narrower_px = 4}, "format", Verdict::kFailed, "width_px: 156"},
-        Case{"another_rate", {.told_rate_hz = 30}, "format", Verdict::kWarning, "rate_hz: 30"},
+        Case{"another_rate", {.reported_rate_hz = 30}, "format", Verdict::kWarning, "rate_hz: 30"},
         Case{"control_ignored", {.controls = {{"gain", 7}}}, "control", Verdict::kWarning, "gain: 7"},
-        Case{"control_not_told", {.controls = {{"hue", 7}}}, "control", Verdict::kWarning, "picture"},
+        Case{"control_not_reported", {.controls = {{"hue", 7}}}, "control", Verdict::kWarning, "image"},
         Case{"does_not_start",
              {.started = Error{ErrorCode::kRefused, "busy; end the other program"}},
              "stream",
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"too_slow", {.rate_hz = 23.1}, "rate", Verdict::kFailed, "rate_hz: 23.1"},
         Case{"too_fast", {.rate_hz = 27.3}, "rate", Verdict::kFailed, "rate_hz: 27.3"},
         Case{"just_right", {.rate_hz = 24.1}, "rate", Verdict::kOk, ""},
-        Case{"times_stand_still", {.stands_still = true}, "rate", Verdict::kFailed, "no times"},
+        Case{"times_stand_still", {.stands_still = true}, "rate", Verdict::kFailed, "no capture times"},
         Case{"trembles", {.jitter_s = 0.017}, "jitter", Verdict::kWarning, "load"},
         Case{"trembles_little", {.jitter_s = 0.006}, "jitter", Verdict::kOk, ""},
         Case{"loses_few", {.lose_every = 17}, "lost frames", Verdict::kWarning, "cable"},
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"skips", {.skip_every = 9}, "lost frames", Verdict::kWarning, "busy"},
         Case{"old", {.age_s = 0.093}, "age", Verdict::kWarning, "frame periods"},
         Case{"from_the_future", {.age_s = -0.02}, "age", Verdict::kWarning, "future"},
-        Case{"goes_away", {.dies_after = 40}, "stream", Verdict::kFailed, "went away"},
+        Case{"goes_away", {.dies_after = 40}, "stream", Verdict::kFailed, "was disconnected"},
         Case{"falls_silent",
              {.dies_after = 40, .death = {ErrorCode::kTimeout, "no frame"}},
              "stream",
@@ -90,8 +90,8 @@ INSTANTIATE_TEST_SUITE_P(
              "stream",
              Verdict::kFailed,
              "sends nothing"},
-        Case{"dark", {.picture = picture_of({.inside = 3, .outside = 3})}, "exposure", Verdict::kFailed, "lens cap"},
-        Case{"cut_off", {.picture = {160, 120, PixelFormat::kRgb8, {1, 2, 3}}}, "picture", Verdict::kFailed, "cable"}),
+        Case{"dark", {.image = image_of({.inside = 3, .outside = 3})}, "exposure", Verdict::kFailed, "lens cap"},
+        Case{"cut_off", {.image = {160, 120, PixelFormat::kRgb8, {1, 2, 3}}}, "image", Verdict::kFailed, "cable"}),
     [](const auto& each) { return each.param.name; });
 
 TEST(DoctorCamera, ThatIsInOrderIsOk) {
@@ -100,32 +100,32 @@ TEST(DoctorCamera, ThatIsInOrderIsOk) {
   EXPECT_GE(report.rows().size(), 9U);
 }
 
-TEST(DoctorCamera, MeasuresWhatIsThere) {
+TEST(DoctorCamera, MeasuresRateAndAge) {
   const Report report = checked({.rate_hz = 24.4, .age_s = 0.0312});
   EXPECT_THAT(row_of(report, "lower", "rate").measured, HasSubstr("24.40 Hz"));
   EXPECT_THAT(row_of(report, "lower", "age").measured, HasSubstr("median 31.2 ms"));
 }
 
 TEST(DoctorCamera, StopsWhenItIsInterrupted) {
-  Ward ward;
-  ward.stop = true;
+  FakeSurroundings fake;
+  fake.stop = true;
   const auto streams = std::make_shared<int>(0);
-  BenchCamera camera(ward.clock, {}, streams);
+  BenchCamera camera(fake.clock, {}, streams);
   Report report;
-  EXPECT_THROW(check_camera(lower(), camera, kSeconds, ward.surroundings(), report), Interrupted);
+  EXPECT_THROW(check_camera(lower(), camera, kSeconds, fake.surroundings(), report), Interrupted);
   EXPECT_EQ(*streams, 0);
 }
 
-TEST(DoctorCamera, BehindABadCableIsTold) {
-  Ward ward;
+TEST(DoctorCamera, ABadCableIsReported) {
+  FakeSurroundings fake;
   memory::CameraFaults faults;
   faults.bad_data_chance = 0.04;
   faults.lost_chance = 0.04;
   memory::FaultyCamera camera(
-      std::make_unique<memory::MemoryCamera>(ward.clock, memory::WhenNotDue::kAdvance, memory::test_pattern), faults,
+      std::make_unique<memory::MemoryCamera>(fake.clock, memory::WhenNotDue::kAdvance, memory::test_pattern), faults,
       42);
   Report report;
-  check_camera(lower(), camera, 20, ward.surroundings(), report);
+  check_camera(lower(), camera, 20, fake.surroundings(), report);
   EXPECT_NE(row_of(report, "lower", "lost frames").verdict, Verdict::kOk);
   EXPECT_EQ(row_of(report, "lower", "rate").verdict, Verdict::kOk);
   EXPECT_EQ(row_of(report, "lower", "mirror").verdict, Verdict::kWarning) << "the test pattern shows no mirror";
@@ -147,7 +147,7 @@ void PrintTo(const PairCase& c, std::ostream* out) { *out << c.name; }
 class PairsOfCameras : public testing::TestWithParam<PairCase> {};
 
 Report checked(const PairCase& c) {
-  Ward ward;
+  FakeSurroundings fake;
   CameraSettings asked = kAsked;
   asked.rate_hz = c.rate_hz;
   const auto streams = std::make_shared<int>(0);
@@ -155,10 +155,10 @@ Report checked(const PairCase& c) {
   check_pair(
       {asked, asked, c.max_skew, 500ms},
       [&](std::chrono::nanoseconds max_skew) -> Result<StereoRig> {
-        return StereoRig(std::make_unique<BenchCamera>(ward.clock, c.lower, streams),
-                         std::make_unique<BenchCamera>(ward.clock, c.upper, streams), max_skew);
+        return StereoRig(std::make_unique<BenchCamera>(fake.clock, c.lower, streams),
+                         std::make_unique<BenchCamera>(fake.clock, c.upper, streams), max_skew);
       },
-      kSeconds, ward.surroundings(), report);
+      kSeconds, fake.surroundings(), report);
   EXPECT_EQ(*streams, 0) << "streams on";
   return report;
 }
@@ -170,7 +170,7 @@ TEST_P(PairsOfCameras, AreJudged) {
   EXPECT_THAT(row.advice, HasSubstr(c.advice)) << row.measured;
 }
 
-// A pair that the limit refuses is waited for in vain, in real time.
+// Waiting for a pair that the limit excludes takes real time.
 INSTANTIATE_TEST_SUITE_P(
     Each, PairsOfCameras,
     testing::Values(
@@ -204,7 +204,7 @@ TEST(DoctorPair, RowsOfNoPairAtAll) {
   const PairUnderTest test{kAsked, kAsked, 4ms, 500ms};
   EXPECT_EQ(judge_pairs({.unpaired = 90}, test).at(0).verdict, Verdict::kFailed);
   EXPECT_EQ(judge_skew({.unpaired = 90}, test).verdict, Verdict::kFailed);
-  // What a wide limit then shows: synchronised, but beyond a limit that is too tight for them.
+  // A wide limit then shows synchronised cameras beyond a limit that is too tight for them.
   const PairUnderTest tight{kAsked, kAsked, 500us, 500ms};
   const Row row = judge_skew({.skews_s = {0.0011, 0.0012, 0.0013}}, tight);
   EXPECT_EQ(row.verdict, Verdict::kFailed);

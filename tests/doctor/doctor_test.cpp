@@ -31,8 +31,8 @@ constexpr const char* kMemory = R"(
 )";
 constexpr const char* kSerial = "serial_diffdrive, port: /dev/drive, protocol: roboclaw, counts_per_turn: 1000";
 
-/// A robot of parts that the test makes, and what became of them.
-struct Bench : Ward {
+/// A robot of parts that the test provides, with the record of their use.
+struct Bench : FakeSurroundings {
   TemporaryFolder folder;
   std::string cameras = kDevices;
   std::string drive = kSerial;
@@ -45,8 +45,8 @@ struct Bench : Ward {
 
   Bench() { static_cast<void>(folder.write("room.map.yaml", kMap)); }
 
-  [[nodiscard]] files::Robot robot() const {
-    return files::read_robot(folder.write("robot.yaml", fmt::format(R"(
+  [[nodiscard]] config::Robot robot() const {
+    return config::read_robot(folder.write("robot.yaml", fmt::format(R"(
 name: mine
 map: room.map.yaml
 body: {{radius_m: 0.2}}
@@ -62,7 +62,7 @@ rig:
   lower: {{centre_px: [79.5, 59.5], rim_radius_px: 50, azimuth_rad: 0.0}}
   upper: {{centre_px: [79.5, 59.5], rim_radius_px: 50, azimuth_rad: 0.0}}
 )",
-                                                                    drive, cameras)));
+                                                                     drive, cameras)));
   }
 
   Report examined() {
@@ -85,7 +85,7 @@ rig:
   }
 };
 
-TEST(Doctor, ARobotInOrderIsOkButForWhatWasNotSeen) {
+TEST(Doctor, ARobotInOrderIsOkExceptForWhatWasNotSeen) {
   Bench bench;
   bench.options.wheels_off_the_ground = true;
   const Report report = bench.examined();
@@ -99,7 +99,7 @@ TEST(Doctor, ARobotInOrderIsOkButForWhatWasNotSeen) {
   }
 }
 
-TEST(Doctor, NobodyToAskAndNothingSaidTurnsNoWheel) {
+TEST(Doctor, WithoutAUserAndTheOptionNoWheelTurns) {
   Bench bench;
   const Report report = bench.examined();
   EXPECT_EQ(bench.wheels->moves, 0) << "commands";
@@ -108,7 +108,7 @@ TEST(Doctor, NobodyToAskAndNothingSaidTurnsNoWheel) {
   EXPECT_FALSE(report.has_failed()) << table(report);
 }
 
-TEST(Doctor, NoTurnsNoWheel) {
+TEST(Doctor, TheAnswerNoTurnsNoWheel) {
   Bench bench;
   bench.person = [](const std::string&) { return "no"; };
   const Report report = bench.examined();
@@ -118,7 +118,7 @@ TEST(Doctor, NoTurnsNoWheel) {
   EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
 }
 
-TEST(Doctor, YesTurnsThem) {
+TEST(Doctor, TheAnswerYesTurnsTheWheels) {
   Bench bench;
   bench.person = [](const std::string& question) {
     return question.find("off the ground") != std::string::npos ? "yes" : "";
@@ -128,7 +128,7 @@ TEST(Doctor, YesTurnsThem) {
   EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, Verdict::kOk);
 }
 
-TEST(Doctor, WheelsThatCreepAreNotToldToTurn) {
+TEST(Doctor, WheelsThatCreepAreNotCommandedToTurn) {
   Bench bench;
   bench.options.wheels_off_the_ground = true;
   bench.drive_truth.creep_radps = 0.4;
@@ -138,7 +138,7 @@ TEST(Doctor, WheelsThatCreepAreNotToldToTurn) {
   EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
 }
 
-TEST(Doctor, AMissingCameraKeepsNothingElseFromBeingTested) {
+TEST(Doctor, WithAMissingCameraAllOtherPartsAreTested) {
   Bench bench;
   bench.no_upper = Error{ErrorCode::kNotFound, "/dev/upper: No such file or directory"};
   const Report report = bench.examined();
@@ -175,7 +175,7 @@ TEST(Doctor, AMissingControllerIsOneRow) {
   EXPECT_THAT(row.advice, HasSubstr("protocol, baud"));
 }
 
-TEST(Doctor, AnUnreadableMapKeepsThePartsFromNothing) {
+TEST(Doctor, WithAnUnreadableMapAllPartsAreTested) {
   Bench bench;
   static_cast<void>(bench.folder.write("room.map.yaml", "bounds_m: 7\n"));
   const Report report = bench.examined();
@@ -183,14 +183,14 @@ TEST(Doctor, AnUnreadableMapKeepsThePartsFromNothing) {
   EXPECT_EQ(row_of(report, "lower", "rate").verdict, Verdict::kOk);
 }
 
-TEST(Doctor, FilesThatDoNotFitAreTold) {
+TEST(Doctor, InconsistentFilesAreReported) {
   Bench bench;
   bench.cameras = R"(
   lower: {driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 25}
   upper: {driver: sim_povray, width_px: 160, height_px: 120, rate_hz: 25}
 )";
   bench.drive = "sim_povray";
-  const Row row = row_of(bench.examined(), "files", "together");
+  const Row row = row_of(bench.examined(), "files", "consistency");
   EXPECT_EQ(row.verdict, Verdict::kFailed);
   EXPECT_THAT(row.measured, HasSubstr("start is missing"));
 }
@@ -224,10 +224,10 @@ TEST(Doctor, PartsWithoutDeviceAreTestedAsAWhole) {
   const Report report = bench.examined();
   EXPECT_EQ(report.count(Verdict::kOk), report.rows().size()) << table(report);
   EXPECT_THAT(row_of(report, "lower", "driver").measured, HasSubstr("no bench test"));
-  EXPECT_THAT(row_of(report, "robot", "pair").measured, HasSubstr("came"));
+  EXPECT_THAT(row_of(report, "robot", "pair").measured, HasSubstr("received"));
 }
 
-TEST(Doctor, AWholeRobotThatDoesNotOpenIsTold) {
+TEST(Doctor, AWholeRobotThatDoesNotOpenIsReported) {
   Bench bench;
   bench.cameras = kMemory;
   bench.drive = "memory";

@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 constexpr double kPeriod_s = 0.04;
 
-/// What the person saw, left and right in turn, and how many turns.
+/// The user's answers: the left wheel, then the right one, and the number of turns.
 struct Eyes {
   std::string left = "lf", right = "rf", turns = "5";
 };
@@ -39,17 +39,17 @@ drivers::DrivePart part_of(const DriveTruth& truth) {
   return {"serial_diffdrive", truth.limits, serial};
 }
 
-/// At rest, and if that is well the wheels.
+/// Checks the standing drive and, if it is in order, the wheels.
 Report checked(const DriveTruth& truth, const std::optional<Eyes>& eyes) {
-  Ward ward;
-  if (eyes) ward.person = person_with(*eyes);
+  FakeSurroundings fake;
+  if (eyes) fake.person = person_with(*eyes);
   const auto log = std::make_shared<WheelLog>();
-  BenchDrive drive(ward.clock, truth, log);
+  BenchDrive drive(fake.clock, truth, log);
   const DriveUnderTest test{part_of(truth), kPeriod_s};
   Report report;
-  const Surroundings surroundings = ward.surroundings();
-  if (check_drive_at_rest(test, drive, surroundings, report)) {
-    EXPECT_EQ(log->moves, 0) << "commands of a check at rest";
+  const Surroundings surroundings = fake.surroundings();
+  if (check_standing_drive(test, drive, surroundings, report)) {
+    EXPECT_EQ(log->moves, 0) << "commands to a standing drive";
     check_wheels(test, drive, surroundings, report);
     EXPECT_GT(log->stops, 0);
   }
@@ -80,35 +80,39 @@ const DriveTruth kBothCrossed{.motors_crossed = true, .encoders_crossed = true};
 const DriveTruth kBothBackward{.left_motor_backward = true, .left_encoder_backward = true};
 
 INSTANTIATE_TEST_SUITE_P(
-    AtRest, Drives,
-    testing::Values(
-        Case{"nothing_stops_it", {.own_timeout = {}, .is_guarded = false}, {}, "time-out", Verdict::kFailed, "guard"},
-        Case{"its_own_is_longer",
-             {.own_timeout = 2000ms, .is_guarded = false},
-             {},
-             "time-out",
-             Verdict::kFailed,
-             "guard"},
-        Case{"the_guard_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
-        Case{"its_own_is_enough", {.is_guarded = false}, {}, "time-out", Verdict::kOk, ""},
-        Case{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
-        Case{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
-        Case{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
-        Case{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
-        Case{"creeps", {.creep_radps = 0.3}, {}, "at rest", Verdict::kFailed, "nobody told"}),
+    Standing, Drives,
+    testing::Values(Case{"nothing_stops_it",
+                         {.own_timeout = {}, .has_watchdog = false},
+                         {},
+                         "time-out",
+                         Verdict::kFailed,
+                         "watchdog"},
+                    Case{"its_own_is_longer",
+                         {.own_timeout = 2000ms, .has_watchdog = false},
+                         {},
+                         "time-out",
+                         Verdict::kFailed,
+                         "watchdog"},
+                    Case{"the_watchdog_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
+                    Case{"its_own_is_enough", {.has_watchdog = false}, {}, "time-out", Verdict::kOk, ""},
+                    Case{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
+                    Case{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
+                    Case{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
+                    Case{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
+                    Case{"creeps", {.creep_radps = 0.3}, {}, "standing still", Verdict::kFailed, "without a command"}),
     [](const auto& each) { return each.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Moving, Drives,
     testing::Values(
-        // Motors and encoders are exchanged together: the person alone can see it, and the file's keys set it right.
+        // Motors and encoders are exchanged together: only the user can see it, and the file's keys correct it.
         Case{"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", Verdict::kFailed, "swap_wheels: true"},
         Case{"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", Verdict::kFailed, "swap_wheels: true"},
         Case{"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", Verdict::kFailed,
              "reverse_left: true"},
         Case{"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", Verdict::kOk, ""},
         Case{"swapped_unseen", kBothCrossed, {}, "wheels seen", Verdict::kNotRun, "terminal"},
-        // No key helps where an encoder does not tell of its own motor.
+        // No key helps where an encoder does not measure its own motor.
         Case{"encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoders' plugs"},
         Case{"motors_crossed",
              {.motors_crossed = true},
@@ -139,9 +143,19 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
         Case{"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", Verdict::kNotRun, "again"},
         Case{"turns_nobody", {}, {}, "counts per turn", Verdict::kNotRun, "terminal"},
-        Case{"stops_late", {.stop_takes_s = 0.71, .silence_takes_s = 5}, {}, "stop, told", Verdict::kFailed, "brake"},
-        Case{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, told", Verdict::kOk, ""},
-        Case{"stops_never", {.stop_takes_s = 1e6, .silence_takes_s = 1e6}, {}, "stop, told", Verdict::kFailed, "brake"},
+        Case{"stops_late",
+             {.stop_takes_s = 0.71, .silence_takes_s = 5},
+             {},
+             "stop, commanded",
+             Verdict::kFailed,
+             "brake"},
+        Case{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, commanded", Verdict::kOk, ""},
+        Case{"stops_never",
+             {.stop_takes_s = 1e6, .silence_takes_s = 1e6},
+             {},
+             "stop, commanded",
+             Verdict::kFailed,
+             "brake"},
         Case{"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", Verdict::kOk, ""},
         Case{"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
         Case{"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
@@ -156,36 +170,36 @@ TEST(DoctorDrive, ThatIsInOrderIsOk) {
 
 TEST(DoctorDrive, MeasuredStopTimesAreTheRealOnes) {
   const Report report = checked({.stop_takes_s = 0.23, .silence_takes_s = 0.41}, {});
-  // Told: to a reading (5 + 4 ms). Silence: to the speed's own precision.
+  // By a command: the resolution of a reading (5 + 4 ms). By silence: the precision of the speed.
   constexpr double kTolerance_s = 0.025;
-  EXPECT_NEAR(std::stod(row_of(report, "drive", "stop, told").measured), 0.23, kTolerance_s);
+  EXPECT_NEAR(std::stod(row_of(report, "drive", "stop, commanded").measured), 0.23, kTolerance_s);
   EXPECT_NEAR(std::stod(row_of(report, "drive", "stop, silence").measured), 0.41, kTolerance_s);
 }
 
-TEST(DoctorDrive, WheelsRestAfterEveryTrouble) {
+TEST(DoctorDrive, WheelsStandAfterEveryFailure) {
   for (const DriveTruth& truth : {DriveTruth{}, DriveTruth{.speed_factor = 5}, DriveTruth{.left_motor_backward = true},
                                   DriveTruth{.silence_takes_s = 1e6}}) {
-    Ward ward;
+    FakeSurroundings fake;
     const auto log = std::make_shared<WheelLog>();
-    BenchDrive drive(ward.clock, truth, log);
+    BenchDrive drive(fake.clock, truth, log);
     Report report;
-    check_wheels({part_of(truth), kPeriod_s}, drive, ward.surroundings(), report);
+    check_wheels({part_of(truth), kPeriod_s}, drive, fake.surroundings(), report);
     EXPECT_FALSE(log->turn);
   }
 }
 
-TEST(DoctorDrive, WheelsRestAfterAnInterruption) {
-  // At all moments of the whole course.
+TEST(DoctorDrive, WheelsStandAfterAnInterruption) {
+  // The interruption comes at every moment of the tests.
   bool was_done = false;
   for (int sleeps = 3; !was_done; sleeps += 37) {
-    Ward ward;
+    FakeSurroundings fake;
     int left = sleeps;
-    ward.at_each_sleep = [&] { ward.stop = ward.stop || --left == 0; };
+    fake.at_each_sleep = [&] { fake.stop = fake.stop || --left == 0; };
     const auto log = std::make_shared<WheelLog>();
-    BenchDrive drive(ward.clock, {}, log);
+    BenchDrive drive(fake.clock, {}, log);
     Report report;
     try {
-      check_wheels({part_of({}), kPeriod_s}, drive, ward.surroundings(), report);
+      check_wheels({part_of({}), kPeriod_s}, drive, fake.surroundings(), report);
       was_done = true;
     } catch (const Interrupted&) {
       EXPECT_LE(left, 0);
@@ -195,33 +209,33 @@ TEST(DoctorDrive, WheelsRestAfterAnInterruption) {
   }
 }
 
-TEST(DoctorDrive, BehindABadCableIsTold) {
-  Ward ward;
+TEST(DoctorDrive, ABadCableIsReported) {
+  FakeSurroundings fake;
   memory::DriveFaults faults;
   faults.read_timeout_chance = 0.1;
-  memory::FaultyDiffDrive drive(std::make_unique<memory::MemoryDiffDrive>(ward.clock, DriveLimits{}), faults, 7);
+  memory::FaultyDiffDrive drive(std::make_unique<memory::MemoryDiffDrive>(fake.clock, DriveLimits{}), faults, 7);
   Report report;
-  check_drive_at_rest({part_of({}), kPeriod_s}, drive, ward.surroundings(), report);
+  check_standing_drive({part_of({}), kPeriod_s}, drive, fake.surroundings(), report);
   EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kWarning);
 }
 
-TEST(DoctorDrive, NothingButYesPermits) {
+TEST(DoctorDrive, OnlyYesPermits) {
   for (const char* answer : {"", "y", "no", "Yes", "yes please", "off"}) {
-    Ward ward;
-    ward.person = [answer](const std::string&) { return answer; };
+    FakeSurroundings fake;
+    fake.person = [answer](const std::string&) { return answer; };
     Report report;
-    EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kRefused) << answer;
+    EXPECT_EQ(ask_off_the_ground(false, fake.surroundings(), report), Permission::kRefused) << answer;
     EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
   }
-  Ward ward;
+  FakeSurroundings fake;
   Report report;
-  ward.person = [](const std::string&) { return std::nullopt; };
-  EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kRefused) << "no answer";
-  ward.person = [](const std::string&) { return "yes"; };
-  EXPECT_EQ(ask_off_the_ground(false, ward.surroundings(), report), Permission::kGiven);
-  ward.asked.clear();
-  EXPECT_EQ(ask_off_the_ground(true, ward.surroundings(), report), Permission::kGiven);
-  EXPECT_TRUE(ward.asked.empty()) << "it was said";
+  fake.person = [](const std::string&) { return std::nullopt; };
+  EXPECT_EQ(ask_off_the_ground(false, fake.surroundings(), report), Permission::kRefused) << "no answer";
+  fake.person = [](const std::string&) { return "yes"; };
+  EXPECT_EQ(ask_off_the_ground(false, fake.surroundings(), report), Permission::kGiven);
+  fake.asked.clear();
+  EXPECT_EQ(ask_off_the_ground(true, fake.surroundings(), report), Permission::kGiven);
+  EXPECT_TRUE(fake.asked.empty()) << "it was stated";
 }
 
 TEST(DoctorTurning, AnswersAreUnderstood) {
@@ -235,7 +249,7 @@ TEST(DoctorTurning, AnswersAreUnderstood) {
   }
 }
 
-TEST(DoctorAdvice, OfARefusalIsItsOwn) {
+TEST(DoctorAdvice, OfARefusalComesFromItsMessage) {
   const Row row = failed_row("drive", "opens",
                              {ErrorCode::kRefused, "drive: /dev/null is no serial port; name the port; or another"},
                              drive_advice(ErrorCode::kRefused));
@@ -243,10 +257,10 @@ TEST(DoctorAdvice, OfARefusalIsItsOwn) {
   EXPECT_EQ(row.advice, "name the port; or another");
   const Row silent = failed_row("drive", "opens", {ErrorCode::kTimeout, "no answer; nothing came"}, "power");
   EXPECT_EQ(silent.measured, "no answer; nothing came");
-  EXPECT_EQ(silent.advice, "power") << "only a refusal knows its cause";
+  EXPECT_EQ(silent.advice, "power") << "only a refusal states its own remedy";
 }
 
-TEST(DoctorTurning, KeysThatAreSetAreTakenBack) {
+TEST(DoctorTurning, AdviceReversesKeysThatAreSet) {
   serial::SerialDriveSettings settings;
   settings.swap_wheels = settings.reverse_right = true;
   const Counted right{.left_rad = 0, .right_rad = 6, .commanded_rad = 6};

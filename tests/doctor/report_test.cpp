@@ -24,7 +24,7 @@ Report three_rows() {
   report.add({"lower", "rate", "24.95 Hz of 25"});
   report.add({"pair", "skew", "median 11.0 ms, at most 12.0 ms; limit 10 ms", Verdict::kFailed, "max_skew_s: 0.02"});
   report.add(
-      {"drive", "moving tests", "there is nobody to ask whether the wheels are free, nor was it said", Verdict::kNotRun,
+      {"drive", "moving tests", "no user can confirm that the wheels are free, nor was it stated", Verdict::kNotRun,
        "lift both wheels and run it in a terminal, or with --wheels-off-the-ground, which is as good as an answer"});
   return report;
 }
@@ -42,14 +42,14 @@ TEST(DoctorReport, ColumnsAreAlignedAndFitTheWidth) {
   }
 }
 
-TEST(DoctorReport, LongCellsGoOnAndLoseNoWord) {
+TEST(DoctorReport, LongCellsContinueAndLoseNoWord) {
   std::string words;
   for (const std::string& line : lines_of(table(three_rows()))) words += line + " ";
-  std::istringstream in("nobody to ask whether the wheels are free nor was it said lift as good as an answer");
+  std::istringstream in("no user can confirm that the wheels are free nor was it stated lift as good as an answer");
   for (std::string word; in >> word;) EXPECT_THAT(words, HasSubstr(word));
 }
 
-TEST(DoctorReport, APathThatFitsNoColumnIsWhole) {
+TEST(DoctorReport, APathThatFitsNoColumnIsNotBroken) {
   const std::string path = "/dev/v4l/by-id/usb-Maker_Camera_with_a_very_long_name_0123456789ABCDEF-video-index0";
   Report report;
   report.add({"lower", "opens", "no", Verdict::kFailed, "device: " + path});

@@ -16,10 +16,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr CameraSettings kSmall{64, 48, 20};
-// For a picture of that size by POV-Ray, on a busy machine; only a test that fails waits so long.
+// The limit for a POV-Ray image of that size on a busy machine. Only a test that fails waits this long.
 constexpr auto kLong = 30s;
 
-/// Of devices that no machine has.
+/// Settings with devices that no machine has.
 RobotSettings all_parts(const std::string& driver) {
   RobotSettings settings;
   settings.lower = settings.upper = {driver, kSmall, 1, {}, {.name = "/dev/no-such-camera", .format = ""}};
@@ -34,7 +34,7 @@ RobotSettings all_parts(const std::string& driver) {
 
 bool is_of_devices(std::string_view driver) { return driver != "memory" && driver != "sim_povray"; }
 
-/// "memory, sim_povray": the drivers that messages name.
+/// The drivers as messages name them: "memory, sim_povray".
 std::string drivers_of(bool for_drive, bool available = true) {
   std::string names;
   for (const Backend& backend : backends()) {
@@ -63,8 +63,8 @@ TEST(Backends, AreKnownByNameOnce) {
                                                "serial_diffdrive"}));
 }
 
-// Catches a row that says one thing and a function that does another: each row is tried for each part.
-TEST(Backends, TheTableTellsWhatOpeningDoes) {
+// Catches a row of the table that does not match its function: each row is tried for each part.
+TEST(Backends, TheTableMatchesTheFunctions) {
   for (const Backend& backend : backends()) {
     for (const bool is_drive : {false, true}) {
       SCOPED_TRACE(testing::Message() << backend.name << (is_drive ? " for the drive" : " for cameras"));
@@ -85,7 +85,7 @@ TEST(Backends, TheTableTellsWhatOpeningDoes) {
   }
 }
 
-// Catches a part that opens alone in another way than in its robot.
+// Catches a part that is opened differently alone than in its robot.
 TEST(Backends, APartOpensAlone) {
   const RobotSettings memory = all_parts("memory");
   EXPECT_TRUE(open_camera("cameras.lower", memory.lower));
@@ -108,7 +108,7 @@ TEST(Backends, APartOpensAlone) {
   EXPECT_THROW((void)open_drive(without), std::invalid_argument);
 }
 
-TEST(OpenRobot, AnUnknownDriverIsToldWhichThereAre) {
+TEST(OpenRobot, TheErrorForAnUnknownDriverListsTheKnownOnes) {
   RobotSettings settings = all_parts("memory");
   settings.upper.driver = "v4l";
   Error error = error_of(settings);
@@ -122,9 +122,9 @@ TEST(OpenRobot, AnUnknownDriverIsToldWhichThereAre) {
   EXPECT_EQ(error.message, "drive: there is no driver ''; drivers for it are: " + drivers_of(true) + not_built(true));
 }
 
-// One line: what is lacking, the package to get it from, and what there is instead. In a build that has everything no
-// driver is tried here: tests/evidence/without.sh makes the builds that lack them.
-TEST(OpenRobot, ADriverThatIsNotInThisBuildSaysWhy) {
+// The message is one line: the missing library, its package, and the available drivers. In a build that has every
+// driver, this test checks nothing: tests/evidence/without.sh makes the builds that lack them.
+TEST(OpenRobot, TheErrorForADriverThatIsNotInThisBuildHasTheReason) {
   for (const Backend& backend : backends()) {
     if (backend.available()) continue;
     SCOPED_TRACE(backend.name);
@@ -194,7 +194,7 @@ TEST(OpenRobot, EveryBadSettingIsNamedByItsPart) {
   EXPECT_NO_THROW(check(settings)) << "only a simulation needs a world";
 }
 
-TEST(OpenRobot, WhatTheSceneLacksIsTold) {
+TEST(OpenRobot, AMissingSceneIsReported) {
   RobotSettings settings = all_parts("sim_povray");
   settings.world->place.scene = TWOCONE_SOURCE_DIR "/tests/drivers/no_such_scene.pov";
   const Error error = error_of(settings);
@@ -202,7 +202,7 @@ TEST(OpenRobot, WhatTheSceneLacksIsTold) {
   EXPECT_THAT(error.message, HasSubstr("no_such_scene.pov"));
 }
 
-// Catches parts with clocks of their own: the pair would not be of one instant, or the wheels not move with the frames.
+// Catches parts with separate clocks: the pair would not show one moment, or the wheels would not move with the frames.
 TEST(OpenRobot, AMemoryRobotRunsInLockStep) {
   auto robot = open_robot(all_parts("memory"));
   ASSERT_TRUE(robot) << robot.error().message;
@@ -222,9 +222,9 @@ TEST(OpenRobot, AMemoryRobotRunsInLockStep) {
   }
 }
 
-// Catches devices that die with the simulation they came from, a drive that moves another world than the cameras see,
-// and limits that are not handed on.
-TEST(OpenRobot, ASimulatedRobotDrivesAndSees) {
+// Catches devices that fail after their Simulation object is destroyed, a drive that moves another world than the
+// cameras show, and limits that are not passed on.
+TEST(OpenRobot, ASimulatedRobotDrivesAndTakesImages) {
   RobotSettings settings = all_parts("sim_povray");
   settings.drive.limits = {8, 300ms};
   auto robot = open_robot(settings);
@@ -245,14 +245,14 @@ TEST(OpenRobot, ASimulatedRobotDrivesAndSees) {
   const auto upper = second->upper.image(kLong);
   ASSERT_TRUE(lower) << lower.error().message;
   ASSERT_TRUE(upper) << upper.error().message;
-  EXPECT_NE(**lower, **upper) << "two cameras, not one twice";
+  EXPECT_NE(**lower, **upper) << "there must be two different cameras";
   const Pose2 moved = *robot->true_pose();
   const double way_m = std::hypot(moved.x_m - at_first->x_m, moved.y_m - at_first->y_m);
-  // 4 rad/s, wheels of 0.05 m, 50 ms, without slip.
+  // The wheels of 0.05 m radius turn at 4 rad/s for 50 ms without slip.
   EXPECT_NEAR(way_m, 4 * 0.05 * 0.05, 1e-12);
 }
 
-// Catches a robot file whose two entries are one camera, which only says that it is busy when it is opened twice.
+// Catches a robot file whose two entries are one camera. Without this check, the second open only reports "busy".
 TEST(Backends, OneCameraForTwoEntriesIsRefusedByItsName) {
   for (const char* driver : {"v4l2_camera", "libcamera_camera"}) {
     RobotSettings settings = all_parts("memory");

@@ -13,16 +13,16 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 
-// For a frame or picture that will come: a simulated one has to be rendered, on a machine that may be busy. Only a test
-// that fails waits so long.
+// The limit for a frame or image that will come: a simulated one must be rendered, on a machine that may be busy. Only
+// a test that fails waits this long.
 constexpr auto kLong = 30s;
 
-// "At once" on a machine that does other things too. A grab that waited for the next frame at kSlow_hz would take twice
-// as long.
+// The limit for "at once" on a machine with other load. A grab that waited for the next frame at kSlow_hz would take
+// twice as long.
 constexpr auto kPrompt = 1s;
 constexpr double kSlow_hz = 0.5;
 
-// Two exposure times are each rounded to a nanosecond.
+// Two capture times are each rounded to a nanosecond.
 constexpr auto kRounding = 1ns;
 
 nanoseconds periods(double count, double rate_hz) { return nanoseconds(std::llround(count * 1e9 / rate_hz)); }
@@ -38,24 +38,24 @@ void CameraConformance::start(const CameraSettings& settings) {
 }
 
 Result<Frame> CameraConformance::next() {
-  // The rounding on top: single periods, each rounded down, would fall behind the exposures.
+  // The rounding is added because single periods, each rounded down, would fall behind the exposures.
   if (GetParam().frames_come == FramesCome::kByPassing) opened_.pass(periods(1, applied_.rate_hz) + kRounding);
   return camera().grab(kLong);
 }
 
-// Catches a backend that gets around the state machine of the front, or one whose stop leaves it unable to go on.
+// Catches a backend that bypasses the state machine of Camera, or one that cannot continue after stop().
 TEST_P(CameraConformance, AnswersEveryCallInEveryState) {
   using State = Camera::State;
-  struct Road {
+  struct Setup {
     const char* name;
     State state;
     bool streamed_before;
   };
-  constexpr Road kRoads[] = {{"closed", State::kClosed, false},
-                             {"configured", State::kConfigured, false},
-                             {"streaming", State::kStreaming, false},
-                             {"stopped", State::kConfigured, true},
-                             {"streaming again", State::kStreaming, true}};
+  constexpr Setup kSetups[] = {{"closed", State::kClosed, false},
+                               {"configured", State::kConfigured, false},
+                               {"streaming", State::kStreaming, false},
+                               {"stopped", State::kConfigured, true},
+                               {"streaming again", State::kStreaming, true}};
   struct Call {
     const char* name;
     std::function<Status()> call;
@@ -72,39 +72,39 @@ TEST_P(CameraConformance, AnswersEveryCallInEveryState) {
                         {"stop", [&] { return camera().stop(), Status(); }, [](State) { return true; },
                          [](State s) { return s == State::kStreaming ? State::kConfigured : s; }}};
 
-  for (const Road& road : kRoads) {
+  for (const Setup& setup : kSetups) {
     for (const Call& call : calls) {
-      SCOPED_TRACE(std::string(call.name) + " when " + road.name);
+      SCOPED_TRACE(std::string(call.name) + " when " + setup.name);
       reopen();
-      if (road.state != State::kClosed) {
+      if (setup.state != State::kClosed) {
         const auto applied = camera().configure(GetParam().settings);
         ASSERT_TRUE(applied) << applied.error().message;
         applied_ = *applied;
       }
-      if (road.streamed_before) {
+      if (setup.streamed_before) {
         ASSERT_TRUE(camera().start());
         camera().stop();
       }
-      if (road.state == State::kStreaming) {
+      if (setup.state == State::kStreaming) {
         ASSERT_TRUE(camera().start());
       }
-      ASSERT_EQ(camera().state(), road.state);
+      ASSERT_EQ(camera().state(), setup.state);
 
       const Status answer = call.call();
-      if (call.allowed(road.state)) {
+      if (call.allowed(setup.state)) {
         EXPECT_TRUE(answer) << answer.error().message;
-        EXPECT_EQ(camera().state(), call.after(road.state));
+        EXPECT_EQ(camera().state(), call.after(setup.state));
       } else {
         ASSERT_FALSE(answer);
         EXPECT_EQ(answer.error().code, ErrorCode::kInvalidState) << answer.error().message;
-        EXPECT_EQ(camera().state(), road.state);
+        EXPECT_EQ(camera().state(), setup.state);
       }
     }
   }
 }
 
-// Catches a backend that says "done" and does something else: the frames are measured against what it says.
-TEST_P(CameraConformance, TellsTheSettingsThatItApplies) {
+// Catches a backend whose frames differ from the settings that it reports.
+TEST_P(CameraConformance, ReportsTheSettingsThatItApplies) {
   constexpr int kFrames = 4;
   for (const CameraSettings& wanted : {CameraSettings{61, 47, 7.3}, CameraSettings{100, 30, 31.7}}) {
     SCOPED_TRACE(testing::Message() << wanted.width_px << " x " << wanted.height_px << " at " << wanted.rate_hz);
@@ -128,7 +128,7 @@ TEST_P(CameraConformance, TellsTheSettingsThatItApplies) {
   }
 }
 
-// Catches a backend that hands impossible numbers to a device, and one that is left half configured by them.
+// Catches a backend that passes impossible numbers to a device, and one that is left half configured by them.
 TEST_P(CameraConformance, RefusesImpossibleSettings) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const CameraSettings& bad : {CameraSettings{0, 48, 20}, CameraSettings{64, -1, 20}, CameraSettings{64, 48, 0},
@@ -161,8 +161,8 @@ TEST_P(CameraConformance, StartsAgainAfterStop) {
   }
 }
 
-// Catches a backend that serves a buffer twice, numbers frames by grabs rather than exposures, stamps a frame when it
-// is grabbed rather than when it was taken, or adds up a rounded period.
+// Catches a backend that returns a buffer twice, numbers frames by grabs instead of exposures, stamps a frame when it
+// is grabbed instead of when it was taken, or adds up rounded periods.
 TEST_P(CameraConformance, CountsAndTimesItsExposures) {
   constexpr int kFrames = 7;
   start();
@@ -177,7 +177,7 @@ TEST_P(CameraConformance, CountsAndTimesItsExposures) {
     ASSERT_GT(now.sequence, last.sequence);
     EXPECT_EQ(now.lost_before, now.sequence - last.sequence - 1) << "frame " << now.sequence;
     EXPECT_EQ(now.captured.clock, first.captured.clock);
-    // From the first frame on, not from the last: a drift would hide in the rounding.
+    // The reference is the first frame, not the last one, so that a drift is not hidden by the rounding.
     const auto expected = periods(static_cast<double>(now.sequence - first.sequence), applied_.rate_hz);
     EXPECT_LE(std::chrono::abs((now.captured - first.captured) - expected), 2 * kRounding + GetParam().jitter)
         << "frame " << now.sequence << " taken " << (now.captured - first.captured).count() << " ns after the first";
@@ -185,7 +185,7 @@ TEST_P(CameraConformance, CountsAndTimesItsExposures) {
   }
 }
 
-// Catches a grab that waits for a frame although it was told not to.
+// Catches a grab that waits for a frame although its timeout is 0.
 TEST_P(CameraConformance, AGrabWithoutTimeoutReturnsAtOnce) {
   auto slow = GetParam().settings;
   slow.rate_hz = kSlow_hz;
@@ -199,7 +199,7 @@ TEST_P(CameraConformance, AGrabWithoutTimeoutReturnsAtOnce) {
   }
 }
 
-// Catches a grab that waits for its frame however long that takes, and one that cannot be tried again.
+// Catches a grab that ignores its timeout, and one that cannot be tried again.
 TEST_P(CameraConformance, AGrabKeepsItsTimeout) {
   auto slow = GetParam().settings;
   slow.rate_hz = kSlow_hz;
@@ -214,7 +214,7 @@ TEST_P(CameraConformance, AGrabKeepsItsTimeout) {
   EXPECT_TRUE(next());
 }
 
-// Catches a deadline that overflows: the largest timeout does not fit into nanoseconds, and "for ever" becomes "never".
+// Catches a deadline that overflows: the largest timeout does not fit into nanoseconds and could become negative.
 TEST_P(CameraConformance, AGrabMayHaveAnyTimeout) {
   start();
   ASSERT_TRUE(next());
@@ -223,8 +223,8 @@ TEST_P(CameraConformance, AGrabMayHaveAnyTimeout) {
   EXPECT_TRUE(frame) << frame.error().message;
 }
 
-// Catches padding between rows, a forgotten pixel format, a half-filled buffer.
-TEST_P(CameraConformance, PicturesHoldWhatTheyPromise) {
+// Catches padding between rows, a wrong pixel format, a half-filled buffer.
+TEST_P(CameraConformance, ImagesMatchTheirHeader) {
   start();
   const auto frame = next();
   ASSERT_TRUE(frame) << frame.error().message;
@@ -232,12 +232,12 @@ TEST_P(CameraConformance, PicturesHoldWhatTheyPromise) {
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ((*image)->width_px, applied_.width_px);
   EXPECT_EQ((*image)->height_px, applied_.height_px);
-  const auto promised = picture_bytes((*image)->format, applied_.width_px, applied_.height_px);
+  const auto promised = image_bytes((*image)->format, applied_.width_px, applied_.height_px);
   EXPECT_EQ((*image)->bytes.size(), promised.value_or((*image)->bytes.size()));
   EXPECT_TRUE(to_rgb8(**image));
 }
 
-// Catches a backend that reuses the buffer of a frame that somebody still holds.
+// Catches a backend that reuses the buffer of a frame that is still held.
 TEST_P(CameraConformance, AFrameKeepsItsPixels) {
   start();
   const auto frame = next();
@@ -252,11 +252,11 @@ TEST_P(CameraConformance, AFrameKeepsItsPixels) {
   }
   const auto again = frame->image(0ms);
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_EQ(again->get(), image->get()) << "asked twice, the same picture";
+  EXPECT_EQ(again->get(), image->get()) << "two calls must return the same image";
   EXPECT_EQ(**again, then);
 }
 
-// Catches pixels that live in the camera: a recorder still writes when the robot is gone.
+// Catches pixels that are owned by the camera: a recorder still writes them after the robot is destroyed.
 TEST_P(CameraConformance, AFrameOutlivesItsCamera) {
   start();
   std::vector<Frame> frames;
@@ -273,8 +273,8 @@ TEST_P(CameraConformance, AFrameOutlivesItsCamera) {
   EXPECT_EQ(**after, **before);
 }
 
-// Catches a promise that is dropped when the camera goes: image() would throw, or wait for ever.
-TEST_P(CameraConformance, AFrameUnderWayAnswersAfterItsCameraIsGone) {
+// Catches a promise that is dropped when the camera is destroyed: image() would throw, or wait for ever.
+TEST_P(CameraConformance, APendingFrameAnswersAfterItsCameraIsGone) {
   start();
   auto frame = next();
   ASSERT_TRUE(frame) << frame.error().message;
@@ -282,7 +282,7 @@ TEST_P(CameraConformance, AFrameUnderWayAnswersAfterItsCameraIsGone) {
   ASSERT_NO_THROW({
     const auto image = frame->image(kLong);
     if (!image) {
-      EXPECT_NE(image.error().code, ErrorCode::kTimeout) << "nobody is left who could still bring it";
+      EXPECT_NE(image.error().code, ErrorCode::kTimeout) << "the image cannot arrive any more";
     }
   });
 }
@@ -298,8 +298,8 @@ TEST_P(CameraConformance, IsDestroyedWhileStreamingAndOpensAgain) {
   }
 }
 
-// Catches a queue of stale frames: a robot that thinks for a while must not then drive by an old picture.
-TEST_P(CameraThatDoesNotWait, ALateReaderGetsTheNewestAndIsToldOfTheLoss) {
+// Catches a queue of stale frames: a robot whose program was delayed must not then drive by an old image.
+TEST_P(CameraThatDoesNotWait, ALateReaderGetsTheNewestFrameAndTheNumberOfLostOnes) {
   start();
   const auto first = next();
   ASSERT_TRUE(first) << first.error().message;
@@ -315,8 +315,8 @@ TEST_P(CameraThatDoesNotWait, ALateReaderGetsTheNewestAndIsToldOfTheLoss) {
             2 * kRounding + GetParam().jitter);
 }
 
-// Catches a grab that gives up at its deadline before it looks: a program that polls would never see a picture.
-TEST_P(CameraThatDoesNotWait, AFrameThatIsThereIsHandedOutWithoutATimeout) {
+// Catches a grab that returns at its deadline before it looks: a program that polls would never get an image.
+TEST_P(CameraThatDoesNotWait, AnAvailableFrameIsReturnedWithATimeoutOfZero) {
   start();
   ASSERT_TRUE(next());
   for (int i = 0; i < 3; ++i) {
@@ -326,7 +326,7 @@ TEST_P(CameraThatDoesNotWait, AFrameThatIsThereIsHandedOutWithoutATimeout) {
   }
 }
 
-// Catches a simulation that runs on by itself: what a slow program sees would depend on the machine.
+// Catches a simulation that advances by itself: the frames of a slow program would depend on the machine.
 TEST_P(CameraInLockStep, EveryGrabIsExactlyOneFrame) {
   start();
   for (std::uint64_t i = 0; i < 5; ++i) {

@@ -11,29 +11,30 @@
 
 #include "hal/diff_drive.h"
 
-/// What every DiffDrive must do, whatever stands behind it. To put a new backend through it, write down a DriveCase and
+/// The behaviour that every DiffDrive must have, whatever its backend. To test a new backend, write a DriveCase and
 /// instantiate the suite, as memory_conformance_test.cpp does; diff_drive_conformance_test.cpp holds the tests.
 namespace twocone::test {
 
 struct OpenedDrive {
   std::unique_ptr<DiffDrive> drive;
-  /// Lets so much time pass on the drive's clock; a whole number of DriveCase::step.
+  /// Lets this time pass on the drive's clock; a whole number of DriveCase::step.
   std::function<void(std::chrono::nanoseconds)> pass;
-  /// How far the wheels have gone in any measure, seen from outside: also after the drive is destroyed.
+  /// The distance that the wheels have moved, in any unit, measured from outside, also after the drive is destroyed.
   std::function<double()> way;
-  /// Sees to it that what was commanded is in force; absent: it is.
+  /// Waits until the last command has taken effect; absent: it takes effect at once.
   std::function<void()> settle{};
 };
 
 struct DriveCase {
-  std::string name;  ///< of letters and digits
-  /// The shortest time that `pass` can let pass; the dead-man time of every drive opened is kTimeoutSteps of them.
+  std::string name;  ///< only letters and digits
+  /// The shortest time that `pass` can let pass; the dead-man time of every opened drive is kTimeoutSteps of them.
   std::chrono::nanoseconds step{0};
   std::function<OpenedDrive(const DriveLimits&)> open;
-  /// Of a drive in real time whose device is not this program: so much earlier or later than their times, speeds are in
-  /// force and readings told. What takes longer is put down to the machine and tried again. 0: exact.
+  /// For a drive in real time whose device is not this program: the largest difference between the time of a command or
+  /// reading and the time at which it takes effect or is measured. A longer delay is attributed to the machine, and the
+  /// test tries again. 0: exact.
   std::chrono::nanoseconds jitter{0};
-  double resolution_rad = 0;  ///< of the angles, and of a speed kept for a step
+  double resolution_rad = 0;  ///< of the angles, and of a speed held for one step
 };
 
 inline void PrintTo(const DriveCase& drive_case, std::ostream* os) { *os << drive_case.name; }
@@ -44,7 +45,7 @@ class DiffDriveConformance : public testing::TestWithParam<DriveCase> {
  protected:
   static constexpr int kTimeoutSteps = 3;
   static constexpr double kMaxSpeed_radps = 10;
-  /// How often a stretch that the machine spoilt is tried again.
+  /// The number of tries for a stretch that the machine disturbed.
   static constexpr int kTries = 20;
 
   void SetUp() override { opened_ = GetParam().open({kMaxSpeed_radps, kTimeoutSteps * step()}); }
@@ -54,26 +55,26 @@ class DiffDriveConformance : public testing::TestWithParam<DriveCase> {
   DiffDrive& drive() { return *opened_.drive; }
   WheelSpeeds set(const WheelSpeeds& wanted);
   WheelAngles read();
-  /// Whether a call has taken longer than the drive's jitter since the last time that this was asked.
+  /// Returns whether a call has taken longer than the drive's jitter since the last call of this function.
   bool was_slow();
 
-  /// A stretch of time in which the wheels turned at one speed.
+  /// An interval in which the wheels turned at one speed.
   struct Stretch {
     WheelSpeeds applied;
     WheelAngles from, to;
   };
-  /// Commands once, does what is to be done `meanwhile`, and lets `steps` pass, fewer than kTimeoutSteps. Where the
-  /// machine was so slow that the dead-man rule may have struck, the stretch is driven again.
+  /// Commands once, calls `meanwhile`, and lets `steps` pass, fewer than kTimeoutSteps. If the machine was so slow that
+  /// the dead-man rule may have stopped the wheels, the stretch is driven again.
   Stretch drive_for(
       int steps, const WheelSpeeds& wanted, const std::function<void()>& meanwhile = [] {});
 
   [[nodiscard]] static double tolerance_rad(double speed_radps);
   static void expect_turned(const Stretch& stretch, const WheelSpeeds& speeds);
-  /// The wheels do not turn while time passes.
+  /// Expects that the wheels do not turn while time passes.
   void expect_standing();
-  /// Where real time passes, the dead-man rule may strike a little late.
-  void wait_for_rest();
-  /// Lets the dead-man rule strike, and tells what turned.
+  /// Waits in real time until the wheels are stopped, because the dead-man rule may act a little late.
+  void wait_for_stop();
+  /// Commands once, waits until the dead-man rule has stopped the wheels, and returns their motion.
   Stretch run_out(const WheelSpeeds& speeds);
 
   OpenedDrive opened_;

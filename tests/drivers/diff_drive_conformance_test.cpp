@@ -12,8 +12,8 @@
 namespace twocone::test {
 namespace {
 
-// Every change of speed falls between two nanoseconds, at up to 10 rad/s and at most 20 times in a test: 2e-7 rad. The
-// doubles that hold the angles, below 100 rad, round by 1e-14.
+// Each change of speed has an error of up to a nanosecond, at up to 10 rad/s and at most 20 times per test: 2e-7 rad.
+// The doubles that hold the angles, below 100 rad, round by 1e-14.
 constexpr double kTolerance_rad = 2e-7;
 
 double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
@@ -96,7 +96,7 @@ void DiffDriveConformance::expect_standing() {
   EXPECT_EQ(opened_.way(), way_before);
 }
 
-void DiffDriveConformance::wait_for_rest() {
+void DiffDriveConformance::wait_for_stop() {
   if (GetParam().jitter.count() == 0) return;
   double way = opened_.way();
   for (int i = 0; i < kTries; ++i) {
@@ -114,20 +114,20 @@ DiffDriveConformance::Stretch DiffDriveConformance::run_out(const WheelSpeeds& s
   pass(1);
   (void)read();
   pass(kTimeoutSteps);
-  wait_for_rest();
+  wait_for_stop();
   stretch.to = read();
   return stretch;
 }
 
-// Catches a drive that moves before it is told to.
-TEST_P(DiffDriveConformance, StandsStillAtFirst) {
+// Catches a drive that moves before the first command.
+TEST_P(DiffDriveConformance, DoesNotMoveAtFirst) {
   const WheelAngles opened = read();
   EXPECT_EQ(opened.left_rad, 0);
   EXPECT_EQ(opened.right_rad, 0);
   expect_standing();
 }
 
-// Catches swapped wheels, a sign, degrees, a gear ratio, and angles that belong to another time than they say.
+// Catches swapped wheels, a wrong sign, degrees, a wrong gear ratio, and angles with a wrong timestamp.
 TEST_P(DiffDriveConformance, TurnsEachWheelAtItsSpeed) {
   constexpr WheelSpeeds kSpeeds{3.1, -1.7};
   for (const int steps : {1, 2}) {
@@ -138,9 +138,8 @@ TEST_P(DiffDriveConformance, TurnsEachWheelAtItsSpeed) {
   }
 }
 
-// Catches a drive without a dead-man rule, one whose program keeps it instead of the wheels (it is not called), one
-// that counts from the reading instead of the command, and one with another time. `total` is exact whenever the command
-// came.
+// Catches a drive without a dead-man rule, one that keeps the rule only when it is called, one that counts from the
+// reading instead of the command, and one with another time. The total angle is exact whenever the command came.
 TEST_P(DiffDriveConformance, StopsByItselfWhenNoCommandComes) {
   constexpr WheelSpeeds kSpeeds{4.3, 6.1};
   const double timeout_s = seconds(drive().limits().command_timeout);
@@ -151,7 +150,7 @@ TEST_P(DiffDriveConformance, StopsByItselfWhenNoCommandComes) {
     return s.to.right_rad - s.from.right_rad - kSpeeds.right_radps * timeout_s;
   };
   Stretch stretch = run_out(kSpeeds);
-  // What stands guard may be kept waiting by the machine: only where there is real time to wait in.
+  // In real time, the machine may delay the watchdog, so the test tries again.
   for (int i = 1; i < kTries && GetParam().jitter.count() > 0; ++i) {
     if (std::abs(left_off(stretch)) <= tolerance_rad(kSpeeds.left_radps) &&
         std::abs(right_off(stretch)) <= tolerance_rad(kSpeeds.right_radps)) {
@@ -164,8 +163,8 @@ TEST_P(DiffDriveConformance, StopsByItselfWhenNoCommandComes) {
   expect_standing();
 }
 
-// Catches a dead-man time that runs from the first command, or for good once it has struck.
-TEST_P(DiffDriveConformance, CommandsKeepItGoing) {
+// Catches a dead-man time that runs from the first command, and one after which no new command works.
+TEST_P(DiffDriveConformance, CommandsKeepItMoving) {
   constexpr WheelSpeeds kSpeeds{-2.9, -2.3};
   constexpr int kRounds = 2 * kTimeoutSteps;
   Timestamp before_command = read().time;
@@ -178,7 +177,8 @@ TEST_P(DiffDriveConformance, CommandsKeepItGoing) {
     set(kSpeeds);
     const WheelAngles now = read();
     const bool was_slow_now = was_slow();
-    if (now.time - before_command < drive().limits().command_timeout && !was_slow_now) {  // or the machine was too slow
+    // Otherwise the machine was too slow.
+    if (now.time - before_command < drive().limits().command_timeout && !was_slow_now) {
       expect_turned({kSpeeds, last, now}, kSpeeds);
       ++rounds;
     }
@@ -188,15 +188,15 @@ TEST_P(DiffDriveConformance, CommandsKeepItGoing) {
   EXPECT_EQ(rounds, kRounds) << "the machine was too slow too often";
 
   pass(kTimeoutSteps + 1);
-  wait_for_rest();
+  wait_for_stop();
   expect_standing();
   set(kSpeeds);
   const WheelAngles again = read();
   pass(1);
-  EXPECT_LT(read().left_rad, again.left_rad) << "a new command wakes it";
+  EXPECT_LT(read().left_rad, again.left_rad) << "a new command moves it again";
 }
 
-// Catches a stop that only lets the wheels run out, or that the dead-man rule does in its stead.
+// Catches a stop that only lets the wheels coast, or that leaves the work to the dead-man rule.
 TEST_P(DiffDriveConformance, StopStopsAtOnce) {
   set({7.7, 7.7});
   pass(1);
@@ -207,7 +207,7 @@ TEST_P(DiffDriveConformance, StopStopsAtOnce) {
   set({-1, 2});
   const WheelAngles before = read();
   pass(1);
-  EXPECT_GT(read().right_rad, before.right_rad) << "and it goes again";
+  EXPECT_GT(read().right_rad, before.right_rad) << "it moves again";
 }
 
 TEST_P(DiffDriveConformance, SpeedZeroStops) {
@@ -217,7 +217,7 @@ TEST_P(DiffDriveConformance, SpeedZeroStops) {
   expect_standing();
 }
 
-// Catches a backend whose destructor leaves stopping to the base class: the robot would run until the dead-man time.
+// Catches a backend whose destructor leaves the stop to the base class: the wheels would turn until the dead-man time.
 TEST_P(DiffDriveConformance, StopsWhenDestroyed) {
   const double way_at_first = opened_.way();
   set({6, 6});
@@ -229,7 +229,7 @@ TEST_P(DiffDriveConformance, StopsWhenDestroyed) {
   EXPECT_EQ(opened_.way(), way);
 }
 
-// Catches a limit that is applied to each wheel by itself (another curve), or told but not kept.
+// Catches a limit that is applied to each wheel separately (another curve), or that is reported but not kept.
 TEST_P(DiffDriveConformance, ALimitedCommandKeepsItsCurve) {
   const Stretch stretch = drive_for(1, {25, -7});
   EXPECT_DOUBLE_EQ(stretch.applied.left_radps, kMaxSpeed_radps);
@@ -237,7 +237,7 @@ TEST_P(DiffDriveConformance, ALimitedCommandKeepsItsCurve) {
   expect_turned(stretch, stretch.applied);
 }
 
-// Catches a NaN that reaches the wheels, and a refusal that changes what they do.
+// Catches a NaN that reaches the wheels, and a refusal that changes their motion.
 TEST_P(DiffDriveConformance, RefusesSpeedsThatAreNotFinite) {
   constexpr WheelSpeeds kSpeeds{2, 3};
   const Stretch stretch = drive_for(1, kSpeeds, [this] {
@@ -249,7 +249,7 @@ TEST_P(DiffDriveConformance, RefusesSpeedsThatAreNotFinite) {
   expect_turned(stretch, kSpeeds);
 }
 
-// Catches encoder counts that wrap, and angles brought into (-pi, pi]: the way would jump back.
+// Catches encoder counts that wrap, and angles reduced to (-pi, pi]: the distance would jump back.
 TEST_P(DiffDriveConformance, AnglesDoNotWrap) {
   const WheelAngles first = read();
   const int steps = 1 + static_cast<int>(2.2 * std::numbers::pi / (kMaxSpeed_radps * seconds(step())));
@@ -266,7 +266,7 @@ TEST_P(DiffDriveConformance, AnglesDoNotWrap) {
   EXPECT_LT(last.right_rad - first.right_rad, -2 * std::numbers::pi);
 }
 
-// Catches a reading that is stamped when its bytes are parsed, out of order, or by another clock than before.
+// Catches a reading that is stamped when its bytes are parsed, out of order, or by a different clock.
 TEST_P(DiffDriveConformance, ReadingsComeInOrder) {
   WheelAngles last = read();
   for (int i = 0; i < 6; ++i) {
@@ -279,7 +279,7 @@ TEST_P(DiffDriveConformance, ReadingsComeInOrder) {
   }
 }
 
-TEST_P(DiffDriveConformance, TellsItsLimits) {
+TEST_P(DiffDriveConformance, ReportsItsLimits) {
   EXPECT_EQ(drive().limits().max_speed_radps, kMaxSpeed_radps);
   EXPECT_EQ(drive().limits().command_timeout, kTimeoutSteps * step());
 }

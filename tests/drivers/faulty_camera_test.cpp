@@ -24,7 +24,7 @@ using testing::HasSubstr;
 constexpr CameraSettings kSmall{64, 48, 20};
 constexpr std::uint64_t kSeed = 20061;
 
-/// A lock-step camera behind a cable, streaming.
+/// A streaming lock-step camera behind a cable with these faults.
 std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t seed = kSeed) {
   auto camera = std::make_unique<FaultyCamera>(
       std::make_unique<MemoryCamera>(std::make_shared<ManualClock>(), WhenNotDue::kAdvance), faults, seed);
@@ -33,7 +33,7 @@ std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t se
   return camera;
 }
 
-/// What a camera of the same kind, but without faults, shows.
+/// The image of the same camera without faults.
 Image intact(std::uint64_t sequence) { return test_pattern(sequence, kSmall); }
 
 TEST(CameraFaults, EveryBadFieldIsNamed) {
@@ -74,9 +74,9 @@ TEST(FaultyCamera, ATimeoutLosesNothing) {
   EXPECT_GT(frames, 0U);
 }
 
-// The chance is the share: 2000 grabs know theirs to sqrt(0.3 * 0.7 / 2000) = 1 %; the seed is fixed, five of those are
-// enough for any.
-TEST(FaultyCamera, FaultsComeAsOftenAsTheyShould) {
+// The share of faults must equal the probability. With 2000 grabs its standard deviation is sqrt(0.3 * 0.7 / 2000) =
+// 1 %. The seed is fixed; a tolerance of five standard deviations suffices for any seed.
+TEST(FaultyCamera, FaultsOccurWithTheirProbability) {
   constexpr int kGrabs = 2000;
   constexpr double kChance = 0.3;
   const double tolerance = 5 * std::sqrt(kChance * (1 - kChance) / kGrabs);
@@ -88,7 +88,7 @@ TEST(FaultyCamera, FaultsComeAsOftenAsTheyShould) {
   EXPECT_NEAR(static_cast<double>(timeouts) / kGrabs, kChance, tolerance);
 }
 
-TEST(FaultyCamera, ALostFrameIsTold) {
+TEST(FaultyCamera, ALostFrameIsReported) {
   CameraFaults faults;
   faults.lost_chance = 1;
   const auto camera = camera_with(faults);
@@ -97,22 +97,22 @@ TEST(FaultyCamera, ALostFrameIsTold) {
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->header().sequence, sequence);
     EXPECT_EQ(frame->header().lost_before, 1U);
-    EXPECT_EQ(**frame->image(0ms), intact(sequence)) << "the header's change left the picture alone";
+    EXPECT_EQ(**frame->image(0ms), intact(sequence)) << "the change of the header left the image unchanged";
   }
 }
 
-TEST(FaultyCamera, BadDataLosesAFrameWhichTheNextOneTells) {
+TEST(FaultyCamera, BadDataLosesAFrameWhichTheNextOneReports) {
   CameraFaults faults;
   faults.bad_data_chance = 0.5;
   const auto camera = camera_with(faults);
   std::uint64_t lost = 0, expected = 0;
-  int told = 0;
+  int in_a_row = 0;
   for (int i = 0; i < 60; ++i) {
     const auto frame = camera->grab(1s);
     if (frame) {
       EXPECT_EQ(frame->header().sequence, expected);
       EXPECT_EQ(frame->header().lost_before, lost);
-      told += lost > 1 ? 1 : 0;
+      in_a_row += lost > 1 ? 1 : 0;
       lost = 0;
     } else {
       EXPECT_EQ(frame.error().code, ErrorCode::kBadData);
@@ -120,7 +120,7 @@ TEST(FaultyCamera, BadDataLosesAFrameWhichTheNextOneTells) {
     }
     ++expected;
   }
-  EXPECT_GT(told, 0) << "several lost in a row are among them";
+  EXPECT_GT(in_a_row, 0) << "the test must include several losses in a row";
 }
 
 TEST(FaultyCamera, ALateFrameComesAfterItsDelay) {
@@ -135,7 +135,7 @@ TEST(FaultyCamera, ALateFrameComesAfterItsDelay) {
   EXPECT_EQ(frame->header().sequence, 0U);
 }
 
-// What a late frame is about: the caller gets kTimeout and then a frame that is no longer the newest.
+// The purpose of a late frame: the caller gets kTimeout and then a frame that is no longer the newest.
 TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
   const auto clock = std::make_shared<ManualClock>();
   CameraFaults faults;
@@ -157,7 +157,7 @@ TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
   EXPECT_EQ(newest->header().lost_before, 2U);
 }
 
-TEST(FaultyCamera, AGarbledPictureLooksWhole) {
+TEST(FaultyCamera, AGarbledImageHasItsFullSize) {
   CameraFaults faults;
   faults.garbled_chance = 1;
   const auto camera = camera_with(faults);
@@ -179,13 +179,13 @@ TEST(FaultyCamera, AGarbledPictureLooksWhole) {
     }
     ASSERT_FALSE(bad_rows.empty());
     EXPECT_LE(bad_rows.size(), std::size_t(kSmall.height_px / 4));
-    EXPECT_EQ(bad_rows.back() - bad_rows.front() + 1, std::ssize(bad_rows)) << "they lie together";
+    EXPECT_EQ(bad_rows.back() - bad_rows.front() + 1, std::ssize(bad_rows)) << "the bad rows are contiguous";
     first_rows.insert(bad_rows.front());
   }
-  EXPECT_GT(first_rows.size(), 5U) << "not always in one place, where nobody may be looking";
+  EXPECT_GT(first_rows.size(), 5U) << "the bad rows must be in different places";
 }
 
-TEST(FaultyCamera, ACutPictureIsBadDataToItsReader) {
+TEST(FaultyCamera, ACutImageIsBadDataToItsReader) {
   CameraFaults faults;
   faults.cut_chance = 1;
   const auto camera = camera_with(faults);
@@ -216,37 +216,37 @@ TEST(FaultyCamera, ACableThatCameOffStaysOffUntilTheCameraIsOpenedAgain) {
   }
 }
 
-/// Sequence, or minus one and the code, of every grab; and whether the picture is intact.
-std::vector<std::pair<int, bool>> story(const CameraFaults& faults, std::uint64_t seed) {
+/// For every grab: the sequence number, or minus one minus the error code; and whether the image is intact.
+std::vector<std::pair<int, bool>> history_of(const CameraFaults& faults, std::uint64_t seed) {
   const auto camera = camera_with(faults, seed);
-  std::vector<std::pair<int, bool>> story;
+  std::vector<std::pair<int, bool>> history;
   for (int i = 0; i < 200; ++i) {
     const auto frame = camera->grab(1s);
     if (!frame) {
-      story.emplace_back(-1 - static_cast<int>(frame.error().code), false);
+      history.emplace_back(-1 - static_cast<int>(frame.error().code), false);
       continue;
     }
     const auto sequence = frame->header().sequence;
-    story.emplace_back(static_cast<int>(sequence), **frame->image(0ms) == intact(sequence));
+    history.emplace_back(static_cast<int>(sequence), **frame->image(0ms) == intact(sequence));
   }
-  return story;
+  return history;
 }
 
-// A bug that a bad cable brought out must be brought out again.
-TEST(FaultyCamera, TheSeedRepeatsTheStory) {
+// A bug that a bad cable revealed must be reproducible.
+TEST(FaultyCamera, TheSeedRepeatsTheFaults) {
   CameraFaults faults;
   faults.timeout_chance = faults.bad_data_chance = faults.lost_chance = faults.garbled_chance = faults.cut_chance = 0.2;
-  EXPECT_EQ(story(faults, 5), story(faults, 5));
-  EXPECT_NE(story(faults, 5), story(faults, 6));
+  EXPECT_EQ(history_of(faults, 5), history_of(faults, 5));
+  EXPECT_NE(history_of(faults, 5), history_of(faults, 6));
 }
 
-// Catches faults that share one number (they would always come together), and numbers drawn only when needed (switching
-// one fault on would move all others, and no two runs could be compared).
+// Catches faults that share one random number (they would always occur together), and numbers drawn only when needed
+// (switching one fault on would shift all others, and no two runs could be compared).
 TEST(FaultyCamera, FaultsAreIndependent) {
   CameraFaults timeouts, both;
   timeouts.timeout_chance = both.timeout_chance = 0.5;
   both.garbled_chance = 0.5;
-  const auto alone = story(timeouts, 7), together = story(both, 7);
+  const auto alone = history_of(timeouts, 7), together = history_of(both, 7);
   int whole = 0, garbled = 0;
   for (std::size_t i = 0; i < alone.size(); ++i) {
     EXPECT_EQ(together[i].first, alone[i].first) << "grab " << i;

@@ -68,8 +68,8 @@ TEST_F(FaultyDiffDriveTest, ALostCommandNeverReachesTheWheels) {
   EXPECT_TRUE(wheels_->commands().empty());
 }
 
-// The nastier half of "not acknowledged": who believes that nothing happened is wrong.
-TEST_F(FaultyDiffDriveTest, ALostReplyHidesThatTheWheelsObey) {
+// The more dangerous case of a command without reply: the command was carried out.
+TEST_F(FaultyDiffDriveTest, ALostReplyDoesNotStopTheCommand) {
   DriveFaults faults;
   faults.reply_lost_chance = 1;
   open(faults);
@@ -90,10 +90,10 @@ TEST_F(FaultyDiffDriveTest, ReadingsFailInTheirTwoWays) {
   faults.bad_data_chance = 1;
   open(faults);
   EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kBadData);
-  EXPECT_TRUE(drive_->set_speeds({1, 1})) << "commands get through all the same";
+  EXPECT_TRUE(drive_->set_speeds({1, 1})) << "commands still get through";
 }
 
-TEST_F(FaultyDiffDriveTest, AMisreadAngleIsWrongByNoMoreThanAsked) {
+TEST_F(FaultyDiffDriveTest, AMisreadAngleIsWithinItsBound) {
   DriveFaults faults;
   faults.misread_chance = 0.5;
   faults.misread_rad = 0.25;
@@ -110,10 +110,10 @@ TEST_F(FaultyDiffDriveTest, AMisreadAngleIsWrongByNoMoreThanAsked) {
   EXPECT_GT(wrong, 0);
   EXPECT_LT(wrong, kReadings);
   EXPECT_LE(largest_rad, 0.25);
-  EXPECT_GT(largest_rad, 0.2) << "of so many, some come near the bound";
+  EXPECT_GT(largest_rad, 0.2) << "among this many readings, some come near the bound";
 }
 
-// The test that the dead-man rule is for: the program still runs and commands, and nobody hears it.
+// The case for which the dead-man rule exists: the program still commands, but no command arrives.
 TEST_F(FaultyDiffDriveTest, WhenTheCableComesOffTheWheelsStopByThemselves) {
   DriveFaults faults;
   faults.disconnect_after = 3;
@@ -131,29 +131,29 @@ TEST_F(FaultyDiffDriveTest, WhenTheCableComesOffTheWheelsStopByThemselves) {
     EXPECT_EQ(drive_->stop().error().code, ErrorCode::kDisconnected);
     clock_->advance(50ms);
   }
-  EXPECT_EQ(wheels_->commands().size(), cut) << "nothing reached them";
+  EXPECT_EQ(wheels_->commands().size(), cut) << "no command reached the wheels";
   EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
-  // Two commands of 50 ms, and the dead-man time after the last.
+  // The wheels turn during two commands of 50 ms and the dead-man time after the last one.
   EXPECT_DOUBLE_EQ(wheels_->angles().left_rad, 5 * (0.05 + 0.05 + 0.2));
 }
 
-TEST_F(FaultyDiffDriveTest, TheSeedRepeatsTheStory) {
+TEST_F(FaultyDiffDriveTest, TheSeedRepeatsTheFaults) {
   DriveFaults faults;
   faults.command_lost_chance = faults.reply_lost_chance = faults.read_timeout_chance = faults.bad_data_chance = 0.2;
   faults.misread_chance = 0.3;
-  const auto story = [&](std::uint64_t seed) {
+  const auto history = [&](std::uint64_t seed) {
     open(faults, seed);
-    std::vector<double> told;
+    std::vector<double> results;
     for (int i = 0; i < 100; ++i) {
-      told.push_back(drive_->set_speeds({1, 1}) ? 1 : 0);
+      results.push_back(drive_->set_speeds({1, 1}) ? 1 : 0);
       const auto angles = drive_->read_angles();
-      told.push_back(angles ? angles->left_rad : -1000 - static_cast<int>(angles.error().code));
+      results.push_back(angles ? angles->left_rad : -1000 - static_cast<int>(angles.error().code));
       clock_->advance(20ms);
     }
-    return told;
+    return results;
   };
-  EXPECT_EQ(story(5), story(5));
-  EXPECT_NE(story(5), story(6));
+  EXPECT_EQ(history(5), history(5));
+  EXPECT_NE(history(5), history(6));
 }
 
 }  // namespace

@@ -20,8 +20,9 @@ int mark_of(const Frame& frame) {
   return mark_place(**image).value_or(-1);
 }
 
-TEST(TestPattern, MarkTellsTheSequence) {
-  // The smallest height that the header promises; odd and even sizes have their centre on and between pixels.
+TEST(TestPattern, MarkIdentifiesTheSequence) {
+  // 48 rows is the smallest height that the header promises. Odd sizes have their centre on a pixel, even ones between
+  // pixels.
   for (const CameraSettings& size :
        {CameraSettings{48, 48, 1}, CameraSettings{65, 49, 1}, CameraSettings{160, 120, 1}}) {
     for (std::uint64_t sequence = 0; sequence < 2 * kMarkPlaces; ++sequence) {
@@ -32,7 +33,8 @@ TEST(TestPattern, MarkTellsTheSequence) {
   }
 }
 
-// The axes are where the azimuth needs no formula: right is 0 (red), down is pi/2, as a camera that looks up sees it.
+// On the axes the azimuth is known without a formula: right is 0 (red), down is pi/2, as seen by a camera that looks
+// up.
 TEST(TestPattern, HueIsTheAzimuth) {
   constexpr int kSide = 101, kMiddle = 50;
   const Image image = test_pattern(7, {kSide, kSide, 1});
@@ -42,7 +44,7 @@ TEST(TestPattern, HueIsTheAzimuth) {
     return std::array<int, 3>{at[0], at[1], at[2]};
   };
   using Rgb = std::array<int, 3>;
-  // Hues 0, 90, 180 and 270 degrees; 128 is half of 255, rounded.
+  // These are the hues 0, 90, 180 and 270 degrees; 128 is half of 255, rounded.
   EXPECT_EQ(colour(kMiddle, 90), (Rgb{255, 0, 0}));
   EXPECT_EQ(colour(90, kMiddle), (Rgb{128, 255, 0}));
   EXPECT_EQ(colour(kMiddle, 10), (Rgb{0, 255, 255}));
@@ -58,17 +60,17 @@ TEST(TestPattern, NoMarkIsNoPlace) {
   EXPECT_EQ(mark_place(Image{2, 1, PixelFormat::kGrey8, {255}}), std::nullopt) << "bytes are missing";
 }
 
-TEST(MemoryCamera, NeedsAClockAndAPicture) {
+TEST(MemoryCamera, NeedsAClockAndAnImage) {
   EXPECT_THROW(MemoryCamera(std::shared_ptr<ManualClock>(), WhenNotDue::kAdvance), std::invalid_argument);
   EXPECT_THROW(MemoryCamera(std::shared_ptr<SteadyClock>()), std::invalid_argument);
   EXPECT_THROW(MemoryCamera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance, nullptr), std::invalid_argument);
 }
 
-TEST(MemoryCamera, ShowsTheExposureThatItSays) {
+TEST(MemoryCamera, ShowsTheExposureOfItsHeader) {
   const auto clock = std::make_shared<ManualClock>();
   MemoryCamera camera(clock, WhenNotDue::kTimeOut);
   ASSERT_TRUE(camera.configure(kSmall));
-  clock->advance(1234us);  // a start that is no whole period of the clock
+  clock->advance(1234us);  // the start is not at a whole period of the clock
   ASSERT_TRUE(camera.start());
   for (const int waited : {0, 1, 4, 1}) {
     clock->advance(waited * kPeriod);
@@ -95,7 +97,7 @@ TEST(MemoryCamera, ExposesExactlyWhenDue) {
   ASSERT_TRUE(camera.grab(0ms));
 }
 
-// 1/30 s is no whole number of nanoseconds: a period that is rounded and added up is off by 36 us after this hour.
+// 1/30 s is not a whole number of nanoseconds: a sum of rounded periods would be off by 36 us after one hour.
 TEST(MemoryCamera, DoesNotDrift) {
   const auto clock = std::make_shared<ManualClock>();
   MemoryCamera camera(clock, WhenNotDue::kTimeOut);
@@ -158,7 +160,7 @@ TEST(MemoryCamera, WaitsInRealTimeOnTheSteadyClock) {
   EXPECT_GE(steady_clock::now().time_since_epoch(), frame->header().captured.since_zero) << "not before it was taken";
 }
 
-TEST(MemoryCamera, AdjustsWhatNoMemoryHolds) {
+TEST(MemoryCamera, LimitsImpossibleSettings) {
   MemoryCamera camera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance);
   const auto big = camera.configure({1'000'000, 1'000'000, 1e12});
   ASSERT_TRUE(big);
@@ -168,12 +170,12 @@ TEST(MemoryCamera, AdjustsWhatNoMemoryHolds) {
   EXPECT_EQ(*slow, (CameraSettings{1, 1, kSlowest_hz}));
 }
 
-TEST(MemoryCamera, HandsOnThePicturesOfTheTest) {
+TEST(MemoryCamera, PassesOnTheImagesOfTheTest) {
   const Image nonsense{5, 5, PixelFormat::kBgr8, {1, 2, 3}};
-  CameraSettings told;
+  CameraSettings passed;
   MemoryCamera camera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance,
                       [&](std::uint64_t sequence, const CameraSettings& settings) {
-                        told = settings;
+                        passed = settings;
                         return sequence == 1 ? nonsense : Image{};
                       });
   ASSERT_TRUE(camera.configure(kSmall));
@@ -182,7 +184,7 @@ TEST(MemoryCamera, HandsOnThePicturesOfTheTest) {
   const auto frame = camera.grab(0ms);
   ASSERT_TRUE(frame);
   EXPECT_EQ(**frame->image(0ms), nonsense);
-  EXPECT_EQ(told, kSmall);
+  EXPECT_EQ(passed, kSmall);
 }
 
 }  // namespace

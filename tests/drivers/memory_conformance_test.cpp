@@ -29,12 +29,12 @@ OpenedCamera open_on_steady_clock() {
           [](nanoseconds time) { std::this_thread::sleep_for(time); }};
 }
 
-/// A cable without a fault must be as good as none.
+/// A cable without a fault must behave like no cable.
 OpenedCamera behind_a_cable(OpenedCamera opened) {
   return {std::make_unique<FaultyCamera>(std::move(opened.camera), memory::CameraFaults{}, 1), opened.pass};
 }
 
-// Rates whose period is no whole number of nanoseconds: a rounded one that is added up shows.
+// The periods of these rates are not whole nanoseconds, so a sum of rounded periods is detected.
 const CameraCase kLockStep{"MemoryLockStep", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, [] {
                              return open_on_manual_clock(WhenNotDue::kAdvance);
                            }};
@@ -78,8 +78,8 @@ OpenedDrive behind_a_cable(OpenedDrive opened) {
           opened.way};
 }
 
-// On the steady clock a step is long beside what a machine at rest adds to a sleep; a busy one is waited for
-// (drive_for).
+// On the steady clock a step is long compared with the delay that an idle machine adds to a sleep. For a busy machine,
+// drive_for() tries again.
 INSTANTIATE_TEST_SUITE_P(
     Memory, DiffDriveConformance,
     testing::Values(DriveCase{"MemoryManualClock", 37ms, open_manual_drive},

@@ -26,7 +26,7 @@ TEST_F(MemoryDiffDriveTest, NeedsAClockAndATime) {
   EXPECT_THROW(Wheels(nullptr, 1s), std::invalid_argument);
 }
 
-// Catches a dead-man time that is kept "about": to the nanosecond before it the wheels turn, from it on they stand.
+// Catches a dead-man time that is only approximate: the wheels turn until a nanosecond before it, and are then stopped.
 TEST_F(MemoryDiffDriveTest, TheDeadManTimeIsExact) {
   ASSERT_TRUE(drive_->set_speeds({4, -3}));
   clock_->advance(kTimeout - 1ns);
@@ -48,7 +48,7 @@ TEST_F(MemoryDiffDriveTest, AnglesAreTheIntegralOfTheSpeeds) {
   ASSERT_TRUE(drive_->stop());
   clock_->advance(50ms);
   ASSERT_TRUE(drive_->set_speeds({2, 2}));
-  clock_->advance(1s);  // of which the dead-man rule leaves 200 ms
+  clock_->advance(1s);  // the dead-man rule stops the wheels after 200 ms of it
   const auto angles = drive_->read_angles();
   ASSERT_TRUE(angles);
   EXPECT_DOUBLE_EQ(angles->left_rad, 1.5 * 0.04 - 6 * 0.03 + 2 * 0.2);
@@ -56,7 +56,7 @@ TEST_F(MemoryDiffDriveTest, AnglesAreTheIntegralOfTheSpeeds) {
   EXPECT_EQ(angles->time, clock_->now());
 }
 
-TEST_F(MemoryDiffDriveTest, RemembersWhatItWasTold) {
+TEST_F(MemoryDiffDriveTest, RecordsItsCommands) {
   ASSERT_TRUE(drive_->set_speeds({1, 2}));
   clock_->advance(30ms);
   ASSERT_TRUE(drive_->set_speeds({40, 20}));

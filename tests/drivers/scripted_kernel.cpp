@@ -68,7 +68,7 @@ bool ScriptedKernel::fill(Node& node, const Exposure& exposure) {
   return true;
 }
 
-/// The exposures that are due.
+/// Makes the exposures that are due.
 void ScriptedKernel::run(Node& node) {
   if (!node.device.runs || !node.is_streaming) return;
   while (node.next_exposure <= now()) {
@@ -128,7 +128,7 @@ int ScriptedKernel::count(unsigned long request) const {
   return found == counts_.end() ? 0 : found->second;
 }
 
-/// A file that neither a number nor a mapping holds is gone, and with it what it owned.
+/// Ends the streams and frees the buffers of files that neither a descriptor nor a mapping holds any more.
 void ScriptedKernel::release_unused() {
   const auto is_held = [&](const File* file) {
     return file->is_open || std::any_of(mappings_.begin(), mappings_.end(),
@@ -184,7 +184,7 @@ int ScriptedKernel::ioctl(int file, unsigned long request, void* argument) {
   ++counts_[request];
   const auto found = files_.find(file);
   if (found == files_.end()) {
-    ADD_FAILURE() << "asks something of file " << file << ", which is not open";
+    ADD_FAILURE() << "makes a call on file " << file << ", which is not open";
     errno = EBADF;
     return -1;
   }
@@ -359,7 +359,7 @@ int ScriptedKernel::poll(pollfd& entry, int timeout_ms) {
       if (node.device.poll_events != 0) entry.revents = short(node.device.poll_events);
       if (found->second->is_dead) entry.revents = POLLERR | POLLHUP | POLLPRI;
       if (entry.revents != 0) return 1;
-      // Another thread may expose meanwhile.
+      // Another thread may call expose() meanwhile.
       next = std::min(next, now() + nanoseconds(std::chrono::milliseconds(2)));
     }
     if (steady_clock::now() >= deadline) return 0;

@@ -15,62 +15,62 @@
 
 #include "drivers/v4l2_camera/kernel.h"
 
-/// A kernel of a test's own: video devices in memory that do what the test wrote down, and count what is held of them.
+/// An emulated kernel for tests: video devices in memory that follow a script, and count their open files and mappings.
 namespace twocone::test {
 
 struct ScriptedControl {
-  std::string title;  ///< as the device calls it: "Exposure Time, Absolute"
+  std::string title;  ///< the device's name for it: "Exposure Time, Absolute"
   std::uint32_t type = V4L2_CTRL_TYPE_INTEGER;
   std::int64_t minimum = 0;
   std::int64_t maximum = 255;
   std::int64_t value = 0;
   std::uint32_t flags = 0;
   std::map<std::int64_t, std::string> menu{};
-  std::int64_t step = 1;  ///< a value is rounded down to it
-  int refused = 0;        ///< errno of setting it
+  std::int64_t step = 1;  ///< a value is rounded down to a multiple of it
+  int refused = 0;        ///< errno of a call that sets it; 0: success
 };
 
-/// What a device does, to be changed by the test at any time.
+/// The behaviour of a device; the test may change it at any time.
 struct ScriptedDevice {
   std::string path = "/dev/video0";
   std::string card = "Scripted";
-  std::uint32_t can = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;  ///< ..._MPLANE: its pictures come in planes
+  std::uint32_t can = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;  ///< ..._MPLANE: its images have planes
   std::vector<std::uint32_t> formats{V4L2_PIX_FMT_YUYV};
-  /// The size, and the fastest rate, that it makes of those that it is asked for.
+  /// Adjusts a requested size, and limits a requested rate.
   std::function<void(std::uint32_t format, std::uint32_t& width, std::uint32_t& height)> adjust{};
   std::function<double(std::uint32_t format)> fastest_hz{};
-  bool tells_rate = true;
+  bool reports_rate = true;
   bool sets_rate = true;
-  double own_rate_hz = 30;   ///< until, or unless, it is set
-  double cable_rate_hz = 0;  ///< of its digital timings; 0: it has none
+  double own_rate_hz = 30;   ///< until another rate is set
+  double cable_rate_hz = 0;  ///< rate of its digital timings; 0: it has none
   std::uint32_t row_padding = 0;
   std::uint32_t planes = 1;
   std::uint32_t most_buffers = 32;
   bool queries_controls_the_old_way = false;
   std::vector<ScriptedControl> controls{};
   std::uint32_t input_status = 0;
-  bool tells_source_changes = false;
-  int source_changes = 0;  ///< not taken yet
+  bool reports_source_changes = false;
+  int source_changes = 0;  ///< events that were not read yet
 
   int open_error = 0;
-  /// errno of the next calls of a request; 0: that call works
+  /// errno of the next calls of a request; 0: that call succeeds
   std::map<unsigned long, std::deque<int>> errors{};
-  /// Exposures come by themselves, at the rate; else by expose() only.
+  /// true: exposures happen by themselves, at the rate; false: only by expose().
   bool runs = false;
-  /// Old kernels keep buffers, and their file, while any of them is mapped.
+  /// Old kernels keep the buffers, and their file, while any of them is mapped.
   bool keeps_mapped_buffers = false;
   std::uint32_t first_sequence = 0;
-  int poll_events = 0;      ///< instead of what is so
-  int poll_interrupts = 0;  ///< so often it is interrupted
+  int poll_events = 0;      ///< result of poll(); 0: the real events
+  int poll_interrupts = 0;  ///< number of interrupted calls of poll()
 };
 
 struct Exposure {
   std::uint32_t sequence = 0;
   std::chrono::nanoseconds captured{0};
   std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  std::uint8_t value = 0;       ///< of every byte of the picture
-  std::uint8_t padding = 0xEE;  ///< of every byte between its rows
-  std::uint32_t bytes = 0;      ///< 0: all
+  std::uint8_t value = 0;       ///< value of every byte of the image
+  std::uint8_t padding = 0xEE;  ///< value of every byte between its rows
+  std::uint32_t bytes = 0;      ///< number of bytes; 0: all
 };
 
 class ScriptedKernel final : public v4l2::Kernel {
@@ -80,18 +80,18 @@ class ScriptedKernel final : public v4l2::Kernel {
 
   ScriptedDevice& add(ScriptedDevice device);
   void add_link(const std::string& link, const std::string& path) { links_[link] = path; }
-  /// Fills the next buffer that the device has, as of now: false: it has none, and the exposure is lost. Sequence
-  /// numbers count on in either case.
+  /// Fills the next buffer that the device has, with the present time. Returns false if it has none: then the exposure
+  /// is lost. The sequence number increases in either case.
   bool expose(ScriptedDevice& device);
   bool expose(ScriptedDevice& device, const Exposure& exposure);
-  /// Calls of its files fail from now on; it can be opened again when the last of them is let go of.
+  /// Makes all calls on the device's files fail. It can be opened again when the last of them is closed.
   void unplug(ScriptedDevice& device);
-  /// Files that are open, or kept open by their mappings.
+  /// The number of files that are open, or kept open by their mappings.
   [[nodiscard]] std::size_t files_held() const;
   [[nodiscard]] std::size_t mappings() const;  ///< also those that were detached
   [[nodiscard]] std::size_t streaming() const;
   [[nodiscard]] std::uint64_t queued(const ScriptedDevice& device) const;
-  /// What the device is set to.
+  /// The format to which the device is set.
   [[nodiscard]] v4l2_pix_format format(const ScriptedDevice& device) const;
   [[nodiscard]] int count(unsigned long request) const;  ///< calls so far
 

@@ -8,7 +8,7 @@
 
 #include "tests/drivers/scripted_kernel.h"
 
-/// The insides of ScriptedKernel.
+/// Internal types of ScriptedKernel.
 namespace twocone::test {
 
 using std::chrono::nanoseconds;
@@ -54,7 +54,7 @@ struct ScriptedKernel::Node {
   [[nodiscard]] std::uint32_t rows() const {
     return format.pixelformat == V4L2_PIX_FMT_NV12 ? format.height * 3 / 2 : format.height;
   }
-  /// Of the n-th exposure, without the rounding of a period that is added up.
+  /// The time of the n-th exposure, without the drift of a sum of rounded periods.
   [[nodiscard]] nanoseconds due(std::uint64_t n) const {
     return start + nanoseconds(std::llround(double(n) * 1e9 * period.numerator / period.denominator));
   }

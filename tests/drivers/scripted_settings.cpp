@@ -36,32 +36,32 @@ int ScriptedKernel::settings(Node& node, unsigned long request, void* argument) 
   ScriptedDevice& device = node.device;
   switch (request) {
     case VIDIOC_QUERYCAP: {
-      auto& told = *static_cast<v4l2_capability*>(argument);
-      told = {};
-      write_text(&told.card, sizeof told.card, device.card);
-      write_text(&told.bus_info, sizeof told.bus_info, "scripted:" + device.path);
-      told.device_caps = device.can;
-      told.capabilities = device.can | V4L2_CAP_DEVICE_CAPS | V4L2_CAP_META_CAPTURE;
+      auto& answer = *static_cast<v4l2_capability*>(argument);
+      answer = {};
+      write_text(&answer.card, sizeof answer.card, device.card);
+      write_text(&answer.bus_info, sizeof answer.bus_info, "scripted:" + device.path);
+      answer.device_caps = device.can;
+      answer.capabilities = device.can | V4L2_CAP_DEVICE_CAPS | V4L2_CAP_META_CAPTURE;
       return 0;
     }
     case VIDIOC_ENUM_FMT: {
-      auto& told = *static_cast<v4l2_fmtdesc*>(argument);
-      if (told.type != node.type() || told.index >= device.formats.size()) return EINVAL;
-      told.pixelformat = device.formats[told.index];
+      auto& answer = *static_cast<v4l2_fmtdesc*>(argument);
+      if (answer.type != node.type() || answer.index >= device.formats.size()) return EINVAL;
+      answer.pixelformat = device.formats[answer.index];
       return 0;
     }
     case VIDIOC_ENUM_FRAMESIZES: {
-      auto& told = *static_cast<v4l2_frmsizeenum*>(argument);
-      if (told.index > 0) return EINVAL;
-      told.type = V4L2_FRMSIZE_TYPE_DISCRETE;
-      told.discrete = {640, 480};
+      auto& answer = *static_cast<v4l2_frmsizeenum*>(argument);
+      if (answer.index > 0) return EINVAL;
+      answer.type = V4L2_FRMSIZE_TYPE_DISCRETE;
+      answer.discrete = {640, 480};
       return 0;
     }
     case VIDIOC_ENUM_FRAMEINTERVALS: {
-      auto& told = *static_cast<v4l2_frmivalenum*>(argument);
-      if (told.index > 1) return EINVAL;
-      told.type = V4L2_FRMIVAL_TYPE_DISCRETE;
-      told.discrete = {1, told.index == 0 ? 30U : 15U};
+      auto& answer = *static_cast<v4l2_frmivalenum*>(argument);
+      if (answer.index > 1) return EINVAL;
+      answer.type = V4L2_FRMIVAL_TYPE_DISCRETE;
+      answer.discrete = {1, answer.index == 0 ? 30U : 15U};
       return 0;
     }
     case VIDIOC_S_FMT: {
@@ -108,28 +108,28 @@ int ScriptedKernel::settings(Node& node, unsigned long request, void* argument) 
       return 0;
     }
     case VIDIOC_G_PARM: {
-      auto& told = *static_cast<v4l2_streamparm*>(argument);
-      told.parm.capture = {};
-      if (!device.tells_rate) return 0;
-      told.parm.capture.capability = V4L2_CAP_TIMEPERFRAME;
-      told.parm.capture.timeperframe =
+      auto& answer = *static_cast<v4l2_streamparm*>(argument);
+      answer.parm.capture = {};
+      if (!device.reports_rate) return 0;
+      answer.parm.capture.capability = V4L2_CAP_TIMEPERFRAME;
+      answer.parm.capture.timeperframe =
           device.sets_rate ? node.period : v4l2_fract{1000, std::uint32_t(std::lround(1000 * device.own_rate_hz))};
       return 0;
     }
     case VIDIOC_G_DV_TIMINGS: {
       if (device.cable_rate_hz == 0) return ENODATA;
-      auto& told = *static_cast<v4l2_dv_timings*>(argument);
-      told = {};
-      told.type = V4L2_DV_BT_656_1120;
-      told.bt.width = 640;
-      told.bt.height = 480;
-      told.bt.hfrontporch = 160;
-      told.bt.vfrontporch = 20;
-      told.bt.pixelclock = std::uint64_t(std::llround(device.cable_rate_hz * 800 * 500));
+      auto& answer = *static_cast<v4l2_dv_timings*>(argument);
+      answer = {};
+      answer.type = V4L2_DV_BT_656_1120;
+      answer.bt.width = 640;
+      answer.bt.height = 480;
+      answer.bt.hfrontporch = 160;
+      answer.bt.vfrontporch = 20;
+      answer.bt.pixelclock = std::uint64_t(std::llround(device.cable_rate_hz * 800 * 500));
       return 0;
     }
     case VIDIOC_SUBSCRIBE_EVENT:
-      return device.tells_source_changes ? 0 : EINVAL;
+      return device.reports_source_changes ? 0 : EINVAL;
     case VIDIOC_DQEVENT:
       if (device.source_changes == 0) return ENOENT;
       --device.source_changes;
@@ -158,42 +158,42 @@ int ScriptedKernel::control(Node& node, unsigned long request, void* argument) {
   switch (request) {
     case VIDIOC_QUERY_EXT_CTRL: {
       if (node.device.queries_controls_the_old_way) return ENOTTY;
-      auto& told = *static_cast<v4l2_query_ext_ctrl*>(argument);
-      const std::uint32_t id = after(told.id);
+      auto& answer = *static_cast<v4l2_query_ext_ctrl*>(argument);
+      const std::uint32_t id = after(answer.id);
       const ScriptedControl* const found = at(id);
       if (found == nullptr) return EINVAL;
-      told = {};
-      told.id = id;
-      told.type = found->type;
-      write_text(&told.name, sizeof told.name, found->title);
-      told.minimum = found->minimum;
-      told.maximum = found->maximum;
-      told.flags = found->flags;
+      answer = {};
+      answer.id = id;
+      answer.type = found->type;
+      write_text(&answer.name, sizeof answer.name, found->title);
+      answer.minimum = found->minimum;
+      answer.maximum = found->maximum;
+      answer.flags = found->flags;
       return 0;
     }
     case VIDIOC_QUERYCTRL: {
-      auto& told = *static_cast<v4l2_queryctrl*>(argument);
-      const std::uint32_t id = after(told.id);
+      auto& answer = *static_cast<v4l2_queryctrl*>(argument);
+      const std::uint32_t id = after(answer.id);
       const ScriptedControl* const found = at(id);
       if (found == nullptr) return EINVAL;
       const bool is_long = found->type == V4L2_CTRL_TYPE_INTEGER64;
-      told = {};
-      told.id = id;
-      told.type = found->type;
-      write_text(&told.name, sizeof told.name, found->title);
-      told.minimum = is_long ? 0 : std::int32_t(found->minimum);
-      told.maximum = is_long ? 0 : std::int32_t(found->maximum);
-      told.flags = found->flags;
+      answer = {};
+      answer.id = id;
+      answer.type = found->type;
+      write_text(&answer.name, sizeof answer.name, found->title);
+      answer.minimum = is_long ? 0 : std::int32_t(found->minimum);
+      answer.maximum = is_long ? 0 : std::int32_t(found->maximum);
+      answer.flags = found->flags;
       return 0;
     }
     case VIDIOC_QUERYMENU: {
-      auto& told = *static_cast<v4l2_querymenu*>(argument);
-      const ScriptedControl* const found = at(told.id);
-      if (found == nullptr || found->menu.count(told.index) == 0) return EINVAL;
+      auto& answer = *static_cast<v4l2_querymenu*>(argument);
+      const ScriptedControl* const found = at(answer.id);
+      if (found == nullptr || found->menu.count(answer.index) == 0) return EINVAL;
       if (found->type == V4L2_CTRL_TYPE_INTEGER_MENU) {
-        told.value = std::stoll(found->menu.at(told.index));
+        answer.value = std::stoll(found->menu.at(answer.index));
       } else {
-        write_text(&told.name, sizeof told.name, found->menu.at(told.index));
+        write_text(&answer.name, sizeof answer.name, found->menu.at(answer.index));
       }
       return 0;
     }

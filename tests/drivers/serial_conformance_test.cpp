@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/drivers/diff_drive_conformance.h"
-#include "tests/stand_in/plug.h"
+#include "tests/emulator/plug.h"
 
-/// The suite on serial drives whose controllers are stand-ins, in real time, each with a guard.
+/// Runs the suite for serial drives with emulated controllers, in real time, each with a watchdog.
 namespace twocone::test {
 namespace {
 
 using namespace std::chrono_literals;
+using emulator::Plug;
 using serial::SerialDiffDrive;
-using stand_in::Plug;
 
-// ros_arduino_bridge takes whole counts in 33 ms: at so many in a turn, a single command is off by 0.012 rad/s at most.
+// ros_arduino_bridge uses whole counts per 33 ms. With this number of counts per turn, a single command is off by at
+// most 0.012 rad/s.
 constexpr double kCountsPerTurn = 8192;
-// Create 2 has 508.8 counts in a turn, and takes whole mm/s, which are 0.014 rad/s.
+// Create 2 has 508.8 counts per turn, and uses whole mm/s, which are 0.014 rad/s.
 constexpr double kResolution_rad = 0.013;
-// Create 2 tells of itself every 15 ms, and an exchange of the others takes a few.
+// Create 2 sends its state every 15 ms; an exchange with the others takes a few milliseconds.
 constexpr auto kJitter = 25ms;
 constexpr auto kStep = 100ms;
 
@@ -27,7 +28,7 @@ OpenedDrive open_drive(const char* protocol, const DriveLimits& limits) {
           [plug, settle] {
             settle();
             return plug->server().with(
-                [](stand_in::Firmware& firmware) { return firmware.wheels.left() + 0.37 * firmware.wheels.right(); });
+                [](emulator::Firmware& firmware) { return firmware.wheels.left() + 0.37 * firmware.wheels.right(); });
           },
           settle};
 }

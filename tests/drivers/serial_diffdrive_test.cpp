@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drive over a stand-in that answers in real time: odometry through wraps, resets and unplugging, and wheels that
-// stop whatever becomes of the program.
+// Tests of the drive with an emulator that answers in real time: odometry across wraps, resets and unplugging, and
+// wheels that stop whatever happens to the program.
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 
 #include <gmock/gmock.h>
@@ -17,23 +17,23 @@
 #include <functional>
 #include <numbers>
 
-#include "tests/stand_in/plug.h"
+#include "tests/emulator/plug.h"
 
 namespace twocone::serial {
 namespace {
 
 using namespace std::chrono_literals;
-using stand_in::Plug;
+using emulator::Plug;
 using std::numbers::pi;
 using testing::HasSubstr;
 
 constexpr double kCountsPerTurn = 508.8;
 constexpr auto kTimeout = 300ms;
 constexpr DriveLimits kLimits{12, kTimeout};
-/// What a stop may take beyond the time-out.
+/// The largest delay of a stop after the time-out.
 constexpr auto kGrace = 100ms;
 
-/// How long this machine keeps a process waiting that wants to run, and is, as a guard, of a session of its own.
+/// Measures how long this machine delays a process that is ready to run and, like a watchdog, has its own session.
 class Lateness {
  public:
   Lateness() {
@@ -70,33 +70,33 @@ class Lateness {
   pid_t process_ = -1;
 };
 
-// Of the grace, a machine at rest takes a few milliseconds.
+// A longer delay by the machine makes a late stop inconclusive. An idle machine takes a few milliseconds of the grace.
 constexpr auto kSpoilt = 10ms;
 constexpr int kTries = 20;
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// Does `deed`, which tells when the time-out began, and expects the wheels to rest when it is over, `kGrace` later at
-/// most; then does `after`. Where a process was kept waiting meanwhile, a stop that is late is tried
-/// again; but it must come.
-void expect_rest_after(
+/// Calls `deed`, which returns the time at which the time-out began, and expects the wheels to stop at most `kGrace`
+/// after the time-out; then calls `after`. If the machine delayed a process meanwhile, a late stop is tried again; but
+/// the wheels must stop in every case.
+void expect_stop_by_timeout(
     Plug& plug, const std::function<SteadyTime()>& deed, const std::function<void()>& after = [] {}) {
   for (int i = 0; i < kTries; ++i) {
     const Lateness lateness;
     const SteadyTime begun = deed();
-    auto rested = plug.server().rested_at();
-    for (const auto end = begun + kTimeout + 3s; rested < begun && std::chrono::steady_clock::now() < end;) {
+    auto stopped = plug.server().stopped_at();
+    for (const auto end = begun + kTimeout + 3s; stopped < begun && std::chrono::steady_clock::now() < end;) {
       std::this_thread::sleep_for(5ms);
-      rested = plug.server().rested_at();
+      stopped = plug.server().stopped_at();
     }
     const bool was_late = lateness.longest() >= kSpoilt;
     after();
-    ASSERT_GE(rested, begun) << "the wheels still turn";
-    if (rested - begun <= kTimeout + kGrace) return;
-    ASSERT_TRUE(was_late) << "they came to rest only after " << std::chrono::duration<double>(rested - begun).count()
+    ASSERT_GE(stopped, begun) << "the wheels still turn";
+    if (stopped - begun <= kTimeout + kGrace) return;
+    ASSERT_TRUE(was_late) << "they stopped only after " << std::chrono::duration<double>(stopped - begun).count()
                           << " s";
   }
-  FAIL() << "in " << kTries << " tries the machine was too slow, or the wheels came to rest too late";
+  FAIL() << "in " << kTries << " tries the machine was too slow, or the wheels stopped too late";
 }
 
 class SerialDrive : public testing::TestWithParam<const char*> {
@@ -106,7 +106,7 @@ class SerialDrive : public testing::TestWithParam<const char*> {
     EXPECT_TRUE(drive) << drive.error().message;
     return drive ? *std::move(drive) : nullptr;
   }
-  /// Whether the wheels turn, or rest, a moment later: Create 2 does not answer to commands.
+  /// Returns whether the wheels soon turn, or soon stop. It waits because Create 2 does not answer commands.
   bool comes_to(bool turn) {
     for (const auto end = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < end;) {
       if (plug_.server().turns() == turn) return true;
@@ -114,8 +114,8 @@ class SerialDrive : public testing::TestWithParam<const char*> {
     }
     return false;
   }
-  /// Whether the wheels turn when they are told to, again and again: on a slow machine the dead-man rule may strike
-  /// before anybody looks.
+  /// Returns whether the wheels turn after a command. It repeats the command, because on a slow machine the dead-man
+  /// rule may stop the wheels before the check.
   bool can_be_driven(SerialDiffDrive& drive) {
     for (const auto end = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < end;) {
       static_cast<void>(drive.set_speeds({5, 5}));
@@ -125,7 +125,7 @@ class SerialDrive : public testing::TestWithParam<const char*> {
     }
     return false;
   }
-  /// The angles, from a machine that may be slow.
+  /// Reads the angles; tries again for a while, because the machine may be slow.
   static Result<WheelAngles> read(SerialDiffDrive& drive) {
     Result<WheelAngles> angles = drive.read_angles();
     for (const auto end = std::chrono::steady_clock::now() + 3s; !angles && std::chrono::steady_clock::now() < end;) {
@@ -137,9 +137,9 @@ class SerialDrive : public testing::TestWithParam<const char*> {
   Plug plug_{GetParam()};
 };
 
-/// Keeps commanding for so long.
+/// The result of drive_for(), which commands and reads repeatedly for a time.
 struct Driven {
-  int failed = 0;  ///< calls, where the machine was not to blame
+  int failed = 0;  ///< failed calls; 0 if the machine was slow
   bool was_late = false;
   std::optional<WheelAngles> first, last;
 };
@@ -164,12 +164,12 @@ int keep_driving(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono:
   return drive_for(drive, speeds, time).failed;
 }
 
-TEST_P(SerialDrive, TurnsTheWheelsAndTellsIt) {
+TEST_P(SerialDrive, TurnsTheWheelsAndReportsIt) {
   const auto drive = open();
   ASSERT_TRUE(drive);
   Driven driven;
   double left_off = INFINITY, right_off = INFINITY;
-  // The first command takes a few milliseconds to come, and counts are whole.
+  // The first command takes a few milliseconds to arrive, and counts are whole numbers.
   const auto is_right = [&] { return std::abs(left_off) <= 3 * 0.08 && std::abs(right_off) <= 2 * 0.08; };
   for (int i = 0; i < kTries && !is_right(); ++i) {
     driven = drive_for(*drive, {3, -2}, 500ms);
@@ -188,7 +188,7 @@ TEST_P(SerialDrive, TurnsTheWheelsAndTellsIt) {
 
 TEST_P(SerialDrive, CountersThatWrapAreNoJump) {
   const double near = GetParam() == std::string("create2") ? 65535 - 20 : 2147483647.0 - 20;
-  plug_.server().with([&](stand_in::Firmware& firmware) { firmware.wheels.set_counts(near, -near); });
+  plug_.server().with([&](emulator::Firmware& firmware) { firmware.wheels.set_counts(near, -near); });
   const auto drive = open();
   ASSERT_TRUE(drive);
   EXPECT_EQ(keep_driving(*drive, {4, -4}, 400ms), 0);
@@ -200,14 +200,14 @@ TEST_P(SerialDrive, CountersThatWrapAreNoJump) {
   EXPECT_GT(after->right_rad, -4.0);
 }
 
-TEST_P(SerialDrive, AResetOfTheBoardIsToldOnceAndIsNoJump) {
-  plug_.server().with([](stand_in::Firmware& firmware) { firmware.wheels.set_counts(25000, 25000); });
+TEST_P(SerialDrive, AResetOfTheBoardIsReportedOnceAndIsNoJump) {
+  plug_.server().with([](emulator::Firmware& firmware) { firmware.wheels.set_counts(25000, 25000); });
   const auto drive = open();
   ASSERT_TRUE(drive);
   EXPECT_EQ(keep_driving(*drive, {2, 2}, 200ms), 0);
   const auto before = read(*drive);
   ASSERT_TRUE(before);
-  plug_.server().with([](stand_in::Firmware& firmware) { firmware.reset(); });
+  plug_.server().with([](emulator::Firmware& firmware) { firmware.reset(); });
   const auto end = std::chrono::steady_clock::now() + 3s;
   Result<WheelAngles> after = drive->read_angles();
   while (!after && std::chrono::steady_clock::now() < end) {
@@ -251,30 +251,30 @@ TEST_P(SerialDrive, StopsByItselfWhenNoCommandComes) {
     EXPECT_TRUE(drive->set_speeds({5, 5}));
     return std::chrono::steady_clock::now();
   };
-  expect_rest_after(plug_, command);
-  // It is the silence that counts, not what is read meanwhile.
-  expect_rest_after(plug_, [&] {
+  expect_stop_by_timeout(plug_, command);
+  // Readings do not replace commands.
+  expect_stop_by_timeout(plug_, [&] {
     const auto commanded = command();
     while (std::chrono::steady_clock::now() < commanded + kTimeout + kGrace) {
-      static_cast<void>(drive->read_angles());  // the guard's word may fall into an exchange
+      static_cast<void>(drive->read_angles());  // the watchdog's stop may disturb an exchange
       std::this_thread::sleep_for(20ms);
     }
     return commanded;
   });
-  EXPECT_TRUE(can_be_driven(*drive)) << "a new command wakes it";
+  EXPECT_TRUE(can_be_driven(*drive)) << "a new command moves it again";
 }
 
-// Catches a program that tells its guard of a rest before the wheels have one.
-TEST_P(SerialDrive, AStopThatDoesNotArriveIsSaidByTheGuard) {
+// Catches a program that removes its watchdog's deadline before the wheels are stopped.
+TEST_P(SerialDrive, AStopThatDoesNotArriveIsRepeatedByTheWatchdog) {
   const auto drive = open();
   ASSERT_TRUE(drive);
-  expect_rest_after(plug_, [&] {
+  expect_stop_by_timeout(plug_, [&] {
     EXPECT_TRUE(can_be_driven(*drive));
     const auto commanded = std::chrono::steady_clock::now();
     plug_.server().set_dead(true);
     static_cast<void>(drive->set_speeds({0, 0}));
     plug_.server().set_dead(false);
-    // With answers missing the drive may have begun anew, which stops them sooner.
+    // If answers are missing, the drive may have repeated the handshake, which stops the wheels sooner.
     return commanded;
   });
 }
@@ -287,7 +287,7 @@ TEST_P(SerialDrive, StopsWhenItIsDestroyed) {
   EXPECT_TRUE(comes_to(false));
 }
 
-/// A program that drives, in its own process.
+/// Starts a program that drives, in its own process.
 pid_t start_program(Plug& plug) {
   int ready[2];
   EXPECT_EQ(::pipe(ready), 0);
@@ -313,10 +313,10 @@ void expect_stop_after(Plug& plug, int signal) {
   pid_t program = -1;
   const auto deed = [&] {
     program = start_program(plug);
-    while (!plug.server().turns()) std::this_thread::sleep_for(1ms);  // a slow machine drives in steps
-    const auto struck = std::chrono::steady_clock::now();
+    while (!plug.server().turns()) std::this_thread::sleep_for(1ms);  // on a slow machine the wheels stop in between
+    const auto begun = std::chrono::steady_clock::now();
     ::kill(program, signal);
-    return struck;
+    return begun;
   };
   const auto after = [&] {
     for (const auto end = std::chrono::steady_clock::now() + kTimeout; std::chrono::steady_clock::now() < end;) {
@@ -328,7 +328,7 @@ void expect_stop_after(Plug& plug, int signal) {
     plug.unplug();
     plug.plug_in();
   };
-  expect_rest_after(plug, deed, after);
+  expect_stop_by_timeout(plug, deed, after);
 }
 
 TEST_P(SerialDrive, StopsWhenTheProgramIsKilled) { expect_stop_after(plug_, SIGKILL); }
@@ -348,7 +348,7 @@ TEST(SerialDriveSettings, NamesEveryBadField) {
   }
   SerialDriveSettings without = Plug("roboclaw").settings(kCountsPerTurn);
   without.protocol = "create2";
-  without.guard = false;
+  without.watchdog = false;
   EXPECT_THROW(check(without), std::invalid_argument) << "nothing would stop its wheels";
   without.protocol = "ros_arduino_bridge";
   EXPECT_THROW(check(without), std::invalid_argument) << "its own time-out is 2 s";
@@ -356,30 +356,30 @@ TEST(SerialDriveSettings, NamesEveryBadField) {
   check(without);
 }
 
-TEST(SerialDriveSettings, RefusesToDoWithoutAGuardWhereTheControllersTimeoutIsLonger) {
+TEST(SerialDriveSettings, RefusesADriveWithoutAWatchdogIfTheControllersTimeoutIsLonger) {
   Plug plug("roboclaw");
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
-  without.guard = false;
+  without.watchdog = false;
   EXPECT_THROW((void)SerialDiffDrive::open(without, {12, 99ms}, plug.connect()), std::invalid_argument);
   const auto drive = SerialDiffDrive::open(without, {12, 100ms}, plug.connect());
   ASSERT_TRUE(drive) << drive.error().message;
-  EXPECT_FALSE((*drive)->facts().is_guarded);
+  EXPECT_FALSE((*drive)->facts().has_watchdog);
   EXPECT_EQ((*drive)->facts().own_timeout, 100ms);
 }
 
-/// Its own time-out is all that a RoboClaw without a guard has.
-TEST(Unguarded, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
+/// A RoboClaw without a watchdog has only its own time-out.
+TEST(WithoutWatchdog, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
   Plug plug("roboclaw");
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
-  without.guard = false;
+  without.watchdog = false;
   const auto drive = SerialDiffDrive::open(without, kLimits, plug.connect());
   ASSERT_TRUE(drive) << drive.error().message;
-  expect_rest_after(plug, [&] {
+  expect_stop_by_timeout(plug, [&] {
     EXPECT_TRUE((*drive)->set_speeds({5, 5}));
-    return std::chrono::steady_clock::now();  // nothing is said any more
+    return std::chrono::steady_clock::now();  // no more commands follow
   });
-  // Questions keep it awake, so that here it is the drive that keeps the rule.
-  expect_rest_after(plug, [&] {
+  // Questions restart the controller's time-out, so here the drive itself must keep the dead-man rule.
+  expect_stop_by_timeout(plug, [&] {
     EXPECT_TRUE((*drive)->set_speeds({5, 5}));
     const auto commanded = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() < commanded + kTimeout + kGrace) {
@@ -390,9 +390,9 @@ TEST(Unguarded, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
   });
 }
 
-// Catches commands that move nothing and say nothing: the controller takes whole counts in 33 ms, and its control loop
-// does nothing for an error below 2.5 of them.
-TEST(SerialDriveSpeeds, ThatTheControllerCannotTurnAreRefusedWithTheLeastThatItCan) {
+// Catches commands that move no wheel and report no error: the controller takes whole counts per 33 ms, and its control
+// loop does nothing for an error below 2.5 of them.
+TEST(SerialDriveSpeeds, TooSlowForTheControllerAreRefusedWithTheLeastPossibleOne) {
   Plug plug("ros_arduino_bridge");
   SerialDriveSettings settings = plug.settings(1440);
   const auto drive = SerialDiffDrive::open(settings, kLimits, plug.connect());
@@ -407,19 +407,19 @@ TEST(SerialDriveSpeeds, ThatTheControllerCannotTurnAreRefusedWithTheLeastThatItC
   EXPECT_THAT(refused.error().message, HasSubstr("slower than 0.331 rad/s"));
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
-  EXPECT_TRUE((*drive)->set_speeds({0.2, -0.4})) << "a slow wheel beside one that turns is no reason to stop";
+  EXPECT_TRUE((*drive)->set_speeds({0.2, -0.4})) << "a slow wheel is allowed if the other one turns";
   settings.least_speed_radps = 0.5;
-  EXPECT_EQ(least_speed_radps(settings), 0.5) << "measured";
+  EXPECT_EQ(least_speed_radps(settings), 0.5) << "the measured speed";
   settings.least_speed_radps = 0;
   EXPECT_NEAR(least_speed_radps(settings), 1 / 0.033 * 2 * pi / 1440, 1e-9)
-      << "below one count zeros are sent in between";
+      << "below one count per interval, zeros are sent in between";
 }
 
-/// Another device than a motor controller, in a time that only its reader's waiting moves: it says its line each
-/// second.
-class TalkingWire final : public Wire {
+/// A device that is not a motor controller: it sends its line each second. Its time advances only while the reader
+/// waits.
+class TalkingTransport final : public Transport {
  public:
-  TalkingWire(std::shared_ptr<Deadline> now, std::string line) : now_(std::move(now)), line_(std::move(line)) {}
+  TalkingTransport(std::shared_ptr<Deadline> now, std::string line) : now_(std::move(now)), line_(std::move(line)) {}
   [[nodiscard]] Deadline now() const override { return *now_; }
   Status write(std::span<const std::uint8_t> /*bytes*/, Deadline /*deadline*/) override { return {}; }
   Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override {
@@ -454,47 +454,49 @@ Error error_at(const std::string& protocol, const std::string& line) {
   const auto now = std::make_shared<Deadline>(1h);
   SerialDriveSettings settings = Plug(protocol).settings(kCountsPerTurn);
   Machine machine;
-  machine.connect = [&]() -> Result<Connection> { return Connection{std::make_unique<TalkingWire>(now, line), 0}; };
+  machine.connect = [&]() -> Result<Connection> {
+    return Connection{std::make_unique<TalkingTransport>(now, line), 0};
+  };
   machine.now = [now] { return *now; };
   const auto drive = SerialDiffDrive::open(settings, kLimits, machine);
   EXPECT_FALSE(drive);
   return drive ? Error{} : drive.error();
 }
 
-// Catches "no answer" where text came: of a GPS receiver, at a wrong rate, or in another protocol.
-TEST(SerialDriveOpening, WhatIsNoControllerIsQuoted) {
+// Catches the message "no answer" although bytes arrived: from a GPS receiver, at a wrong rate, or in another protocol.
+TEST(SerialDriveOpening, TheBytesOfAnotherDeviceAreQuoted) {
   for (const char* protocol : {"ros_arduino_bridge", "roboclaw", "create2"}) {
     const Error gps = error_at(protocol, "$GPGGA,123519,4807.038,N,01131.000,E\x1b[2J\r\n");
     EXPECT_EQ(gps.code, ErrorCode::kBadData) << protocol;
-    EXPECT_THAT(gps.message, HasSubstr("the stand-in: no controller of protocol " + std::string(protocol)));
+    EXPECT_THAT(gps.message, HasSubstr("the emulator: no controller of protocol " + std::string(protocol)));
     EXPECT_THAT(gps.message, HasSubstr("'$GPGGA,123519,4807.038,N,01131.000,E?[2J")) << protocol;
     const Error noise = error_at(protocol, "\xf8\x80\x1b\xe6\x98");
     EXPECT_THAT(noise.message, HasSubstr("no text, the first F8 80 1B E6 98")) << protocol;
     EXPECT_THAT(noise.message, HasSubstr("another baud")) << protocol;
     EXPECT_EQ(noise.message.find('\x1b'), std::string::npos);
   }
-  EXPECT_EQ(error_at("ros_arduino_bridge", "").code, ErrorCode::kTimeout) << "nothing came";
+  EXPECT_EQ(error_at("ros_arduino_bridge", "").code, ErrorCode::kTimeout) << "no bytes arrived";
 }
 
-/// The only child of this program: its guard.
-pid_t guard_of_this_program() {
+/// The process id of the only child of this program, its watchdog.
+pid_t watchdog_of_this_program() {
   std::ifstream file("/proc/thread-self/children");
   pid_t child = -1;
   file >> child;
   return child;
 }
 
-// Catches a drive that goes on without its guard, and a guard that is left a zombie.
-TEST(Guarded, AGuardThatIsKilledStopsTheDriveAndIsReplaced) {
+// Catches a drive that continues without its watchdog, and a watchdog that remains as a zombie.
+TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
   Plug plug("create2");
   const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect_again());
   ASSERT_TRUE(drive) << drive.error().message;
   ASSERT_TRUE((*drive)->set_speeds({5, 5}));
-  const pid_t first = guard_of_this_program();
+  const pid_t first = watchdog_of_this_program();
   ASSERT_GT(first, 0);
   for (const int harmless : {SIGHUP, SIGINT, SIGTERM, SIGALRM, SIGPIPE, SIGUSR1, SIGTSTP}) ::kill(first, harmless);
   std::this_thread::sleep_for(50ms);
-  ASSERT_TRUE((*drive)->set_speeds({5, 5})) << "what may be ignored is ignored";
+  ASSERT_TRUE((*drive)->set_speeds({5, 5})) << "the watchdog ignores these signals";
   EXPECT_NE(::getsid(first), ::getsid(0));
   ::kill(first, SIGKILL);
   const auto end = std::chrono::steady_clock::now() + 5s;
@@ -504,50 +506,50 @@ TEST(Guarded, AGuardThatIsKilledStopsTheDriveAndIsReplaced) {
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
-  EXPECT_EQ(::kill(first, 0), -1) << "a zombie is left";
+  EXPECT_EQ(::kill(first, 0), -1) << "a zombie remains";
   while (!(*drive)->set_speeds({5, 5}) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
-  const pid_t second = guard_of_this_program();
+  const pid_t second = watchdog_of_this_program();
   EXPECT_GT(second, 0);
   EXPECT_NE(second, first);
 }
 
-// Catches a drive that goes on while nothing watches it.
-TEST(Guarded, AHaltedGuardIsMissedInTimeAndReplaced) {
+// Catches a drive that continues without a running watchdog.
+TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
   for (int i = 0; i < kTries; ++i) {
     Plug plug("ros_arduino_bridge");
     const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
     ASSERT_TRUE(drive) << drive.error().message;
     ASSERT_TRUE((*drive)->set_speeds({5, 5}));
-    const pid_t first = guard_of_this_program();
+    const pid_t first = watchdog_of_this_program();
     ASSERT_GT(first, 0);
     const Lateness lateness;
     ::kill(first, SIGSTOP);
     const auto halted = std::chrono::steady_clock::now();
     const auto refused = (*drive)->set_speeds({5, 5});
     const auto noticed = std::chrono::steady_clock::now() - halted;
-    ASSERT_FALSE(refused) << "it drives without a guard that could stop it";
+    ASSERT_FALSE(refused) << "it drives without a watchdog that could stop it";
     EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
     EXPECT_THAT(refused.error().message, HasSubstr("process " + std::to_string(first) + ", did not run"));
     EXPECT_THAT(refused.error().message, HasSubstr("the wheels were stopped"));
     plug.server().catch_up();
     EXPECT_FALSE(plug.server().turns());
-    EXPECT_EQ(::kill(first, 0), -1) << "it is left halted";
-    EXPECT_TRUE((*drive)->set_speeds({5, 5})) << "another guard watches";
-    EXPECT_NE(guard_of_this_program(), first);
+    EXPECT_EQ(::kill(first, 0), -1) << "it remains halted";
+    EXPECT_TRUE((*drive)->set_speeds({5, 5})) << "another watchdog is running";
+    EXPECT_NE(watchdog_of_this_program(), first);
     if (noticed <= kTimeout) return;
     ASSERT_GE(lateness.longest(), kSpoilt) << std::chrono::duration<double>(noticed).count() << " s";
   }
-  FAIL() << "in " << kTries << " tries it was missed too late, or the machine was too slow";
+  FAIL() << "in " << kTries << " tries it was noticed too late, or the machine was too slow";
 }
 
-// Catches a drive whose next answers are those to the guard's stops.
-TEST(Guarded, AnswersToTheGuardsStopsAreNotTakenForTheProgramsOwn) {
+// Catches a drive that takes the answers to the watchdog's stops as its own.
+TEST(WithWatchdog, AnswersToTheWatchdogsStopsAreNotTakenForTheProgramsOwn) {
   for (const char* protocol : {"ros_arduino_bridge", "roboclaw"}) {
     Plug plug(protocol);
     const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), {12, 100ms}, plug.connect());
     ASSERT_TRUE(drive) << drive.error().message;
     int failed = 0, all = 0;
-    // Commands about as far apart as the time-out, some sooner and some later.
+    // The interval between commands is about the time-out, sometimes shorter and sometimes longer.
     for (int ms = 94; ms <= 106; ms += 2) {
       const Lateness lateness;
       const auto set = (*drive)->set_speeds({5, 5});
@@ -564,20 +566,20 @@ TEST(Guarded, AnswersToTheGuardsStopsAreNotTakenForTheProgramsOwn) {
   }
 }
 
-TEST(Guarded, AGuardHoldsNothingButItsPortAndItsPipe) {
+TEST(WithWatchdog, AWatchdogHoldsNothingButItsPortAndItsPipe) {
   Plug plug("create2");
   const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
   ASSERT_TRUE(drive) << drive.error().message;
   int open = 0;
   for (const auto& entry :
-       std::filesystem::directory_iterator("/proc/" + std::to_string(guard_of_this_program()) + "/fd")) {
+       std::filesystem::directory_iterator("/proc/" + std::to_string(watchdog_of_this_program()) + "/fd")) {
     static_cast<void>(entry);
     ++open;
   }
   EXPECT_EQ(open, 2);
 }
 
-TEST(Guarded, AWireThatNoGuardCanHoldIsRefused) {
+TEST(WithWatchdog, ATransportThatNoWatchdogCanHoldIsRefused) {
   Plug plug("create2");
   const auto connect = [inner = plug.connect()]() -> Result<Connection> {
     auto connection = inner();
@@ -589,9 +591,9 @@ TEST(Guarded, AWireThatNoGuardCanHoldIsRefused) {
   EXPECT_EQ(drive.error().code, ErrorCode::kUnavailable);
 }
 
-// Catches a drive that trusts wheels which another program left turning.
+// Catches a drive that does not stop wheels which another program left turning.
 TEST_P(SerialDrive, OpeningStopsWheelsThatTurn) {
-  plug_.server().with([](stand_in::Firmware& firmware) { firmware.wheels.set(300, 300); });
+  plug_.server().with([](emulator::Firmware& firmware) { firmware.wheels.set(300, 300); });
   const auto drive = open();
   ASSERT_TRUE(drive);
   plug_.server().catch_up();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The protocols' sheets: the example exchanges, byte for byte, and what a disturbed line does.
+// Tests of the protocols: the example exchanges of the data sheets, byte for byte, and exchanges on a disturbed line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,13 +7,13 @@
 #include "drivers/serial_diffdrive/protocol.h"
 #include "drivers/serial_diffdrive/roboclaw.h"
 #include "drivers/serial_diffdrive/ros_arduino_bridge.h"
-#include "tests/stand_in/memory_wire.h"
+#include "tests/emulator/memory_transport.h"
 
 namespace twocone::serial {
 namespace {
 
-using stand_in::Bench;
-using stand_in::MemoryWire;
+using emulator::Bench;
+using emulator::MemoryTransport;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::HasSubstr;
@@ -23,40 +23,40 @@ Deadline soon() { return std::chrono::steady_clock::now() + std::chrono::seconds
 
 Bytes text(std::string_view characters) { return {characters.begin(), characters.end()}; }
 
-/// A greeted controller on a bench.
+/// A protocol connected to an emulated controller, after the handshake.
 struct Talk {
   explicit Talk(std::string_view name)
-      : bench(std::make_shared<Bench>(name)), wire(bench), protocol(make_protocol({.name = std::string(name)})) {
-    const auto greeted = protocol->greet(wire, soon());
+      : bench(std::make_shared<Bench>(name)), transport(bench), protocol(make_protocol({.name = std::string(name)})) {
+    const auto greeted = protocol->greet(transport, soon());
     EXPECT_TRUE(greeted) << greeted.error().message;
     if (greeted) version = *greeted;
-    bench->heard.clear();
+    bench->received.clear();
   }
-  Bytes said() { return std::exchange(bench->heard, {}); }
+  Bytes sent() { return std::exchange(bench->received, {}); }
 
   std::shared_ptr<Bench> bench;
-  MemoryWire wire;
+  MemoryTransport transport;
   std::unique_ptr<Protocol> protocol;
   std::string version;
 };
 
-TEST(RosArduinoBridge, SaysWhatTheSheetSays) {
+TEST(RosArduinoBridge, SendsTheBytesOfTheDataSheet) {
   Talk talk("ros_arduino_bridge");
   EXPECT_EQ(talk.version, "ros_arduino_bridge at 57600 baud");
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {10 / 0.033, -10 / 0.033}));
-  EXPECT_EQ(talk.said(), text("m 10 -10\r"));
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {}));
-  EXPECT_EQ(talk.said(), text("m 0 0\r"));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {10 / 0.033, -10 / 0.033}));
+  EXPECT_EQ(talk.sent(), text("m 10 -10\r"));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {}));
+  EXPECT_EQ(talk.sent(), text("m 0 0\r"));
   talk.bench->firmware->wheels.set_counts(855, -820);
-  const auto counts = talk.protocol->read_counts(talk.wire);
+  const auto counts = talk.protocol->read_counts(talk.transport);
   ASSERT_TRUE(counts);
-  EXPECT_EQ(talk.said(), text("e\r"));
+  EXPECT_EQ(talk.sent(), text("e\r"));
   EXPECT_EQ(std::int32_t(counts->left), 855);
   EXPECT_EQ(std::int32_t(counts->right), -820);
 }
 
-/// The stand-in is as good as the sheet's own exchanges.
-TEST(StandIn, AnswersAsTheSheetSays) {
+/// The emulator answers as in the example exchanges of the data sheet.
+TEST(Emulated, AnswersAsInTheDataSheet) {
   Bench bench("ros_arduino_bridge");
   Bytes out;
   for (const std::string_view line : {"b\r", "r\r", "m 10 10\r", "z\r"}) {
@@ -66,11 +66,11 @@ TEST(StandIn, AnswersAsTheSheetSays) {
   EXPECT_NEAR(bench.firmware->wheels.left_rate(), 303, 1);
 }
 
-TEST(RosArduinoBridge, WholeCountsPerIntervalAreRightInTheMean) {
+TEST(RosArduinoBridge, WholeCountsPerIntervalHaveTheRightMean) {
   Talk talk("ros_arduino_bridge");
   double left = 0;
   for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(talk.protocol->drive(talk.wire, {10.37 / 0.033, 0}));
+    ASSERT_TRUE(talk.protocol->drive(talk.transport, {10.37 / 0.033, 0}));
     left += talk.bench->firmware->wheels.left_rate() * 0.033 / 100;
   }
   EXPECT_NEAR(left, 10.37, 0.01);
@@ -85,7 +85,7 @@ TEST(RosArduinoBridge, ReadsCountsAndNothingElse) {
   }
 }
 
-TEST(Roboclaw, ChecksumsAndPacketsAreTheSheets) {
+TEST(Roboclaw, ChecksumsAndPacketsAreThoseOfTheDataSheet) {
   EXPECT_EQ(crc16(text("123456789")), 0x31C3);
   EXPECT_EQ(write_packet(0x80, 37, Bytes{0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18}),
             (Bytes{0x80, 0x25, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x82, 0x90}));
@@ -104,46 +104,46 @@ TEST(Roboclaw, ChecksumsAndPacketsAreTheSheets) {
   EXPECT_FALSE(reply_data(0x80, 78, Bytes{1}));
 }
 
-TEST(Roboclaw, SaysWhatTheSheetSays) {
+TEST(Roboclaw, SendsTheBytesOfTheDataSheet) {
   Talk talk("roboclaw");
   EXPECT_EQ(talk.version, "USB Roboclaw 2x7a v4.1.34");
   EXPECT_EQ(talk.protocol->own_timeout(), std::chrono::milliseconds(500));
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {1000, -1000}));
-  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x25, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x82, 0x90}));
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {}));
-  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x25, 0, 0, 0, 0, 0, 0, 0, 0, 0x34, 0x04}));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {1000, -1000}));
+  EXPECT_EQ(talk.sent(), (Bytes{0x80, 0x25, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x82, 0x90}));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {}));
+  EXPECT_EQ(talk.sent(), (Bytes{0x80, 0x25, 0, 0, 0, 0, 0, 0, 0, 0, 0x34, 0x04}));
   talk.bench->firmware->wheels.set_counts(123456, -7);
-  const auto counts = talk.protocol->read_counts(talk.wire);
+  const auto counts = talk.protocol->read_counts(talk.transport);
   ASSERT_TRUE(counts);
-  EXPECT_EQ(talk.said(), (Bytes{0x80, 0x4E}));
+  EXPECT_EQ(talk.sent(), (Bytes{0x80, 0x4E}));
   EXPECT_EQ(counts->left, 123456u);
   EXPECT_EQ(std::int32_t(counts->right), -7);
 }
 
 TEST(Roboclaw, SetsItsTimeoutAndChecksIt) {
   auto bench = std::make_shared<Bench>("roboclaw");
-  MemoryWire wire(bench);
+  MemoryTransport transport(bench);
   const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
-  ASSERT_TRUE(protocol->greet(wire, soon()));
-  EXPECT_EQ(protocol->own_timeout(), std::chrono::milliseconds(700)) << "rounded down: never later than asked for";
-  // Asked for its version, set, and asked again.
-  EXPECT_EQ(bench->heard, (Bytes{0x80, 0x15, 0x80, 0x0E, 0x07, 0x68, 0xB2, 0x80, 0x0F}));
+  ASSERT_TRUE(protocol->greet(transport, soon()));
+  EXPECT_EQ(protocol->own_timeout(), std::chrono::milliseconds(700)) << "rounded down: never longer than requested";
+  // The version is read, the time-out is set, and then read again.
+  EXPECT_EQ(bench->received, (Bytes{0x80, 0x15, 0x80, 0x0E, 0x07, 0x68, 0xB2, 0x80, 0x0F}));
 }
 
-TEST(Roboclaw, AResetThatNobodySawIsToldByItsTimeout) {
+TEST(Roboclaw, AnUnnoticedResetIsDetectedByItsTimeout) {
   auto bench = std::make_shared<Bench>("roboclaw");
-  MemoryWire wire(bench);
+  MemoryTransport transport(bench);
   const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
-  ASSERT_TRUE(protocol->greet(wire, soon()));
+  ASSERT_TRUE(protocol->greet(transport, soon()));
   bench->firmware->reset();
-  Result<RawCounts> counts = protocol->read_counts(wire);
-  for (int i = 0; i < 20 && counts; ++i) counts = protocol->read_counts(wire);
-  ASSERT_FALSE(counts) << "a unit that was reset, and has no time-out any more, goes unnoticed";
+  Result<RawCounts> counts = protocol->read_counts(transport);
+  for (int i = 0; i < 20 && counts; ++i) counts = protocol->read_counts(transport);
+  ASSERT_FALSE(counts) << "a unit without a time-out after a reset was not noticed";
   EXPECT_EQ(counts.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(counts.error().message, HasSubstr("700 ms, and it says 0 ms"));
+  EXPECT_THAT(counts.error().message, HasSubstr("700 ms, and it reports 0 ms"));
 }
 
-TEST(Roboclaw, EveryExchangeOfTheSheetHasItsChecksum) {
+TEST(Roboclaw, EveryExchangeOfTheDataSheetHasItsChecksum) {
   const Bytes packets[]{
       {0x80, 0x28, 0, 0, 0x13, 0x88, 0, 0, 3, 0xE8, 0xFF, 0xFF, 0xFC, 0x18, 0x74, 0xCC},
       {0x80, 0x22, 0x20, 0, 0xE0, 0, 0xBF, 0xEB},
@@ -170,10 +170,10 @@ TEST(Roboclaw, EveryExchangeOfTheSheetHasItsChecksum) {
   for (const auto& [command, reply] : replies) EXPECT_TRUE(reply_data(0x80, command, reply)) << int(command);
 }
 
-/// Answers each write with the next of its answers; in no time.
-class AnsweringWire final : public Wire {
+/// A transport that answers each write with the next of its answers, without delay.
+class AnsweringTransport final : public Transport {
  public:
-  explicit AnsweringWire(std::vector<Bytes> answers) : answers_(std::move(answers)) {}
+  explicit AnsweringTransport(std::vector<Bytes> answers) : answers_(std::move(answers)) {}
   Status write(std::span<const std::uint8_t> /*bytes*/, Deadline /*deadline*/) override {
     if (next_ < answers_.size()) come_.insert(come_.end(), answers_[next_].begin(), answers_[next_].end());
     ++next_;
@@ -205,55 +205,55 @@ Bytes with_checksum(std::uint8_t command, Bytes data) {
   return data;
 }
 
-// Catches a device that writes into the terminal of whoever asks for its version.
+// Catches a device whose version controls the terminal in which it is shown.
 TEST(Roboclaw, AVersionWithEscapeSequencesIsCleaned) {
-  AnsweringWire wire({with_checksum(21, text(std::string_view("Claw \x1b[2J\x1b]0;x\x07 v4\n\0", 20))),
-                      {0xFF},
-                      with_checksum(15, {5})});
-  const auto version = make_protocol({.name = "roboclaw"})->greet(wire, soon());
+  AnsweringTransport transport({with_checksum(21, text(std::string_view("Claw \x1b[2J\x1b]0;x\x07 v4\n\0", 20))),
+                                {0xFF},
+                                with_checksum(15, {5})});
+  const auto version = make_protocol({.name = "roboclaw"})->greet(transport, soon());
   ASSERT_TRUE(version) << version.error().message;
   EXPECT_EQ(*version, "Claw ?[2J?]0;x? v4");
 }
 
-// Somebody else's stops are answered by the same byte as a command: only a checksum tells where they end.
+// The stops of another process are answered by the same byte as a command: only a checksum shows where they end.
 TEST(Roboclaw, StopsOfOthersAreNotTakenForACommandsAnswer) {
   Talk talk("roboclaw");
   talk.bench->faults.delay_answers = 1;
-  ASSERT_TRUE(talk.wire.write(talk.protocol->stop_bytes(), soon()));
+  ASSERT_TRUE(talk.transport.write(talk.protocol->stop_bytes(), soon()));
   talk.protocol->note_stops(1);
-  talk.said();
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {1000, 1000}));
+  talk.sent();
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {1000, 1000}));
   Bytes wanted{0x80, 24};
   const Bytes command = write_packet(0x80, 37, Bytes{0, 0, 3, 0xE8, 0, 0, 3, 0xE8});
   wanted.insert(wanted.end(), command.begin(), command.end());
-  EXPECT_EQ(talk.said(), wanted) << "a question, then the command, once";
+  EXPECT_EQ(talk.sent(), wanted) << "a question, then the command, once";
 }
 
-// Catches a driver that is one line behind, and takes each answer for the next command's.
+// Catches a driver that is one line behind, and takes each answer as that of the next command.
 TEST(RosArduinoBridge, StopsOfOthersAreNotTakenForACommandsAnswer) {
   for (const bool is_noted : {true, false}) {
     Talk talk("ros_arduino_bridge");
     talk.bench->firmware->wheels.set_counts(855, -820);
-    talk.bench->faults.delay_answers = 1;  // they come when the next exchange has begun
-    ASSERT_TRUE(talk.wire.write(talk.protocol->stop_bytes(), soon()));
+    talk.bench->faults.delay_answers = 1;  // the answers arrive when the next exchange has begun
+    ASSERT_TRUE(talk.transport.write(talk.protocol->stop_bytes(), soon()));
     if (is_noted) talk.protocol->note_stops(1);
     for (int i = 0; i < 3; ++i) {
-      const auto counts = talk.protocol->read_counts(talk.wire);
+      const auto counts = talk.protocol->read_counts(talk.transport);
       ASSERT_TRUE(counts) << counts.error().message;
       EXPECT_EQ(std::int32_t(counts->left), 855);
-      EXPECT_TRUE(talk.protocol->drive(talk.wire, {}));
+      EXPECT_TRUE(talk.protocol->drive(talk.transport, {}));
     }
   }
 }
 
-TEST(Roboclaw, RefusesAddressesThatThereAreNot) {
+TEST(Roboclaw, RefusesInvalidAddresses) {
   EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x7F}), std::invalid_argument);
   EXPECT_THROW(make_protocol({.name = "roboclaw", .address = 0x88}), std::invalid_argument);
 }
 
 const Bytes kFrame{0x13, 0x0A, 0x07, 0x00, 0x2B, 0x03, 0xE8, 0x2C, 0xFF, 0xFA, 0x23, 0x03, 0x7B};
 
-TEST(Create2, FindsTheSheetsFrame) {
+TEST(Create2, FindsTheFrameOfTheDataSheet) {
   Create2Stream stream;
   std::optional<Create2Sensors> sensors;
   for (const auto byte : kFrame) sensors = stream.push(byte);
@@ -266,13 +266,13 @@ TEST(Create2, FindsTheSheetsFrame) {
 }
 
 TEST(Create2, NoFrameIsLostBehindRubbish) {
-  // Headers in the rubbish: what follows them looks like a frame at first, and swallows none.
+  // A header in the rubbish looks like the start of a frame, but must not hide the real frames after it.
   for (const Bytes& rubbish : {Bytes{0}, Bytes{19}, Bytes{19, 10}, Bytes{19, 10, 7}, Bytes{19, 200, 19, 10, 7, 0},
                                Bytes(kFrame.begin(), kFrame.end() - 1), Bytes(40, 19)}) {
     Create2Stream stream;
     int found = 0;
     for (const auto byte : rubbish) found += stream.push(byte).has_value();
-    // The last candidate is given up with the next frame.
+    // The last candidate is rejected when the next frame arrives.
     for (int i = 0; i < 3; ++i) {
       for (const auto byte : kFrame) found += stream.push(byte).has_value();
     }
@@ -281,66 +281,66 @@ TEST(Create2, NoFrameIsLostBehindRubbish) {
   }
 }
 
-TEST(Create2, SaysWhatTheSheetSays) {
+TEST(Create2, SendsTheBytesOfTheDataSheet) {
   auto bench = std::make_shared<Bench>("create2");
-  MemoryWire wire(bench);
+  MemoryTransport transport(bench);
   const auto protocol = make_protocol({.name = "create2"});
-  ASSERT_TRUE(protocol->greet(wire, soon()));
-  EXPECT_EQ(bench->heard, (Bytes{0, 0, 0, 0, 0, 0x80, 0x83, 0x94, 0x04, 0x07, 0x2B, 0x2C, 0x23}));
-  bench->heard.clear();
+  ASSERT_TRUE(protocol->greet(transport, soon()));
+  EXPECT_EQ(bench->received, (Bytes{0, 0, 0, 0, 0, 0x80, 0x83, 0x94, 0x04, 0x07, 0x2B, 0x2C, 0x23}));
+  bench->received.clear();
   const double per_mm = *protocol->fixed_counts_per_turn() / (72 * 3.14159265358979);
-  ASSERT_TRUE(protocol->drive(wire, {200 * per_mm, 200 * per_mm}));
-  ASSERT_TRUE(protocol->drive(wire, {-200 * per_mm, 200 * per_mm}));
-  ASSERT_TRUE(protocol->drive(wire, {}));
-  EXPECT_EQ(bench->heard, (Bytes{0x91, 0x00, 0xC8, 0x00, 0xC8, 0x91, 0x00, 0xC8, 0xFF, 0x38, 0x91, 0, 0, 0, 0}));
+  ASSERT_TRUE(protocol->drive(transport, {200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(protocol->drive(transport, {-200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(protocol->drive(transport, {}));
+  EXPECT_EQ(bench->received, (Bytes{0x91, 0x00, 0xC8, 0x00, 0xC8, 0x91, 0x00, 0xC8, 0xFF, 0x38, 0x91, 0, 0, 0, 0}));
 }
 
 TEST(Create2, ComesBackWhenItsWheelsAreOnTheFloorAgain) {
   Talk talk("create2");
-  auto& firmware = dynamic_cast<stand_in::LiftableFirmware&>(*talk.bench->firmware);
-  ASSERT_TRUE(talk.protocol->drive(talk.wire, {100, 100}));
+  auto& firmware = dynamic_cast<emulator::LiftableFirmware&>(*talk.bench->firmware);
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {100, 100}));
   firmware.wheel_hangs = true;
-  ASSERT_TRUE(talk.protocol->read_counts(talk.wire));
+  ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
   std::this_thread::sleep_for(std::chrono::milliseconds(40));
-  ASSERT_TRUE(talk.protocol->read_counts(talk.wire));
-  const auto refused = talk.protocol->drive(talk.wire, {100, 100});
+  ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
+  const auto refused = talk.protocol->drive(talk.transport, {100, 100});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
   EXPECT_THAT(refused.error().message, HasSubstr("a wheel hangs free"));
   EXPECT_FALSE(firmware.wheels.turn());
   firmware.wheel_hangs = false;
-  EXPECT_TRUE(talk.protocol->drive(talk.wire, {100, 100}));
+  EXPECT_TRUE(talk.protocol->drive(talk.transport, {100, 100}));
   EXPECT_TRUE(firmware.wheels.turn());
 }
 
 class Protocols : public testing::TestWithParam<const char*> {};
 
-TEST_P(Protocols, StopBytesStopWhateverWasLeftHalfSent) {
+TEST_P(Protocols, StopBytesStopAfterAnyPartOfACommand) {
   const auto protocol = make_protocol({.name = GetParam()});
   Talk reference(GetParam());
-  ASSERT_TRUE(reference.protocol->drive(reference.wire, {400, -300}));
-  const Bytes command = reference.said();
+  ASSERT_TRUE(reference.protocol->drive(reference.transport, {400, -300}));
+  const Bytes command = reference.sent();
   for (std::size_t part = 0; part <= command.size(); ++part) {
     Talk talk(GetParam());
-    ASSERT_TRUE(talk.protocol->drive(talk.wire, {400, 300}));
+    ASSERT_TRUE(talk.protocol->drive(talk.transport, {400, 300}));
     ASSERT_TRUE(talk.bench->firmware->wheels.turn());
-    ASSERT_TRUE(talk.wire.write(std::span(command).first(part), soon()));
-    for (int i = 0; i < 2; ++i) {  // as the guard says it, with a pause
-      ASSERT_TRUE(talk.wire.write(protocol->stop_bytes(), soon()));
+    ASSERT_TRUE(talk.transport.write(std::span(command).first(part), soon()));
+    for (int i = 0; i < 2; ++i) {  // as the watchdog sends it, with a pause
+      ASSERT_TRUE(talk.transport.write(protocol->stop_bytes(), soon()));
       std::this_thread::sleep_for(std::chrono::milliseconds(15));
     }
     EXPECT_FALSE(talk.bench->firmware->wheels.turn()) << part << " bytes of a command left";
   }
 }
 
-/// After a disturbed answer the next ones are right: nothing old is taken for them.
+/// After a disturbed answer the next answers are right: no old bytes are taken for them.
 TEST_P(Protocols, ADisturbedAnswerDisturbsNoOther) {
-  using stand_in::WireFaults;
-  const std::pair<const char*, int WireFaults::*> faults[]{{"lost", &WireFaults::lose_answers},
-                                                           {"late", &WireFaults::delay_answers},
-                                                           {"double", &WireFaults::double_answers},
-                                                           {"truncated", &WireFaults::truncate_answers},
-                                                           {"garbled", &WireFaults::garble_answers}};
+  using emulator::TransportFaults;
+  const std::pair<const char*, int TransportFaults::*> faults[]{{"lost", &TransportFaults::lose_answers},
+                                                                {"late", &TransportFaults::delay_answers},
+                                                                {"double", &TransportFaults::double_answers},
+                                                                {"truncated", &TransportFaults::truncate_answers},
+                                                                {"garbled", &TransportFaults::garble_answers}};
   for (const auto& [what, fault] : faults) {
     for (const bool on_reading : {true, false}) {
       Talk talk(GetParam());
@@ -348,59 +348,59 @@ TEST_P(Protocols, ADisturbedAnswerDisturbsNoOther) {
       wheels.set_counts(1000, 2000);
       talk.bench->faults.*fault = 1;
       if (on_reading) {
-        const auto counts = talk.protocol->read_counts(talk.wire);
+        const auto counts = talk.protocol->read_counts(talk.transport);
         EXPECT_TRUE(!counts || (counts->left & 0xFFFF) == 1000u) << what;
       } else {
-        static_cast<void>(talk.protocol->drive(talk.wire, {}));
+        static_cast<void>(talk.protocol->drive(talk.transport, {}));
       }
       for (int i = 1; i <= 3; ++i) {
         wheels.set_counts(1000 + i, 2000 - i);
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));  // create2 tells of it with its next frame
-        const auto counts = talk.protocol->read_counts(talk.wire);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));  // create2 reports it with its next frame
+        const auto counts = talk.protocol->read_counts(talk.transport);
         ASSERT_TRUE(counts) << what << ": " << counts.error().message;
         EXPECT_EQ(counts->left & 0xFFFF, 1000u + unsigned(i)) << what;
         EXPECT_EQ(counts->right & 0xFFFF, 2000u - unsigned(i)) << what;
-        EXPECT_TRUE(talk.protocol->drive(talk.wire, {})) << what;
+        EXPECT_TRUE(talk.protocol->drive(talk.transport, {})) << what;
       }
     }
   }
 }
 
-/// Bytes that nobody asked for are no answer, whether they end or break off.
-TEST_P(Protocols, GarbageBetweenTheAnswersIsNoAnswer) {
+/// Bytes that belong to no request are not an answer, whether they are complete or truncated.
+TEST_P(Protocols, GarbageBetweenTheAnswersIsIgnored) {
   Talk talk(GetParam());
   for (const Bytes& garbage : {Bytes(60, 0), Bytes(60, 0xFF), Bytes(60, 19), text("\r\n\r\n"), text("12 12\r\n"),
                                text("OK\r\n7 7"), Bytes{0x13, 0x0A, 0x07}, Bytes{0, 0, 0, 1, 0, 0, 0, 1, 0, 0}}) {
     talk.bench->firmware->wheels.set_counts(1234, 4321);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     talk.bench->to_host.insert(talk.bench->to_host.end(), garbage.begin(), garbage.end());
-    const auto first = talk.protocol->read_counts(talk.wire);
-    const auto counts = first ? first : talk.protocol->read_counts(talk.wire);
+    const auto first = talk.protocol->read_counts(talk.transport);
+    const auto counts = first ? first : talk.protocol->read_counts(talk.transport);
     ASSERT_TRUE(counts) << counts.error().message;
     EXPECT_EQ(counts->left & 0xFFFF, 1234u);
     EXPECT_EQ(counts->right & 0xFFFF, 4321u);
     talk.bench->to_host.insert(talk.bench->to_host.end(), garbage.begin(), garbage.end());
-    const auto driven = talk.protocol->drive(talk.wire, {300, 300});
-    EXPECT_TRUE(driven || talk.protocol->drive(talk.wire, {300, 300}));
+    const auto driven = talk.protocol->drive(talk.transport, {300, 300});
+    EXPECT_TRUE(driven || talk.protocol->drive(talk.transport, {300, 300}));
     EXPECT_TRUE(talk.bench->firmware->wheels.turn());
-    EXPECT_TRUE(talk.protocol->drive(talk.wire, {}));
+    EXPECT_TRUE(talk.protocol->drive(talk.transport, {}));
   }
 }
 
-TEST_P(Protocols, SilenceAndNonsenseAreToldApart) {
+TEST_P(Protocols, SilenceAndNonsenseAreDistinguished) {
   Talk talk(GetParam());
   talk.bench->faults.lose_answers = 1'000'000;
-  const auto silence = talk.protocol->read_counts(talk.wire);
+  const auto silence = talk.protocol->read_counts(talk.transport);
   ASSERT_FALSE(silence);
   EXPECT_EQ(silence.error().code, ErrorCode::kTimeout);
   talk.bench->faults = {};
   talk.bench->faults.garble_answers = 1'000'000;
-  const auto nonsense = talk.protocol->read_counts(talk.wire);
+  const auto nonsense = talk.protocol->read_counts(talk.transport);
   ASSERT_FALSE(nonsense);
   EXPECT_EQ(nonsense.error().code, ErrorCode::kBadData) << nonsense.error().message;
   talk.bench->faults = {};
   talk.bench->faults.unplugged = true;
-  const auto gone = talk.protocol->read_counts(talk.wire);
+  const auto gone = talk.protocol->read_counts(talk.transport);
   ASSERT_FALSE(gone);
   EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Program, watchdog and controller in one simulated time, with delays, hold-ups, resets, lost and garbled bytes drawn
-// from a seed. TWOCONE_SCHEDULES=N: so many schedules; TWOCONE_SCHEDULE=SEED: that one alone, and what happened in it.
+// Program, watchdog and controller in one simulated time, with delays, suspensions, resets, lost and garbled bytes
+// drawn from a seed. TWOCONE_SCHEDULES=N runs N schedules; TWOCONE_SCHEDULE=SEED runs only that one and prints its
+// events.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,24 +13,25 @@
 #include <fmt/format.h>
 
 #include "hal/text.h"
-#include "tests/stand_in/simulated_line.h"
+#include "tests/emulator/simulated_line.h"
 
 namespace twocone::serial {
 namespace {
 
 using namespace std::chrono_literals;
-using stand_in::SimulatedLine;
-using stand_in::SimulatedWatchdog;
+using emulator::SimulatedLine;
+using emulator::SimulatedWatchdog;
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
 
 constexpr double kCountsPerTurn = 1440;
 constexpr int kSchedules = 300;
 
-// A row of stops takes 30 ms, the watchdog wakes up to 3 ms late and decides within 1, a stop's 7 bytes take 1.3 ms on
-// the line behind at most 100 others, and time is looked at each millisecond: 53 ms; documented are 100.
+// A row of stops takes 30 ms, the watchdog wakes up to 3 ms late and decides within 1 ms, a stop's 7 bytes take 1.3 ms
+// on the line behind at most 100 others, and the time resolution is one millisecond: 53 ms. The documented limit is
+// 100 ms.
 constexpr nanoseconds kGrace = 100ms;
-// A failure must be over so long after the line is well.
+// Failures must end within this time after the end of the faults.
 constexpr nanoseconds kOver = 300ms;
 
 double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
@@ -46,10 +48,10 @@ SerialDriveSettings settings() {
   return settings;
 }
 
-/// What a schedule is of.
+/// The kinds of faults in a schedule.
 enum class Kind {
-  kDelays,    ///< the program commands about each command_timeout; the line is well all the time
-  kHoldUps,   ///< the program is held up for about command_timeout, at any of its calls to the system
+  kDelays,    ///< the program commands about once per command_timeout; the line has no faults
+  kHoldUps,   ///< the program is suspended for about command_timeout, at any of its system calls
   kResets,    ///< the board is reset, with and without a boot loader's pause
   kLine,      ///< bytes are lost and garbled
   kWatchdog,  ///< the watchdog is halted or killed
@@ -64,16 +66,16 @@ const char* name_of(Kind kind) {
 struct Outcome {
   Kind kind{};
   int calls = 0, failed = 0;
-  nanoseconds over{0};          ///< the last failure, after the line was well
-  nanoseconds longest_turn{0};  ///< with power beyond the last command that moves, less command_timeout
+  nanoseconds over{0};          ///< time of the last failure after the end of the faults
+  nanoseconds longest_turn{0};  ///< longest power after the last command that moves, less command_timeout
   nanoseconds noticed{0};       ///< power after the call of a command that moves while the watchdog is halted or dead
-  std::string wrong;            ///< empty: nothing
+  std::string wrong;            ///< description of the first error; empty: none
 };
 
 class Schedule {
  public:
-  Schedule(std::uint64_t seed, bool is_told)
-      : kind_(Kind(seed % kKinds)), is_told_(is_told), random_(seed), line_(seed, latency()) {
+  Schedule(std::uint64_t seed, bool is_printed)
+      : kind_(Kind(seed % kKinds)), is_printed_(is_printed), random_(seed), line_(seed, latency()) {
     timeout_ = pick({100ms, 150ms, 200ms, 300ms, 500ms});
     outcome_.kind = kind_;
   }
@@ -81,10 +83,10 @@ class Schedule {
   Outcome go() {
     begin_ = line_.now();
     line_.watch = [this] { watch(); };
-    line_.overhear = [this](const char* who, std::span<const std::uint8_t> bytes) {
+    line_.trace = [this](const char* who, std::span<const std::uint8_t> bytes) {
       std::string text;
       for (const std::uint8_t byte : bytes) text += byte == '\r' ? std::string("|") : fmt::format("{:c}", byte);
-      tell(fmt::format("    {}: {}", who, printable(text)));
+      print(fmt::format("    {}: {}", who, printable(text)));
     };
     auto opened = SerialDiffDrive::open(settings(), {12, timeout_}, line_.machine());
     if (!opened) {
@@ -109,7 +111,7 @@ class Schedule {
   double share() { return std::uniform_real_distribution<>(0, 1)(random_); }
   nanoseconds about_timeout() { return nanoseconds(std::int64_t(double(timeout_.count()) * (0.85 + 0.3 * share()))); }
 
-  /// The time in which things go wrong.
+  /// Runs the part of the schedule with faults.
   void trouble() {
     const nanoseconds end = line_.now() + line_.draw(400ms, 2000ms);
     line_.troubles.end = end;
@@ -136,7 +138,7 @@ class Schedule {
     well_ = line_.now();
   }
 
-  /// Everything is well: after kOver nothing fails any more.
+  /// Runs the part without faults: after kOver no call fails any more.
   void calm() {
     const nanoseconds end = line_.now() + kOver + 600ms;
     while (line_.now() < end) {
@@ -149,12 +151,12 @@ class Schedule {
     const nanoseconds silence = share() < 0.8 ? 0ms : line_.draw(200ms, 1700ms);
     line_.reset_board(silence);
     boots_until_ = line_.now() + silence;
-    tell(fmt::format("reset, silent for {:.3f} s", seconds(silence)));
+    print(fmt::format("reset, silent for {:.3f} s", seconds(silence)));
   }
 
   void strike_watchdog() {
     if (line_.watchdog == nullptr || line_.watchdog->is_halted()) return;
-    tell("the watchdog is struck");
+    print("the watchdog is halted or killed");
     watchdog_struck_ = line_.now();
     if (share() < 0.5) {
       line_.watchdog->die();
@@ -174,39 +176,39 @@ class Schedule {
     const auto set = drive_->set_speeds(speeds);
     note("set", set_at, set ? nullptr : &set.error());
     unwatched_ = SimulatedLine::kNever;
-    if (is_unwatched && set) complain("drives on without its watchdog");
+    if (is_unwatched && set) complain("still drives without its watchdog");
     if (is_unwatched && !set && set.error().code != ErrorCode::kUnavailable) {
-      complain("not named: " + set.error().message);
+      complain("the error does not name the watchdog: " + set.error().message);
     }
     const bool is_well = line_.troubles.end == 0ns || !is({Kind::kLine});
     if (!set && line_.board().moved_s() != moved_s && is_well && set.error().code != ErrorCode::kDisconnected) {
-      // It was carried out: then the message says that it is over, and it is.
+      // The failed command was carried out: then the wheels must be stopped, and the message must state that.
       line_.advance(5ms);
-      if (line_.board().has_power()) complain("a failed command drives on: " + set.error().message);
+      if (line_.board().has_power()) complain("the wheels turn after a failed command: " + set.error().message);
       const std::string& message = set.error().message;
-      if (message.find("stop") == std::string::npos) complain("stopped in silence: " + message);
+      if (message.find("stop") == std::string::npos) complain("the message does not report the stop: " + message);
     }
     const nanoseconds read_at = line_.now();
     const auto angles = drive_->read_angles();
     note("read", read_at, angles ? nullptr : &angles.error());
     if (kind_ != Kind::kDelays) return;
-    // The line is well, nothing is held up: nothing fails, and each answer is its question's own.
+    // The line has no faults and the program is not suspended: no call fails, and each answer belongs to its question.
     if (!set || !angles) complain("failed: " + (set ? angles.error().message : set.error().message));
     if (angles) check_counts(*angles, read_at);
-    if (line_.held_up != held_up) complain("held up");
+    if (line_.held_up != held_up) complain("suspended");
   }
 
-  /// Whether the watchdog will do nothing until then.
+  /// Returns whether the watchdog will do nothing until that time.
   [[nodiscard]] bool is_unwatched_until(nanoseconds time) const {
     return line_.watchdog != nullptr && line_.watchdog->is_out_until(time);
   }
 
-  /// Between those at the time of asking, and those at the time of the answer.
+  /// Checks that the counts are between those at the time of the question and those at the time of the answer.
   void check_counts(const WheelAngles& angles, nanoseconds read_at) {
     const double count = angles.left_rad * kCountsPerTurn / (2 * std::numbers::pi);
     const double now = std::floor(line_.board().wheels.left());
     if (count > now + 0.5 || count < counts_at(read_at) - 1.5) {
-      complain(fmt::format("counts {} where the wheel had {} to {}", count, counts_at(read_at), now));
+      complain(fmt::format("counts {}, but the wheel had {} to {}", count, counts_at(read_at), now));
     }
   }
   [[nodiscard]] double counts_at(nanoseconds time) const {
@@ -220,19 +222,19 @@ class Schedule {
     ++outcome_.calls;
     const nanoseconds took = line_.now() - begun;
     if (error == nullptr) {
-      tell(fmt::format("{} ok, {:.1f} ms", what, 1e3 * seconds(took)));
+      print(fmt::format("{} ok, {:.1f} ms", what, 1e3 * seconds(took)));
       return;
     }
     ++outcome_.failed;
-    tell(fmt::format("{} failed, {:.1f} ms: {}", what, 1e3 * seconds(took), error->message));
+    print(fmt::format("{} failed, {:.1f} ms: {}", what, 1e3 * seconds(took), error->message));
     if (well_ == 0ns) return;
     outcome_.over = std::max(outcome_.over, line_.now() - well_);
     if (outcome_.over > kOver) {
-      complain(fmt::format("failed {:.3f} s after the line was well: {}", seconds(outcome_.over), error->message));
+      complain(fmt::format("failed {:.3f} s after the end of the faults: {}", seconds(outcome_.over), error->message));
     }
   }
 
-  /// At each millisecond: does a wheel have power that must not?
+  /// Called each millisecond: checks that no wheel has power that it must not have.
   void watch() {
     counts_.emplace_back(line_.now(), std::floor(line_.board().wheels.left()));
     if (counts_.size() > 3000) counts_.pop_front();
@@ -242,9 +244,10 @@ class Schedule {
       if (line_.now() > unwatched_ + timeout_) complain("power without a watchdog");
     }
     const nanoseconds moved = begin_ + nanoseconds(std::int64_t(1e9 * line_.board().moved_s()));
-    // A command counts from its call on: were the program held up in it, the wheels would turn by the one before.
+    // The time counts from the call of a command: if the program is suspended in it, the wheels turn by the previous
+    // one.
     nanoseconds since = std::max(moved, commanded_);
-    // While bytes are lost a stop may be, too; a watchdog that is halted or dead stops nothing.
+    // While bytes are lost, a stop may be lost too; a watchdog that is halted or dead stops nothing.
     if (is({Kind::kLine})) since = std::max(since, line_.troubles.end);
     if (is({Kind::kWatchdog})) {
       if (line_.watchdog == nullptr || line_.watchdog->is_halted())
@@ -256,27 +259,27 @@ class Schedule {
       complain(fmt::format("wheels turn {:.3f} s after the last command, command_timeout is {:.3f} s",
                            seconds(line_.now() - since), seconds(timeout_)));
     }
-    // The firmware's own time-out, whatever else is broken.
+    // The firmware's own time-out works whatever else is broken.
     if (line_.now() - moved > 2100ms + nanoseconds(0)) complain("wheels turn for more than 2 s");
   }
 
   void complain(const std::string& what) {
     if (outcome_.wrong.empty()) outcome_.wrong = fmt::format("{:.4f} s: {}", seconds(line_.now() - begin_), what);
-    tell("WRONG: " + what);
+    print("WRONG: " + what);
   }
-  void tell(const std::string& what) const {
-    if (is_told_) fmt::print("{:8.4f} {}\n", seconds(line_.now() - begin_), what);
+  void print(const std::string& what) const {
+    if (is_printed_) fmt::print("{:8.4f} {}\n", seconds(line_.now() - begin_), what);
   }
 
   const Kind kind_;
-  const bool is_told_;
+  const bool is_printed_;
   std::mt19937_64 random_;
   SimulatedLine line_;
   nanoseconds timeout_{};
   nanoseconds begin_{0};
   std::unique_ptr<SerialDiffDrive> drive_;
   nanoseconds boots_until_{0}, watchdog_struck_{0}, well_{0}, commanded_{0};
-  nanoseconds unwatched_ = SimulatedLine::kNever;  // when the call began that must notice it
+  nanoseconds unwatched_ = SimulatedLine::kNever;  // start of the call that must notice a missing watchdog
   std::deque<std::pair<nanoseconds, double>> counts_;
   Outcome outcome_;
 };
@@ -293,7 +296,7 @@ TEST(SerialSchedules, AResetWithoutABootLoaderIsSoonOver) {
     SimulatedLine line(std::uint64_t(trial), 1ms);
     const auto drive = opened(line, 500ms);
     ASSERT_TRUE(drive);
-    // So long that the counters' way back to zero is more than wheels can turn.
+    // The drive runs so long that the counters' return to zero exceeds the possible motion of the wheels.
     for (int i = 0; i < 60 + 3 * trial; ++i) {
       EXPECT_TRUE(drive->set_speeds({5, 5}));
       EXPECT_TRUE(drive->read_angles());
@@ -316,8 +319,8 @@ TEST(SerialSchedules, AResetWithoutABootLoaderIsSoonOver) {
   }
 }
 
-// Catches answers to the watchdog's stops that are taken for the program's, where a frame is about as late as the
-// time-out.
+// Catches answers to the watchdog's stops that are taken as the program's, if the interval between commands is about
+// the time-out.
 TEST(SerialSchedules, CommandsAboutAsFarApartAsTheTimeoutAllSucceed) {
   for (nanoseconds period = 485ms; period <= 530ms; period += 1ms) {
     SimulatedLine line(std::uint64_t(period.count()), 1ms);

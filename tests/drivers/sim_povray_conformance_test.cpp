@@ -5,7 +5,7 @@
 #include "tests/drivers/camera_conformance.h"
 #include "tests/drivers/diff_drive_conformance.h"
 
-/// The suites on a world rendered by POV-Ray itself. Pictures are small: what costs is the number of them.
+/// Runs the suites for a world that POV-Ray renders. The images are small, so their number determines the time.
 namespace twocone::test {
 namespace {
 
@@ -22,9 +22,9 @@ T take(Result<T> result) {
 std::unique_ptr<Simulation> open_world(const DriveLimits& limits) {
   sim_povray::PlaceSettings place;
   place.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
-  sim_povray::SeatSettings seat;
-  seat.drive = limits;
-  return take(Simulation::open(place, seat));
+  sim_povray::SessionSettings session;
+  session.drive = limits;
+  return take(Simulation::open(place, session));
 }
 
 OpenedCamera open_camera() { return {take(open_world({})->open_camera({"lower", 1, {}})), nullptr}; }
@@ -36,7 +36,8 @@ INSTANTIATE_TEST_SUITE_P(SimPovray, CameraInLockStep, testing::Values(kCamera), 
 // Time passes only by grabs.
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CameraThatDoesNotWait);
 
-/// 250 ms: few frames, so few pictures, and no whole number of them in the turn that AnglesDoNotWrap needs.
+/// The step is 250 ms: few frames and so few images, and the turn that AnglesDoNotWrap needs is not a whole number of
+/// steps.
 constexpr double kRate_hz = 4;
 constexpr auto kStep = nanoseconds(1s) / 4;
 
@@ -48,7 +49,7 @@ OpenedDrive open_drive(const DriveLimits& limits) {
   const auto grab = [camera] { return take(camera->grab(30s)); };
   (void)take(camera->configure({8, 6, kRate_hz}));
   if (auto started = camera->start(); !started) throw std::runtime_error(started.error().message);
-  (void)grab();  // the present instant, which moves nothing
+  (void)grab();  // the frame of the start, which advances no time
   return {std::move(drive),
           [grab](nanoseconds time) {
             for (; time >= kStep; time -= kStep) (void)grab();
@@ -56,7 +57,7 @@ OpenedDrive open_drive(const DriveLimits& limits) {
           },
           [truth] {
             const Pose2 pose = truth->true_pose();
-            return pose.x_m + 0.37 * pose.y_m + pose.heading_rad;  // changes with whatever of them changes
+            return pose.x_m + 0.37 * pose.y_m + pose.heading_rad;  // changes if any of the three changes
           }};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which device is opened, and what it is set to.
+// Tests of the choice of the device, its format, rate and controls.
 #include <cerrno>
 #include <stdexcept>
 
@@ -17,7 +17,7 @@ using v4l2::V4l2Settings;
 
 class V4l2CameraTest : public V4l2Test {
  protected:
-  /// Opens, configures and returns the answer.
+  /// Opens and configures a camera; returns the applied settings.
   Result<CameraSettings> configure(const V4l2Settings& settings, const CameraSettings& wanted = {64, 48, 20}) {
     camera_.reset();
     if (auto opened = open(settings); !opened) return opened.error();
@@ -40,7 +40,7 @@ TEST_F(V4l2CameraTest, SettingsAreCheckedByName) {
   }
 }
 
-TEST_F(V4l2CameraTest, IsOneDeviceWhateverItIsCalled) {
+TEST_F(V4l2CameraTest, IsOneDeviceUnderAllItsNames) {
   device_.card = "Left eye";
   kernel_->add_link("/dev/v4l/by-id/usb-Left-index0", "/dev/video0");
   for (const char* name : {"/dev/video0", "/dev/v4l/by-id/usb-Left-index0", "Left eye"}) {
@@ -50,13 +50,13 @@ TEST_F(V4l2CameraTest, IsOneDeviceWhateverItIsCalled) {
   EXPECT_EQ(v4l2::node_of("Right eye", kernel_), "Right eye");
 }
 
-// Catches a camera that writes into the terminal of whoever lists it.
+// Catches a camera whose name controls the terminal in which it is listed.
 TEST_F(V4l2CameraTest, ANameWithEscapeSequencesIsCleaned) {
   device_.card = "Eye \x1b[2J\x1b]0;x\x07";
   const auto cameras = v4l2::list_cameras(kernel_);
   ASSERT_EQ(cameras.size(), 1U);
   EXPECT_EQ(cameras.front().card, "Eye ?[2J?]0;x?");
-  EXPECT_TRUE(open({cameras.front().card, "", {}})) << "it is found by the name that is listed";
+  EXPECT_TRUE(open({cameras.front().card, "", {}})) << "the listed name must find it";
 }
 
 TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
@@ -81,7 +81,7 @@ TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
   EXPECT_THAT(none.message, HasSubstr("'Left eye'"));
 }
 
-TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndLeavesOutWhatIsNoCamera) {
+TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndOmitsOtherDevices) {
   device_.formats = {V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_H264};
   kernel_->add({.path = "/dev/video10"});
   kernel_->add({.path = "/dev/video2"});
@@ -97,11 +97,11 @@ TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndLeavesOutWhatIsNoCamera) {
   EXPECT_THAT(cameras[0].modes, ElementsAre("YUYV 640x480 at 30, 15 Hz", "H264 (not known to this driver)"));
 }
 
-TEST_F(V4l2CameraTest, AnOpenThatFailsSaysWhy) {
+TEST_F(V4l2CameraTest, AFailedOpenReportsTheReason) {
   struct Case {
     int error;
     ErrorCode code;
-    const char* says;
+    const char* part;
   };
   for (const Case& c :
        {Case{ENOENT, ErrorCode::kNotFound, "/dev/video0"}, Case{ENODEV, ErrorCode::kNotFound, ""},
@@ -110,13 +110,13 @@ TEST_F(V4l2CameraTest, AnOpenThatFailsSaysWhy) {
     device_.open_error = c.error;
     const Error error = error_of(open());
     EXPECT_EQ(error.code, c.code) << error.message;
-    EXPECT_THAT(error.message, HasSubstr(c.says));
+    EXPECT_THAT(error.message, HasSubstr(c.part));
   }
   device_.open_error = 0;
   EXPECT_EQ(error_of(open({"/dev/video7", "", {}})).code, ErrorCode::kNotFound);
 }
 
-TEST_F(V4l2CameraTest, WhatDoesNotCaptureIsRefused) {
+TEST_F(V4l2CameraTest, ADeviceThatDoesNotCaptureIsRefused) {
   for (const std::uint32_t can :
        {V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING, V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_READWRITE,
         V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING}) {
@@ -131,7 +131,7 @@ TEST_F(V4l2CameraTest, WhatDoesNotCaptureIsRefused) {
   EXPECT_EQ(error_of(open()).code, ErrorCode::kNotFound);
 }
 
-TEST_F(V4l2CameraTest, EveryFormatArrivesAsItIs) {
+TEST_F(V4l2CameraTest, EveryFormatArrivesUnchanged) {
   struct Case {
     std::uint32_t code;
     const char* name;
@@ -168,33 +168,33 @@ TEST_F(V4l2CameraTest, EveryFormatArrivesAsItIs) {
         EXPECT_EQ(image.height_px, 48);
         ASSERT_EQ(image.bytes.size(), c.bytes);
         EXPECT_EQ(std::count(image.bytes.begin(), image.bytes.end(), 0x5A), std::ptrdiff_t(c.bytes));
-        EXPECT_EQ(image.bytes.is_lent(), device_.row_padding == 0) << "a padded picture is packed, and so copied";
+        EXPECT_EQ(image.bytes.is_lent(), device_.row_padding == 0) << "a padded image is packed, and so copied";
       }
     }
   }
 }
 
-TEST_F(V4l2CameraTest, AFormatThatIsNotThereIsRefusedNamingThoseThatAre) {
+TEST_F(V4l2CameraTest, AMissingFormatIsRefusedNamingTheAvailableOnes) {
   device_.formats = {V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_H264};
   const Error error = error_of(with_format("MJPG"));
   EXPECT_EQ(error.code, ErrorCode::kRefused);
   EXPECT_THAT(error.message, AllOf(HasSubstr("no format MJPG"), HasSubstr("YUYV, H264")));
   device_.formats = {V4L2_PIX_FMT_H264};
   EXPECT_THAT(error_of(with_format("")).message, HasSubstr("no format that this driver knows"));
-  // A driver that offers what it then does not give.
+  // The kernel's driver offers a format that it then refuses.
   device_.formats = {V4L2_PIX_FMT_YUYV};
   device_.errors[VIDIOC_S_FMT] = {EINVAL};
   EXPECT_EQ(error_of(with_format("YUYV")).code, ErrorCode::kRefused);
 }
 
-TEST_F(V4l2CameraTest, PicturesInSeveralPlanesAreRefused) {
+TEST_F(V4l2CameraTest, ImagesInSeveralPlanesAreRefused) {
   device_.can = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
   device_.formats = {V4L2_PIX_FMT_NV12};
   device_.planes = 2;
   EXPECT_THAT(error_of(with_format("NV12")).message, HasSubstr("NV12 in 2 planes"));
 }
 
-TEST_F(V4l2CameraTest, TheSizeThatTheDeviceMakesOfItIsTheOneTold) {
+TEST_F(V4l2CameraTest, TheReportedSizeIsTheOneThatTheDeviceApplied) {
   device_.adjust = [](std::uint32_t, std::uint32_t& width, std::uint32_t& height) {
     width = 320;
     height = 180;
@@ -212,7 +212,7 @@ TEST_F(V4l2CameraTest, SidesThatAFormatCannotHaveAreRefused) {
   EXPECT_THAT(error_of(with_format("YUYV", {61, 47, 20})).message, HasSubstr("61 x 47 pixels, which YUYV cannot have"));
 }
 
-TEST_F(V4l2CameraTest, TheFormatIsThatWhichHasSizeAndRate) {
+TEST_F(V4l2CameraTest, TheChosenFormatHasSizeAndRate) {
   device_.formats = {V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_MJPEG, V4L2_PIX_FMT_YUYV};
   device_.fastest_hz = [](std::uint32_t format) { return format == V4L2_PIX_FMT_MJPEG ? 60.0 : 5.0; };
   ASSERT_TRUE(with_format("", {640, 480, 25}));
@@ -220,7 +220,7 @@ TEST_F(V4l2CameraTest, TheFormatIsThatWhichHasSizeAndRate) {
   ASSERT_TRUE(with_format("", {640, 480, 5}));
   EXPECT_EQ(camera_->facts().format, "YUYV") << "the first that is fast enough";
 
-  // None is fast enough, and only one has the size: the rig's numbers are of a size.
+  // No format has both. The one with the size is chosen, because the rig's calibration holds for one size.
   device_.fastest_hz = [](std::uint32_t format) { return format == V4L2_PIX_FMT_YUYV ? 60.0 : 5.0; };
   device_.adjust = [](std::uint32_t format, std::uint32_t& width, std::uint32_t&) {
     if (format != V4L2_PIX_FMT_GREY) width = 320;
@@ -229,10 +229,11 @@ TEST_F(V4l2CameraTest, TheFormatIsThatWhichHasSizeAndRate) {
   ASSERT_TRUE(applied);
   EXPECT_EQ(*applied, (CameraSettings{640, 480, 5}));
   EXPECT_EQ(camera_->facts().format, "GREY");
-  EXPECT_EQ(kernel_->format(device_).pixelformat, V4L2_PIX_FMT_GREY) << "what was tried last is not what is told";
+  EXPECT_EQ(kernel_->format(device_).pixelformat, V4L2_PIX_FMT_GREY)
+      << "the reported format must be set, not the last one that was tried";
 }
 
-TEST_F(V4l2CameraTest, TheRateIsReadBackWhereTheDeviceTellsIt) {
+TEST_F(V4l2CameraTest, TheRateIsReadBackIfTheDeviceReportsIt) {
   for (const double rate_hz : {25.0, 29.97, 7.5, 1.0}) {
     EXPECT_EQ(with_format("", {64, 48, rate_hz})->rate_hz, rate_hz);
     EXPECT_TRUE(camera_->facts().rate_told);
@@ -242,12 +243,12 @@ TEST_F(V4l2CameraTest, TheRateIsReadBackWhereTheDeviceTellsIt) {
 
   device_.sets_rate = false;
   device_.own_rate_hz = 12.5;
-  EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 12.5) << "one that has only one rate";
+  EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 12.5) << "a device that has only one rate";
   EXPECT_TRUE(camera_->facts().rate_told);
 
-  device_.tells_rate = false;
+  device_.reports_rate = false;
   device_.cable_rate_hz = 59.94;
-  EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 59.94) << "that of the cable";
+  EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 59.94) << "the rate of the video signal";
   EXPECT_TRUE(camera_->facts().rate_told);
 
   device_.cable_rate_hz = 0;
@@ -297,7 +298,7 @@ TEST_F(V4l2CameraTest, ControlsAreSetByNameInOrderAndReadBack) {
   EXPECT_EQ(device_.controls[6].value, 1LL << 36);
 }
 
-TEST_F(V4l2CameraTest, ControlsThatCannotBeAreRefusedNamingWhatCan) {
+TEST_F(V4l2CameraTest, ImpossibleControlsAreRefusedNamingThePossibleOnes) {
   device_.controls = {
       {.title = "Gain", .minimum = 0, .maximum = 100},
       {.title = "Temperature", .flags = V4L2_CTRL_FLAG_READ_ONLY},
@@ -312,7 +313,7 @@ TEST_F(V4l2CameraTest, ControlsThatCannotBeAreRefusedNamingWhatCan) {
     const char* name;
     std::int64_t value;
     ErrorCode code;
-    const char* says;
+    const char* part;
   };
   for (const Case& c :
        {Case{"gain", 101, ErrorCode::kRefused, "gain is 101, must be 0 to 100"},
@@ -328,35 +329,35 @@ TEST_F(V4l2CameraTest, ControlsThatCannotBeAreRefusedNamingWhatCan) {
         Case{"old", 1, ErrorCode::kRefused, "no control old"}}) {
     const Error error = error_of(with_controls({{c.name, c.value}}));
     EXPECT_EQ(error.code, c.code) << error.message;
-    EXPECT_THAT(error.message, HasSubstr(c.says));
+    EXPECT_THAT(error.message, HasSubstr(c.part));
   }
   EXPECT_THAT(error_of(with_controls({{"x", 1}})).message, AllOf(Not(HasSubstr("label")), Not(HasSubstr("old"))));
 }
 
-TEST_F(V4l2CameraTest, DriversOfOldAreAskedTheOldWay) {
+TEST_F(V4l2CameraTest, OldDriversAreQueriedWithTheOldCall) {
   device_.queries_controls_the_old_way = true;
   device_.controls = {{.title = "Gain", .minimum = 10, .maximum = 100},
                       {.title = "Pixel Rate", .type = V4L2_CTRL_TYPE_INTEGER64, .maximum = 1LL << 40}};
   ASSERT_TRUE(with_controls({{"gain", 50}, {"pixel_rate", 1LL << 36}}));
-  EXPECT_EQ(device_.controls[1].value, 1LL << 36) << "bounds that the old call cannot tell bind nobody";
+  EXPECT_EQ(device_.controls[1].value, 1LL << 36) << "bounds that the old call cannot report are not applied";
   EXPECT_THAT(error_of(with_controls({{"gain", 5}})).message, HasSubstr("must be 10 to 100"));
 }
 
-TEST_F(V4l2CameraTest, AnUnplugWhileItIsConfiguredIsToldAndFoundAgain) {
+TEST_F(V4l2CameraTest, AnUnplugWhileItIsConfiguredIsReportedAndTheCameraIsFoundAgain) {
   ASSERT_TRUE(open());
   kernel_->unplug(device_);
   EXPECT_EQ(error_of(camera_->configure({64, 48, 20})).code, ErrorCode::kDisconnected);
   device_.open_error = ENOENT;
-  EXPECT_EQ(error_of(camera_->configure({64, 48, 20})).code, ErrorCode::kDisconnected) << "still away";
+  EXPECT_EQ(error_of(camera_->configure({64, 48, 20})).code, ErrorCode::kDisconnected) << "still unplugged";
   device_.open_error = 0;
   EXPECT_TRUE(camera_->configure({64, 48, 20}));
 
   kernel_->unplug(device_);
   EXPECT_EQ(error_of(camera_->start()).code, ErrorCode::kDisconnected);
-  EXPECT_TRUE(camera_->start()) << "it is opened anew";
+  EXPECT_TRUE(camera_->start()) << "it is opened again";
 }
 
-TEST_F(V4l2CameraTest, OneThatComesBackWithAnotherSizeDoesNotStart) {
+TEST_F(V4l2CameraTest, ACameraThatComesBackWithAnotherSizeDoesNotStart) {
   ASSERT_TRUE(configure({"/dev/video0", "", {}}));
   kernel_->unplug(device_);
   EXPECT_EQ(error_of(camera_->start()).code, ErrorCode::kDisconnected);

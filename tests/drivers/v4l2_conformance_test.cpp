@@ -26,7 +26,7 @@ void to_even(std::uint32_t /*format*/, std::uint32_t& width, std::uint32_t& heig
   height &= ~1U;
 }
 
-// A buffer's time is told in microseconds.
+// The unit of a buffer's time is a microsecond.
 constexpr auto kJitter = 1us;
 
 const CameraCase kLent{"V4l2Lent", FramesCome::kByWaiting, {64, 48, 60}, kJitter, [] {

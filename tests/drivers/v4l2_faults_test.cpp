@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong: told with the right code, soon, and got over where the device gets over it.
+// Tests of faults: each is reported with the right code and in time, and the camera recovers if the device does.
 #include <poll.h>
 
 #include <cerrno>
@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 using std::chrono::steady_clock;
 using testing::HasSubstr;
 
-// What a machine that does other things too may add to a wait.
+// The delay that a machine with other load may add to a wait.
 constexpr auto kSlack = 20s;
 
 class V4l2FaultsTest : public V4l2Test {
@@ -43,7 +43,7 @@ TEST_F(V4l2FaultsTest, AStartThatFailsAnywhereLeavesNothingAndCanBeTriedAgain) {
     unsigned long request;
     std::deque<int> errors;
     ErrorCode code;
-    const char* says;
+    const char* part;
   };
   for (const Case& c : {Case{VIDIOC_REQBUFS, {EINVAL}, ErrorCode::kRefused, "its buffers"},
                         Case{VIDIOC_REQBUFS, {EBUSY}, ErrorCode::kRefused, "another program"},
@@ -54,13 +54,13 @@ TEST_F(V4l2FaultsTest, AStartThatFailsAnywhereLeavesNothingAndCanBeTriedAgain) {
                         Case{VIDIOC_STREAMON, {ENOSPC}, ErrorCode::kRefused, "USB bus"},
                         Case{VIDIOC_STREAMON, {EIO}, ErrorCode::kDisconnected, "starting its stream"},
                         Case{VIDIOC_STREAMON, {ENODEV}, ErrorCode::kDisconnected, "starting its stream"}}) {
-    SCOPED_TRACE(c.says);
+    SCOPED_TRACE(c.part);
     camera_.reset();
     ASSERT_TRUE(open() && camera_->configure({64, 48, 20}));
     device_.errors[c.request] = c.errors;
     const Error error = error_of(camera_->start());
     EXPECT_EQ(error.code, c.code) << error.message;
-    EXPECT_THAT(error.message, HasSubstr(c.says));
+    EXPECT_THAT(error.message, HasSubstr(c.part));
     EXPECT_EQ(kernel_->mappings(), 0U);
     EXPECT_EQ(camera_->state(), Camera::State::kConfigured);
     const auto again = camera_->start();
@@ -75,7 +75,7 @@ TEST_F(V4l2FaultsTest, ADeviceWithOneBufferDoesNotStream) {
   EXPECT_EQ(error_of(camera_->start()).code, ErrorCode::kUnavailable);
 }
 
-TEST_F(V4l2FaultsTest, ADamagedFrameIsToldOfOnceAndCountsAsLost) {
+TEST_F(V4l2FaultsTest, ADamagedFrameIsReportedOnceAndCountsAsLost) {
   start();
   expect_frame();
   kernel_->expose(device_, {.sequence = 1, .flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_ERROR});
@@ -89,7 +89,7 @@ TEST_F(V4l2FaultsTest, ADamagedFrameIsToldOfOnceAndCountsAsLost) {
   EXPECT_EQ(next->header().lost_before, 1U);
 }
 
-// Catches a good frame that is thrown away because a damaged one came after it.
+// Catches a good frame that is discarded because a damaged one came after it.
 TEST_F(V4l2FaultsTest, AGoodFrameBeforeADamagedOneIsKept) {
   start({64, 48, 1});
   ASSERT_TRUE(kernel_->expose(device_));
@@ -112,7 +112,7 @@ TEST_F(V4l2FaultsTest, AFrameCutShortIsBadData) {
   EXPECT_EQ(kernel_->queued(device_), 6U) << "its buffer went back";
 }
 
-TEST_F(V4l2FaultsTest, ABrokenStreamIsDisconnectedUntilItIsSetUpAnew) {
+TEST_F(V4l2FaultsTest, ABrokenStreamIsDisconnectedUntilItIsSetUpAgain) {
   struct Case {
     const char* name;
     int poll_events;
@@ -128,7 +128,7 @@ TEST_F(V4l2FaultsTest, ABrokenStreamIsDisconnectedUntilItIsSetUpAnew) {
     if (c.dequeue_error != 0) device_.errors[VIDIOC_DQBUF] = {c.dequeue_error};
     const auto asked = steady_clock::now();
     EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kDisconnected);
-    EXPECT_LT(steady_clock::now() - asked, kPlenty) << "it is told when it happens";
+    EXPECT_LT(steady_clock::now() - asked, kPlenty) << "it must be reported when it happens";
     device_.poll_events = 0;
     const int opened = kernel_->count(VIDIOC_QUERYCAP);
     camera_->stop();
@@ -140,8 +140,8 @@ TEST_F(V4l2FaultsTest, ABrokenStreamIsDisconnectedUntilItIsSetUpAnew) {
   }
 }
 
-// Catches a poll that says "readable and broken" and is asked again and again.
-TEST_F(V4l2FaultsTest, AFrameBeforeTheBreakIsHandedOut) {
+// Catches an endless loop after a poll() that reports "readable and broken".
+TEST_F(V4l2FaultsTest, AFrameBeforeTheBreakIsReturned) {
   start();
   ASSERT_TRUE(kernel_->expose(device_));
   device_.poll_events = POLLERR | POLLIN;
@@ -155,7 +155,7 @@ TEST_F(V4l2FaultsTest, AnUnplugIsDisconnectedAndItComesBack) {
     expect_frame();
     kernel_->unplug(device_);
     EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kDisconnected);
-    EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kDisconnected) << "as often as one asks";
+    EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kDisconnected) << "every call must report it";
     camera_->stop();
     device_.open_error = ENOENT;
     EXPECT_EQ(error_of(camera_->configure({64, 48, 20})).code, ErrorCode::kDisconnected);
@@ -163,7 +163,7 @@ TEST_F(V4l2FaultsTest, AnUnplugIsDisconnectedAndItComesBack) {
   }
 }
 
-TEST_F(V4l2FaultsTest, SilenceIsATimeoutWhateverTheCallerWouldWait) {
+TEST_F(V4l2FaultsTest, SilenceIsATimeoutEvenIfTheCallersIsLonger) {
   start({64, 48, 25});
   expect_frame();
   const auto asked = steady_clock::now();
@@ -187,22 +187,22 @@ TEST_F(V4l2FaultsTest, TheFirstFrameMayTakeLonger) {
   EXPECT_TRUE(frame) << frame.error().message;
 }
 
-TEST_F(V4l2FaultsTest, WhatTheInputLacksIsSaid) {
+TEST_F(V4l2FaultsTest, AFaultAtTheInputIsReported) {
   start({64, 48, 25});
   expect_frame();
-  for (const auto& [status, says] :
+  for (const auto& [status, part] :
        {std::pair{V4L2_IN_ST_NO_SIGNAL, "no signal"}, std::pair{V4L2_IN_ST_NO_SYNC, "no lock"},
         std::pair{V4L2_IN_ST_NO_POWER, "no power"}}) {
     device_.input_status = std::uint32_t(status);
     const Error error = error_of(camera_->grab(kPlenty));
     EXPECT_EQ(error.code, ErrorCode::kTimeout);
-    EXPECT_THAT(error.message, HasSubstr(says));
+    EXPECT_THAT(error.message, HasSubstr(part));
   }
 }
 
-// Catches pictures of nothing that are handed out as if the source were there.
-TEST_F(V4l2FaultsTest, ASourceThatIsCutOffIsATimeoutThoughTheDeviceSendsOn) {
-  device_.tells_source_changes = true;
+// Catches images without content that are returned as if the source were connected.
+TEST_F(V4l2FaultsTest, ASourceThatIsCutOffIsATimeoutAlthoughTheDeviceStillSends) {
+  device_.reports_source_changes = true;
   device_.runs = true;
   start({64, 48, 50});
   ASSERT_TRUE(camera_->grab(kPlenty));
@@ -222,11 +222,11 @@ TEST_F(V4l2FaultsTest, ASourceThatIsCutOffIsATimeoutThoughTheDeviceSendsOn) {
   device_.input_status = V4L2_IN_ST_NO_SIGNAL;
   camera_->stop();
   start({64, 48, 50});
-  EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kTimeout) << "cut off from the beginning";
+  EXPECT_EQ(error_of(camera_->grab(kPlenty)).code, ErrorCode::kTimeout) << "the source is cut off before the start";
 }
 
-// Catches a stream that starves: one refusal after the other, and no buffer is left.
-TEST_F(V4l2FaultsTest, ABufferThatIsNotTakenBackIsOfferedAgain) {
+// Catches a stream that loses one buffer with each refusal until none is left.
+TEST_F(V4l2FaultsTest, ABufferThatIsNotAcceptedIsOfferedAgain) {
   start();
   for (int i = 0; i < 20; ++i) {
     device_.errors[VIDIOC_QBUF] = {EINVAL};
@@ -248,8 +248,8 @@ TEST_F(V4l2FaultsTest, ASignalDoesNotEndTheWait) {
   EXPECT_TRUE(frame) << frame.error().message;
 }
 
-// Old kernels do not let go of buffers that are mapped; nor does a device that is gone.
-TEST_F(V4l2FaultsTest, ADeviceThatKeepsItsBuffersIsOpenedAnew) {
+// Old kernels do not release buffers that are mapped; nor does a device that is gone.
+TEST_F(V4l2FaultsTest, ADeviceThatKeepsItsBuffersIsOpenedAgain) {
   start();
   device_.errors[VIDIOC_REQBUFS] = {EBUSY};
   camera_->stop();

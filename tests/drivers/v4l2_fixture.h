@@ -14,10 +14,10 @@
 
 namespace twocone::test {
 
-/// Of a frame that is there already; only a test that fails waits so long.
+/// The timeout for a frame that is already available; only a test that fails waits this long.
 constexpr std::chrono::milliseconds kPlenty{30'000};
 
-/// A camera on a scripted kernel; what it leaves open or mapped fails the test.
+/// A camera on a scripted kernel. The test fails if the camera leaves a file open or memory mapped.
 class V4l2Test : public testing::Test {
  protected:
   void TearDown() override {
@@ -34,7 +34,7 @@ class V4l2Test : public testing::Test {
     return {};
   }
 
-  /// Opens if need be, and starts.
+  /// Opens the camera if necessary, configures and starts it.
   void start(const CameraSettings& settings = {64, 48, 20}) {
     if (!camera_) {
       const auto opened = open();
@@ -46,7 +46,7 @@ class V4l2Test : public testing::Test {
     ASSERT_TRUE(started) << started.error().message;
   }
 
-  /// The refusal of what must not work.
+  /// Returns the error of a call that must fail.
   template <typename T>
   static Error error_of(const Result<T>& result) {
     if (!result) return result.error();

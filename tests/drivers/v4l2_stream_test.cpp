@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames come, with what numbers and times, and who holds their buffers.
+// Tests of the frames of a stream: which ones are returned, their numbers and times, and the owners of their buffers.
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -47,7 +47,7 @@ TEST_F(V4l2StreamTest, GapsInTheDevicesNumbersAreLostFrames) {
   EXPECT_THAT(lost, testing::ElementsAre(0, 0, 2, 0));
 }
 
-TEST_F(V4l2StreamTest, NumbersCountOnWhereThirtyTwoBitsWrap) {
+TEST_F(V4l2StreamTest, NumbersContinueWhenThirtyTwoBitsWrap) {
   start();
   std::vector<std::uint64_t> sequences, lost;
   for (const std::uint32_t sequence : {0xFFFF'FFFEU, 0xFFFF'FFFFU, 0U, 3U}) {
@@ -60,8 +60,8 @@ TEST_F(V4l2StreamTest, NumbersCountOnWhereThirtyTwoBitsWrap) {
   EXPECT_THAT(lost, testing::ElementsAre(0, 0, 0, 2));
 }
 
-// Catches four thousand million lost frames.
-TEST_F(V4l2StreamTest, ADeviceThatDoesNotCountOrBeginsAnewTellsOfNoLoss) {
+// Catches a wrong count of four thousand million lost frames.
+TEST_F(V4l2StreamTest, ADeviceThatDoesNotCountOrStartsItsCountAgainHasNoLoss) {
   start();
   std::uint64_t expected = 0;
   for (const std::uint32_t sequence : {7U, 7U, 7U, 0U, 1U}) {
@@ -72,22 +72,23 @@ TEST_F(V4l2StreamTest, ADeviceThatDoesNotCountOrBeginsAnewTellsOfNoLoss) {
   }
 }
 
-TEST_F(V4l2StreamTest, ALateReaderGetsTheNewestAndIsToldWhatWasSkipped) {
-  start({64, 48, 1});  // so slow that nothing here is stale
+TEST_F(V4l2StreamTest, ALateReaderGetsTheNewestFrameAndTheNumberOfSkippedOnes) {
+  start({64, 48, 1});  // a rate so slow that no frame is stale here
   expose(0);
   EXPECT_EQ(grab().header().lost_before, 0U);
   for (const std::uint32_t sequence : {1U, 2U, 4U, 5U}) expose(sequence);
   const Frame frame = grab();
   EXPECT_EQ(frame.header().sequence, 5U);
   EXPECT_EQ(first_byte(frame), 5);
-  EXPECT_EQ(frame.header().lost_before, 4U) << "three that came, and one that never did";
+  EXPECT_EQ(frame.header().lost_before, 4U) << "three frames that arrived, and one that did not";
   EXPECT_EQ(frame.header().skipped_before, 3U);
   expose(6);
   EXPECT_EQ(grab().header().skipped_before, 0U);
 }
 
-// Catches the newest of six old frames: with all buffers full, a device fills none while the reader is late.
-TEST_F(V4l2StreamTest, ANewestThatIsStaleIsPassedOverToo) {
+// Catches a camera that returns the newest of six old frames: if all buffers are full, a device fills none while the
+// reader is late.
+TEST_F(V4l2StreamTest, ANewestFrameThatIsStaleIsSkippedToo) {
   start();
   const auto long_ago = now() - 1s;
   for (std::uint32_t i = 0; i < kBuffers; ++i) expose(i, long_ago + i * 50ms);
@@ -104,7 +105,7 @@ TEST_F(V4l2StreamTest, ANewestThatIsStaleIsPassedOverToo) {
   EXPECT_LT(now() - frame.header().captured.since_zero, kPlenty);
 }
 
-TEST_F(V4l2StreamTest, AStaleFrameIsBetterThanNoneForAReaderWhoCannotWait) {
+TEST_F(V4l2StreamTest, AReaderThatCannotWaitGetsAStaleFrame) {
   start();
   const auto long_ago = now() - 1s;
   for (std::uint32_t i = 0; i < kBuffers; ++i) expose(i, long_ago + i * 50ms);
@@ -114,8 +115,8 @@ TEST_F(V4l2StreamTest, AStaleFrameIsBetterThanNoneForAReaderWhoCannotWait) {
   EXPECT_EQ(frame->header().captured.since_zero, std::chrono::floor<std::chrono::microseconds>(long_ago + 250ms));
 }
 
-// Catches a camera behind a slow link whose every frame is old, and none of whose frames would ever be handed out.
-TEST_F(V4l2StreamTest, OldFramesOfADeviceThatHasBuffersLeftAreItsNewest) {
+// Catches a driver that never returns a frame of a camera behind a slow link, whose frames are all old.
+TEST_F(V4l2StreamTest, OldFramesOfADeviceThatHasBuffersLeftAreReturned) {
   start();
   for (std::uint32_t i = 0; i < 3; ++i) {
     expose(i, now() - 1s);
@@ -123,7 +124,7 @@ TEST_F(V4l2StreamTest, OldFramesOfADeviceThatHasBuffersLeftAreItsNewest) {
   }
 }
 
-TEST_F(V4l2StreamTest, CaptureTimesAreTheDevicesIfTheyAreOfOurClock) {
+TEST_F(V4l2StreamTest, CaptureTimesAreTheDevicesIfTheyAreOnTheSteadyClock) {
   start();
   const auto captured = std::chrono::floor<std::chrono::microseconds>(now() - 3ms);
   expose(0, captured);
@@ -132,7 +133,7 @@ TEST_F(V4l2StreamTest, CaptureTimesAreTheDevicesIfTheyAreOfOurClock) {
   EXPECT_EQ(header.captured.clock, ClockKind::kSteady);
 }
 
-TEST_F(V4l2StreamTest, OddCaptureTimesAreReplacedByTheTimeOfTaking) {
+TEST_F(V4l2StreamTest, WrongCaptureTimesAreReplacedByTheTimeOfTaking) {
   start();
   struct Case {
     const char* name;
@@ -148,7 +149,7 @@ TEST_F(V4l2StreamTest, OddCaptureTimesAreReplacedByTheTimeOfTaking) {
                         Case{"near a wrap", std::chrono::seconds(0x7FFF'FF00), V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC}}) {
     SCOPED_TRACE(c.name);
     const auto before = now();
-    // A machine that has run for less than ten seconds cannot tell zero from now.
+    // On a machine that has run for less than ten seconds, zero is not distinguishable from now.
     const bool is_odd = c.flags != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC || std::chrono::abs(before - c.captured) > 11s;
     kernel_->expose(device_, {.sequence = sequence++, .captured = c.captured, .flags = c.flags});
     const auto captured = grab().header().captured.since_zero;
@@ -210,7 +211,7 @@ TEST_F(V4l2StreamTest, LentFramesOutliveTheStreamAndTheCamera) {
   }
 }
 
-// Catches a frame in somebody's hand that keeps an unplugged device open, so that it comes back under another name.
+// Catches a held frame that keeps an unplugged device open, so that the device comes back under another name.
 TEST_F(V4l2StreamTest, LentFramesDoNotKeepAnUnpluggedDeviceOpen) {
   start();
   expose(77);
@@ -225,7 +226,7 @@ TEST_F(V4l2StreamTest, LentFramesDoNotKeepAnUnpluggedDeviceOpen) {
   EXPECT_EQ(first_byte(frame), 77);
 }
 
-TEST_F(V4l2StreamTest, FramesMayBeLetGoOfByAnyThreadAtAnyTime) {
+TEST_F(V4l2StreamTest, FramesMayBeReleasedByAnyThreadAtAnyTime) {
   device_.runs = true;
   start({64, 48, 500});
   std::mutex mutex;

@@ -1,26 +1,26 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What a simulated world does when there is no room for its pictures, and when an include cannot be read.
+# Tests a simulated world without space for its images, and one with an include file that cannot be read.
 #   broken_world.sh TWOCONE SOURCE_DIR
 . "$(dirname "$0")/common.sh"
 robot=$source_dir/tests/end_to_end/data/small.yaml
 lab=$source_dir/scenes/lab.map.yaml
 
-# A /dev/shm of its own, full: the pictures go the slow way, one process each, and it is said.
+# With a separate and full /dev/shm, each image is rendered by its own process, which is slow, and the program reports that.
 if unshare -m true 2>/dev/null; then
-  "$twocone" run --robot "$robot" --frames 4 --out "$work/roomy" >/dev/null 2>"$work/errors" || fail "with room: $(cat "$work/errors")"
+  "$twocone" run --robot "$robot" --frames 4 --out "$work/roomy" >/dev/null 2>"$work/errors" || fail "with free space: $(cat "$work/errors")"
   unshare -m env -u XDG_RUNTIME_DIR bash -c '
     mount -t tmpfs -o size=64k tmpfs /dev/shm && head -c 65536 /dev/zero >/dev/shm/filler 2>/dev/null
     exec "$1" run --robot "$2" --frames 4 --out "$3"' sh "$twocone" "$robot" "$work/full" >/dev/null 2>"$work/errors" ||
     fail "a full /dev/shm: $(cat "$work/errors")"
-  grep -q 'one POV-Ray process per picture' "$work/errors" || fail "a full /dev/shm is not told of: $(cat "$work/errors")"
-  for picture in "$work"/roomy/*/*.png; do cmp "$picture" "$work/full/${picture#"$work/roomy/"}" || fail "$picture differs"; done
-  echo "ok  full /dev/shm: the same pictures; $(grep 'one POV-Ray process' "$work/errors")"
+  grep -q 'one POV-Ray process per image' "$work/errors" || fail "a full /dev/shm is not reported: $(cat "$work/errors")"
+  for image in "$work"/roomy/*/*.png; do cmp "$image" "$work/full/${image#"$work/roomy/"}" || fail "$image differs"; done
+  echo "ok  full /dev/shm: the same images; $(grep 'one POV-Ray process' "$work/errors")"
 else
-  skip "no mount namespace to be had: a full /dev/shm was not tried"
+  skip "no mount namespace is available: a full /dev/shm was not tested"
 fi
 
-# An include that nobody can read, and one that is not there.
+# An include file that cannot be read, and one that is missing.
 sed "s|^map:.*|map: $work/lab.map.yaml|" "$robot" >"$work/robot.yaml"
 sed 's|^scene:.*|scene: lab.pov|' "$lab" >"$work/lab.map.yaml"
 for what in folder missing; do
@@ -29,9 +29,9 @@ for what in folder missing; do
   [ "$what" = folder ] && mkdir "$work/parts.inc"
   timeout 60 "$twocone" run --robot "$work/robot.yaml" --frames 2 --out "$work/run" >/dev/null 2>"$work/errors"
   status=$?
-  sed -i '/^[0-9]* frames; POV-Ray takes some seconds for the first$/d' "$work/errors" # no complaint
+  sed -i '/^[0-9]* frames; POV-Ray takes some seconds for the first$/d' "$work/errors" # this line is no error
   ((status == 1)) || fail "include $what: exit $status"
-  [ "$(wc -l <"$work/errors")" = 1 ] || fail "include $what: more than a line: $(cat "$work/errors")"
+  [ "$(wc -l <"$work/errors")" = 1 ] || fail "include $what: more than one line: $(cat "$work/errors")"
   grep -q 'parts.inc' "$work/errors" || fail "include $what: the file is not named: $(cat "$work/errors")"
   echo "ok  include $what: $(sed "s|$work/||g" "$work/errors")"
 done

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What a person meets on the command line besides wrong input: help, output that cannot be written, a terminal that is
-# closed, what of two equal runs is the same.
+# Tests the command line apart from wrong input: help, output that cannot be written, a terminal that is closed, and the
+# equality of two equal runs.
 #   command_line.sh TWOCONE SOURCE_DIR
 . "$(dirname "$0")/common.sh"
 small=$source_dir/tests/end_to_end/data/small.yaml
 
-# gives NAME STATUS PATTERN COMMAND...: the pattern, in what is said on stdout and stderr together
+# gives NAME STATUS PATTERN COMMAND...: checks the exit status, and the pattern in stdout and stderr together
 gives() {
   local name=$1 status=$2 pattern=$3 got=0
   shift 3
@@ -35,28 +35,28 @@ gives 'run onto a full disk' 1 'cannot write to standard output: No space left' 
 bash -c '"$1" run --robot "$2" --frames 4 --behaviour still --seed 7 --out "$3/closed" >&- 2>&- <&-' _ "$twocone" "$small" "$work"
 [ $? -eq 1 ] || fail 'run onto nothing: exit status is not 1'
 
-# ---- of two equal runs, only times of the machine differ
+# ---- two equal runs differ only in measured times
 for run in full closed; do
   cp -r "$work/$run" "$work/$run.timeless"
-  find "$work/$run.timeless" -name effort.csv -delete
+  find "$work/$run.timeless" -name timing.csv -delete
   sed -i 's/,[^,]*$//' "$work/$run.timeless/frames.csv"
   find "$work/$run.timeless" \( -name run.yaml -o -name summary.json \) -exec sed -i -E '/(wall_s|render_wait_s|own_cpu_s|render_cpu_s)"?:/d' {} +
 done
 diff -r "$work/full.timeless" "$work/closed.timeless" >"$work/differences" || fail "equal runs differ: $(head "$work/differences")"
 
-# ---- README shows each kind of line that a run prints
+# ---- docs/running.md shows each kind of line that a run prints
 "$twocone" localise "$work/full" >"$work/table" 2>&1 || fail "localise: $(cat "$work/table")"
 grep -oE '^[A-Z][A-Za-z -]+' "$work/table" | sort -u | while read -r label; do
-  grep -qF -- "$label" "$source_dir/README.md" || echo "$label"
+  grep -qF -- "$label" "$source_dir/docs/running.md" || echo "$label"
 done >"$work/labels"
-[ -s "$work/labels" ] && fail "README does not show these lines of a run's table: $(cat "$work/labels")"
-[ "$(grep -cE '^[A-Z]' "$work/table")" -gt 5 ] || fail "a table of few lines: $(cat "$work/table")"
+[ -s "$work/labels" ] && fail "docs/running.md does not show these lines of a run's table: $(cat "$work/labels")"
+[ "$(grep -cE '^[A-Z]' "$work/table")" -gt 5 ] || fail "the table has too few lines: $(cat "$work/table")"
 
-# ---- what belongs to another place
+# ---- files of another room
 sed "s|^map: .*|map: $source_dir/scenes/hall.map.yaml|" "$small" >"$work/elsewhere.yaml"
 gives 'localise by another map' 1 'hall.map.yaml has other landmarks than .*lab.map.yaml' \
   "$twocone" localise "$work/full" --robot "$work/elsewhere.yaml" --out "$work/localised"
-[ -e "$work/localised" ] && fail 'localise by another map: something was left behind'
+[ -e "$work/localised" ] && fail 'localise by another map: a folder was left behind'
 "$twocone" run --robot "$source_dir/robots/hall_sim.yaml" --frames 4 --behaviour still --out "$work/hall" >"$work/said" 2>&1 ||
   fail "a run in the hall: $(cat "$work/said")"
 gives 'compare of two rooms' 1 'lab.map.yaml.* and .*hall.map.yaml.* are not of one room' \
@@ -64,13 +64,13 @@ gives 'compare of two rooms' 1 'lab.map.yaml.* and .*hall.map.yaml.* are not of 
 gives 'compare with another room' 1 'hall.map.yaml is not of the room of .*lab.map.yaml' \
   "$twocone" compare "$work/full" --scene "$source_dir/scenes/hall.map.yaml" --out "$work/rendered"
 
-# ---- what so few frames cannot tell
-gives 'compare, a row that cannot be told' 3 'twocone: cannot be told: timing, lower frames lost: 0 \+- [0-9.]+ %, limit 1' \
-  "$twocone" compare "$work/full" "$work/closed" --no-page --max-lost-percent 1 --out "$work/untold"
+# ---- a row that so few frames cannot decide
+gives 'compare, an undecided row' 3 'twocone: undecided: timing, lower frames lost: 0 \+- [0-9.]+ %, limit 1' \
+  "$twocone" compare "$work/full" "$work/closed" --no-page --max-lost-percent 1 --out "$work/undecided"
 grep -qE 'lower frames lost, % +0.000 +0.000 +[0-9.]+ +1 cannot tell$' "$work/said" || fail "compare: no sigma beside it: $(cat "$work/said")"
 
 # ---- a terminal that is closed
-# hang_up FOLDER COMMAND...: SIGHUP after the first finished frame; leaves the exit status in $status
+# hang_up FOLDER COMMAND...: sends SIGHUP after the first finished frame, and sets $status to the exit status
 hang_up() {
   local folder=$1
   shift
@@ -79,14 +79,14 @@ hang_up() {
   for _ in $(seq 600); do [ "$(cat "$folder/frames.csv" 2>/dev/null | wc -l)" -ge 2 ] && break; sleep 0.1; done
   kill -HUP "$pid"
   for _ in $(seq 300); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
-  kill -0 "$pid" 2>/dev/null && { fail "hang-up: not over within 30 s"; kill -9 "$pid"; }
+  kill -0 "$pid" 2>/dev/null && { fail "hang-up: the program did not end within 30 s"; kill -9 "$pid"; }
   wait "$pid"
   status=$?
 }
-# Who runs this may ignore the signal, and that is inherited.
+# The caller of this script may ignore the signal, and programs inherit that.
 hang_up "$work/hung" env --default-signal=HUP "$twocone" run --robot "$small" --frames 100000 --behaviour still --out "$work/hung"
 [ "$status" -ne 0 ] || fail 'hang-up: exit status 0'
-# A program that the signal itself ends has no last word.
+# A program that the signal itself ends prints no last line.
 grep -q 'twocone: .*[0-9] frames' "$work/said" || fail "hang-up: the run did not end in good order: $(cat "$work/said")"
 hang_up "$work/nohup" nohup "$twocone" run --robot "$small" --frames 30 --behaviour still --out "$work/nohup"
 [ "$status" -eq 0 ] || fail "hang-up, ignored: exit $status: $(cat "$work/said")"

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# `twocone doctor` and `twocone devices` as a person calls them, without devices: table, last line, exit status.
+# Calls `twocone doctor` and `twocone devices` without devices, and checks table, last line and exit status.
 #   doctor.sh TWOCONE SOURCE_DIR
 . "$(dirname "$0")/common.sh"
 
-# call NAME STATUS COMMAND...: its standard output is in $work/out.
+# call NAME STATUS COMMAND...: checks the exit status and writes the standard output to $work/out.
 call() {
   local name=$1 status=$2
   shift 2
@@ -17,9 +17,9 @@ row() { grep -qE "$1" "$work/out" || fail "no row matches '$1': $(cat "$work/out
 last() { tail -n 1 "$work/out" | grep -qE "$1" || fail "the last line does not match '$1': $(tail -n 1 "$work/out")"; }
 
 call 'devices' 0 "$twocone" devices
-[ -s "$work/out" ] || fail "devices says nothing"
-# libcamera's own warnings and errors are no list, unless somebody asks to hear them.
-[ ! -s "$work/err" ] || fail "devices complains: $(cat "$work/err")"
+[ -s "$work/out" ] || fail "devices prints nothing"
+# libcamera's own warnings and errors must not appear, unless a user requests them.
+[ ! -s "$work/err" ] || fail "devices prints errors: $(cat "$work/err")"
 
 call 'simulated' 0 "$twocone" doctor --robot "$source_dir/tests/end_to_end/data/small.yaml"
 row '^drive +driver +sim_povray: simulated, no bench test +ok$'
@@ -27,14 +27,14 @@ row '^lower +mirror .* ok$'
 row '^upper +focus .* ok$'
 last '^all [0-9]+ checks ok$'
 
-# A rig that the pictures contradict.
+# The images contradict this rig.
 sed "s|rim_radius_px: 59.0|rim_radius_px: 53.0|; s|\.\./\.\./\.\./scenes|$source_dir/scenes|" \
   "$source_dir/tests/end_to_end/data/small.yaml" >"$work/off.yaml"
 call 'rig off' 1 "$twocone" doctor --robot "$work/off.yaml"
 row '^lower +mirror .* failed +rig: lower:'
 last '^[0-9]+ ok, 0 warnings, 2 failed, 0 not run$'
 
-# Nothing is plugged in: one row for each part, and no wheel is asked about.
+# Without any device, there is one row for each part and no question about the wheels.
 sed "s|\.\./\.\./\.\./scenes|$source_dir/scenes|; /^start:/d; /^effects:/d
      s|{driver: sim_povray, wheel|{driver: serial_diffdrive, port: /dev/no_port, protocol: roboclaw, counts_per_turn: 1000, wheel|
      s|lower: {driver: sim_povray|lower: {driver: v4l2_camera, device: /dev/no_camera|
@@ -48,7 +48,7 @@ row '^drive +opens +.* failed '
 last '^1 ok, 0 warnings, 3 failed, 1 not run$'
 [ "$(wc -l <"$work/err")" -eq 1 ] || fail "not one line on stderr: $(cat "$work/err")"
 
-# One camera for both entries is told from the file, before anything is opened twice.
+# One camera for both entries is found in the file, before any device is opened twice.
 sed "s|no_other_camera|no_camera|" "$work/unplugged.yaml" >"$work/one_camera.yaml"
 call 'one camera' 1 "$twocone" doctor --robot "$work/one_camera.yaml"
 row '^cameras +two devices +.* failed +give each its own device:'

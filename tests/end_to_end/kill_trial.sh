@@ -1,23 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Kills (-9) and interrupts programs that write, at random moments of a fixed seed. After each: no table has fewer rows than
-# before, and each that is there is a beginning of the unbroken one's, or wholly an old or a new one. What can be gone on with is
-# gone on with, killed again on the way, and equals in the end what was never broken.
+# Kills (-9) and interrupts programs that write, at random times from a fixed seed. After each trial no table has fewer rows
+# than before, and each table equals the beginning of the undisturbed one, or is completely old or completely new. Commands that
+# can be resumed are resumed and killed again; in the end their results equal those of an undisturbed command.
 #   kill_trial.sh TWOCONE SOURCE_DIR
-# TWOCONE_KILLS=N: so many kills and as many interrupts (4 unless given). TWOCONE_KILL_WHAT: of these commands, in turn
-# ("run localise" unless given; all: "run localise calibrate compare tradeoff"). TWOCONE_KILL_FOLDER: works there and keeps it, and
-# goes on there when it is called again.
+# TWOCONE_KILLS=N: number of kills, and also of interrupts (default 4). TWOCONE_KILL_WHAT: the commands to kill, in turn (default
+# "run localise"; all: "run localise calibrate compare tradeoff"). TWOCONE_KILL_FOLDER: a folder that is kept, in which the next
+# call continues.
 . "$(dirname "$0")/common.sh"
 times=${TWOCONE_KILLS:-4}
 read -r -a commands <<<"${TWOCONE_KILL_WHAT:-run localise}"
 folder=${TWOCONE_KILL_FOLDER:-$work/trial}
 frames=8
-[[ " ${commands[*]} " =~ \ (calibrate|compare)\  ]] && frames=24 # a rig is not found from fewer
+[[ " ${commands[*]} " =~ \ (calibrate|compare)\  ]] && frames=24 # calibration needs this many
 mkdir -p "$folder"
 cd "$folder" || exit 1
 touch done.txt finished.txt
 
-# Cameras that draw random numbers and lose frames; a tradeoff of it has ideal ones.
+# The cameras of this robot draw random numbers and lose frames; tradeoff needs ideal cameras.
 small=$source_dir/tests/end_to_end/data/small.yaml
 sed "s|\.\./\.\./\.\.|$source_dir|" "$small" >ideal.yaml.new
 sed 's|encoder_counts_per_turn: 1024|&, camera: {full_well_electrons: 20000, read_noise_electrons: 3, drop_probability: 0.1, late_probability: 0.1}|' \
@@ -25,7 +25,7 @@ sed 's|encoder_counts_per_turn: 1024|&, camera: {full_well_electrons: 20000, rea
 for robot in ideal noisy; do cmp -s "$robot.yaml.new" "$robot.yaml" || mv "$robot.yaml.new" "$robot.yaml"; done
 
 now_ms() { echo $(($(date +%s%N) / 1000000)); }
-# A signal that is ignored when a program starts, as a shell's background jobs ignore SIGINT, may stay so.
+# A program inherits ignored signals, and background jobs of a shell ignore SIGINT.
 as_from_a_terminal() { exec env --default-signal=INT,TERM,HUP "$@"; }
 tables() { (cd "$1" && find . -name '*.csv' -o -name '*.tum' | grep -v '/\.[a-z]*\.\(new\|old\)/' | sort); }
 whole_lines() { grep -c '' <"$1"; }
@@ -35,18 +35,18 @@ run_command() {
   if [ -e cut/run.yaml ]; then set -- run --resume cut; else set -- run --robot noisy.yaml --frames $frames --seed 5 --out cut; fi
   printf '%s\n' "$@"
 }
-method=full
+method=outline
 localise_command() { printf '%s\n' localise localised --method $method; }
 calibrate_command() { printf '%s\n' calibrate whole --frames 12 --out calibrated/robot.yaml --force; }
 compare_command() { printf '%s\n' compare whole localised --frames 12 --no-page --out compared; }
-tradeoff_command() { printf '%s\n' tradeoff --robot ideal.yaml --legs 3 --out swept; }
+tradeoff_command() { printf '%s\n' tradeoff --robot ideal.yaml --episodes 3 --out swept; }
 
-# What each command does when it is left alone, and how long that takes: NAME.ms
+# Runs each command undisturbed and writes its duration to NAME.ms.
 timed() { # NAME COMMAND...
   local name=$1 began
   shift
   began=$(now_ms)
-  "$twocone" "$@" >"$name.out" 2>"$name.err" || { fail "$name, left alone: $(cat "$name.err")"; finish; }
+  "$twocone" "$@" >"$name.out" 2>"$name.err" || { fail "$name, undisturbed: $(cat "$name.err")"; finish; }
   echo $(($(now_ms) - began)) >"$name.ms"
 }
 if [ ! -e ready ]; then
@@ -54,7 +54,7 @@ if [ ! -e ready ]; then
   mkdir -p reference calibrated
   timed run run --robot noisy.yaml --frames $frames --seed 5 --out whole
   cp -r whole localised
-  for method in paper full; do
+  for method in paper outline; do
     mapfile -t words < <(localise_command)
     timed localise "${words[@]}"
     cp -r "localised/methods/$method" "reference/$method"
@@ -66,11 +66,11 @@ if [ ! -e ready ]; then
   done
   cp -r calibrated reference/calibrated
   [ -e compared ] && mv compared/compare.json reference/ && rm -rf compared
-  echo 15000 >tradeoff.ms # a sweep is never waited for
+  echo 15000 >tradeoff.ms # no trial waits for the end of a sweep
   touch ready
 fi
 
-# State before a command, and what may not be said of it afterwards.
+# The state before a command, and checks of it afterwards.
 declare -A lines
 remember_tables() { # FOLDER
   lines=()
@@ -85,12 +85,12 @@ check_tables() { # FOLDER WHAT
     (($(whole_lines "$1/$table") >= lines[$table])) || fail "$2: $table had ${lines[$table]} lines, and has $(whole_lines "$1/$table")"
   done
 }
-# Whole lines but for what tells of the machine: effort.csv, and the clock in frames.csv.
-beginning_of_whole() { # TABLE: of cut, is it a beginning of that of whole?
+# Compares whole lines, except for measured times: timing.csv, and the clock in frames.csv.
+beginning_of_whole() { # TABLE: succeeds if the table of cut equals the beginning of that of whole
   local n
   n=$(tr -cd '\n' <"cut/$1" | wc -c)
   case $1 in
-    */effort.csv) return 0 ;;
+    */timing.csv) return 0 ;;
     */frames.csv) cmp -s <(head -n "$n" "cut/$1" | cut -d, -f1-9) <(head -n "$n" "whole/$1" | cut -d, -f1-9) ;;
     *) cmp -s <(head -n "$n" "cut/$1") <(head -n "$n" "whole/$1") ;;
   esac
@@ -101,19 +101,19 @@ after_run() { # WHAT
   check_tables cut "$1"
   [ -e cut ] || return
   local table
-  for table in $(tables cut); do beginning_of_whole "$table" || fail "$1: $table is not as in the unbroken run"; done
+  for table in $(tables cut); do beginning_of_whole "$table" || fail "$1: $table differs from that of the undisturbed run"; done
   grep -qs '^finished: true' cut/run.yaml || return
   for table in $(tables whole); do
-    [ "$(wc -l <"cut/$table")" = "$(wc -l <"whole/$table")" ] || fail "$1: it is finished, but $table has fewer lines"
+    [ "$(wc -l <"cut/$table")" = "$(wc -l <"whole/$table")" ] || fail "$1: the run is finished, but $table has fewer lines"
   done
-  local picture
-  for picture in whole/*/*.png; do cmp -s "$picture" "cut/${picture#whole/}" || fail "$1: $picture differs"; done
+  local image
+  for image in whole/*/*.png; do cmp -s "$image" "cut/${image#whole/}" || fail "$1: $image differs"; done
   echo "run finished equal" >>finished.txt
   rm -rf cut
 }
 
 before_localise() {
-  method=$([ $((RANDOM % 2)) = 0 ] && echo paper || echo full)
+  method=$([ $((RANDOM % 2)) = 0 ] && echo paper || echo outline)
   remember_tables localised/methods
 }
 same_results() { # FOLDER METHOD
@@ -129,16 +129,16 @@ after_localise() {
   fi
   check_tables localised/methods "$1"
   local name
-  for name in paper full; do same_results "localised/methods/$name" $name || fail "$1: methods/$name is a mixture"; done
-  same_results localised paper || same_results localised full || fail "$1: the tables on top are a mixture"
-  [ -z "$(find localised/methods -name '.exchange')" ] || fail "$1: the journal is still there"
+  for name in paper outline; do same_results "localised/methods/$name" $name || fail "$1: methods/$name is a mixture"; done
+  same_results localised paper || same_results localised outline || fail "$1: the tables of the run folder are a mixture"
+  [ -z "$(find localised/methods -name '.exchange')" ] || fail "$1: the journal still exists"
 }
 
 before_calibrate() { :; }
 after_calibrate() {
   local file
   for file in calibrated/robot.yaml calibrated/robot.calibration.json; do
-    cmp -s "$file" "reference/$file" || fail "$1: $file is neither the old nor the new one"
+    cmp -s "$file" "reference/$file" || fail "$1: $file is neither the old nor the new file"
   done
 }
 
@@ -146,9 +146,9 @@ before_compare() { parts=$(find compared -type f -path '*parts*' ! -name '*.part
 after_compare() {
   local now
   now=$(find compared -type f -path '*parts*' ! -name '*.part' 2>/dev/null | sort | xargs -r cksum)
-  [ -z "$(comm -23 <(sort <<<"$parts") <(sort <<<"$now"))" ] || fail "$1: a part that was measured is gone, or another"
+  [ -z "$(comm -23 <(sort <<<"$parts") <(sort <<<"$now"))" ] || fail "$1: a measured part is missing or has changed"
   [ -e compared/compare.json ] || return
-  cmp -s compared/compare.json reference/compare.json || fail "$1: compare.json is not as of the unbroken one"
+  cmp -s compared/compare.json reference/compare.json || fail "$1: compare.json differs from that of the undisturbed command"
   echo "compare finished equal" >>finished.txt
   rm -rf compared
 }
@@ -158,7 +158,7 @@ before_tradeoff() { parts=$(shards); }
 after_tradeoff() {
   local now
   now=$(shards)
-  [ -z "$(comm -23 <(sort <<<"$parts") <(sort <<<"$now"))" ] || fail "$1: a finished shard is gone, or another"
+  [ -z "$(comm -23 <(sort <<<"$parts") <(sort <<<"$now"))" ] || fail "$1: a finished shard is missing or has changed"
 }
 
 trial() { # NUMBER SIGNAL
@@ -178,7 +178,7 @@ trial() { # NUMBER SIGNAL
     ((status == 137 || status == 0)) || fail "$what: $(cat errors)"
   else
     ((status == 130 || status == 0)) || fail "$what: $(cat errors)"
-    # calibrate writes at its very end and has nothing to say before; others may be hit before they listen.
+    # calibrate writes only at its end and prints nothing before; other commands may be interrupted before they handle signals.
     if ((status == 130)) && [ -s errors ]; then grep -q 'interrupted: \|interrupted before its first frame' errors || fail "$what: no next step: $(cat errors)"; fi
   fi
   "after_$command" "$what"
@@ -196,17 +196,17 @@ for signal in KILL INT; do
   done
 done
 
-# Whatever they left is read and gone on with to the end.
+# The remaining files are read, and the last run is resumed to its end.
 if [ -e cut/run.yaml ]; then
   remember_tables cut
-  "$twocone" run --resume cut >/dev/null 2>errors || fail "the last run is not gone on with: $(cat errors)"
+  "$twocone" run --resume cut >/dev/null 2>errors || fail "the last run cannot be resumed: $(cat errors)"
   after_run "the last run"
 fi
 "$twocone" report localised >/dev/null 2>errors || fail "report: $(cat errors)"
 for signal in KILL INT; do
-  told=""
-  for command in "${commands[@]}"; do told+=", $command $(count "^$signal $command" done.txt)"; done
-  echo "$signal: $(count "^$signal" done.txt) in all$told; $(count "^$signal .* \(137\|130\)\$" done.txt) before the command had ended"
+  counts=""
+  for command in "${commands[@]}"; do counts+=", $command $(count "^$signal $command" done.txt)"; done
+  echo "$signal: $(count "^$signal" done.txt) in all$counts; $(count "^$signal .* \(137\|130\)\$" done.txt) before the command had ended"
 done
-echo "$(count 'run finished equal' finished.txt) runs finished, each equal to the unbroken one; $(count 'compare finished equal' finished.txt) comparisons likewise; $(count 'journal' finished.txt) exchanges completed by the next opener"
+echo "$(count 'run finished equal' finished.txt) runs finished, each equal to the undisturbed one; $(count 'compare finished equal' finished.txt) comparisons likewise; $(count 'journal' finished.txt) exchanges completed by the next program that opened the folder"
 finish

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Two programs, two robots, one world: each sees the other move in its mirrors.
+# Two programs drive two robots in one world. Each robot must see the other move in its mirrors.
 #   pair.sh TWOCONE SOURCE_DIR [FRAMES]
 . "$(dirname "$0")/common.sh"
 frames=${3:-10}
 export XDG_RUNTIME_DIR=$work/runtime
 mkdir -m 700 "$XDG_RUNTIME_DIR"
-# Without the trolley nothing moves but the robots.
+# Without the trolley only the robots move.
 sed "/^moving:/,/^[a-z]/{/^moving:/d;/^ *- /d}; s|^scene:.*|scene: $source_dir/scenes/pair/pair.pov|
      s|^scene_paths:.*|scene_paths: [$source_dir/scenes]|" \
   "$source_dir/scenes/pair/pair.map.yaml" >"$work/pair.map.yaml"
@@ -21,33 +21,33 @@ grep -q "serving 'hall'" "$work/serve.log" || fail "serve: $(cat "$work/serve.lo
 
 # go NAME BEHAVIOUR_ONE BEHAVIOUR_TWO
 go() {
-  for who in one two; do
+  for robot in one two; do
     behaviour=$2
-    [ "$who" = two ] && behaviour=$3
-    timeout 300 "$twocone" run --robot "$work/$who.yaml" --frames "$frames" --behaviour "$behaviour" --out "$work/$1/$who" \
-      >/dev/null 2>"$work/$1.$who.errors" &
-    pids[$([ "$who" = one ] && echo 1 || echo 2)]=$!
+    [ "$robot" = two ] && behaviour=$3
+    timeout 300 "$twocone" run --robot "$work/$robot.yaml" --frames "$frames" --behaviour "$behaviour" --out "$work/$1/$robot" \
+      >/dev/null 2>"$work/$1.$robot.errors" &
+    pids[$([ "$robot" = one ] && echo 1 || echo 2)]=$!
   done
   for i in 1 2; do wait "${pids[$i]}" || fail "$1: robot $i: $(cat "$work/$1".*.errors)"; done
 }
-mkdir "$work/rest" "$work/drive"
-go rest still still
+mkdir "$work/still" "$work/drive"
+go still still still
 go drive wander still
 last=$(printf '%06d.png' $((frames - 1)))
 seen=""
 for view in lower upper; do
-  # Robot 2 stands in both; what its mirrors show differs by robot 1, which drives in the second.
-  cmp -s "$work/rest/two/$view/$last" "$work/drive/two/$view/$last" && fail "$view: robot 2 does not see robot 1 drive"
+  # Robot 2 stands in both runs. Its images differ because robot 1 drives in the second run.
+  cmp -s "$work/still/two/$view/$last" "$work/drive/two/$view/$last" && fail "$view: robot 2 does not see robot 1 drive"
   seen+=" $view"
 done
-# Places only: whoever attaches second reads other digits off the world's clock.
-cmp -s <(cut -d' ' -f2- "$work/rest/two/truth.tum") <(cut -d' ' -f2- "$work/drive/two/truth.tum") ||
+# Only poses are compared: the robot that attaches second reads other times from the world's clock.
+cmp -s <(cut -d' ' -f2- "$work/still/two/truth.tum") <(cut -d' ' -f2- "$work/drive/two/truth.tum") ||
   fail "robot 2 was moved by robot 1's driving"
 mkdir "$work/other"
 go other still wander
 for view in lower upper; do
-  cmp -s "$work/rest/one/$view/$last" "$work/other/one/$view/$last" && fail "$view: robot 1 does not see robot 2 drive"
+  cmp -s "$work/still/one/$view/$last" "$work/other/one/$view/$last" && fail "$view: robot 1 does not see robot 2 drive"
 done
-[ -n "${TWOCONE_KEEP_PICTURES:-}" ] && cp -r "$work/drive" "$work/other" "$TWOCONE_KEEP_PICTURES"
-echo "each sees the other drive, in both mirrors ($seen ), after $frames frames"
+[ -n "${TWOCONE_KEEP_IMAGES:-}" ] && cp -r "$work/drive" "$work/other" "$TWOCONE_KEEP_IMAGES"
+echo "each robot sees the other drive, in both mirrors ($seen ), after $frames frames"
 finish

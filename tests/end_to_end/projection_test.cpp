@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projection that ranging believes in, against what POV-Ray draws: the two share no formula and no code.
+// Compares the projection that ranging uses with images by POV-Ray. The two share no formula and no code.
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -13,23 +13,22 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "apps/files/to_layers.h"
-#include "drivers/sim_povray/render/process_renderer.h"
+#include "apps/config/to_layers.h"
+#include "drivers/sim_povray/render/povray/process_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
 
 namespace twocone {
 namespace {
 
-// Half a pixel of the picture's raster to either side of an edge, and as much again of the issue's promise: "within 1
-// pixel".
+// The requirement is "within 1 pixel". Half of it is the raster of the image, half a pixel to either side of an edge.
 constexpr double kWithin_px = 1;
 constexpr int kPosesInTests = 6;
-// Pixels to either side of a predicted edge in which it is looked for.
+// The edge is searched for within this many pixels to either side of the prediction.
 constexpr double kSearch_px = 6;
-// A foot that is narrower has no pixel of its own at its edge.
+// A narrower foot has no pixel of its own at its edge.
 constexpr double kLeastFoot_px = 3;
-// Of tops a pose, two for each pillar, so many must be visible: seven of the lab's twelve.
+// Each pose has two tops for each landmark, and this share must be visible: seven of the lab's twelve.
 constexpr double kLeastShareOfTops = 7.0 / 12;
 
 int pose_count() {
@@ -41,15 +40,15 @@ double angle_between(double a_rad, double b_rad) {
   return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi));
 }
 
-/// A robot that ships, and where in its room it is set down: where nothing but pillars is higher than the mirrors'
-/// horizon, or nothing at all.
+/// A robot of the repository, and the part of its room in which it is placed. There, only landmarks, or nothing at all,
+/// are higher than the mirrors' horizon.
 struct ProjectionCase {
   std::string name;
   std::string robot;
   double most_x_m;
   double most_y_m;
-  bool sees_feet;  ///< its mirrors show where pillars stand
-  // The mast: seen from the mirrors' axis
+  bool sees_feet;  ///< its mirrors show the feet of landmarks
+  // The mast, seen from the mirrors' axis.
   double mast_bearing_rad = std::numbers::pi;
   double mast_half_width_rad = 0.004 / 0.13;
 
@@ -62,7 +61,7 @@ struct Sight {
   double distance_m;
 };
 
-/// A landmark's top as a picture shows it: its middle just below the edge, and the edge there.
+/// The top of a landmark in an image: the bearing of its middle just below the edge, and the radius of the edge there.
 struct SeenTop {
   double bearing_rad;
   double radius_px;
@@ -76,7 +75,7 @@ int label_at(const cv::Mat& labels, const Eigen::Vector2d& p) {
 std::optional<SeenTop> find_top(const cv::Mat& labels, int label, const vision::MirrorView& view, double bearing_rad,
                                 double radius_px, double half_width_rad) {
   const Eigen::Vector2d centre = view.settings().centre_px;
-  // Its middle: between the two sides on a circle well inside the top, where the sides are straight.
+  // The middle is between the two sides on a circle well below the top, where the sides are straight.
   const double inside_px = radius_px - kSearch_px;
   double first = NAN;
   double last = NAN;
@@ -97,7 +96,7 @@ std::optional<SeenTop> find_top(const cv::Mat& labels, int label, const vision::
   return std::nullopt;
 }
 
-/// Where a landmark begins in a picture, going outwards: the radius of its foot.
+/// Returns the radius of a landmark's foot, which is its innermost pixel.
 std::optional<double> find_foot(const cv::Mat& labels, int label, const vision::MirrorView& view, double bearing_rad,
                                 double radius_px) {
   for (double r = radius_px - kSearch_px; r < radius_px + kSearch_px; r += 0.05) {
@@ -108,7 +107,7 @@ std::optional<double> find_foot(const cv::Mat& labels, int label, const vision::
 
 class Projection : public testing::TestWithParam<ProjectionCase> {};
 
-/// TWOCONE_ROBOT=FILE adds a robot in a copy of the lab: one whose scene was changed, and whose `rig:` says how.
+/// TWOCONE_ROBOT=FILE adds a robot in a changed copy of the lab, whose `rig:` describes the change.
 std::vector<ProjectionCase> cases() {
   std::vector<ProjectionCase> all = {
       {"Lab", "robots/lab_sim.yaml", 2.2, 1.7, false},
@@ -116,20 +115,20 @@ std::vector<ProjectionCase> cases() {
       {"Hall", "robots/hall_sim.yaml", 2.3, 1.8, false, std::numbers::pi, 0.005 / 0.20},
       {"Workshop", "robots/workshop_sim.yaml", 1.1, 0.65, false, 2.5, 0.003 / 0.10},
   };
-  if (const char* asked = std::getenv("TWOCONE_ROBOT")) all.push_back({"Asked", asked, 2.2, 1.7, false});
+  if (const char* file = std::getenv("TWOCONE_ROBOT")) all.push_back({"FromEnvironment", file, 2.2, 1.7, false});
   return all;
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, Projection, testing::ValuesIn(cases()),
                          [](const auto& test) { return test.param.name; });
 
-TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
-  const files::Robot robot = files::read_robot(std::filesystem::path(TWOCONE_SOURCE_DIR) / GetParam().robot);
-  const files::Map map = files::read_map(robot.map);
-  const auto rig = files::to_rig(robot);
-  const auto arena = files::to_arena(map);
+TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
+  const config::Robot robot = config::read_robot(std::filesystem::path(TWOCONE_SOURCE_DIR) / GetParam().robot);
+  const config::Map map = config::read_map(robot.map);
+  const auto rig = config::to_rig(robot);
+  const auto arena = config::to_arena(map);
   std::vector<Eigen::Vector3d> colours;
-  for (const auto& target : files::to_targets(map)) colours.push_back(target.colour);
+  for (const auto& target : config::to_targets(map)) colours.push_back(target.colour);
   const vision::HueLabels hues(colours);
 
   auto scene = sim_povray::Scene::read(*map.scene);
@@ -150,18 +149,18 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
     if (arena.clearance_m({pose.x_m, pose.y_m}) >= robot.body_radius_m) poses.push_back(pose);
   }
 
-  std::vector<std::array<std::future<ImageResult>, 2>> pictures;
+  std::vector<std::array<std::future<ImageResult>, 2>> images;
   for (const Pose2& pose : poses) {
     const auto motion = sim_povray::motion_between({}, pose);
-    auto& pair = pictures.emplace_back();
+    auto& pair = images.emplace_back();
     for (const auto& [i, name, entry] : {std::tuple{0, "lower", robot.lower}, {1, "upper", robot.upper}}) {
       const auto camera = scene->camera(name);
       ASSERT_TRUE(camera) << camera.error().message;
       auto promise = std::make_shared<std::promise<ImageResult>>();
       pair[std::size_t(i)] = promise->get_future();
-      renderer.submit(sim_povray::plain_picture(name, scene->seen({{*body, motion}}, {*camera, motion}, map.unit_m),
-                                                entry.width_px, entry.height_px, 1),
-                      [promise](ImageResult picture) { promise->set_value(std::move(picture)); });
+      renderer.submit(sim_povray::plain_image(name, scene->seen({{*body, motion}}, {*camera, motion}, map.unit_m),
+                                              entry.width_px, entry.height_px, 1),
+                      [promise](ImageResult image) { promise->set_value(std::move(image)); });
     }
   }
 
@@ -173,17 +172,17 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const Pose2& pose = poses[k];
     std::vector<Sight> sights;
-    for (const files::Landmark& landmark : map.landmarks) {
+    for (const config::Landmark& landmark : map.landmarks) {
       const double dx = landmark.x_m - pose.x_m;
       const double dy = landmark.y_m - pose.y_m;
       const double distance = std::hypot(dx, dy);
       sights.push_back({std::atan2(dy, dx) - pose.heading_rad, std::asin(landmark.radius_m / distance), distance});
     }
     for (std::size_t v = 0; v < 2; ++v) {
-      const auto picture = pictures[k][v].get();
-      ASSERT_TRUE(picture) << picture.error().message;
-      const cv::Mat rgb((*picture)->height_px, (*picture)->width_px, CV_8UC3,
-                        const_cast<std::uint8_t*>((*picture)->bytes.data()));
+      const auto image = images[k][v].get();
+      ASSERT_TRUE(image) << image.error().message;
+      const cv::Mat rgb((*image)->height_px, (*image)->width_px, CV_8UC3,
+                        const_cast<std::uint8_t*>((*image)->bytes.data()));
       const cv::Mat labels = hues.label(rgb);
       const vision::MirrorView& view = v == 0 ? rig.lower : rig.upper;
       for (std::size_t i = 0; i < sights.size(); ++i) {
@@ -209,7 +208,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
                         pose.heading_rad, map.landmarks[i].name, v == 0 ? "lower" : "upper");
         if (foot_px && 2 * *foot_px * sight.half_width_rad >= kLeastFoot_px) {
           const auto foot = find_foot(labels, int(i) + 1, view, sight.bearing_rad, *foot_px);
-          ASSERT_TRUE(foot) << where << " has no foot in the picture";
+          ASSERT_TRUE(foot) << where << " has no foot in the image";
           EXPECT_NEAR(*foot, *foot_px, kWithin_px) << where;
           worst_px = std::max(worst_px, std::abs(*foot - *foot_px));
           ++feet;
@@ -218,7 +217,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
         const Eigen::Vector2d offset = *predicted - view.settings().centre_px;
         const auto top =
             find_top(labels, int(i) + 1, view, view.bearing_rad(offset), offset.norm(), sight.half_width_rad);
-        ASSERT_TRUE(top) << where << " is not in the picture";
+        ASSERT_TRUE(top) << where << " is not in the image";
         const Eigen::Vector2d seen = view.settings().centre_px + view.offset_px(top->bearing_rad, top->radius_px);
         const double off_px = (seen - *predicted).norm();
         EXPECT_LE(off_px, kWithin_px) << where;
@@ -229,11 +228,10 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisiblePillar) {
     }
   }
   EXPECT_GE(compared, kLeastShareOfTops * 2 * double(map.landmarks.size() * poses.size())) << "most must be visible";
-  EXPECT_GE(feet, GetParam().sees_feet ? 4 * int(poses.size()) : 0) << "those of the pillars that are near";
+  EXPECT_GE(feet, GetParam().sees_feet ? 4 * int(poses.size()) : 0) << "the feet of near landmarks must be visible";
   std::printf(
-      "%d poses, %d pillar tops and %d feet compared, %d hidden by the mast or another pillar: tops' mean %.3f px, "
-      "worst "
-      "of all %.3f px\n",
+      "%d poses, %d landmark tops and %d feet compared, %d hidden by the mast or another landmark: tops' mean %.3f px, "
+      "worst of all %.3f px\n",
       int(poses.size()), compared, feet, hidden, sum_px / compared, worst_px);
 }
 

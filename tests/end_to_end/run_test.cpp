@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole runs in the simulated lab: what a run promises about repetition, and about belief and truth.
+// Whole runs in the simulated lab: repeatability, and the separation of estimate and truth.
 #include "apps/runs/run.h"
 
 #include <cmath>
@@ -10,13 +10,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/summary/summary.h"
+#include "apps/runlog/tables/tables.h"
 #include "apps/runs/resume.h"
-#include "apps/runs/run_folder.h"
-#include "apps/runs/summary.h"
-#include "apps/runs/tables.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -25,7 +25,7 @@ namespace {
 constexpr int kFramesInTests = 14;
 const std::string kSmall = TWOCONE_SOURCE_DIR "/tests/end_to_end/data/small.yaml";
 
-/// ./evidence.sh sets these to the whole: 450 frames of robots/lab_sim.yaml.
+/// ./evidence.sh sets these variables for the full test: 450 frames of robots/lab_sim.yaml.
 int frame_count() {
   const char* wanted = std::getenv("TWOCONE_FRAMES");
   return wanted ? std::atoi(wanted) : kFramesInTests;
@@ -37,10 +37,10 @@ std::string robot_file() {
 
 class RunInTheLab : public testing::Test {
  protected:
-  Result<RunInfo> go(const std::string& robot_file, const std::string& out, int frames,
-                     const std::string& behaviour = "wander") {
-    const files::Robot robot = files::read_robot(robot_file);
-    const files::Map map = files::read_map(robot.map);
+  Result<runlog::RunInfo> go(const std::string& robot_file, const std::string& out, int frames,
+                             const std::string& behaviour = "wander") {
+    const config::Robot robot = config::read_robot(robot_file);
+    const config::Map map = config::read_map(robot.map);
     RunOptions options;
     options.frames = frames;
     options.behaviour = behaviour;
@@ -72,9 +72,9 @@ TEST_F(RunInTheLab, TheSameSeedGivesTheSameBytesAndPixels) {
     EXPECT_EQ(bytes(folder_ / "first" / table), bytes(folder_ / "second" / table)) << table;
   }
   for (int frame = 0; frame < frames; ++frame) {
-    for (const auto& picture : {lower_picture, upper_picture}) {
-      const auto first = read_picture(picture(folder_ / "first", std::uint64_t(frame)));
-      const auto second = read_picture(picture(folder_ / "second", std::uint64_t(frame)));
+    for (const auto& image : {runlog::lower_image_file, runlog::upper_image_file}) {
+      const auto first = runlog::read_image(image(folder_ / "first", std::uint64_t(frame)));
+      const auto second = runlog::read_image(image(folder_ / "second", std::uint64_t(frame)));
       ASSERT_TRUE(first && second) << "frame " << frame;
       ASSERT_EQ(*first, *second) << "frame " << frame;
     }
@@ -89,76 +89,76 @@ TEST_F(RunInTheLab, LocaliseGivesTheSameAnswersAgain) {
   const std::string fixes = bytes(run / "fixes.csv");
   const std::string estimate = bytes(run / "estimate.tum");
   const std::string baseline = bytes(run / "methods" / "paper" / "fixes.csv");
-  ASSERT_NE(baseline, fixes) << "two methods of one answer: nothing would be shown below";
+  ASSERT_NE(baseline, fixes) << "both methods give one answer, so that the checks below show nothing";
 
-  const auto paper = localise(run, Method::kPaper, [](double) {});
+  const auto paper = localise(run, estimation::Method::kPaper, [](double) {});
   ASSERT_TRUE(paper) << paper.error().message;
   EXPECT_EQ(bytes(run / "fixes.csv"), baseline);
 
-  const auto again = localise(run, kDefaultMethod, [](double) {});
+  const auto again = localise(run, estimation::kDefaultMethod, [](double) {});
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(bytes(run / "ranges.csv"), ranges);
   EXPECT_EQ(bytes(run / "fixes.csv"), fixes);
   EXPECT_EQ(bytes(run / "estimate.tum"), estimate);
-  EXPECT_EQ(bytes(run / "methods" / "full" / "fixes.csv"), fixes);
+  EXPECT_EQ(bytes(run / "methods" / "outline" / "fixes.csv"), fixes);
 }
 
-// What was lost: an image gone in the middle, and localise wrote tables of the frames before it.
+// Catches a former fault: an image in the middle was missing, and localise wrote tables of the frames before it.
 TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
   ASSERT_TRUE(go(kSmall, "run", 6, "still"));
   const std::filesystem::path run = folder_ / "run";
-  const std::string state = results_state(run), ranges = bytes(run / "ranges.csv");
+  const std::string state = runlog::results_state(run), ranges = bytes(run / "ranges.csv");
   const auto refused = [&] {
-    const auto again = localise(run, kDefaultMethod, [](double) {});
-    EXPECT_EQ(results_state(run), state);
+    const auto again = localise(run, estimation::kDefaultMethod, [](double) {});
+    EXPECT_EQ(runlog::results_state(run), state);
     return again ? std::string("none") : again.error().message;
   };
-  const std::string upper = bytes(upper_picture(run, 2));
-  std::filesystem::remove(upper_picture(run, 2));
+  const std::string upper = bytes(runlog::upper_image_file(run, 2));
+  std::filesystem::remove(runlog::upper_image_file(run, 2));
   EXPECT_THAT(refused(), testing::AllOf(testing::HasSubstr("upper/000002.png"), testing::HasSubstr("--allow-missing")));
-  std::ofstream(upper_picture(run, 2)) << upper.substr(0, 20);  // damaged
-  EXPECT_THAT(refused(), testing::HasSubstr("upper/000002.png is not a picture"));
+  std::ofstream(runlog::upper_image_file(run, 2)) << upper.substr(0, 20);  // damaged
+  EXPECT_THAT(refused(), testing::HasSubstr("upper/000002.png is not an image"));
 
-  const auto allowed = localise(run, kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed});
+  const auto allowed = localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed});
   ASSERT_TRUE(allowed) << allowed.error().message;
   EXPECT_EQ(allowed->frames.size(), 6U);
   ASSERT_EQ(allowed->fixes.size(), 6U);
-  for (const FixRow& row : allowed->fixes) EXPECT_EQ(row.verdict == "no_image", row.frame == 2) << row.frame;
-  for (const RangeRow& row : allowed->ranges) {
+  for (const runlog::FixRow& row : allowed->fixes) EXPECT_EQ(row.verdict == "no_image", row.frame == 2) << row.frame;
+  for (const runlog::RangeRow& row : allowed->ranges) {
     EXPECT_EQ(row.verdict == "no_image", row.frame == 2) << row.frame;
     EXPECT_FALSE(row.frame == 2 && row.range_m);
   }
   EXPECT_NE(bytes(run / "ranges.csv"), ranges);
 
   std::filesystem::remove_all(run / "upper");
-  const std::string before = results_state(run);
-  EXPECT_FALSE(localise(run, kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed}))
-      << "no frame can be looked at";
+  const std::string before = runlog::results_state(run);
+  EXPECT_FALSE(localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed}))
+      << "no frame can be used";
   std::filesystem::rename(run / "frames.csv", run / "frames");
-  EXPECT_THROW((void)localise(run, kDefaultMethod, [](double) {}), files::FileError);
-  EXPECT_EQ(results_state(run), before);
+  EXPECT_THROW((void)localise(run, estimation::kDefaultMethod, [](double) {}), config::FileError);
+  EXPECT_EQ(runlog::results_state(run), before);
 }
 
-TEST_F(RunInTheLab, LocaliseThatIsStoppedChangesNothing) {
+TEST_F(RunInTheLab, AStoppedLocaliseChangesNothing) {
   ASSERT_TRUE(go(kSmall, "run", 3, "still"));
-  const std::string state = results_state(folder_ / "run");
+  const std::string state = runlog::results_state(folder_ / "run");
   std::atomic<bool> stop{false};
-  const auto again =
-      localise(folder_ / "run", Method::kPaper, [&stop](double done) { stop = done > 0.5; }, {.stop = &stop});
+  const auto again = localise(folder_ / "run", estimation::Method::kPaper, [&stop](double done) { stop = done > 0.5; },
+                              {.stop = &stop});
   ASSERT_FALSE(again);
-  EXPECT_EQ(results_state(folder_ / "run"), state);
+  EXPECT_EQ(runlog::results_state(folder_ / "run"), state);
 }
 
-// What the robot believes of its mirrors must not reach the simulator.
+// The robot's parameters of its mirrors must not influence the simulator.
 TEST_F(RunInTheLab, NoValueOfTheRigChangesAPixel) {
-  std::vector<std::vector<Image>> pictures;
+  std::vector<std::vector<Image>> images;
   for (const char* name : {"small.yaml", "other_rig.yaml"}) {
-    const files::Robot file = files::read_robot(std::string(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/") + name);
-    const auto settings = files::to_robot_settings(file, files::read_map(file.map), 7);
+    const config::Robot file = config::read_robot(std::string(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/") + name);
+    const auto settings = config::to_robot_settings(file, config::read_map(file.map), 7);
     auto robot = drivers::open_robot(settings);
     ASSERT_TRUE(robot) << robot.error().message;
     ASSERT_TRUE(robot->start(settings.lower.settings, settings.upper.settings));
-    auto& seen = pictures.emplace_back();
+    auto& seen = images.emplace_back();
     for (int i = 0; i < 4; ++i) {
       const auto frame = robot->next_frame(std::chrono::seconds(30));
       ASSERT_TRUE(frame) << frame.error().message;
@@ -170,28 +170,28 @@ TEST_F(RunInTheLab, NoValueOfTheRigChangesAPixel) {
       }
     }
   }
-  EXPECT_EQ(pictures[0], pictures[1]);
-  EXPECT_NE(pictures[0][0], pictures[0][6]) << "the robot did not move: nothing was shown";
+  EXPECT_EQ(images[0], images[1]);
+  EXPECT_NE(images[0][0], images[0][6]) << "the robot did not move, so that this test shows nothing";
 }
 
-// Catches a run that asks for the time of POV-Ray while it still has its processes, and so is told of none.
-TEST_F(RunInTheLab, TellsWhatRenderingTook) {
+// Catches a run that reads the processor time of POV-Ray while its processes still run, and so reports none.
+TEST_F(RunInTheLab, ReportsTheTimeOfRendering) {
   const auto info = go(kSmall, "run", 6, "still");
   ASSERT_TRUE(info) << info.error().message;
-  // Twelve pictures of 160 x 120 pixels; on any machine their pixels take more than a hundredth of a second each.
+  // Twelve images of 160 x 120 pixels take more than a hundredth of a second each on any machine.
   EXPECT_GT(info->render_cpu_s, 0.12);
 }
 
-TEST_F(RunInTheLab, ARigThatIsOffIsWarnedOf) {
+TEST_F(RunInTheLab, AWrongRigGivesAWarning) {
   const auto info = go(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/rim_off.yaml", "run", 1, "still");
   ASSERT_TRUE(info) << info.error().message;
-  ASSERT_EQ(info->events.size(), 1U) << "only the lower rim is off: " << info->events.back();
+  ASSERT_EQ(info->events.size(), 1U) << "only the lower rim is wrong: " << info->events.back();
   EXPECT_NE(info->events[0].find("the lower mirror's rim is seen"), std::string::npos) << info->events[0];
   EXPECT_NE(info->events[0].find("radius 59."), std::string::npos) << info->events[0];
 }
 
-// An empty folder that a failed start left barred the next one.
-TEST_F(RunInTheLab, ThatEndsBeforeItsFirstFrameLeavesNoFolder) {
+// Catches an empty folder after a failed start, which prevents the next start.
+TEST_F(RunInTheLab, ARunThatEndsBeforeItsFirstFrameLeavesNoFolder) {
   stop_ = true;
   const auto info = go(kSmall, "run", 5);
   ASSERT_FALSE(info);
@@ -199,9 +199,9 @@ TEST_F(RunInTheLab, ThatEndsBeforeItsFirstFrameLeavesNoFolder) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
 }
 
-/// A robot whose cameras draw random numbers, and lose frames.
+/// Returns the file of a robot whose cameras draw random numbers and lose frames.
 std::string noisy_robot(const testing_support::TemporaryFolder& folder) {
-  std::string text = files::read_text(kSmall);
+  std::string text = config::read_text(kSmall);
   const auto put = [&text](const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
   };
@@ -222,59 +222,61 @@ class Resumed : public RunInTheLab {
     cut("cut");
   }
 
-  /// A run that is stopped from outside.
+  /// Makes a run that is stopped from outside.
   void cut(const std::string& out) {
     const auto info = run_until(out, kCutAfter);
     ASSERT_FALSE(info);
-    ASSERT_GE(read_run(folder_ / out).frames.size(), std::size_t(kCutAfter));
-    ASSERT_LT(read_run(folder_ / out).frames.size(), std::size_t(kFrames));
+    ASSERT_GE(runlog::read_run(folder_ / out).frames.size(), std::size_t(kCutAfter));
+    ASSERT_LT(runlog::read_run(folder_ / out).frames.size(), std::size_t(kFrames));
   }
 
-  Result<RunInfo> run_until(const std::string& out, int frame) {
-    const files::Robot robot = files::read_robot(robot_);
+  Result<runlog::RunInfo> run_until(const std::string& out, int frame) {
+    const config::Robot robot = config::read_robot(robot_);
     RunOptions options;
     options.frames = kFrames;
     options.seed = 7;
     options.out = folder_ / out;
     std::atomic<bool> stop{false};
     const auto stop_there = [&](double done) { stop = stop || done * kFrames >= frame - 0.5; };
-    return run(robot, files::read_map(robot.map), options, stop_there, stop);
+    return run(robot, config::read_map(robot.map), options, stop_there, stop);
   }
 
-  Result<RunInfo> go_on(const std::string& out, int until = kFrames + 1) {
+  Result<runlog::RunInfo> resume_run(const std::string& out, int until = kFrames + 1) {
     std::atomic<bool> stop{false};
     const auto stop_there = [&](double done) { stop = stop || done * kFrames >= until - 0.5; };
     return resume(folder_ / out, {}, stop_there, stop);
   }
 
-  void expect_like_unbroken(const std::string& out) const {
+  void expect_like_whole(const std::string& out) const {
     for (const char* table :
          {"ranges.csv", "fixes.csv", "sightings.csv", "estimate.tum", "odometry.tum", "truth.tum", "drive.csv",
-          "track.csv", "methods/full/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
+          "track.csv", "methods/outline/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
       EXPECT_EQ(bytes(folder_ / out / table), bytes(folder_ / "whole" / table)) << table;
     }
-    const auto whole = read_frames(folder_ / "whole" / "frames.csv"), again = read_frames(folder_ / out / "frames.csv");
+    const auto whole = runlog::read_frames(folder_ / "whole" / "frames.csv"),
+               again = runlog::read_frames(folder_ / out / "frames.csv");
     ASSERT_EQ(again.size(), whole.size());
     std::uint64_t lost = 0;
     for (std::size_t i = 0; i < whole.size(); ++i) {
-      FrameRow row = again[i];
+      runlog::FrameRow row = again[i];
       row.host_t_s = whole[i].host_t_s;
-      EXPECT_EQ(to_line(row), to_line(whole[i]));
+      EXPECT_EQ(runlog::to_line(row), runlog::to_line(whole[i]));
       lost += whole[i].lower_lost;
-      for (const auto& picture : {lower_picture, upper_picture}) {
-        const auto one = read_picture(picture(folder_ / "whole", i)), other = read_picture(picture(folder_ / out, i));
+      for (const auto& image : {runlog::lower_image_file, runlog::upper_image_file}) {
+        const auto one = runlog::read_image(image(folder_ / "whole", i)),
+                   other = runlog::read_image(image(folder_ / out, i));
         ASSERT_TRUE(one && other) << i;
         EXPECT_EQ(*one, *other) << i;
       }
     }
-    EXPECT_GT(lost, 0U) << "no frame was lost: frame and sequence number are the same, and less was shown";
-    EXPECT_TRUE(read_run(folder_ / out).info.finished);
+    EXPECT_GT(lost, 0U) << "no frame was lost, so that frame and sequence number are equal and this test shows less";
+    EXPECT_TRUE(runlog::read_run(folder_ / out).info.finished);
   }
 
   std::string refusal(const std::string& out) {
     try {
-      (void)go_on(out);
-    } catch (const files::FileError& error) {
+      (void)resume_run(out);
+    } catch (const config::FileError& error) {
       return error.what();
     }
     return "none";
@@ -283,29 +285,30 @@ class Resumed : public RunInTheLab {
   std::string robot_;
 };
 
-TEST_F(Resumed, IsLikeAnUnbrokenRun) {
-  const auto info = go_on("cut");
+TEST_F(Resumed, EqualsAnUninterruptedRun) {
+  const auto info = resume_run("cut");
   ASSERT_TRUE(info) << info.error().message;
-  expect_like_unbroken("cut");
+  expect_like_whole("cut");
   EXPECT_THAT(refusal("cut"), testing::HasSubstr("it is finished, with all its 12 frames"));
 }
 
-// As kill -9 leaves it: rows of a frame that is not in frames.csv, half a line, no end told; then cut once more.
-TEST_F(Resumed, ALineHalfWrittenAnImageLostAndASecondStopChangeNothing) {
+// The state after kill -9: rows of a frame that is not in frames.csv, half a line, no recorded end. Then the run is
+// stopped a second time.
+TEST_F(Resumed, AHalfWrittenLineALostImageAndASecondStopChangeNothing) {
   const std::filesystem::path run = folder_ / "cut";
   const std::string drive = bytes(folder_ / "whole" / "drive.csv"), frames = bytes(run / "frames.csv");
   std::ofstream(run / "drive.csv", std::ios::trunc) << drive.substr(0, drive.size() / 2);
   std::ofstream(run / "frames.csv", std::ios::app) << "5,0.3";
-  std::filesystem::remove(lower_picture(run, 1));
-  std::ofstream(upper_picture(run, 2), std::ios::trunc) << "no picture";
-  ASSERT_FALSE(go_on("cut", 2)) << "it was stopped while it replayed";
-  EXPECT_EQ(bytes(run / "frames.csv").substr(0, frames.size()), frames) << "a table was shorter in between";
-  const auto info = go_on("cut");
+  std::filesystem::remove(runlog::lower_image_file(run, 1));
+  std::ofstream(runlog::upper_image_file(run, 2), std::ios::trunc) << "no image";
+  ASSERT_FALSE(resume_run("cut", 2)) << "it was stopped while it replayed";
+  EXPECT_EQ(bytes(run / "frames.csv").substr(0, frames.size()), frames) << "a table became shorter";
+  const auto info = resume_run("cut");
   ASSERT_TRUE(info) << info.error().message;
-  expect_like_unbroken("cut");
+  expect_like_whole("cut");
 }
 
-TEST_F(Resumed, IsRefusedWhereItCouldNotBeTheSame) {
+TEST_F(Resumed, IsRefusedWhereTheResultCouldDiffer) {
   const auto change = [](const std::filesystem::path& file, const std::string& from, const std::string& to) {
     std::string text = bytes(file);
     ASSERT_NE(text.find(from), std::string::npos) << from;
@@ -336,24 +339,25 @@ TEST_F(Resumed, IsRefusedWhereItCouldNotBeTheSame) {
   change(yaml, "driver: sim_povray", "driver: memory");
   EXPECT_THAT(refusal("cut"), testing::HasSubstr("its robot is real"));
   put_back();
-  // What is there and what comes out again must be the same, whatever the reason.
+  // The stored rows and the recomputed rows must be equal, whatever the reason of a difference.
   change(folder_ / "cut" / "truth.tum", "0.0", "0.1");
-  EXPECT_THROW((void)go_on("cut"), DiskError);
+  EXPECT_THROW((void)resume_run("cut"), runlog::DiskError);
 }
 
-TEST_F(RunInTheLab, ARunIsNotLostToAnother) {
+TEST_F(RunInTheLab, ARunDoesNotReplaceAnother) {
   ASSERT_TRUE(go(kSmall, "run", 1, "still"));
-  EXPECT_THROW((void)go(kSmall, "run", 1, "still"), DiskError);
+  EXPECT_THROW((void)go(kSmall, "run", 1, "still"), runlog::DiskError);
 }
 
 TEST_F(RunInTheLab, WaypointsAreReachedByFixesNotByTruth) {
-  // Four seconds at 0.35 m/s towards (1, 0).
+  // The robot drives four seconds at 0.35 m/s towards (1, 0).
   const auto info = go(kSmall, "run", 60, "waypoints");
   ASSERT_TRUE(info) << info.error().message;
-  const RunData data = read_run(folder_ / "run");
+  const runlog::RunData data = runlog::read_run(folder_ / "run");
   double nearest_m = 9;
-  for (const PoseRow& pose : data.truth) nearest_m = std::min(nearest_m, std::hypot(pose.x_m - 1, pose.y_m));
-  // Reached by belief within 0.1 m; the belief is off by the smoothed error of fixes with pixels four times as coarse.
+  for (const runlog::PoseRow& pose : data.truth) nearest_m = std::min(nearest_m, std::hypot(pose.x_m - 1, pose.y_m));
+  // By the estimate, the robot is within 0.1 m. The estimate has the smoothed error of fixes with pixels that are four
+  // times as coarse.
   EXPECT_LT(nearest_m, 0.3);
   EXPECT_GT(data.truth.back().y_m, -1.0);
 }

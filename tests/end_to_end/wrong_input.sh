@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Wrong input: each is answered by one clear line on stderr and exit status 1 or 2. Prints what was answered, as a table.
+# Every wrong input gives one clear line on stderr and exit status 1 or 2. Prints these lines as a table.
 #   wrong_input.sh TWOCONE SOURCE_DIR
 . "$(dirname "$0")/common.sh"
 lab=$work/lab
@@ -16,23 +16,23 @@ expect() {
   shift 3
   timeout 100 "$@" >"$work/out" 2>"$work/err" </dev/null
   local got=$?
-  sed -i '/^[0-9]* frames; POV-Ray takes some seconds for the first$/d' "$work/err" # no complaint
+  sed -i '/^[0-9]* frames; POV-Ray takes some seconds for the first$/d' "$work/err" # this line is no error
   local lines
   lines=$(wc -l <"$work/err")
   printf '%-34s exit %d  %s\n' "$name" "$got" "$(head -n 1 "$work/err" | sed "s|$work|...|g")"
   [ "$got" -eq "$status" ] || fail "$name: exit $got, wanted $status"
   [ "$lines" -eq 1 ] || fail "$name: $lines lines on stderr, wanted one: $(cat "$work/err")"
   grep -qE -- "$pattern" "$work/err" || fail "$name: the line does not match '$pattern'"
-  [ -s "$work/out" ] && fail "$name: something on stdout"
+  [ -s "$work/out" ] && fail "$name: there is output on stdout"
 }
 run() { "$twocone" run --frames 1 --behaviour still --out "$work/run_$RANDOM$RANDOM" "$@"; }
 export -f run
 export twocone work
 
-# variant FILE SED: a copy of a file with one thing wrong.
+# variant FILE SED COPY: makes a copy of a file with one mistake.
 variant() { sed "$2" "$1" >"$3"; cmp -s "$1" "$3" && fail "the variation '$2' of $1 changes nothing"; }
 robot_with_map() { variant robots/small.yaml "s|lab.map.yaml|$1|" "robots/$2"; }
-with_scene() { # SCENE NAME: map and robot for a varied scene
+with_scene() { # SCENE NAME: makes a map and a robot file for a changed scene
   variant scenes/lab.map.yaml "s|^scene: lab.pov|scene: $1|" "scenes/$2.map.yaml"
   robot_with_map "$2.map.yaml" "$2.yaml"
 }
@@ -85,24 +85,24 @@ expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "
 expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
 expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
 expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
-# Named after the robot file: what another calibration left in the folder is not in the way.
+# The file of numbers is named after the robot file, so that another calibration in the folder does not matter.
 touch "$work/calibration.json" "$work/twice.calibration.json"
 expect 'calibrate beside another' 1 'no run here' "$twocone" calibrate "$lab" --out "$work/once.yaml"
 expect 'calibrate onto numbers' 1 'twice.calibration.json exists: --force' "$twocone" calibrate "$lab" --out "$work/twice.yaml"
 import() { "$twocone" import --robot robots/small.yaml --lower "$work/cam0" --upper "$work/cam1" --out "$work/imported" "$@"; }
 export -f import
 mkdir "$work/cam0" "$work/cam1"
-expect 'import of no pictures' 1 'cam0: no pictures here' bash -c 'import'
+expect 'import of no images' 1 'cam0: no images here' bash -c 'import'
 expect 'import of no folder' 1 'nowhere is no folder' "$twocone" import --robot robots/small.yaml --lower nowhere --upper "$work/cam1" --out "$work/imported"
 touch "$work/cam0/frame_1.png" "$work/cam1/frame_1.png"
 expect 'import, names that are no times' 1 "frame_1.png: the name is 'frame_1', must be the time, seconds with a decimal point" bash -c 'import'
 echo '1.5 frame_1.png' >"$work/times.txt"
-expect 'import, pictures that are none' 1 'cam0: no picture that can be read' bash -c 'import --lower-times "$work/times.txt"'
+expect 'import, files that are no images' 1 'cam0: no image that can be read' bash -c 'import --lower-times "$work/times.txt"'
 echo '15 frame_1.png' >"$work/times.txt"
 expect 'import, times of no unit' 1 "times.txt:1: the time is '15', must be seconds with a decimal point" bash -c 'import --lower-times "$work/times.txt"'
 expect 'import, times of unknown unit' 2 'times-in' bash -c 'import --times-in minutes'
-expect 'import without pictures' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
-[ -e "$work/imported" ] && fail 'import: something was left behind'
+expect 'import without images' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
+[ -e "$work/imported" ] && fail 'import: a folder was left behind'
 expect 'doctor of no robot file' 1 'nowhere.yaml' "$twocone" doctor --robot robots/nowhere.yaml
 expect 'doctor of a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' "$twocone" doctor --robot robots/typo.yaml
 expect 'doctor without robot' 2 'robot' "$twocone" doctor
@@ -112,14 +112,14 @@ expect 'devices with unknown option' 2 'bogus' "$twocone" devices --bogus
 expect 'devices with a name' 2 'camera' "$twocone" devices camera
 expect 'tradeoff of no robot file' 1 'nowhere.yaml' "$twocone" tradeoff --robot robots/nowhere.yaml
 expect 'tradeoff of a real robot' 1 'usb_camera.yaml' "$twocone" tradeoff --robot "$source_dir/robots/usb_camera.yaml"
-expect 'tradeoff with two wishes' 2 'target-mm excludes --budget-ms' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --budget-ms 20
+expect 'tradeoff with two requirements' 2 'target-mm excludes --budget-ms' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --budget-ms 20
 expect 'tradeoff for a target of 0 mm' 2 'target-mm is 0, must be a number > 0' "$twocone" tradeoff --robot robots/small.yaml --target-mm 0
 expect 'tradeoff for a target nan' 2 'target-mm is nan' "$twocone" tradeoff --robot robots/small.yaml --target-mm nan
-expect 'tradeoff, robot for no wish' 2 'write-robot needs' "$twocone" tradeoff --robot robots/small.yaml --write-robot "$work/chosen.yaml"
+expect 'tradeoff, no requirement' 2 'write-robot needs' "$twocone" tradeoff --robot robots/small.yaml --write-robot "$work/chosen.yaml"
 expect 'tradeoff onto its own robot' 1 'is the robot that is swept' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --write-robot robots/small.yaml
 expect 'tradeoff without jobs' 2 'jobs: Value 0 not in range' "$twocone" tradeoff --robot robots/small.yaml --jobs 0
-expect 'tradeoff with too few legs' 2 'legs: Value 2 not in range' "$twocone" tradeoff --robot robots/small.yaml --legs 2
-expect 'tradeoff, a shard that is none' 2 "shard is 100000, this sweep's are 0 to [0-9]+" "$twocone" tradeoff --robot robots/small.yaml --shard 100000
+expect 'tradeoff with too few episodes' 2 'episodes: Value 2 not in range' "$twocone" tradeoff --robot robots/small.yaml --episodes 2
+expect 'tradeoff, a missing shard' 2 "shard is 100000, this sweep's are 0 to [0-9]+" "$twocone" tradeoff --robot robots/small.yaml --shard 100000
 expect 'tradeoff, merge of no folder' 1 'nothing to merge' "$twocone" tradeoff --robot robots/small.yaml --out "$work/nowhere" --merge
 compare() { "$twocone" compare --out "$work/comparison" "$@"; }
 export -f compare
@@ -143,10 +143,10 @@ expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'misspelt option' 2 "unknown option '--frame', did you mean --frames\\? \\(see twocone run --help\\)" "$twocone" run --robot robots/small.yaml --frame 3
-expect 'words that nothing takes' 2 "nothing is expected at 'one' 'two' 'three'" "$twocone" run --robot robots/small.yaml one two three
+expect 'unexpected words' 2 "nothing is expected at 'one' 'two' 'three'" "$twocone" run --robot robots/small.yaml one two three
 expect 'misspelt subcommand' 2 "no subcommand 'calibrat', did you mean calibrate\\?" "$twocone" calibrat
 expect 'negative seed' 2 "seed: '-1' must be a whole number from 0 to 18446744073709551615" "$twocone" run --robot robots/small.yaml --seed -1
-expect 'seed that no type holds' 2 "seed: '9{23}' must be a whole number" "$twocone" tradeoff --robot robots/small.yaml --seed 99999999999999999999999
+expect 'seed that is too large' 2 "seed: '9{23}' must be a whole number" "$twocone" tradeoff --robot robots/small.yaml --seed 99999999999999999999999
 expect 'patience that is no number' 2 "patience: 'nan' must be a number from 0" "$twocone" run --robot robots/small.yaml --patience nan
 expect 'a map for a robot file' 1 'lab.map.yaml: is a map; a robot file is wanted' bash -c 'run --robot scenes/lab.map.yaml'
 expect 'a robot file for a map' 1 'small.yaml: is a robot file; a map is wanted' "$twocone" serve --scene robots/small.yaml
@@ -157,27 +157,27 @@ expect 'neither robot nor run' 2 'robot is required, or --resume' "$twocone" run
 expect 'resume of no run' 1 'no run here' "$twocone" run --resume "$lab"
 expect 'resume with another option' 2 'resume excludes --seed' "$twocone" run --resume "$lab" --seed 3
 expect 'localise with --force alone' 2 'force needs --out' "$twocone" localise "$lab" --force
-expect 'run onto a folder of others' 1 'does not replace .*: it is no run of twocone' "$twocone" run --robot robots/small.yaml --frames 1 --out "$lab/robots" --force
+expect 'run onto another folder' 1 'does not replace .*: it is no run of twocone' "$twocone" run --robot robots/small.yaml --frames 1 --out "$lab/robots" --force
 ln -s "$lab/robots" "$work/link"
 expect 'run onto a link' 1 'does not replace .*: it is a link' "$twocone" run --robot robots/small.yaml --frames 1 --out "$work/link/" --force
 expect 'run onto the working folder' 1 'does not replace [.]: ' "$twocone" run --robot robots/small.yaml --frames 1 --out . --force
-[ -e robots/small.yaml ] || fail '--force has removed what is no run'
+[ -e robots/small.yaml ] || fail '--force has removed a folder that is no run'
 variant robots/small.yaml 's|^name: small|name: ../../small|' robots/elsewhere.yaml
 expect 'robot with a path for a name' 1 "name is '../../small', must be fit for a folder" "$twocone" run --robot robots/elsewhere.yaml
 expect 'frames that are no number' 2 'frames' "$twocone" run --robot robots/small.yaml --frames many
 expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 0
 expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --method magic
-expect 'budget of no time' 2 '--budget-ms: the budget is 0 ms, must be > 0 ms' "$twocone" run --robot robots/small.yaml --budget-ms 0
-expect 'budget of method paper' 2 '--budget-ms: method paper has no stages' "$twocone" run --robot robots/small.yaml --method paper --budget-ms 20
+expect 'time budget of 0 ms' 2 '--budget-ms: the time budget is 0 ms, must be > 0 ms' "$twocone" run --robot robots/small.yaml --budget-ms 0
+expect 'time budget of method paper' 2 '--budget-ms: method paper has no stages' "$twocone" run --robot robots/small.yaml --method paper --budget-ms 20
 expect 'unknown behaviour' 2 'behaviour' "$twocone" run --robot robots/small.yaml --behaviour dance
 
-# A full disk: a file system of 1 MiB in a mount namespace of our own.
+# A full disk: a file system of 1 MiB in a separate mount namespace.
 flags=$([ "$(id -u)" -eq 0 ] && echo -m || echo -rm)
 if unshare "$flags" true 2>"$work/err"; then
   mkdir "$work/full"
   expect 'disk full' 1 'cannot write .*No space left on device' unshare "$flags" bash -c \
     'mount -t tmpfs -o size=1m tmpfs "$1/full" && exec "$2" run --robot robots/small.yaml --frames 40 --out "$1/full/run"' _ "$work" "$twocone"
 else
-  skip "disk full was not tried: no mount namespace is to be had here ($(cat "$work/err"))"
+  skip "a full disk was not tested: no mount namespace is available here ($(cat "$work/err"))"
 fi
 finish

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A copy of a simulated run as a real robot would have recorded it: no truth in any file, no word of simulated effects.
+# Makes a copy of a simulated run as a real robot would have recorded it: no truth in any file, and no simulated effects.
 #
 #   tests/evidence/as_real.sh FROM TO
 #
-# Pictures are hard links; TO is made anew.
+# Images are hard links; TO is replaced.
 set -euo pipefail
 from=$1 to=$2
 rm -rf "$to"
@@ -17,7 +17,7 @@ find "$to" -name '*.csv' | while read -r table; do
     { print }' "$table" >"$table.part"
   mv "$table.part" "$table"
 done
-# The list of all effects; those of each camera; those of body and cameras.
+# Removes the list of all effects, those of each camera, and those of body and cameras.
 awk '
   /^[^ ]/ { in_list = 0 }
   /^  [^ ]/ { in_robot = 0 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Compares what the program computes with what was recorded before the code was reorganised: tables, JSON, robot files and
+# Compares the results of the program with those recorded before the code was reorganised: tables, JSON, robot files and
 # pixels of all main uses, by their hashes (behaviour/hashes.sh, behaviour/recorded.txt, behaviour/renamed.txt).
 . "$(dirname "$0")/common.sh"
 recorded=tests/evidence/behaviour/recorded.txt

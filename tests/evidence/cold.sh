@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The fixes of a run made again from its stored frames, each frame in a program of its own (cold), against those of the run (warm).
-#   tests/evidence/cold.sh TWOCONE RUN METHOD TOLERANCE_M [EVERY]     EVERY: that many frames apart, default 30
+# Computes fixes of a run again from its stored frames, each frame in a separate program (cold), and compares them with those of the
+# run (warm).
+#   tests/evidence/cold.sh TWOCONE RUN METHOD TOLERANCE_M [EVERY]     EVERY: distance of the compared frames, default 30
 set -euo pipefail
 twocone=$1 run=$2 method=$3 tolerance_m=$4 every=${5:-30}
 
@@ -10,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 frames=$(awk -F, 'FNR > 1 { n++ } END { print n + 0 }' "$run/frames.csv")
 compared=0
 worst=0
-# A run of frame k alone.
+# Each run folder holds only frame k.
 for ((k = 0; k < frames; k += every)); do
   one=$work/one
   rm -rf "$one"
@@ -23,7 +24,7 @@ for ((k = 0; k < frames; k += every)); do
   cp "$run/drive.csv" "$one/"
   for pose in truth odometry; do if [ -f "$run/$pose.tum" ]; then sed -n "$((k + 1))p" "$run/$pose.tum" >"$one/$pose.tum"; fi; done
   "$twocone" localise "$one" --method "$method" >/dev/null
-  # Rows of one frame: one, or two where the answer is ambiguous. frame,t_s,verdict,x_m,y_m,heading_rad,...
+  # A frame has one row, or two where the answer is ambiguous. Columns: frame,t_s,verdict,x_m,y_m,heading_rad,...
   awk -F, 'FNR > 1 { print $3, $4, $5 }' "$one/methods/$method/fixes.csv" >"$work/cold"
   awk -F, -v k="$k" 'FNR > 1 && $1 == k { print $3, $4, $5 }' "$run/methods/$method/fixes.csv" >"$work/warm"
   off=$(paste -d' ' "$work/cold" "$work/warm" | awk '
@@ -39,5 +40,5 @@ for ((k = 0; k < frames; k += every)); do
   worst=$(awk "BEGIN { print ($off > $worst) ? $off : $worst }")
   compared=$((compared + 1))
 done
-echo "$compared of $frames frames alone: $worst m at most from the run's fix"
+echo "$compared of $frames frames computed separately: $worst m at most from the run's fix"
 awk "BEGIN { exit !($compared > 0 && $worst <= $tolerance_m) }"

@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Simulated against real: planted differences together and each alone, none planted, the robot files that are written, a recording
-# of devices, broken runs, ten minutes of frames. About an hour of two cores.
+# Simulated against real: planted differences together and each alone, no planted difference, the robot files that are written, a
+# recording of devices, broken runs, ten minutes of frames. Takes about an hour of two cores.
 . "$(dirname "$0")/common.sh"
 
-# TWOCONE_COMPARE_FRAMES=40 tries all rows on short runs and few seeds, in a folder of its own, and writes the page there: that is
-# no evidence.
+# TWOCONE_COMPARE_FRAMES=40 runs all rows with short runs and few seeds, and writes the page to a separate folder; such a page is no
+# evidence.
 frames=450 few_frames=120 long_frames=300 null_frames=80 seeds=20 times=20
-looked=150       # frames from which a rig is found
-little_looked=40 # where pictures are asked about, and nothing of the rig
+rig_frames=150  # number of frames from which a rig is determined
+image_frames=40 # number of frames where only images are compared
 if [ -n "${TWOCONE_COMPARE_FRAMES:-}" ]; then
   frames=$TWOCONE_COMPARE_FRAMES few_frames=$TWOCONE_COMPARE_FRAMES long_frames=$TWOCONE_COMPARE_FRAMES null_frames=$TWOCONE_COMPARE_FRAMES
-  seeds=2 times=4 looked=30 little_looked=20
+  seeds=2 times=4 rig_frames=30 image_frames=20
   work+=_$TWOCONE_COMPARE_FRAMES
   pages=$work
   mkdir -p "$work"
@@ -24,22 +24,22 @@ export RATE_HZ=5 # a minute is 300 frames
 both() { if [ "$1$2" = yesyes ]; then echo yes; else echo no; fi; }
 last() { tail -n 1 "$work/$1.log"; }
 joined() { paste -sd, | sed 's/,/, /g'; }
-# once NAME COMMAND...: a step that makes the folder $work/NAME; what a broken-off one left there goes first
+# once NAME COMMAND...: a step that makes the folder $work/NAME; it first removes the folder of an interrupted call
 once() {
   local name=$1
   shift
-  step "$name" anew "$name" "$@"
+  step "$name" in_new_folder "$name" "$@"
 }
-anew() {
+in_new_folder() {
   rm -rf "${work:?}/$1"
   shift
   "$@"
 }
 
-# ---------------------------------------------------------------------- what is planted ----
+# --------------------------------------------------------------------- planted errors ----
 errors=(rim centre tilt noise gain wheel_radius skew lost)
 of_plant() { case $1 in tilt) echo tilt=0.4 ;; noise) echo noise=4 ;; gain) echo gain=1.2 ;; wheel_radius) echo wheel_radius=2 ;; skew) echo skew=8 ;; lost) echo lost=2 ;; *) echo "$1" ;; esac; }
-# The numbers that compare is to find: KIND|WHERE|COMPONENT|REAL LESS SIMULATED|UNIT
+# The numbers that compare must find: KIND|WHERE|COMPONENT|REAL LESS SIMULATED|UNIT
 of_error() {
   case $1 in
     rim) echo 'focal length|upper|upper.rim_radius_px|2|px' ;;
@@ -54,20 +54,20 @@ of_error() {
 }
 names_of() { of_error "$1" | awk -F'|' '{ name = ($2 == "" ? "" : $2 " ") $1; if (!(name in seen)) print name; seen[name] }'; }
 
-# world NAME ERROR...: the lab with these, in $work/worlds/NAME
+# world NAME ERROR...: makes the lab with these errors in $work/worlds/NAME
 world() {
   local name=$1
   shift
   tests/evidence/plant.sh "$work/worlds/$name" "$@"
 }
-# drive NAME WORLD SEED FRAMES: a run in $work/NAME; of another world than `none`, without truth in $work/NAME/real
+# drive NAME WORLD SEED FRAMES: makes a run in $work/NAME/run; as_real NAME makes a copy without truth in $work/NAME/real
 drive() { "$twocone" run --robot "$work/worlds/$2/robot.yaml" --behaviour waypoints --frames "$4" --seed "$3" --out "$work/$1/run"; }
 as_real() { tests/evidence/as_real.sh "$work/$1/run" "$work/$1/real"; }
-# compared NAME SIM REAL OPTION...: into $work/NAME/compare
+# compared NAME SIM REAL OPTION...: compares two runs and writes to $work/NAME/compare
 compared() {
   local name=$1 simulated=$2 real=$3
   shift 3
-  "$twocone" compare "$simulated" "$real" --out "$work/$name/compare" --frames "$looked" "$@"
+  "$twocone" compare "$simulated" "$real" --out "$work/$name/compare" --frames "$rig_frames" "$@"
 }
 json_of() { echo "$work/$1/compare/compare.json"; }
 named_by() { jq -r '.sources[] | select(.verdict == "differs") | .name' "$(json_of "$1")" 2>/dev/null || true; }
@@ -84,7 +84,7 @@ all_planted() {
 }
 once all all_planted
 
-# found RUN ERROR: sets `figure` and `met`: whether it is named, and each of its numbers lies within 3 of its sigmas
+# found RUN ERROR: sets `figure`, and sets `met` to yes if the error is named and each of its numbers lies within 3 of its sigmas
 found() {
   local kind where component truth unit value verdict difference sigma z
   figure="" met=yes
@@ -94,7 +94,7 @@ found() {
       | [$s.verdict, .difference, .sigma] | map(tostring) | join("|")' "$(json_of "$1")" 2>/dev/null || true)
     IFS='|' read -r verdict difference sigma <<<"${value:-cannot tell||}"
     if [ -z "$difference" ]; then
-      figure+="; $where $component: not told" met=no
+      figure+="; $where $component: not reported" met=no
       continue
     fi
     z=$(awk "BEGIN { printf \"%.1f\", ($difference - ($truth)) / $sigma }")
@@ -105,7 +105,7 @@ found() {
   done < <(of_error "$2")
   figure=${figure#; }
 }
-# others RUN ERROR...: what is named besides
+# others RUN ERROR...: prints the other sources that are named
 others() {
   local run=$1
   shift
@@ -116,18 +116,18 @@ for error in "${errors[@]}"; do
   row "all eight planted: $(names_of "$error" | joined)" "$figure" "named, each within 3 of its sigmas" "$met"
 done
 besides=$(others all "${errors[@]}" | joined)
-row "all eight planted: what is named besides" "${besides:-none}" none "$(if [ "$(passed all)" = yes ] && [ -z "$besides" ]; then echo yes; else echo no; fi)"
+row "all eight planted: other sources that are named" "${besides:-none}" none "$(if [ "$(passed all)" = yes ] && [ -z "$besides" ]; then echo yes; else echo no; fi)"
 
 # --------------------------------------------------------------------------- each alone ----
 seed=30
 for error in "${errors[@]}"; do
   seed=$((seed + 1))
   count=$few_frames
-  case $error in lost | wheel_radius) count=$long_frames ;; esac # which take a long drive to show
+  case $error in lost | wheel_radius) count=$long_frames ;; esac # these need a long drive
   alone() { world "$error" "$(of_plant "$error")" && drive "alone_$error" "$error" "$seed" "$count" && as_real "alone_$error" && compared "alone_$error" "$work/sim/run" "$work/alone_$error/real" --no-page; }
   once "alone_$error" alone
   found "alone_$error" "$error"
-  # A source that is named besides counts as stated where either says that the drive hardly tells it from the other.
+  # Another named source counts as stated if compare states for one of the two that this drive hardly distinguishes them.
   unstated="" stated=""
   while read -r name; do
     if [ -z "$name" ]; then continue; fi
@@ -140,7 +140,7 @@ for error in "${errors[@]}"; do
       unstated+="${unstated:+, }$name"
     fi
   done < <(others "alone_$error" "$error")
-  row "planted alone: $error ($(names_of "$error" | joined))" "$figure; named besides: ${unstated:-none}${stated:+; besides, and stated as hardly told apart: $stated}" "named, and nothing else, or the confusion stated" "$(both "$met" "$(if [ -z "$unstated" ]; then echo yes; else echo no; fi)")"
+  row "planted alone: $error ($(names_of "$error" | joined))" "$figure; also named: ${unstated:-none}${stated:+; also named, and stated as hardly distinguishable: $stated}" "named, and no other source, or the confusion is stated" "$(both "$met" "$(if [ -z "$unstated" ]; then echo yes; else echo no; fi)")"
 done
 
 # ---------------------------------------------------------------------- nothing planted ----
@@ -148,7 +148,7 @@ nothing() {
   local seed=$1
   drive "nothing_$seed" none "$seed" "$null_frames" && as_real "nothing_$seed" &&
     compared "nothing_$seed" "$work/sim/run" "$work/nothing_$seed/real" --no-page --jobs 1 || return 1
-  # 80 MB of pictures each
+  # each of them has 80 MB of images
   if [ "$seed" != 2 ]; then rm -rf "$work/nothing_$seed"/{run,real}; fi
 }
 two_nothings() {
@@ -161,29 +161,29 @@ two_nothings() {
   wait $first || status=1
   return $status
 }
-reports="" told=() clean=0
+reports="" results=() clean=0
 for ((seed = 2; seed <= last_seed; seed += 2)); do step "nothing_${seed}_$((seed + 1))" two_nothings "$seed" $((seed + 1)); done
 for ((seed = 2; seed <= last_seed; seed++)); do
   [ -f "$(json_of "nothing_$seed")" ] || continue
-  told+=("$(json_of "nothing_$seed")")
+  results+=("$(json_of "nothing_$seed")")
   reports+=$(named_by "nothing_$seed" | sed "s/^/; seed $seed: /" | tr -d '\n')
   if [ -z "$(named_by "nothing_$seed")" ]; then clean=$((clean + 1)); fi
 done
 least="none" sigmas="none"
-if ((${#told[@]})); then
-  least=$(jq -rs '[.[].sources[] | select(.verdict != "cannot tell") | {name, p_value}] | min_by(.p_value) | "\(.p_value) (\(.name))"' "${told[@]}")
+if ((${#results[@]})); then
+  least=$(jq -rs '[.[].sources[] | select(.verdict != "cannot tell") | {name, p_value}] | min_by(.p_value) | "\(.p_value) (\(.name))"' "${results[@]}")
   sigmas=$(jq -rs '
     [.[].sources[] | select(.verdict != "cannot tell") | .kind as $kind | .components[] | {kind: $kind, z: (.difference / .sigma)}]
-    | group_by(.kind)[] | [.[0].kind, length, ((map(.z * .z) | add) / length | sqrt), (map(.z | fabs) | max)] | @tsv' "${told[@]}" |
+    | group_by(.kind)[] | [.[0].kind, length, ((map(.z * .z) | add) / length | sqrt), (map(.z | fabs) | max)] | @tsv' "${results[@]}" |
     awk -F'\t' 'BEGIN { printf "%-24s %7s %6s %8s\n", "", "numbers", "rms z", "largest" } { printf "%-24s %7d %6.2f %8.2f\n", $1, $2, $3, $4 }')
 fi
-row "nothing planted: runs of other seeds in which none is named" "$clean of ${#told[@]}$reports" "$seeds of $seeds" "$(holds "$clean == $seeds")"
-row "nothing planted: the smallest p-value of all sources of all runs" "$least" "above $(jq -r .level "${told[0]:-/dev/null}" 2>/dev/null || echo "the level")" "$(if [ "$least" = none ]; then echo no; else holds "${least%% *} >= $(jq -r .level "${told[0]}")"; fi)"
+row "nothing planted: runs of other seeds in which none is named" "$clean of ${#results[@]}$reports" "$seeds of $seeds" "$(holds "$clean == $seeds")"
+row "nothing planted: the smallest p-value of all sources of all runs" "$least" "above $(jq -r .level "${results[0]:-/dev/null}" 2>/dev/null || echo "the level")" "$(if [ "$least" = none ]; then echo no; else holds "${least%% *} >= $(jq -r .level "${results[0]}")"; fi)"
 
 # ------------------------------------------------------------------------- --write-robot ----
-# Another loop through the lab, the other way round; as far from everything as the robot's own.
+# Another loop through the lab in the opposite direction, with the same distance from obstacles as the robot's own loop.
 path_b='[[0.4, -0.6], [0.4, -1.4], [-1.0, -1.35], [-1.8, -1.1], [-1.6, 0.3], [-0.1, 0.3], [0.1, 1.4], [1.3, 1.2], [1.8, 0.2]]'
-# on_path_b ROBOT COPY: beside it, for the map's sake
+# on_path_b ROBOT COPY: makes a copy of a robot file with this path. It must be in the same folder because of its map.
 on_path_b() {
   awk -v path="$path_b" '
     /^waypoints_m:/ { in_it = 1 }
@@ -191,25 +191,25 @@ on_path_b() {
     { print }
     END { if (n != 1) print "waypoints_m: " path }' "$1" >"$2"
 }
-# The real robot on B as it believes itself, the same frames under F.yaml, and F_sim.yaml's robot on B in the world without a
-# difference: `localise` takes nothing but rig, wheels and estimator from a file, so no truth comes in by F.yaml.
+# Runs the real robot on path B with its own parameters, localises the same frames with F.yaml, and runs the robot of F_sim.yaml on
+# path B in the world without differences. `localise` takes only rig, wheels and estimator from a file, so F.yaml brings in no truth.
 path_b_runs() {
   local b=$work/path_b
   mkdir -p "$b"
   on_path_b "$work/worlds/all/robot.yaml" "$work/worlds/all/robot_b.yaml"
   on_path_b "$work/all/F_sim.yaml" "$work/all/F_sim_b.yaml"
   "$twocone" run --robot "$work/worlds/all/robot_b.yaml" --behaviour waypoints --frames "$few_frames" --seed 51 --out "$b/real" &&
-    "$twocone" localise "$b/real" --robot "$work/all/F.yaml" --method full --out "$b/corrected" &&
+    "$twocone" localise "$b/real" --robot "$work/all/F.yaml" --method outline --out "$b/corrected" &&
     "$twocone" run --robot "$work/all/F_sim_b.yaml" --behaviour waypoints --frames "$few_frames" --seed 52 --out "$b/sim"
 }
 once path_b path_b_runs
-# range_rmse RUN [VERDICT]: mm, of ranges that the run took for good, or of all that have a number, against truth; how many
+# range_rmse RUN [VERDICT]: prints the rmse against truth in mm, and the number, of ranges with this verdict or of all with a number
 range_rmse() {
   awk -F, -v verdict="${2:-.*}" 'NR == 1 { for (i = 1; i <= NF; i++) c[$i] = i; next }
     $c["verdict"] ~ "^" verdict "$" && $c["range_m"] != "" && $c["true_range_m"] != "" { n++; s += ($c["range_m"] - $c["true_range_m"]) ^ 2 }
     END { if (n) printf "%.3f %d\n", 1e3 * sqrt(s / n), n; else print "none 0" }' "$work/path_b/$1/ranges.csv" 2>/dev/null || echo none 0
 }
-read -r before before_count <<<"$(range_rmse real)" # of wrong mirrors, few are consistent
+read -r before before_count <<<"$(range_rmse real)" # with wrong mirrors few ranges are consistent
 read -r after after_count <<<"$(range_rmse corrected ok)"
 read -r floor floor_count <<<"$(range_rmse sim ok)"
 ratio=none
@@ -224,34 +224,34 @@ fi
 if [ -z "$recorded" ]; then
   recorded=$work/whole_run
   export TWOCONE_WHOLE_RUN_OUT=$recorded
-  step record tests/guest/whole_run.sh
+  step record tests/vm/whole_run.sh
 fi
 devices() { compared devices "$recorded/sim" "$recorded/run"; }
 devices_again() { "$twocone" compare "$recorded/run" --scene scenes/lab.map.yaml --out "$work/devices_again/compare"; }
 once devices devices
 once devices_again devices_again
-# of_devices STEP WHAT. What these devices change is time: nothing of mirrors, colours and map may be named.
+# of_devices STEP WHAT: writes a row. These devices change only times, so no source of mirrors, colours or map may be named.
 of_devices() {
-  local named lights alien
+  local named lights unexpected
   named=$(named_by "$1" | joined)
-  alien=$(jq -r '[.sources[] | select(.verdict == "differs" and (.kind | IN("skew", "latency", "stamped skew", "frame rate", "frames lost", "slip") | not)) | .name] | join(", ")' "$(json_of "$1")" 2>/dev/null || true)
+  unexpected=$(jq -r '[.sources[] | select(.verdict == "differs" and (.kind | IN("skew", "latency", "stamped skew", "frame rate", "frames lost", "slip") | not)) | .name] | join(", ")' "$(json_of "$1")" 2>/dev/null || true)
   lights=$(jq -r '[.rows[] | .light] | group_by(.) | map("\(length) \(.[0])") | join(", ")' "$(json_of "$1")" 2>/dev/null || true)
-  row "$2" "$(if [ "$(passed "$1")" = yes ]; then echo "named: ${named:-none}; lights: $lights"; else last "$1"; fi)" "a comparison that names nothing but times and slip" "$(both "$(passed "$1")" "$(if [ -z "$alien" ]; then echo yes; else echo no; fi)")"
+  row "$2" "$(if [ "$(passed "$1")" = yes ]; then echo "named: ${named:-none}; lights: $lights"; else last "$1"; fi)" "a comparison that names only times and slip" "$(both "$(passed "$1")" "$(if [ -z "$unexpected" ]; then echo yes; else echo no; fi)")"
 }
 of_devices devices "a run through the kernel's cameras and a serial port, with its simulation"
-of_devices devices_again "the same, its places rendered again (--scene)"
-# What the world of tests/guest knew: how old the pictures were when they were handed to the cameras.
+of_devices devices_again "the same run, its poses rendered again (--scene)"
+# The world of tests/vm measured how old the images were when the cameras received them.
 delay_ms=$(awk '$1 == "mean_delay_s" { print 1e3 * $2 }' "$recorded/run.figures" 2>/dev/null || true)
 latency=$(jq -r '.sources[] | select(.kind == "latency") | .components[] | "\(.difference) \(.sigma)"' "$(json_of devices)" 2>/dev/null || true)
 read -r latency_ms latency_sigma_ms <<<"${latency:-none none}"
 if [ -n "$delay_ms" ] && [ "$latency_ms" != none ]; then
-  row "the same: age of the pictures beyond their stamps, against what their maker measured" "$(printf '%.1f +- %.1f ms against %.1f ms' "$latency_ms" "$latency_sigma_ms" "$delay_ms")" "within 3 sigma" "$(holds "($latency_ms - $delay_ms) ^ 2 <= (3 * $latency_sigma_ms) ^ 2")"
+  row "the same run: age of the images beyond their stamps, against the age that the world measured" "$(printf '%.1f +- %.1f ms against %.1f ms' "$latency_ms" "$latency_sigma_ms" "$delay_ms")" "within 3 sigma" "$(holds "($latency_ms - $delay_ms) ^ 2 <= (3 * $latency_sigma_ms) ^ 2")"
 else
-  row "the same: age of the pictures beyond their stamps, against what their maker measured" none "within 3 sigma" no
+  row "the same run: age of the images beyond their stamps, against the age that the world measured" none "within 3 sigma" no
 fi
 
 # --------------------------------------------------------------------------- broken runs ----
-# cut FROM TO COUNT: its first frames alone
+# cut_run FROM TO COUNT: makes a copy with only the first frames
 cut_run() {
   local from=$1 to=$2 count=$3 table number
   rm -rf "$to"
@@ -264,13 +264,13 @@ cut_run() {
     if ((10#$(basename "$number" .png) >= count)); then rm "$number"; fi
   done
 }
-# half FILE: a new file of its first half
+# half FILE: replaces a file by its first half
 half() {
   head -c $(($(stat -c %s "$1") / 2)) "$1" >"$1.part"
   mv "$1.part" "$1"
 }
 broken=$work/broken tree=$PWD
-# case_of NAME COMMAND...: the short real run with COMMAND done to it, in its folder; compared. A line of what came of it.
+# case_of NAME COMMAND...: makes a copy of the short real run, runs COMMAND in its folder, compares it, and prints a line on the result
 case_of() {
   local name=$1 out=$broken/out status=0
   shift
@@ -278,26 +278,26 @@ case_of() {
   cp -rl "$broken/short" "$broken/case"
   (cd "$broken/case" && "$@")
   timeout 600 "$twocone" compare "$broken/sim" "$broken/case" --out "$out" --frames 20 --no-page >"$broken/stdout" 2>"$broken/stderr" </dev/null || status=$?
-  told_of "$name" "$status"
+  print_case "$name" "$status"
 }
-told_of() { # NAME STATUS
-  local lines says good=no
+print_case() { # NAME STATUS
+  local lines message good=no
   lines=$(wc -l <"$broken/stderr")
   if [ "$2" = 0 ]; then
-    says=$(grep -E '^(real|note:|No difference)' "$broken/stdout" | sed 's/^real .* (\(.*\))$/\1/; s/^No difference found\.$/nothing named/' | paste -sd';' | sed 's/;/; /g' | cut -c 1-300 || true)
+    message=$(grep -E '^(real|note:|No difference)' "$broken/stdout" | sed 's/^real .* (\(.*\))$/\1/; s/^No difference found\.$/nothing named/' | paste -sd';' | sed 's/;/; /g' | cut -c 1-300 || true)
     if [ -f "$broken/out/compare.json" ]; then good=yes; fi
   else
-    says=$(head -n 1 "$broken/stderr")
+    message=$(head -n 1 "$broken/stderr")
     if [ "$2" = 1 ] && [ "$lines" = 1 ]; then good=yes; fi
   fi
-  printf '%-34s exit %d  %-3s  %s\n' "$1" "$2" "$good" "${says//$broken\//}"
+  printf '%-34s exit %d  %-3s  %s\n' "$1" "$2" "$good" "${message//$broken\//}"
 }
 broken_runs() {
   rm -rf "$broken"
   mkdir -p "$broken"
   cut_run "$work/sim/run" "$broken/sim" "$short"
   cut_run "$work/nothing_2/real" "$broken/short" "$short"
-  case_of "nothing broken" true
+  case_of "unchanged" true
   case_of "a third of the length" cut_here $((short / 3))
   case_of "3 frames" cut_here 3
   case_of "no frame" cut_here 0
@@ -305,16 +305,16 @@ broken_runs() {
     case_of "no $file" bash -c "find . -name $file -delete"
     case_of "$file ends in half a line" half_of "$file"
   done
-  case_of "no pictures at all" rm -rf lower upper
-  case_of "no upper pictures" rm -rf upper
-  case_of "a picture missing in the middle" rm "lower/$(printf '%06d' $((short / 2))).png"
-  case_of "half a picture in the middle" half "lower/$(printf '%06d' $((short / 2))).png"
+  case_of "no images at all" rm -rf lower upper
+  case_of "no upper images" rm -rf upper
+  case_of "an image missing in the middle" rm "lower/$(printf '%06d' $((short / 2))).png"
+  case_of "half an image in the middle" half "lower/$(printf '%06d' $((short / 2))).png"
   case_of "last frame half written" half "upper/$(printf '%06d' $((short - 1))).png"
   case_of "last frame empty" truncate_new "upper/$(printf '%06d' $((short - 1))).png"
-  case_of "a picture that is text" text_of "lower/000003.png"
-  case_of "truth that is there" cp "$work/nothing_2/run/truth.tum" .
+  case_of "an image that is text" text_of "lower/000003.png"
+  case_of "truth present" cp "$work/nothing_2/run/truth.tum" .
   case_of "truth of half the run" bash -c "head -n $((short / 2)) '$work/nothing_2/run/truth.tum' >truth.tum"
-  # Other robots: twice the rate, half the size.
+  # Other robots have twice the rate or half the size.
   local other=$work/worlds/none
   sed "s/rate_hz: 5/rate_hz: 10/" "$other/robot.yaml" >"$other/fast.yaml"
   sed 's/width_px: 640, height_px: 480/width_px: 320, height_px: 240/; s/319\.5, 239\.5/159.5, 119.5/; s/rim_radius_px: 236\.0/rim_radius_px: 118.0/' "$other/robot.yaml" >"$other/small.yaml"
@@ -333,7 +333,7 @@ half_of() {
   done
 }
 truncate_new() { rm "$1" && : >"$1"; }
-text_of() { rm "$1" && echo "no picture" >"$1"; }
+text_of() { rm "$1" && echo "no image" >"$1"; }
 swap_for() { "$tree"/tests/evidence/as_real.sh "$1" "$broken/case"; }
 step broken broken_runs
 cases=$(grep -E ' exit [0-9]+ ' "$work/broken.log" || true)
@@ -354,8 +354,8 @@ row "--max-range-mm: exit status within and beyond the limit" "$(grep -hE '^(wit
 
 # --------------------------------------------------------------------------- ten minutes ----
 many=$((frames * times))
-measured_compare() { # NAME SIM REAL: in a terminal; peak memory in KiB and seconds into NAME.cost, what the terminal showed into NAME.bar
-  script -qefc "/usr/bin/time -f '%M %e' -o $work/$1.cost $twocone compare $2 $3 --out $work/$1/compare --frames $little_looked --no-page" "$work/$1.bar" </dev/null
+measured_compare() { # NAME SIM REAL: in a terminal; writes peak memory in KiB and seconds to NAME.cost, and the terminal's text to NAME.bar
+  script -qefc "/usr/bin/time -f '%M %e' -o $work/$1.cost $twocone compare $2 $3 --out $work/$1/compare --frames $image_frames --no-page" "$work/$1.bar" </dev/null
 }
 short_compare() { measured_compare short_memory "$work/sim/run" "$work/all/real"; }
 once short_memory short_compare
@@ -366,7 +366,7 @@ once long_runs long_runs
 long_compare() { measured_compare long_memory "$work/long_runs/sim" "$work/long_runs/real"; }
 once long_memory long_compare
 killed_compare() {
-  local begin half pid out=$work/killed/compare settings=("$work/sim/run" "$work/all/real" --out "$work/killed/compare" --frames "$little_looked" --no-page)
+  local begin half pid out=$work/killed/compare settings=("$work/sim/run" "$work/all/real" --out "$work/killed/compare" --frames "$image_frames" --no-page)
   half=$(($(find "$work/short_memory/compare/parts" -type f | wc -l) / 2))
   "$twocone" compare "${settings[@]}" &
   pid=$!
@@ -384,13 +384,13 @@ read -r short_kib short_s <<<"$(tail -n 1 "$work/short_memory.cost" 2>/dev/null 
 read -r long_kib long_s <<<"$(tail -n 1 "$work/long_memory.cost" 2>/dev/null || echo 0 0)"
 row "peak memory for $many frames over that for $frames" "$(awk "BEGIN { printf \"%.3f: %.1f and %.1f MiB\", $short_kib ? $long_kib / $short_kib : 0, $long_kib / 1024, $short_kib / 1024 }"); $long_s and $short_s s" "at most 1.10" "$(both "$(both "$(passed short_memory)" "$(passed long_memory)")" "$(holds "$short_kib > 0 && $long_kib <= 1.1 * $short_kib")")"
 bars=$(tr '\r' '\n' <"$work/long_memory.bar" 2>/dev/null | grep -c 'compare.*%' || true)
-row "progress bar in a terminal, $many frames" "drawn $bars times" "at least 10 times" "$(holds "$bars >= 10")"
+row "progress bar in a terminal, $many frames" "printed $bars times" "at least 10 times" "$(holds "$bars >= 10")"
 again_s=$(sed -n 's/^again: \([0-9]*\) s$/\1/p' "$work/killed.log")
-row "killed (kill -9) half-way and run again, $frames frames" "$(grep -E '^(killed|again|byte)' "$work/killed.log" | paste -sd';' | sed 's/;/; /g'); unbroken: $short_s s" "compare.json as of an unbroken one, to the byte, in less time" "$(both "$(passed killed)" "$(holds "${again_s:-1e9} < $short_s")")"
+row "killed (kill -9) half-way and run again, $frames frames" "$(grep -E '^(killed|again|byte)' "$work/killed.log" | paste -sd';' | sed 's/;/; /g'); uninterrupted: $short_s s" "compare.json byte-equal to that of an uninterrupted comparison, in less time" "$(both "$(passed killed)" "$(holds "${again_s:-1e9} < $short_s")")"
 
 block "All eight planted" "$(cat "$work/all.log")"
 block "Nothing planted: differences over their sigmas, root mean square of each kind of source, $clean runs" "$sigmas"
 block "A run through the kernel's cameras and a serial port" "$(cat "$work/devices.log")"
-block "The same, rendered again" "$(cat "$work/devices_again.log")"
+block "The same run, rendered again" "$(cat "$work/devices_again.log")"
 block "Broken runs" "${cases:-none}"
 page "simulated against real"

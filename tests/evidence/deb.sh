@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The Debian package: made by cpack, or brought from elsewhere; installed on a Debian that holds nothing but what debootstrap's smallest
-# variant brings, tried there, and removed again.
+# Tests the Debian package: makes it with cpack or takes one that exists, installs it on a Debian with only the packages of debootstrap's
+# smallest variant, runs the program there, and removes the package.
 #   tests/evidence/deb.sh [BUILD_DIR]       makes the package of BUILD_DIR (default build/release, with twocone built), for this Debian
-#   tests/evidence/deb.sh SUITE DIR         tries the package that tests/evidence/fresh_debian.sh has left in DIR, on SUITE
+#   tests/evidence/deb.sh SUITE DIR         tests the package that tests/evidence/fresh_debian.sh has written to DIR, on SUITE
 # Prints lines `row | WHAT | FIGURE | TARGET | yes|no`; exits 0 only if all are yes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -35,20 +35,20 @@ version=$(sed -n 's/^project(twocone VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 deb=$build/twocone_${version}_$(dpkg --print-architecture).deb
 row "package made by cpack" "$(basename "$deb" .deb), $(($(stat -c %s "$deb") / 1024)) KiB" "twocone_VERSION_ARCHITECTURE.deb" "$([ -f "$deb" ] && echo yes || echo no)"
 if command -v lintian >/dev/null; then
-  complaints=$(lintian --fail-on none "$deb" 2>/dev/null | grep -c '^[EW]:' || true)
-  row "lintian's errors and warnings, beyond those overridden with a reason" "$complaints" "0" "$(same "$complaints" 0)"
+  findings=$(lintian --fail-on none "$deb" 2>/dev/null | grep -c '^[EW]:' || true)
+  row "lintian's errors and warnings, beyond those overridden with a reason" "$findings" "0" "$(same "$findings" 0)"
 else
-  echo "lintian is not installed: the package is not looked over"
+  echo "lintian is not installed: the package is not checked"
 fi
 
 . tests/evidence/debian_tree.sh
 cp "$deb" "$root/root/twocone.deb"
-echo 'APT::Sandbox::User "root";' >"$root/etc/apt/apt.conf.d/99deb-evidence" # /root is closed to _apt
+echo 'APT::Sandbox::User "root";' >"$root/etc/apt/apt.conf.d/99deb-evidence" # the user _apt cannot read /root
 in_debian 'apt-get -qq update && apt-get -qq install -y man-db >/dev/null 2>&1'
-# With what it recommends: POV-Ray is what simulates. Without gnuplot's and POV-Ray's own recommendations.
+# The recommended packages are installed too, because simulation needs POV-Ray; those that gnuplot and POV-Ray recommend are not.
 in_debian 'apt-get -qq install -y --no-install-recommends ./twocone.deb povray povray-includes gnuplot-nox' >"$build/deb-install.log" 2>&1 && installed=yes || installed=no
 row "installs on a fresh Debian ($suite)" "$(in_debian 'dpkg-query -W -f "\${db:Status-Status}" twocone' 2>&1)" "installed" "$installed"
-row "the installed binary is the one that was built and tested" "sha256 $(sha_of "$root/usr/bin/twocone" | cut -c1-16)" "${built:0:16}" "$(same "$(sha_of "$root/usr/bin/twocone")" "$built")"
+row "the installed binary is the built and tested one" "sha256 $(sha_of "$root/usr/bin/twocone" | cut -c1-16)" "${built:0:16}" "$(same "$(sha_of "$root/usr/bin/twocone")" "$built")"
 row "twocone --version there" "$(in_debian 'twocone --version')" "twocone $version" "$(same "$(in_debian 'twocone --version' | awk '{ print $2 }')" "$version")"
 
 in_debian 'twocone run --robot /usr/share/twocone/robots/lab_sim.yaml --frames 3 --out /tmp/x' || true

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by scripts that try twocone on a Debian of its own: $suite (bookworm or trixie), with no more than debootstrap's smallest variant
-# holds, in the folder $root, which is removed at the end. Requires root, debootstrap, and the package mirror that this machine is set up with.
-[ "$(id -u)" -eq 0 ] || { echo "$(basename "$0" .sh): needs root, to make a file system of its own" >&2; exit 1; }
+# Scripts that test twocone on a separate Debian source this file. It installs $suite (bookworm or trixie) with only the packages of
+# debootstrap's smallest variant in the folder $root, which is removed at the end. Requires root, debootstrap, and the package mirror of
+# this machine.
+[ "$(id -u)" -eq 0 ] || { echo "$(basename "$0" .sh): needs root, to make a separate file system" >&2; exit 1; }
 
 root=$(mktemp -d "${TMPDIR:-/var/tmp}/twocone_${suite}_XXXXXX")
 clean_up() {
@@ -13,7 +14,7 @@ trap clean_up EXIT
 codename=$(. /etc/os-release && echo "$VERSION_CODENAME")
 site_of() { apt-get indextargets --format '$(SITE)' "Codename: $1" 'Created-By: Packages' | head -n 1; }
 mirror=$(site_of "$codename")
-[ -n "$mirror" ] || { echo "$(basename "$0" .sh): this machine's apt knows no mirror of $codename" >&2; exit 1; }
+[ -n "$mirror" ] || { echo "$(basename "$0" .sh): this machine's apt has no mirror of $codename" >&2; exit 1; }
 debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$root.log" 2>&1 || { tail -n 5 "$root.log" >&2; exit 1; }
 rm -f "$root.log"
 cp -r /etc/apt/apt.conf.d/. "$root/etc/apt/apt.conf.d/"
@@ -24,14 +25,14 @@ cp -r /etc/apt/apt.conf.d/. "$root/etc/apt/apt.conf.d/"
   [ -z "$security" ] || echo "deb $security $suite-security main"
 } >"$root/etc/apt/sources.list"
 cp /etc/resolv.conf /etc/hosts "$root/etc/" 2>/dev/null || true
-# A mount point of its own and nobody's peer, so that a test may make a mount namespace inside.
+# A separate, private mount point, so that a test can make a mount namespace inside.
 mount --bind "$root" "$root"
 mount --make-rprivate "$root"
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"
 mount --make-rslave "$root/dev"
 
-# in_debian COMMAND: as root of that Debian, in its folder /root
+# in_debian COMMAND: runs a command as root of that Debian, in its folder /root
 in_debian() {
   env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive ${CXX:+CXX="$CXX"} \
     ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} \

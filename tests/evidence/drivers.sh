@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Drivers of real devices against the kernel's virtual ones, in a virtual machine (tests/guest), fuzzers, deployment. About
+# Drivers of real devices with the kernel's virtual devices in a virtual machine (tests/vm), fuzzers, deployment. Takes about
 # two hours. Each script prints its rows as `row | WHAT | FIGURE | TARGET | yes|no`.
 . "$(dirname "$0")/common.sh"
 export TWOCONE_WHOLE_RUN_OUT=$work/whole_run
 
 trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
-# log NAME: a step's, without what a kernel's console may put between.
+# log NAME: prints the log of a step without control characters of the kernel's console.
 log() { tr -cd '\11\12\40-\176\200-\377' <"$work/$1.log"; }
-# rows NAME: those of a step's log; a step without any is not met.
+# rows NAME: collects the rows of a step's log; a step without rows is not met.
 rows() {
   local what figure target met found=no
   while IFS='|' read -r _ what figure target met; do
@@ -17,7 +17,7 @@ rows() {
   done < <(log "$1" | grep '^row |')
   [ $found = yes ] || row "$1" "$(log "$1" | tail -n 1)" "figures" no
 }
-# try NAME COMMAND...: a step and its rows
+# try NAME COMMAND...: runs a step and collects its rows
 try() {
   export SCRATCH=$work/scratch/$1
   mkdir -p "$SCRATCH"
@@ -25,24 +25,24 @@ try() {
   rows "$1"
 }
 
-try vivid tests/guest/vivid.sh
-try vimc tests/guest/vimc.sh
-try capture_cost tests/guest/capture_cost.sh
-try serial tests/guest/serial.sh
+try vivid tests/vm/vivid.sh
+try vimc tests/vm/vimc.sh
+try capture_cost tests/vm/capture_cost.sh
+try serial tests/vm/serial.sh
 for protocol in ros_arduino_bridge roboclaw create2; do
-  for deed in kill halt unplug guard; do
-    try "stop_${protocol}_$deed" env PROTOCOLS=$protocol DEEDS=$deed tests/guest/stop.sh build/release 20
+  for deed in kill halt unplug watchdog; do
+    try "stop_${protocol}_$deed" env PROTOCOLS=$protocol DEEDS=$deed tests/vm/stop.sh build/release 20
   done
 done
-try whole_run tests/guest/whole_run.sh
+try whole_run tests/vm/whole_run.sh
 
-step asan_build bash -c 'cmake --preset asan && cmake --build --preset asan --target serial_fuzz frame_fuzz'
+step asan_build bash -c 'cmake --preset asan -D TWOCONE_BUILD_FUZZERS=ON && cmake --build --preset asan --target serial_fuzz frame_fuzz'
 for protocol in ros_arduino_bridge roboclaw create2; do
   step "fuzz_$protocol" build/asan/tests/fuzz/serial_fuzz "$protocol" 1000000 1
   row "decoder of $protocol: a million broken streams, ASan and UBSan" "$(tail -n 1 "$work/fuzz_$protocol.log")" "no crash" "$(passed "fuzz_$protocol")"
 done
 step fuzz_frames build/asan/tests/fuzz/frame_fuzz 1000000 1
-row "MJPG and raw frames: a million broken pictures, ASan and UBSan" "$(tail -n 1 "$work/fuzz_frames.log")" "no crash" "$(passed fuzz_frames)"
+row "MJPG and raw frames: a million broken images, ASan and UBSan" "$(tail -n 1 "$work/fuzz_frames.log")" "no crash" "$(passed fuzz_frames)"
 
 step image_bench build/release/bench/image_bench --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
 try deb tests/evidence/deb.sh
@@ -53,5 +53,5 @@ block "A camera through libcamera" "$(log vimc | grep -v '^row |')"
 block "Motor controllers on emulated ports" "$(log serial | grep -v '^row |')"
 block "Stops" "$(for part in "$work"/stop_*.log; do log "$(basename "$part" .log)" | grep -aE '^[a-z0-9_]+, [a-z]+, [0-9]+:|tried again'; done)"
 block "A whole run" "$(log whole_run | grep -v '^row |')"
-block "Conversion beside OpenCV" "$(grep -E 'median|^Benchmark|^---' "$work/image_bench.log" || cat "$work/image_bench.log")"
+block "Conversion against OpenCV" "$(grep -E 'median|^Benchmark|^---' "$work/image_bench.log" || cat "$work/image_bench.log")"
 page "drivers of real devices"

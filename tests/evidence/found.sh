@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Calibrated numbers against what was planted (plant.sh): a table, and 0 when each planted one was observed and lies within its
-# 3 sigma. One that keeps its prior, or that calibration does not tell at all, is not found. The other numbers are told too.
+# Compares calibrated numbers with the planted ones (plant.sh). Prints a table, and exits with 0 if each planted number was observed and
+# lies within its 3 sigma. A number that keeps its prior, or that calibration does not report, is not found. The table also has the
+# other numbers.
 #   tests/evidence/found.sh TRUTH.json CALIBRATION.json
 set -euo pipefail
 table=$(jq -rn --slurpfile planted_file "$1" --slurpfile got "$2" '

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The two commands on Debian 12 and 13, with both compilers, each from nothing; then the package that each Debian's g++ has built.
+# ./demo.sh and ./test.sh on fresh Debian 12 and 13 with both compilers; then the package that each Debian's g++ has built.
 . "$(dirname "$0")/common.sh"
 
 for suite in bookworm trixie; do
@@ -13,7 +13,7 @@ for suite in bookworm trixie; do
     demo=$(took 'first demo') demo_again=$(took 'second demo') tests=$(took 'first test') tests_again=$(took 'second test')
     version=$(sed -n 's/^compiler: //p' "$work/$name.log")
     what="fresh $suite, ${version:-$compiler}"
-    row "$what: \`./demo.sh\`" "${demo:-not run}${demo:+ with all set-up}${demo_again:+; again, 10 frames: $demo_again}" "ends; again quickly" \
+    row "$what: \`./demo.sh\`" "${demo:-not run}${demo:+ with set-up}${demo_again:+; again, 10 frames: $demo_again}" "ends; again quickly" \
       "$([ -n "$demo_again" ] && echo yes || echo no)"
     row "$what: \`./test.sh\`" "${tests:-not run}${tests_again:+; again $tests_again}${tests:+; $(grep -E 'tests passed' "$work/$name.log" | tail -n 1)}" "passes" \
       "$(passed "$name")"

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# ./demo.sh twice and ./test.sh (with g++ twice too), in a fresh clone on a Debian that holds nothing but what debootstrap's smallest
-# variant brings.
+# Runs ./demo.sh twice and ./test.sh (with g++ also twice) in a fresh clone, on a Debian with only the packages of debootstrap's
+# smallest variant.
 #   tests/evidence/fresh_debian.sh [SUITE [COMPILER [DIR]]]
-# SUITE is bookworm (default) or trixie; COMPILER is g++ (default) or clang++; into DIR go the Debian package that was built there
-# and twocone.sha256, the sum of the program inside.
+# SUITE is bookworm (default) or trixie; COMPILER is g++ (default) or clang++. The script writes to DIR the Debian package that was
+# built there and twocone.sha256, the checksum of the program inside.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 suite=${1:-bookworm}

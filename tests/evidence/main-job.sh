@@ -21,24 +21,24 @@ for seed in 1 2 3; do
     row "seed $seed: range error of $name, mean (max), of $count frames" "$(mm "$range_mean") mm ($(mm "$range_max"))" "mean below 60 mm" "$(holds "$range_mean < 0.060")"
   done < <(get '.landmarks[] | "\(.name) \(.range_error.mean_m) \(.range_error.max_m) \(.range_error.count)"')
   wall=$(get '.wall_s | round')
-  row "seed $seed: wall time" "$wall s; processor time: POV-Ray $(get '.render_cpu_s | round') s, ours $(get '.own_cpu_s | round') s" "at most 360 s on two cores" "$(holds "$wall <= 360")"
+  row "seed $seed: wall time" "$wall s; processor time: POV-Ray $(get '.render_cpu_s | round') s, twocone $(get '.own_cpu_s | round') s" "at most 360 s on two cores" "$(holds "$wall <= 360")"
 done
 
-step projection env TWOCONE_POSES=100 build/release/tests/end_to_end/projection_test
-row "projection against rendering" "$(grep 'pillar tops compared' "$work/projection.log" || tail -n 1 "$work/projection.log")" "every visible top within 1 px, 100 poses" "$(passed projection)"
-step round_trip build/release/tests/vision/mirror_view_test
+step projection env TWOCONE_POSES=100 build/release/tests/end_to_end/end_to_end_test --gtest_filter='Robots/Projection.*'
+row "projection against rendering" "$(grep 'landmark tops and' "$work/projection.log" || tail -n 1 "$work/projection.log")" "every visible top within 1 px, 100 poses" "$(passed projection)"
+step round_trip build/release/tests/vision/vision_test --gtest_filter='Lens.*:MirrorView.*:MovedView.*'
 row "forward then inverse projection" "$(grep -c '^\[       OK' "$work/round_trip.log") tests, 40000 seeded points and pixels" "1e-12 relative" "$(passed round_trip)"
-step repeat env TWOCONE_FRAMES=450 TWOCONE_ROBOT=robots/lab_sim.yaml build/release/tests/end_to_end/run_test --gtest_filter='*TheSameSeed*'
-row "same seed twice, 450 frames" "$(grep -E '^\[  (PASSED|FAILED)' "$work/repeat.log" | head -n 1)" "tables byte-equal, 900 pictures pixel-equal" "$(passed repeat)"
+step repeat env TWOCONE_FRAMES=450 TWOCONE_ROBOT=robots/lab_sim.yaml build/release/tests/end_to_end/end_to_end_test --gtest_filter='RunInTheLab.TheSameSeed*'
+row "same seed twice, 450 frames" "$(grep -E '^\[  (PASSED|FAILED)' "$work/repeat.log" | head -n 1)" "tables byte-equal, 900 images pixel-equal" "$(passed repeat)"
 step kill tests/end_to_end/kill.sh "$twocone" "$PWD" robots/lab_sim.yaml 450
-row "killed half way (kill -9)" "$(grep '^killed' "$work/kill.log" || tail -n 1 "$work/kill.log")" "what was written is read and reported; no POV-Ray left" "$(passed kill)"
+row "killed after half of the frames (kill -9)" "$(grep '^killed' "$work/kill.log" || tail -n 1 "$work/kill.log")" "the written part is read and reported; no POV-Ray process remains" "$(passed kill)"
 step wrong_input tests/end_to_end/wrong_input.sh "$twocone" "$PWD"
 row "wrong input" "$(grep -c ' exit [12] ' "$work/wrong_input.log") cases, listed below" "one clear line, exit 1 or 2" "$(passed wrong_input)"
 
 step fresh_debian tests/evidence/fresh_debian.sh
 log=$work/fresh_debian.log
 took() { sed -n "s/^took $1: //p" "$log"; }
-row "fresh Debian 12: \`./demo.sh\`" "$(took 'first demo') s with all set-up; again, 10 frames: $(took 'second demo') s" "ends with the table and the report's path; again quickly" "$(holds "\"$(took 'second demo')\" != \"\"")"
+row "fresh Debian 12: \`./demo.sh\`" "$(took 'first demo') s with set-up; again, 10 frames: $(took 'second demo') s" "ends with the table and the report's path; again quickly" "$(holds "\"$(took 'second demo')\" != \"\"")"
 row "fresh Debian 12: \`./test.sh\`" "$(took 'first test') s; again: $(took 'second test') s; $(grep -E 'tests passed' "$log" | tail -n 1)" "passes; again quickly" "$(passed fresh_debian)"
 
 block "Run of seed 1" "$(cat "$work/seed1.log")"

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A copy of the lab whose rig is not what its robot believes, for calibration and comparison to find out.
+# Makes a copy of the lab whose rig differs from the `rig:` of its robot. Calibration and comparison must find the differences.
 #
 #   tests/evidence/plant.sh FOLDER ERROR[=AMOUNT]...
 #
-# ERROR is one or several of: centre rim tilt offset apex wheel_radius; or all of these; or none; and of the cameras' own
-# noise gain skew lost. AMOUNT is for tilt (degrees, 0.5), wheel_radius (per cent, 1), noise (grey levels at a linear light of 0.2, 4),
-# gain (1.2), skew (ms by which the upper camera's stamps are late, 8) and lost (per cent of either camera's frames, 2). RATE_HZ: of both
-# cameras, where it is not to be the lab's. Written into FOLDER:
+# ERROR is one or several of: centre rim tilt offset apex wheel_radius; or all (these six); or none; and the errors of cameras:
+# noise gain skew lost. AMOUNT, with its default: tilt (degrees, 0.5), wheel_radius (per cent, 1), noise (grey levels at a linear light
+# of 0.2, 4), gain (1.2), skew (ms by which the upper camera's stamps are late, 8) and lost (per cent of the frames of each camera, 2).
+# RATE_HZ: rate of both cameras, if it differs from the lab's. Files in FOLDER:
 #   lab.pov, lab.map.yaml   the lab with the errors in the scene: in cameras and mirrors, never in `rig:`
-#   robot.yaml              the lab's robot as it ships: its `rig:` and `drive:` are wrong now. The errors of wheels and
-#                           cameras are in `effects:`, which is the simulated world's
-#   perfect.yaml            the same robot with `rig:` and `drive:` as they really are
-#   truth.json              every number of the rig and of the wheels as it really is, by its name in calibration.json
+#   robot.yaml              the lab's robot as it ships, so that its `rig:` and `drive:` are wrong. The errors of wheels and
+#                           cameras are in `effects:`, which belongs to the simulated world
+#   perfect.yaml            the same robot with the true `rig:` and `drive:`
+#   truth.json              every true number of the rig and of the wheels, by its name in calibration.json
 #
-# Each error is an exact change of a text that must stand in the lab's scene once: if the scene changes, this fails.
+# Each error is an exact change of a text that must occur exactly once in the lab's scene; otherwise this script fails.
 # World (x, y, z) is POV-Ray's <x, z, y> / 0.05. With y and z exchanged, a turn about body x or y by an angle is POV-Ray's
 # `rotate` about x or z by minus that angle.
 set -euo pipefail
@@ -27,7 +27,7 @@ fi
 folder=$1
 shift
 known=(centre rim tilt offset apex wheel_radius)
-of_cameras=(noise gain skew lost)
+camera_errors=(noise gain skew lost)
 declare -A planted=()
 declare -A amount=([tilt]=0.5 [wheel_radius]=1 [noise]=4 [gain]=1.2 [skew]=8 [lost]=2)
 for argument in "$@"; do
@@ -43,8 +43,8 @@ for argument in "$@"; do
     all) for name in "${known[@]}"; do planted[$name]=1; done ;;
     none) ;;
     *)
-      if [[ " ${known[*]} ${of_cameras[*]} " != *" $error "* ]]; then
-        echo "plant.sh: no error '$error'; there is: ${known[*]}, all, none, ${of_cameras[*]}" >&2
+      if [[ " ${known[*]} ${camera_errors[*]} " != *" $error "* ]]; then
+        echo "plant.sh: no error '$error'; there is: ${known[*]}, all, none, ${camera_errors[*]}" >&2
         exit 2
       fi
       planted[$error]=1
@@ -56,20 +56,20 @@ calc() { awk "BEGIN { pi = atan2(0, -1); printf \"%.${2:-12}g\", $1 }"; }
 
 mkdir -p "$folder"
 scene=$folder/lab.pov
-belief=$folder/robot.yaml
+robot=$folder/robot.yaml
 perfect=$folder/perfect.yaml
 cp scenes/lab.pov "$scene"
 cp scenes/lab.map.yaml "$folder/lab.map.yaml"
-cp robots/lab_sim.yaml "$belief"
+cp robots/lab_sim.yaml "$robot"
 
-# change FILE OLD NEW: OLD must stand exactly once. No patterns: awk's index() looks for the text itself.
+# change FILE OLD NEW: replaces OLD, which must occur exactly once. OLD is no pattern: awk's index() searches for the text itself.
 change() {
   OLD=$2 NEW=$3 FROM=${1##*/} awk '
     { text = text $0 "\n" }
     END {
       at = index(text, ENVIRON["OLD"])
       if (at == 0 || index(substr(text, at + 1), ENVIRON["OLD"]) != 0) {
-        print "plant.sh: must stand once in what " ENVIRON["FROM"] " is a copy of: " ENVIRON["OLD"] > "/dev/stderr"
+        print "plant.sh: must occur exactly once in the original of " ENVIRON["FROM"] ": " ENVIRON["OLD"] > "/dev/stderr"
         exit 1
       }
       printf "%s%s%s", substr(text, 1, at - 1), ENVIRON["NEW"], substr(text, at + length(ENVIRON["OLD"]))
@@ -77,7 +77,7 @@ change() {
   mv "$1.part" "$1"
 }
 
-# What the rig is, in the robot file's words. The tips stay where they are, so d, s and the lower lens's height do too.
+# The true rig, with the names of the robot file. The tips keep their places, so d, s and the height of the lower lens do too.
 R=0.06 d=0.12
 lower_centre="319.5, 239.5" upper_centre="319.5, 239.5"
 lower_focal=708 upper_focal=708 # pixels: direction 1.475 times 480
@@ -88,7 +88,7 @@ wheel_radius=0.05
 
 lower_direction="<0, 1.475, 0>"
 if is centre; then
-  # 3 px: the picture's axis at 319.5 + 1.8, 239.5 - 2.4. A pixel is 1/480 of direction's length unit, and the axis is
+  # 3 px: the optical axis is at 319.5 + 1.8, 239.5 - 2.4. A pixel is 1/480 of the length unit of direction, and the axis is
   # where direction + right (column - 319.5) / 640 + up (239.5 - row) / 480 points straight up.
   lower_direction="<$(calc "-1.8 / 480"), 1.475, $(calc "2.4 / 480")>"
   lower_centre="321.3, 237.1"
@@ -99,7 +99,7 @@ if is rim; then # 2 px: 238 = focal length * R / (d + R)
   upper_direction="<0, 1.4875, 0>"
 fi
 
-# The upper mirror and its camera are one unit: they tilt about the lens, 0.55 m up, and move aside, together.
+# The upper mirror and its camera are one unit: together they tilt about the lens, which is 0.55 m high, and move sideways.
 unit=""
 if is tilt; then # 0.5 degrees: R_y(0.4) R_x(-0.3)
   tilt_x_deg=$(calc "-0.6 * ${amount[tilt]}") tilt_y_deg=$(calc "0.8 * ${amount[tilt]}")
@@ -110,7 +110,7 @@ if is offset; then # 2 mm
   unit+=" translate <$(calc "$offset_x / 0.05"), 0, $(calc "$offset_y / 0.05")>"
 fi
 height=1.2 # of the cones, POV-Ray units
-if is apex; then # 0.3 degrees, of both cones; tip and rim radius stay
+if is apex; then # 0.3 degrees, both cones; tip and rim radius are unchanged
   apex_deg=90.3
   height=$(calc "1.2 * cos($apex_deg / 2 * pi / 180) / sin($apex_deg / 2 * pi / 180)")
 fi
@@ -126,14 +126,14 @@ change "$scene" "cone { <0, 13.4, 0>, 0 <0, 14.6, 0>, 1.2 open texture { T_Mirro
 change "$scene" "cylinder { <0, 14.6, 0> <0, 14.8, 0> 1.2 texture { T_Dark } }" \
   "cylinder { <0, 14.6, 0> <0, 14.8, 0> 1.2 texture { T_Dark }$unit }"
 
-# v = (d / R + cot(apex / 2)) r_m is the focal length, which the apex leaves alone: so r_m goes with it.
+# v = (d / R + cot(apex / 2)) r_m is the focal length. The apex does not change it, so r_m changes with the apex.
 rim() { calc "$1 / ($d / $R + cos($apex_deg / 2 * pi / 180) / sin($apex_deg / 2 * pi / 180))"; }
 apex_rad=$(calc "$apex_deg * pi / 180" 17)
 lower_rim=$(rim "$lower_focal")
 upper_rim=$(rim "$upper_focal")
 tilt="$(calc "$tilt_x_deg * pi / 180"), $(calc "$tilt_y_deg * pi / 180")"
 
-# By the names that `twocone calibrate --json` has. Of the axes it is the offset against each other that is planted.
+# The names are those of `twocone calibrate --json`. For the axes, the offset between them is planted.
 jq -n "{
   centre: [\"lower.centre_px.column\", \"lower.centre_px.row\"], rim: [\"upper.rim_radius_px\"],
   tilt: [\"upper.tilt_rad.x\", \"upper.tilt_rad.y\"],
@@ -179,10 +179,10 @@ jq -n "{
   }
 }" >"$folder/truth.json"
 
-change "$belief" "map: ../scenes/lab.map.yaml " "map: lab.map.yaml "
+change "$robot" "map: ../scenes/lab.map.yaml " "map: lab.map.yaml "
 if [ -n "${RATE_HZ:-}" ]; then
-  change "$belief" "rate_hz: 15}     # antialias" "rate_hz: $RATE_HZ}     # antialias"
-  change "$belief" "rate_hz: 15}"$'\n\n' "rate_hz: $RATE_HZ}"$'\n\n'
+  change "$robot" "rate_hz: 15}     # antialias" "rate_hz: $RATE_HZ}     # antialias"
+  change "$robot" "rate_hz: 15}"$'\n\n' "rate_hz: $RATE_HZ}"$'\n\n'
 fi
 if is wheel_radius || is noise || is gain || is skew || is lost; then
   counts="encoder_counts_per_turn: 1024     # 0: exact angles"
@@ -191,22 +191,22 @@ if is wheel_radius || is noise || is gain || is skew || is lost; then
   camera=""
   if is gain; then camera+=", gain: ${amount[gain]}"; fi
   if is noise; then
-    # A grey level of sRGB at linear light 0.2 is 1 / (255 * 1.055 / 2.4 * 0.2^(1/2.4 - 1)) of it. Half of the variance, about, is
-    # that of 2000 electrons at full scale, the rest the reading's.
+    # A grey level of sRGB at linear light 0.2 is 1 / (255 * 1.055 / 2.4 * 0.2^(1/2.4 - 1)) of full scale. About half of the variance
+    # is shot noise with 2000 electrons at full scale, and the rest is read noise.
     sigma=$(calc "${amount[noise]} / (255 * 1.055 / 2.4 * exp((1 / 2.4 - 1) * log(0.2)))")
     full_well=$(calc "0.2 / (0.5 * $sigma * $sigma)")
     camera+=", full_well_electrons: $full_well, read_noise_electrons: $(calc "sqrt(0.5) * $sigma * $full_well")"
   fi
   if is lost; then camera+=", drop_probability: $(calc "${amount[lost]} / 100")"; fi
   if [ -n "$camera" ]; then effects+=$'\n'"  camera: {${camera#, }}            # planted"; fi
-  change "$belief" "$counts" "$counts$effects"
+  change "$robot" "$counts" "$counts$effects"
   if is skew; then
-    line=$(grep "^  upper: {driver: sim_povray" "$belief")
-    change "$belief" "$line" "${line%\}*}, effects: {stamp_late_s: $(calc "${amount[skew]} / 1000")}}     # planted"
+    line=$(grep "^  upper: {driver: sim_povray" "$robot")
+    change "$robot" "$line" "${line%\}*}, effects: {stamp_late_s: $(calc "${amount[skew]} / 1000")}}     # planted"
   fi
 fi
 
-cp "$belief" "$perfect"
+cp "$robot" "$perfect"
 moved=""
 if is tilt; then moved+=$'\n'"    tilt_rad: [$tilt]"; fi
 if is offset; then moved+=$'\n'"    axis_offset_m: [$offset_x, $offset_y]"; fi

@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A long run out of a short one: its frames over and over again, with new times.
+# Makes a long run from a short one by repeating its frames with new times.
 #
 #   tests/evidence/repeat_run.sh FROM TO TIMES
 #
-# Pictures are hard links; TO is made anew. Numbers of frames, sequence numbers, times and wheel angles go on from where the
-# last repetition ended, a frame later. Poses are FROM's each time, as if the robot were carried back to where it started.
+# Images are hard links; TO is replaced. Frame numbers, sequence numbers, times and wheel angles continue one frame after the
+# end of the last repetition. Poses are those of FROM in each repetition, as if the robot were carried back to its start.
 set -euo pipefail
 if (($# != 3)); then
   echo "usage: $0 FROM TO TIMES" >&2
   exit 2
 fi
 from=$1 to=$2 times=$3
-# Frames, and the length of a repetition: its frames' time span and one mean step more.
+# The number of frames, and the length of a repetition: the time span of its frames and one mean frame period more.
 read -r frames span_s <<<"$(awk -F, 'NR == 2 { first = $2 } NR > 1 { n++; last = $2 } END { printf "%d %.9f", n, (last - first) * n / (n - 1) }' "$from/frames.csv")"
 rm -rf "$to"
 mkdir -p "$to/lower" "$to/upper"
 cp "$from/run.yaml" "$to"
 
-# again TABLE: a CSV with its heading, or a TUM, whose first column is the time
+# again TABLE: repeats a CSV with a heading, or a TUM, whose first column is the time
 again() {
   mkdir -p "$(dirname "$to/$1")"
   local separator=,
@@ -36,7 +36,7 @@ again() {
     { row[++n] = $0 }
     END {
       if (FS != ",") step[1] = span_s
-      # What goes on from its own last value: that of the last row, and the last step again.
+      # These columns continue from their own last value, with the step of the last row.
       m = split(row[n], last, FS)
       split(row[n - 1], before, FS)
       split(row[1], first, FS)

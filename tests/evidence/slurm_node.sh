@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced. A Slurm cluster of one node, this machine, that knows nothing of the system's own: keys, ports, sockets, logs and state
-# are in a scratch folder. Needs slurm-wlm and munge, and no root.
-#   start_slurm     exports SLURM_CONF for sbatch, squeue, scontrol
-#   stop_slurm      ends it and what runs on it; to be called in every case: trap stop_slurm EXIT
-#   wait_for_job NUMBER SECONDS     until it has ended; prints its state, fails where that is not COMPLETED
+# Other scripts source this file. It starts a Slurm cluster of one node, this machine, which is independent of the system's Slurm: keys,
+# ports, sockets, logs and state are in a scratch folder. Needs slurm-wlm and munge, but no root.
+#   start_slurm     starts the cluster and exports SLURM_CONF for sbatch, squeue, scontrol
+#   stop_slurm      ends the cluster and its jobs; must be called in every case: trap stop_slurm EXIT
+#   wait_for_job NUMBER SECONDS     waits until the job has ended, prints its state, and fails if that is not COMPLETED
 slurm_folder=""
 slurm_processes=()
 
-# A port that nobody listens on, below those that the system hands out.
+# Prints a port without a listener, below the ports that the system assigns.
 free_port() {
   local port
   while :; do
@@ -20,12 +20,12 @@ start_slurm() {
   local user host ctld_port d_port
   user=$(id -un)
   host=$(hostname -s)
-  slurm_folder=$(mktemp -d /tmp/twocone-slurm.XXXXXX) # short: a socket's path ends at 107 letters
+  slurm_folder=$(mktemp -d /tmp/twocone-slurm.XXXXXX) # short, because the path of a socket has at most 107 letters
   mkdir -m 700 "$slurm_folder/munge"
   mkdir "$slurm_folder/state" "$slurm_folder/spool"
   head -c 128 /dev/urandom >"$slurm_folder/munge/key"
   chmod 600 "$slurm_folder/munge/key"
-  # The socket's folder is to be entered by all who may use it: here, the same user.
+  # Every user of the socket must be able to enter its folder; here this is the same user.
   munged --foreground --force --key-file="$slurm_folder/munge/key" --socket="$slurm_folder/munge/socket" \
     --pid-file="$slurm_folder/munge/pid" --log-file="$slurm_folder/munge/log" --seed-file="$slurm_folder/munge/seed" \
     >"$slurm_folder/munge.out" 2>&1 &
@@ -75,7 +75,7 @@ END
     [ "$(sinfo --noheader --format=%T 2>/dev/null)" = idle ] && return 0
     sleep 0.2
   done
-  echo "slurm_node: the node does not come up: $(tail -n 3 "$slurm_folder"/*.out "$slurm_folder"/*.log 2>/dev/null)" >&2
+  echo "slurm_node: the node does not start: $(tail -n 3 "$slurm_folder"/*.out "$slurm_folder"/*.log 2>/dev/null)" >&2
   return 1
 }
 
@@ -102,7 +102,7 @@ stop_slurm() {
 wait_for_job() {
   local state="" until=$((SECONDS + $2))
   while ((SECONDS < until)); do
-    # Of an array: a line for each task; a job that is gone was longer ago than the controller remembers.
+    # An array has a line for each task; the controller removes old jobs from its list.
     state=$(scontrol --oneliner show job "$1" 2>/dev/null | grep -o 'JobState=[A-Z_]*' | sed 's/.*=//' | sort -u | tr '\n' ' ')
     case " $state" in
       *" PENDING "* | *" RUNNING "* | *" COMPLETING "* | *" CONFIGURING "*) sleep 0.5 ;;

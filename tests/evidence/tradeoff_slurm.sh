@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The same sweep through Slurm (examples/slurm, on a cluster of one node): errors.csv must be equal byte for byte to WHOLE's.
-#   tradeoff_slurm.sh TWOCONE FOLDER ROBOT LEGS WHOLE
+# Runs the same sweep by Slurm (examples/slurm, on a cluster of one node): errors.csv must be byte-equal to that of WHOLE.
+#   tradeoff_slurm.sh TWOCONE FOLDER ROBOT EPISODES WHOLE
 set -euo pipefail
-twocone=$1 folder=$2 robot=$3 legs=$4 whole=$5
+twocone=$1 folder=$2 robot=$3 episodes=$4 whole=$5
 cd "$(dirname "$0")/../.."
 . tests/evidence/slurm_node.sh
 rm -rf "$folder"
 trap stop_slurm EXIT
 start_slurm
 echo "$(sinfo --version), $(scontrol show node | grep -o 'CPUTot=[0-9]*')"
-TWOCONE=$twocone examples/slurm/submit.sh "$robot" "$folder" --legs "$legs" | tee "$folder.jobs"
+TWOCONE=$twocone examples/slurm/submit.sh "$robot" "$folder" --episodes "$episodes" | tee "$folder.jobs"
 array=$(sed -n 's/.* tasks: job \([0-9]*\);.*/\1/p' "$folder.jobs")
 merge=$(sed -n 's/.*merge: job \([0-9]*\);.*/\1/p' "$folder.jobs")
 begin=$SECONDS

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bad cables make of frames, into the conversion that every consumer calls: JPEG pictures that are changed, cut
-// off, put together of two, or noise; raw ones of any length and of sides that their format cannot have. Ends with 1 if
-// an answer is neither kBadData nor a picture of the right size; a crash or a report of a sanitizer ends it sooner.
+// Feeds damaged frames, as a bad cable delivers them, to the conversion that every consumer calls: JPEG images that are
+// changed, truncated, joined from two, or noise; raw images of any length and with sides that their format cannot have.
+// The exit status is 1 if a result is neither kBadData nor an image of the right size. A crash or a report of a
+// sanitizer ends the program earlier.
 //   frame_fuzz TIMES SEED
 #include <turbojpeg.h>
 
@@ -14,7 +15,7 @@
 
 #include "hal/image.h"
 
-using namespace twocone;  // NOLINT(google-build-using-namespace): a program of its own
+using namespace twocone;  // NOLINT(google-build-using-namespace): this is a separate program
 
 namespace {
 
@@ -44,7 +45,7 @@ class Frames {
   std::uint64_t below(std::uint64_t end) { return random_() % end; }
 
   std::uint8_t octet() {
-    // What JPEG's markers and lengths are made of, and the ends of what a byte can be.
+    // Bytes of JPEG's markers and lengths, and the extreme values of a byte.
     constexpr std::array<std::uint8_t, 12> kEdges{0x00, 0x01, 0x7f, 0x80, 0xff, 0xc0,
                                                   0xc2, 0xc4, 0xd0, 0xd9, 0xda, 0xdb};
     return below(2) == 0 ? kEdges[below(kEdges.size())] : std::uint8_t(random_());
@@ -81,7 +82,7 @@ class Frames {
     if (below(16) == 0) image.height_px = side();
     Octets octets = below(16) == 0 ? noise(below(200)) : seed.jpeg;
     for (auto changes = below(6); changes > 0 && !octets.empty(); --changes) octets[below(octets.size())] = octet();
-    if (below(8) == 0) {  // its beginning, another one's end
+    if (below(8) == 0) {  // the beginning of one image and the end of another
       const Octets& other = seeds_[below(seeds_.size())].jpeg;
       octets.resize(below(octets.size() + 1));
       octets.insert(octets.end(), other.begin() + std::ptrdiff_t(below(other.size())), other.end());
@@ -104,10 +105,11 @@ class Frames {
     constexpr std::array kFormats{PixelFormat::kRgb8, PixelFormat::kBgr8, PixelFormat::kGrey8,
                                   PixelFormat::kYuyv, PixelFormat::kUyvy, PixelFormat::kNv12};
     Image image{side(), side(), kFormats[below(kFormats.size())], {}};
-    // Most often the right length, or nearly; of a format that the sides are right for, where this one's are not.
-    auto size = picture_bytes(image.format, image.width_px, image.height_px);
+    // The length is mostly right, or nearly. If the sides are not valid for this format, it is the length of another
+    // format.
+    auto size = image_bytes(image.format, image.width_px, image.height_px);
     if (!size || below(8) == 0) {
-      size = picture_bytes(kFormats[below(kFormats.size())], image.width_px, image.height_px);
+      size = image_bytes(kFormats[below(kFormats.size())], image.width_px, image.height_px);
     }
     constexpr std::size_t kMost = 8192;
     std::size_t length = size && *size < kMost ? *size : below(kMost);
@@ -124,12 +126,12 @@ class Frames {
 bool is_right(const Image& image, const Result<Image>& rgb) {
   if (!rgb) return rgb.error().code == ErrorCode::kBadData;
   return rgb->format == PixelFormat::kRgb8 && rgb->width_px == image.width_px && rgb->height_px == image.height_px &&
-         rgb->bytes.size() == picture_bytes(PixelFormat::kRgb8, image.width_px, image.height_px);
+         rgb->bytes.size() == image_bytes(PixelFormat::kRgb8, image.width_px, image.height_px);
 }
 
 }  // namespace
 
-// NOLINTNEXTLINE(bugprone-exception-escape): an exception is a finding, and ends it
+// NOLINTNEXTLINE(bugprone-exception-escape): an exception is a finding and ends the program
 int main(int argc, char** argv) {
   if (argc != 3) return std::fputs("frame_fuzz TIMES SEED\n", stderr), 2;
   const auto times = std::strtoull(argv[1], nullptr, 10);
@@ -147,8 +149,8 @@ int main(int argc, char** argv) {
     ++(is_jpeg ? jpegs : raws);
     if (rgb) ++(is_jpeg ? good_jpegs : good_raws);
   }
-  std::printf("%llu pictures: %llu JPEG (%llu of them good), %llu raw (%llu of them good)\n", times, jpegs, good_jpegs,
+  std::printf("%llu images: %llu JPEG (%llu of them good), %llu raw (%llu of them good)\n", times, jpegs, good_jpegs,
               raws, good_raws);
-  // With none good or none bad, it would not have tried what it is for.
+  // If all images were good or all were bad, the test would not have covered both cases.
   return times < 1000 || (good_jpegs > 0 && good_jpegs < jpegs && good_raws > 0 && good_raws < raws) ? 0 : 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Feeds changed scenes to all that reads a scene's text: each must come to an end, in time and without a crash, and
-// what is switched must stay a scene. Build it with TWOCONE_SANITIZE to see more.
+// Feeds changed scenes to all code that reads a scene's text. Each call must end in time and without a crash, and a
+// scene after switching must still be a scene. A build with TWOCONE_SANITIZE finds more.
 //
 //   scene_fuzz INPUTS SEED FILE...
 #include <algorithm>
@@ -22,15 +22,16 @@
 
 namespace {
 
-using namespace twocone::sim_povray;  // NOLINT(google-build-using-namespace): a program of its own
+using namespace twocone::sim_povray;  // NOLINT(google-build-using-namespace): this is a separate program
 using Clock = std::chrono::steady_clock;
 
-/// Bytes of an input at most: scenes are cut to pieces of this size, so that a million take minutes.
+/// The largest input in bytes. Scenes are cut to pieces of this size, so that a million inputs take minutes.
 constexpr std::size_t kLargest = 4096;
-/// Now and then a much larger one, for what takes more than its share of time.
+/// Some inputs are much larger, to find code whose time grows faster than the size.
 constexpr std::size_t kHuge = std::size_t{64} * 1024;
 constexpr int kHugeEvery = 5000;
-/// For one input. A common one takes some 100 us; even under a sanitizer and on a busy machine it stays far below this.
+/// The time limit for one input. A common input takes some 100 us; even under a sanitizer and on a busy machine it
+/// stays far below this.
 constexpr std::chrono::seconds kSlow{5};
 
 constexpr std::array<std::string_view, 68> kWords{"{",
@@ -126,29 +127,29 @@ class Mutator {
   void change(std::string& text, std::size_t largest) {
     const std::size_t at = below(text.size() + 1);
     switch (below(7)) {
-      case 0:  // a byte
+      case 0:  // changes a byte
         if (at < text.size()) text[at] = char(below(256));
         return;
       case 1:
         text.resize(at);
         return;
-      case 2:  // less
+      case 2:  // removes some bytes
         text.erase(at, below(64));
         return;
-      case 3:  // something of another scene
+      case 3:  // inserts a piece of another scene
         text.insert(at, piece(largest / 4));
         return;
       case 4:
         text.insert(at, fmt::format(" {} ", kWords[below(kWords.size())]));
         return;
-      case 5: {  // pieces of it in another order
+      case 5: {  // moves a piece
         const std::size_t length = below(40);
         const std::string taken = text.substr(at, length);
         text.erase(at, length);
         text.insert(below(text.size() + 1), taken);
         return;
       }
-      default: {  // one or two words, over and over
+      default: {  // inserts one or two words many times
         const std::string_view first = kWords[below(kWords.size())];
         const std::string_view second = below(2) == 0 ? std::string_view() : kWords[below(kWords.size())];
         const std::size_t times = 1 + below(largest / 4);
@@ -169,7 +170,7 @@ struct Tally {
   std::size_t calls = 0;
 };
 
-/// Whether a macro has the name of the keyword that switching puts in. POV-Ray refuses such a scene.
+/// Returns whether a macro has the name of the keyword that switching inserts. POV-Ray refuses such a scene.
 bool has_misnamed_macro(const std::string& text) {
   Lexer lexer(text);
   Token before;
@@ -181,9 +182,9 @@ bool has_misnamed_macro(const std::string& text) {
   return false;
 }
 
-/// False: what was switched is no scene any more.
+/// Returns false if the scene after switching is no longer a scene.
 bool read(Mutator& mutator, const std::string& text, Tally& tally) {
-  // What is included is changed too, and includes again.
+  // Included files are changed too, and include further files.
   const IncludeReader include = [&](const std::string& name) -> std::optional<IncludedFile> {
     if (mutator.below(8) == 0) return std::nullopt;
     return IncludedFile{name, mutator.next(kLargest)};
@@ -199,7 +200,7 @@ bool read(Mutator& mutator, const std::string& text, Tally& tally) {
   }
   SceneSwitches off{false, false, false, false, false, {}};
   if (mutator.below(2) == 0) off.shadows = true;
-  // Its own includes are not there, so that the text is what is worked on.
+  // Its own includes are empty, so that only the text itself is processed.
   const auto changed = switched(*scene,
                                 find_calls(text, "fuzz.pov",
                                            [](const std::string&) {
@@ -250,7 +251,7 @@ int main(int argc, char** argv) {
     if (took > kSlow || !good) {
       std::ofstream("scene_fuzz_found.pov", std::ios::binary) << text;
       fmt::print(stderr, "input {} of seed {}: {} after {:.1f} s; it is in scene_fuzz_found.pov\n", i, *seed,
-                 good ? "done" : "what was switched is no scene", std::chrono::duration<double>(took).count());
+                 good ? "done" : "not a scene after switching", std::chrono::duration<double>(took).count());
       return 1;
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever comes down a serial line, a protocol makes values or errors of it, and comes to an end. Ends with 1 if one
-// does not; a crash or a report of a sanitizer ends it sooner.
+// Feeds damaged answers to the protocols of the serial line. Each call must end, with a value or an error. The exit
+// status is 1 if one does not. A crash or a report of a sanitizer ends the program earlier.
 //   serial_fuzz PROTOCOL TIMES SEED
 #include <algorithm>
 #include <chrono>
@@ -16,8 +16,8 @@
 #include "drivers/serial_diffdrive/roboclaw.h"
 #include "drivers/serial_diffdrive/ros_arduino_bridge.h"
 
-using namespace twocone;          // NOLINT(google-build-using-namespace): a program of its own
-using namespace twocone::serial;  // NOLINT(google-build-using-namespace): a program of its own
+using namespace twocone;          // NOLINT(google-build-using-namespace): this is a separate program
+using namespace twocone::serial;  // NOLINT(google-build-using-namespace): this is a separate program
 
 namespace {
 
@@ -29,7 +29,7 @@ class Garbage {
 
   std::uint64_t below(std::uint64_t end) { return random_() % end; }
 
-  /// Something between what a controller would say and noise.
+  /// Bytes between a controller's valid answer and noise.
   Bytes spoilt(Bytes bytes) {
     switch (below(8)) {
       case 0:
@@ -57,7 +57,7 @@ class Garbage {
         if (!bytes.empty()) bytes[below(bytes.size())] ^= std::uint8_t(1U << below(8));
         break;
       default:
-        break;  // as it should be
+        break;  // unchanged
     }
     return bytes;
   }
@@ -76,14 +76,14 @@ class Garbage {
   std::mt19937_64 random_;
 };
 
-/// What a controller would answer to the last thing said; the counts are any.
-Bytes answer_to(const std::string& protocol, const Bytes& said, Garbage& garbage) {
+/// A controller's valid answer to the bytes sent last, with random counts.
+Bytes answer_to(const std::string& protocol, const Bytes& sent, Garbage& garbage) {
   const auto text = [](std::string_view words) { return Bytes(words.begin(), words.end()); };
-  if (said.empty()) return {};
+  if (sent.empty()) return {};
   if (protocol == "ros_arduino_bridge") {
-    // A line for each CR.
+    // Each CR is answered by a line.
     std::string answers, line;
-    for (const std::uint8_t byte : said) {
+    for (const std::uint8_t byte : sent) {
       if (byte != '\r') {
         line.push_back(char(byte));
         continue;
@@ -110,27 +110,27 @@ Bytes answer_to(const std::string& protocol, const Bytes& said, Garbage& garbage
     frame.push_back(std::uint8_t(-sum));
     return frame;
   }
-  if (said.size() != 2) return {0xFF};
-  Bytes data = said[1] == 21 ? text(std::string_view("USB Roboclaw\n\0", 14)) : Bytes{5};
-  if (said[1] == 78) {
+  if (sent.size() != 2) return {0xFF};
+  Bytes data = sent[1] == 21 ? text(std::string_view("USB Roboclaw\n\0", 14)) : Bytes{5};
+  if (sent[1] == 78) {
     data.clear();
     for (int i = 0; i < 8; ++i) data.push_back(std::uint8_t(garbage.below(256)));
   }
-  const std::uint16_t crc = crc16(data, crc16(said));
+  const std::uint16_t crc = crc16(data, crc16(sent));
   data.push_back(std::uint8_t(crc >> 8));
   data.push_back(std::uint8_t(crc));
   return data;
 }
 
-/// A wire that is spoilt, in a time that costs none: where nothing comes, the deadline has passed already.
-class SpoiltWire final : public Wire {
+/// A transport that damages the answers, without any waiting: if no answer comes, the deadline has already passed.
+class SpoiltTransport final : public Transport {
  public:
-  SpoiltWire(std::string protocol, Garbage& garbage) : protocol_(std::move(protocol)), garbage_(garbage) {}
+  SpoiltTransport(std::string protocol, Garbage& garbage) : protocol_(std::move(protocol)), garbage_(garbage) {}
 
   Status write(std::span<const std::uint8_t> bytes, Deadline /*deadline*/) override {
     if (const auto ends = end()) return *ends;
-    said_.assign(bytes.begin(), bytes.end());
-    come(garbage_.spoilt(answer_to(protocol_, said_, garbage_)));
+    sent_.assign(bytes.begin(), bytes.end());
+    come(garbage_.spoilt(answer_to(protocol_, sent_, garbage_)));
     return {};
   }
   Result<std::size_t> read(std::span<std::uint8_t> room, Deadline /*deadline*/) override {
@@ -144,8 +144,8 @@ class SpoiltWire final : public Wire {
   Status discard_input() override {
     if (const auto ends = end()) return *ends;
     come_.clear();
-    // Create 2 speaks unasked, and late answers come late.
-    if (protocol_ == "create2" || garbage_.below(4) == 0) come(garbage_.spoilt(answer_to(protocol_, said_, garbage_)));
+    // Create 2 sends without a request, and other answers may be late.
+    if (protocol_ == "create2" || garbage_.below(4) == 0) come(garbage_.spoilt(answer_to(protocol_, sent_, garbage_)));
     return {};
   }
   void pause(std::chrono::milliseconds /*time*/) override {}
@@ -155,18 +155,18 @@ class SpoiltWire final : public Wire {
   std::optional<Error> end() {
     ++calls_;
     if (garbage_.below(256) != 0) return std::nullopt;
-    return Error{garbage_.below(2) == 0 ? ErrorCode::kDisconnected : ErrorCode::kTimeout, "the wire"};
+    return Error{garbage_.below(2) == 0 ? ErrorCode::kDisconnected : ErrorCode::kTimeout, "the transport"};
   }
   void come(const Bytes& bytes) { come_.insert(come_.end(), bytes.begin(), bytes.end()); }
 
   const std::string protocol_;
   Garbage& garbage_;
-  Bytes said_;
+  Bytes sent_;
   Bytes come_;
   std::uint64_t calls_ = 0;
 };
 
-struct Told {
+struct Tally {
   std::uint64_t values = 0;
   std::uint64_t errors = 0;
 
@@ -176,13 +176,13 @@ struct Told {
   }
 };
 
-/// The decoders below the protocols, and the rule that each keeps.
+/// Checks the rule of each decoder below the protocols.
 bool decoders_hold(const std::string& protocol, Garbage& garbage, Create2Stream& stream) {
-  Bytes said(2);
-  said[0] = 0x80;
-  said[1] = 78;
-  if (protocol == "ros_arduino_bridge") said = {'e'};
-  const Bytes bytes = garbage.spoilt(answer_to(protocol, said, garbage));
+  Bytes sent(2);
+  sent[0] = 0x80;
+  sent[1] = 78;
+  if (protocol == "ros_arduino_bridge") sent = {'e'};
+  const Bytes bytes = garbage.spoilt(answer_to(protocol, sent, garbage));
   if (protocol == "ros_arduino_bridge") {
     std::string line(bytes.begin(), bytes.end());
     if (line.size() >= 2) line.resize(line.size() - 2);
@@ -206,25 +206,26 @@ bool decoders_hold(const std::string& protocol, Garbage& garbage, Create2Stream&
 int fuzz(const std::string& name, std::uint64_t times, std::uint64_t seed) {
   Garbage garbage(seed);
   Create2Stream stream;
-  Told told;
+  Tally tally;
   std::uint64_t most_calls = 0;
   auto protocol = make_protocol({.name = name});
-  SpoiltWire wire(name, garbage);
+  SpoiltTransport transport(name, garbage);
   for (std::uint64_t i = 0; i < times; ++i) {
-    const std::uint64_t before = wire.calls();
+    const std::uint64_t before = transport.calls();
     const auto what = garbage.below(8);
-    if (what == 0) told.note(protocol->greet(wire, std::chrono::steady_clock::now() + std::chrono::microseconds(5)));
-    if (what == 1) told.note(protocol->drive(wire, {double(i), -double(i)}));
-    if (what > 1) told.note(protocol->read_counts(wire));
-    most_calls = std::max(most_calls, wire.calls() - before);
+    if (what == 0)
+      tally.note(protocol->greet(transport, std::chrono::steady_clock::now() + std::chrono::microseconds(5)));
+    if (what == 1) tally.note(protocol->drive(transport, {double(i), -double(i)}));
+    if (what > 1) tally.note(protocol->read_counts(transport));
+    most_calls = std::max(most_calls, transport.calls() - before);
     if (!decoders_hold(name, garbage, stream)) return std::fputs("a decoder made up a value\n", stderr), 1;
   }
   constexpr std::uint64_t kMostCalls = 2'000;
-  if (most_calls > kMostCalls) return std::fputs("an exchange does not come to an end\n", stderr), 1;
-  std::printf("%s: %llu inputs: %llu values, %llu errors; at most %llu calls of the wire in an exchange\n",
-              name.c_str(), static_cast<unsigned long long>(times), static_cast<unsigned long long>(told.values),
-              static_cast<unsigned long long>(told.errors), static_cast<unsigned long long>(most_calls));
-  return told.values == 0 || told.errors == 0 ? 1 : 0;
+  if (most_calls > kMostCalls) return std::fputs("an exchange does not end\n", stderr), 1;
+  std::printf("%s: %llu inputs: %llu values, %llu errors; at most %llu calls of the transport in an exchange\n",
+              name.c_str(), static_cast<unsigned long long>(times), static_cast<unsigned long long>(tally.values),
+              static_cast<unsigned long long>(tally.errors), static_cast<unsigned long long>(most_calls));
+  return tally.values == 0 || tally.errors == 0 ? 1 : 0;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace twocone {
 namespace {
 
-/// A driver's buffer, and whether it has come back.
+/// A driver's buffer, with a flag for whether it was given back.
 struct Buffer {
   std::array<std::uint8_t, 3> memory{7, 8, 9};
   bool is_back = false;
@@ -19,7 +19,7 @@ struct Buffer {
   }
 };
 
-TEST(Bytes, OfItsOwnAreAVector) {
+TEST(Bytes, OwnBytesAreAVector) {
   const std::vector<std::uint8_t> vector{1, 2, 3};
   Bytes bytes = vector;
   EXPECT_FALSE(bytes.is_lent());
@@ -34,19 +34,19 @@ TEST(Bytes, OfItsOwnAreAVector) {
   EXPECT_TRUE(Bytes().empty());
 }
 
-// Catches a copy where none is needed: what a driver lends is read where it lies.
-TEST(Bytes, LentAreReadInPlace) {
+// Catches an unnecessary copy: lent bytes are read in the driver's memory.
+TEST(Bytes, LentBytesAreReadInPlace) {
   Buffer buffer;
   const Bytes bytes = buffer.lend();
   EXPECT_TRUE(bytes.is_lent());
   EXPECT_EQ(bytes.data(), buffer.memory.data());
   EXPECT_EQ(bytes.size(), 3u);
   EXPECT_EQ(bytes[2], 9);
-  EXPECT_EQ(bytes, (Bytes{7, 8, 9})) << "whose they are is no part of their value";
+  EXPECT_EQ(bytes, (Bytes{7, 8, 9})) << "the owner is not part of the value";
   EXPECT_NE(bytes, (Bytes{7, 8}));
 }
 
-TEST(Bytes, GoBackWithTheLastCopy) {
+TEST(Bytes, LentBytesGoBackWithTheLastCopy) {
   Buffer buffer;
   {
     Bytes kept;
@@ -54,7 +54,7 @@ TEST(Bytes, GoBackWithTheLastCopy) {
       const Bytes bytes = buffer.lend();
       kept = bytes;
     }
-    EXPECT_FALSE(buffer.is_back) << "a copy is still looked at";
+    EXPECT_FALSE(buffer.is_back) << "a copy is still in use";
     EXPECT_EQ(std::as_const(kept).data(), buffer.memory.data());
     const Bytes moved = std::move(kept);
     EXPECT_FALSE(buffer.is_back) << "moved, not given back";
@@ -63,8 +63,8 @@ TEST(Bytes, GoBackWithTheLastCopy) {
   EXPECT_TRUE(buffer.is_back);
 }
 
-// Catches a write into the device's memory, and a buffer that stays away although nobody looks at it any more.
-TEST(Bytes, WrittenAreACopy) {
+// Catches a write into the device's memory, and a buffer that is not given back although it is no longer in use.
+TEST(Bytes, AWriteMakesACopy) {
   Buffer buffer;
   Bytes bytes = buffer.lend();
   bytes[1] = 0;
@@ -74,7 +74,7 @@ TEST(Bytes, WrittenAreACopy) {
   EXPECT_EQ(buffer.memory[1], 8);
 }
 
-TEST(Bytes, WrittenLeaveOtherCopiesAlone) {
+TEST(Bytes, AWriteLeavesOtherCopiesUnchanged) {
   Buffer buffer;
   const Bytes other = buffer.lend();
   Bytes bytes = other;
@@ -85,7 +85,7 @@ TEST(Bytes, WrittenLeaveOtherCopiesAlone) {
   EXPECT_EQ(bytes, (Bytes{7, 8, 9, 10}));
 }
 
-TEST(Bytes, ReplacedGoBack) {
+TEST(Bytes, ReplacedBytesGoBack) {
   Buffer buffer;
   Bytes bytes = buffer.lend();
   bytes = {1};
@@ -99,7 +99,7 @@ TEST(Bytes, MovedFromAreEmpty) {
   Bytes lent = buffer.lend();
   Bytes own{1, 2};
   const Bytes elsewhere[] = {std::move(lent), std::move(own)};
-  EXPECT_TRUE(lent.empty());  // NOLINT(bugprone-use-after-move): that is the question
+  EXPECT_TRUE(lent.empty());  // NOLINT(bugprone-use-after-move): this use is the purpose of the test
   EXPECT_TRUE(own.empty());   // NOLINT(bugprone-use-after-move)
   EXPECT_EQ(elsewhere[0].size() + elsewhere[1].size(), 5u);
 }

@@ -19,7 +19,7 @@ TEST(Timestamp, DifferenceIsSignedAndExact) {
   EXPECT_DOUBLE_EQ(late.seconds(), 1.000000008);
 }
 
-// Catches a log that mixes simulated and real time: the difference would be a number without meaning.
+// Catches a log that mixes simulated and real time: the difference would have no meaning.
 TEST(Timestamp, OfTwoClocksCannotBeCompared) {
   const Timestamp simulated{ClockKind::kSimulated, 5ns};
   const Timestamp steady{ClockKind::kSteady, 5ns};
@@ -27,7 +27,7 @@ TEST(Timestamp, OfTwoClocksCannotBeCompared) {
   EXPECT_NE(simulated, steady);
 }
 
-TEST(ManualClock, MovesOnlyWhenTold) {
+TEST(ManualClock, ChangesOnlyByAdvance) {
   ManualClock clock;
   EXPECT_EQ(clock.now(), (Timestamp{ClockKind::kSimulated, 0ns}));
   clock.advance(66'666'667ns);
@@ -43,9 +43,9 @@ TEST(ManualClock, NeverRunsBackwards) {
   EXPECT_EQ(clock.now().since_zero, 5ns);
 }
 
-TEST(ManualClock, SaysWhoseTimeItPlays) { EXPECT_EQ(ManualClock(ClockKind::kSteady).now().clock, ClockKind::kSteady); }
+TEST(ManualClock, ReportsItsClockKind) { EXPECT_EQ(ManualClock(ClockKind::kSteady).now().clock, ClockKind::kSteady); }
 
-// Run under ThreadSanitizer, catches a clock that is not safe to read while it is advanced.
+// Under ThreadSanitizer, this test catches a clock that is not safe to read while it is advanced.
 TEST(ManualClock, IsReadWhileItAdvances) {
   constexpr int kSteps = 1000;
   ManualClock clock;

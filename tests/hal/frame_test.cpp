@@ -13,10 +13,10 @@ namespace {
 using namespace std::chrono_literals;
 using test::small_image;
 
-// Far longer than a loaded machine needs to wake a thread, far shorter than the test's own time limit.
+// This is far longer than a loaded machine needs to wake a thread, and far shorter than the test's own time limit.
 constexpr auto kLong = 10s;
 
-TEST(Frame, WithPixelsThereNeedsNoWaiting) {
+TEST(Frame, WithPixelsPresentNeedsNoWaiting) {
   const Frame frame({5, {ClockKind::kSimulated, 40ms}, 2}, small_image(11));
   EXPECT_EQ(frame.header().sequence, 5U);
   EXPECT_EQ(frame.header().captured.since_zero, 40ms);
@@ -26,7 +26,7 @@ TEST(Frame, WithPixelsThereNeedsNoWaiting) {
   EXPECT_EQ(**image, small_image(11));
 }
 
-TEST(Frame, TimesOutWhileThePixelsAreOnTheirWayAndComesLater) {
+TEST(Frame, TimesOutBeforeThePixelsArriveAndSucceedsLater) {
   std::promise<ImageResult> pixels;
   const Frame frame({31, {}, 0}, pixels.get_future().share());
   const auto asked = std::chrono::steady_clock::now();
@@ -41,7 +41,7 @@ TEST(Frame, TimesOutWhileThePixelsAreOnTheirWayAndComesLater) {
   EXPECT_TRUE(frame.image(0ms));
 }
 
-TEST(Frame, HandsOnWhatTheBackendMet) {
+TEST(Frame, PassesOnTheErrorOfTheBackend) {
   std::promise<ImageResult> pixels;
   const Frame frame({}, pixels.get_future().share());
   pixels.set_value(Error{ErrorCode::kUnavailable, "the renderer died"});
@@ -53,7 +53,7 @@ TEST(Frame, HandsOnWhatTheBackendMet) {
   }
 }
 
-// Catches a copy that copies pixels: a frame goes to the recorder, the display and the vision at once.
+// Catches a copy that copies pixels: a frame goes to the recorder, the display and the vision at the same time.
 TEST(Frame, CopiesShareThePixels) {
   auto original = std::make_unique<Frame>(Frame::Header{}, small_image());
   const Frame copy = *original;
@@ -65,7 +65,7 @@ TEST(Frame, CopiesShareThePixels) {
   EXPECT_EQ(of_original->get(), of_copy->get());
 }
 
-// Under ThreadSanitizer, catches waiting on one shared_future object from two threads.
+// Under ThreadSanitizer, this test catches two threads that wait on one shared_future object.
 TEST(Frame, IsWaitedForFromTwoThreads) {
   std::promise<ImageResult> pixels;
   const Frame frame({}, pixels.get_future().share());
@@ -77,7 +77,7 @@ TEST(Frame, IsWaitedForFromTwoThreads) {
     std::jthread second([&] {
       if (auto image = frame.image(kLong)) seen[1] = image->get();
     });
-    std::this_thread::sleep_for(5ms);  // so that both are likely to be waiting already; right either way
+    std::this_thread::sleep_for(5ms);  // both are then likely to be waiting already; the test is valid either way
     pixels.set_value(std::make_shared<const Image>(small_image()));
   }
   EXPECT_NE(seen[0], nullptr);

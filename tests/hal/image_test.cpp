@@ -6,7 +6,7 @@
 namespace twocone {
 namespace {
 
-// Not square and no two bytes alike, so that swapped sides, rows or channels show.
+// The image is not square and no two bytes are equal, so that swapped sides, rows or channels are detected.
 const Image kRgb{3, 2, PixelFormat::kRgb8, {1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 18, 19}};
 
 TEST(ToRgb8, LeavesRgbAlone) {
@@ -38,7 +38,7 @@ void PrintTo(const BadImage& bad, std::ostream* os) { *os << bad.name; }
 
 class ToRgb8Refuses : public testing::TestWithParam<BadImage> {};
 
-// Catches a conversion that trusts the header and reads past the bytes that a bad cable delivered.
+// Catches a conversion that trusts the header and reads past the bytes that arrived over a bad cable.
 TEST_P(ToRgb8Refuses, WithTheNumbersInTheMessage) {
   const Image& image = GetParam().image;
   const auto rgb = to_rgb8(image);
@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Images, ToRgb8Refuses,
                                          BadImage{"GreyBytesForColour", {3, 2, PixelFormat::kRgb8, bytes(6)}},
                                          BadImage{"NoWidth", {0, 2, PixelFormat::kRgb8, {}}},
                                          BadImage{"NoHeight", {3, 0, PixelFormat::kRgb8, {}}},
-                                         // The product of two negative sides is what the bytes hold.
+                                         // The product of the two negative sides matches the number of bytes.
                                          BadImage{"NegativeSides", {-3, -2, PixelFormat::kRgb8, bytes(18)}},
                                          BadImage{"ProductPastInt", {65536, 65536, PixelFormat::kGrey8, bytes(1)}}),
                          [](const auto& bad) { return bad.param.name; });
@@ -68,15 +68,15 @@ TEST(PixelFormat, NamesAndSizes) {
   EXPECT_EQ(to_string(PixelFormat::kRgb8), "rgb8");
   EXPECT_EQ(to_string(PixelFormat::kBgr8), "bgr8");
   EXPECT_EQ(to_string(PixelFormat::kGrey8), "grey8");
-  EXPECT_EQ(picture_bytes(PixelFormat::kRgb8, 6, 4), 72u);
-  EXPECT_EQ(picture_bytes(PixelFormat::kBgr8, 6, 4), 72u);
-  EXPECT_EQ(picture_bytes(PixelFormat::kGrey8, 6, 4), 24u);
-  EXPECT_EQ(picture_bytes(PixelFormat::kYuyv, 6, 4), 48u);
-  EXPECT_EQ(picture_bytes(PixelFormat::kNv12, 6, 4), 36u);
-  EXPECT_EQ(picture_bytes(PixelFormat::kNv12, 6, 3), std::nullopt);
-  EXPECT_EQ(picture_bytes(PixelFormat::kUyvy, 5, 4), std::nullopt);
-  EXPECT_EQ(picture_bytes(PixelFormat::kMjpeg, 6, 4), std::nullopt) << "it depends on what it shows";
-  EXPECT_EQ(picture_bytes(PixelFormat::kRgb8, 0, 4), std::nullopt);
+  EXPECT_EQ(image_bytes(PixelFormat::kRgb8, 6, 4), 72u);
+  EXPECT_EQ(image_bytes(PixelFormat::kBgr8, 6, 4), 72u);
+  EXPECT_EQ(image_bytes(PixelFormat::kGrey8, 6, 4), 24u);
+  EXPECT_EQ(image_bytes(PixelFormat::kYuyv, 6, 4), 48u);
+  EXPECT_EQ(image_bytes(PixelFormat::kNv12, 6, 4), 36u);
+  EXPECT_EQ(image_bytes(PixelFormat::kNv12, 6, 3), std::nullopt);
+  EXPECT_EQ(image_bytes(PixelFormat::kUyvy, 5, 4), std::nullopt);
+  EXPECT_EQ(image_bytes(PixelFormat::kMjpeg, 6, 4), std::nullopt) << "it depends on the content";
+  EXPECT_EQ(image_bytes(PixelFormat::kRgb8, 0, 4), std::nullopt);
 }
 
 }  // namespace

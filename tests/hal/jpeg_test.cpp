@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// MJPG: each picture a JPEG, as cameras send them and as bad cables deliver them.
+// MJPG: each image is a JPEG, as cameras send it or as it arrives over a bad cable.
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -14,17 +14,17 @@
 namespace twocone {
 namespace {
 
-// No multiples of a JPEG's blocks.
+// The sides are not multiples of a JPEG's block size.
 constexpr int kWidthPx = 53;
 constexpr int kHeightPx = 37;
-// Quantisation at quality 95 is by single steps; halved colours blur what changes by 3 a pixel.
+// At quality 95, quantisation steps are about 1. Halved chroma resolution blurs a gradient of 3 per pixel.
 constexpr int kOff = 12;
 constexpr double kMeanOff = 2.5;
 
 using Jpeg = std::vector<std::uint8_t>;
 
-/// Smooth, and no channel like another.
-Image picture() {
+/// A smooth image with three different channels.
+Image image() {
   Image rgb{kWidthPx, kHeightPx, PixelFormat::kRgb8, {}};
   for (int row = 0; row < kHeightPx; ++row) {
     for (int column = 0; column < kWidthPx; ++column) {
@@ -40,7 +40,7 @@ Jpeg encoded(int sampling) {
   struct Destroy {
     void operator()(void* handle) const { tjDestroy(handle); }
   };
-  const Image rgb = picture();
+  const Image rgb = image();
   const std::unique_ptr<void, Destroy> encoder(tjInitCompress());
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
@@ -69,7 +69,7 @@ void expect_near(const Image& a, const Image& b) {
   EXPECT_LE(sum / double(a.bytes.size()), kMeanOff);
 }
 
-/// Without the segments of `marker`.
+/// Returns `jpeg` without the segments of `marker`.
 Jpeg without(std::uint8_t marker, const Jpeg& jpeg) {
   constexpr std::uint8_t kStartOfScan = 0xDA;
   Jpeg left(jpeg.begin(), jpeg.begin() + 2);
@@ -97,11 +97,11 @@ TEST_P(JpegToRgb8, ShowsWhatWasEncoded) {
   const auto rgb = decoded(encoded(GetParam().code));
   ASSERT_TRUE(rgb) << rgb.error().message;
   EXPECT_EQ(rgb->format, PixelFormat::kRgb8);
-  expect_near(*rgb, picture());
+  expect_near(*rgb, image());
 }
 
-// Catches a decoder that fills what did not come with grey, and says nothing.
-TEST_P(JpegToRgb8, RefusesOneThatIsCutOffAnywhere) {
+// Catches a decoder that fills the missing part with grey and reports nothing.
+TEST_P(JpegToRgb8, RefusesAnImageTruncatedAnywhere) {
   const Jpeg whole = encoded(GetParam().code);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const auto rgb = decoded(Jpeg(whole.begin(), whole.begin() + std::ptrdiff_t(size)));
@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Samplings, JpegToRgb8,
 TEST(JpegToRgb8, ShowsGreyInAllChannels) {
   const auto rgb = decoded(encoded(TJSAMP_GRAY));
   ASSERT_TRUE(rgb) << rgb.error().message;
-  const Image colours = picture();
+  const Image colours = image();
   for (std::size_t i = 0; i < rgb->bytes.size(); i += 3) {
     ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 1]);
     ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 2]);
@@ -127,7 +127,7 @@ TEST(JpegToRgb8, ShowsGreyInAllChannels) {
   }
 }
 
-// Many cameras leave the Huffman tables out: they are always the same.
+// Many cameras leave out the Huffman tables, because they are always the same.
 TEST(JpegToRgb8, KnowsTheTablesThatCamerasLeaveOut) {
   constexpr std::uint8_t kHuffmanTables = 0xC4;
   const Jpeg whole = encoded(TJSAMP_422);
@@ -135,11 +135,11 @@ TEST(JpegToRgb8, KnowsTheTablesThatCamerasLeaveOut) {
   ASSERT_LT(bare.size(), whole.size());
   const auto rgb = decoded(bare);
   ASSERT_TRUE(rgb) << rgb.error().message;
-  expect_near(*rgb, picture());
+  expect_near(*rgb, image());
 }
 
-// Buffers of a size that never changes come with something after the picture.
-TEST(JpegToRgb8, TakesWhatComesAfterThePictureForPadding) {
+// A buffer of constant size holds other bytes after the image.
+TEST(JpegToRgb8, IgnoresBytesAfterTheImage) {
   Jpeg padded = encoded(TJSAMP_422);
   padded.resize(padded.size() + 1000);
   EXPECT_TRUE(decoded(padded));
@@ -161,9 +161,9 @@ TEST(JpegToRgb8, RefusesAnotherSize) {
   }
 }
 
-TEST(JpegToRgb8, RefusesWhatIsDamaged) {
+TEST(JpegToRgb8, RefusesADamagedImage) {
   const Jpeg whole = encoded(TJSAMP_422);
-  // A marker in the middle of the picture's data, where none may be; a piece that a lost packet took away.
+  // One image has a marker in the middle of its data, where none is allowed; another one lost a packet.
   Jpeg marker = whole;
   marker[whole.size() - 300] = 0xFF;
   marker[whole.size() - 299] = 0xC4;

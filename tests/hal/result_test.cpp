@@ -22,8 +22,8 @@ TEST(Result, HoldsAValueOrAnError) {
   EXPECT_EQ(none.error().message, "too late");
 }
 
-// Catches a Result that copies where it could move: devices travel in it.
-TEST(Result, HandsOutAMoveOnlyValue) {
+// Catches a Result that copies its value instead of moving it: devices cannot be copied.
+TEST(Result, ReturnsAMoveOnlyValue) {
   Result<std::unique_ptr<int>> result = std::make_unique<int>(17);
   EXPECT_EQ(**result, 17);
   const std::unique_ptr<int> taken = *std::move(result);
@@ -31,13 +31,13 @@ TEST(Result, HandsOutAMoveOnlyValue) {
   EXPECT_EQ(*taken, 17);
 }
 
-TEST(Result, OfAnErrorAsValueStillTellsThemApart) {
+TEST(Result, OfTextThatNamesAnErrorIsAValue) {
   const Result<std::string> value = std::string("Timeout");
   EXPECT_TRUE(value.has_value());
   EXPECT_EQ(value->size(), 7U);
 }
 
-TEST(Status, IsDoneUnlessTold) {
+TEST(Status, IsSuccessByDefault) {
   const Status done;
   EXPECT_TRUE(done.has_value());
   const Status refused = Error{ErrorCode::kRefused, "because"};
@@ -57,7 +57,7 @@ TEST(ErrorCode, EachHasItsOwnName) {
 }
 
 #ifndef NDEBUG
-TEST(ResultDeathTest, AskingForWhatIsNotThereIsABug) {
+TEST(ResultDeathTest, UseOfTheMissingAlternativeIsABug) {
   const Result<int> none = Error{ErrorCode::kTimeout, "too late"};
   EXPECT_DEATH((void)none.value(), "has_value");
   const Result<int> value = 41;

@@ -56,12 +56,12 @@ class RobotTest : public testing::Test {
 
 TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(rig(), nullptr, nullptr), std::invalid_argument); }
 
-TEST_F(RobotTest, OffersTruthOnlyWhereThereIsOne) {
+TEST_F(RobotTest, OffersTruthOnlyIfItHasOne) {
   EXPECT_EQ(robot()->true_pose(), std::nullopt);
   EXPECT_EQ(robot(std::make_unique<FixedTruth>())->true_pose(), (Pose2{1.5, -0.25, 0.75}));
 }
 
-TEST_F(RobotTest, TellsWhatItTouchesOnlyWhereThereIsTruth) {
+TEST_F(RobotTest, ReportsContactOnlyIfItHasTruth) {
   EXPECT_EQ(robot()->contact(), "");
   EXPECT_EQ(robot(std::make_unique<FixedTruth>())->contact(), "landmark red");
 }
@@ -86,7 +86,7 @@ TEST_F(RobotTest, StopsTheWheelsBeforeTheCameras) {
   EXPECT_THAT(*log_, ElementsAre("drive.stop", "lower.stop", "upper.stop"));
 }
 
-TEST_F(RobotTest, StopsTheCamerasEvenIfTheWheelsCannotBeTold) {
+TEST_F(RobotTest, StopsTheCamerasEvenIfTheDriveIsDisconnected) {
   const auto bot = robot();
   ASSERT_TRUE(bot->start({}, {}));
   drive_->answer = Error{ErrorCode::kDisconnected, "unplugged"};
@@ -155,7 +155,7 @@ TEST_F(RobotTest, LeavesNoCameraRunningIfOneDoesNotStart) {
   EXPECT_EQ(started.error().message, "back: no such device");
   log_->clear();
   (void)bot->next_frame(0ms);
-  EXPECT_THAT(*log_, ElementsAre()) << "a camera was grabbed that should stand still";
+  EXPECT_THAT(*log_, ElementsAre()) << "a camera was grabbed that should be stopped";
 }
 
 TEST_F(RobotTest, RefusesAnotherCameraOfAnotherSize) {
@@ -166,7 +166,7 @@ TEST_F(RobotTest, RefusesAnotherCameraOfAnotherSize) {
             "front: the camera gives 320 x 200 pixels instead of 320 x 240; ask for a size that it has");
 }
 
-TEST_F(RobotTest, OffersWhatTheOthersSawWithTheNewestPair) {
+TEST_F(RobotTest, OffersTheOthersFramesOfTheNewestPair) {
   const auto bot = robot_with_two_more();
   EXPECT_TRUE(bot->other_frames().empty());
   ASSERT_TRUE(bot->start({}, {}));
@@ -188,7 +188,7 @@ TEST_F(RobotTest, OffersWhatTheOthersSawWithTheNewestPair) {
 }
 
 // Catches a retry that grabs the pair again: in simulation that steps the world, on hardware it loses a pair.
-TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveCome) {
+TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveArrived) {
   const auto bot = robot_with_two_more();
   ASSERT_TRUE(bot->start({}, {}));
   for (const auto& camera : {lower_, upper_}) camera->grabs = {test::frame_at(3, 50ms), test::frame_at(4, 60ms)};
@@ -197,7 +197,7 @@ TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveCome) {
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().code, ErrorCode::kTimeout);
   EXPECT_TRUE(failed.error().message.starts_with("back: ")) << failed.error().message;
-  EXPECT_TRUE(bot->other_frames().empty()) << "half an instant was handed out";
+  EXPECT_TRUE(bot->other_frames().empty()) << "half of the frames of a step were returned";
 
   back_->grabs = {test::frame_at(23, 50ms)};
   const auto pair = bot->next_frame(1s);
@@ -207,7 +207,7 @@ TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveCome) {
   EXPECT_EQ(bot->other_frames()[0].frame.header().sequence, 13U);
 }
 
-// Catches a timeout of its own for each camera: five cameras would wait five times as long.
+// Catches a separate timeout for each camera: five cameras would wait five times as long.
 TEST_F(RobotTest, WaitsForAllCamerasTogetherNoLongerThanTheTimeout) {
   const auto bot = robot_with_two_more();
   ASSERT_TRUE(bot->start({}, {}));
@@ -223,8 +223,8 @@ TEST_F(RobotTest, WaitsForAllCamerasTogetherNoLongerThanTheTimeout) {
   }
 }
 
-// Catches a frame from before a stop that is handed out after the next start.
-TEST_F(RobotTest, ForgetsHalfAnInstantWhenItStops) {
+// Catches a frame from before a stop that is returned after the next start.
+TEST_F(RobotTest, DiscardsAnIncompleteStepWhenItStops) {
   const auto bot = robot_with_two_more();
   ASSERT_TRUE(bot->start({}, {}));
   lower_->grabs = {test::frame_at(3, 50ms)};

@@ -10,11 +10,11 @@
 #include "hal/diff_drive.h"
 #include "hal/robot.h"
 
-/// Devices that do what the test wrote down and write down what was asked of them: what is tested is what stands on
-/// top.
+/// Devices that follow a test's script and record the calls they receive. They are for tests of the code that uses
+/// devices.
 namespace twocone::test {
 
-/// Calls in the order in which they came, as "lower.start"; outlives the devices.
+/// The calls in order, such as "lower.start"; it outlives the devices.
 using Log = std::vector<std::string>;
 
 inline Image small_image(std::uint8_t grey = 7) { return {2, 1, PixelFormat::kGrey8, {grey, grey}}; }
@@ -25,11 +25,11 @@ inline Frame frame_at(std::uint64_t sequence, std::chrono::nanoseconds time) {
 
 class ScriptedCamera final : public Camera {
  public:
-  /// What a call answers; the test may change it at any time.
+  /// The results of the calls; the test may change them at any time.
   struct Script {
     std::deque<Result<Frame>> grabs;  ///< in order; then kTimeout
     Status configured, started;
-    CameraSettings smaller_by;  ///< what the device takes off the wanted settings
+    CameraSettings smaller_by;  ///< subtracted from the wanted settings
     std::vector<std::chrono::milliseconds> timeouts;
 
     Script() { smaller_by = {0, 0, 0}; }

@@ -78,18 +78,18 @@ class DiffDriveFrontTest : public testing::Test {
   test::ScriptedDrive drive_{script_, log_, DriveLimits{8, 1s}};
 };
 
-TEST_F(DiffDriveFrontTest, PassesOnWhatIsWithinTheLimit) {
+TEST_F(DiffDriveFrontTest, PassesOnSpeedsWithinTheLimit) {
   const auto applied = drive_.set_speeds({8, -7.3});
   ASSERT_TRUE(applied);
   EXPECT_EQ(*applied, (WheelSpeeds{8, -7.3}));
   EXPECT_EQ(script_->speeds.back(), *applied);
 }
 
-// Catches clamping each wheel by itself, which changes the curve that is driven.
+// Catches a limit that clamps each wheel separately, which changes the curve that is driven.
 TEST_F(DiffDriveFrontTest, ScalesBothWheelsByOneFactor) {
   const auto applied = drive_.set_speeds({-20, 5});
   ASSERT_TRUE(applied);
-  EXPECT_EQ(*applied, (WheelSpeeds{-8, 2}));  // exact: 8 * (5 / 20) is
+  EXPECT_EQ(*applied, (WheelSpeeds{-8, 2}));  // 8 * (5 / 20) is exact
   EXPECT_EQ(script_->speeds.back(), *applied);
 }
 
@@ -101,7 +101,7 @@ TEST_F(DiffDriveFrontTest, ScalesTheLargestNumbers) {
   EXPECT_EQ(*applied, (WheelSpeeds{8, -2}));
 }
 
-TEST_F(DiffDriveFrontTest, RefusesWhatIsNotFiniteBeforeTheDeviceHearsOfIt) {
+TEST_F(DiffDriveFrontTest, RefusesSpeedsThatAreNotFiniteBeforeTheDeviceGetsThem) {
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
     EXPECT_THROW((void)drive_.set_speeds({bad, 1}), std::invalid_argument) << bad;
     EXPECT_THROW((void)drive_.set_speeds({1, bad}), std::invalid_argument) << bad;
@@ -109,7 +109,7 @@ TEST_F(DiffDriveFrontTest, RefusesWhatIsNotFiniteBeforeTheDeviceHearsOfIt) {
   EXPECT_TRUE(log_->empty());
 }
 
-TEST_F(DiffDriveFrontTest, HandsOnTheDevicesErrors) {
+TEST_F(DiffDriveFrontTest, PassesOnTheDevicesErrors) {
   script_->answer = Error{ErrorCode::kDisconnected, "unplugged"};
   const auto set = drive_.set_speeds({1, 1});
   const auto read = drive_.read_angles();
@@ -129,7 +129,7 @@ class CameraFrontTest : public testing::Test {
   test::ScriptedCamera camera_{"camera", script_, log_};
 };
 
-// Catches a front that lets a wrong call through: a driver need not check again.
+// Catches a public call that does not check state and arguments: a driver need not check again.
 TEST_F(CameraFrontTest, AWrongCallNeverReachesTheDriver) {
   EXPECT_EQ(camera_.start().error().code, ErrorCode::kInvalidState);
   EXPECT_EQ(camera_.grab(0ms).error().code, ErrorCode::kInvalidState);

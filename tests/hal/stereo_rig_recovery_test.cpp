@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pair of real cameras: they run freely, go away and come back.
+// A pair of real cameras, which run freely, are lost and come back.
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -42,7 +42,7 @@ class HardwareRigTest : public testing::Test {
                  std::make_unique<ScriptedCamera>("upper", upper_, log_), 20ms};
 };
 
-TEST_F(HardwareRigTest, ACameraThatGoesAwayIsFoundAgain) {
+TEST_F(HardwareRigTest, ALostCameraIsStartedAgain) {
   for (auto* const camera : {lower_.get(), upper_.get()}) {
     SCOPED_TRACE(camera == lower_.get() ? "lower" : "upper");
     rig_.stop();
@@ -57,7 +57,7 @@ TEST_F(HardwareRigTest, ACameraThatGoesAwayIsFoundAgain) {
     EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
     EXPECT_THAT(pair.error().message, HasSubstr("unplugged"));
 
-    // Away: the other one's frames are taken and dropped, one a call.
+    // While the camera is lost, each call takes and drops one frame of the other camera.
     for (std::uint64_t i = 1; i <= 4; ++i) other.grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
     while (!other.grabs.empty()) {
       pair = rig_.grab(1s);
@@ -75,12 +75,12 @@ TEST_F(HardwareRigTest, ACameraThatGoesAwayIsFoundAgain) {
     ASSERT_TRUE(pair) << pair.error().message;
     EXPECT_EQ(std::chrono::abs(pair->skew()), 3ms);
     EXPECT_EQ(rig_.recoveries(), recoveries + 1);
-    EXPECT_EQ(rig_.unpaired(), unpaired + 5) << "all of the other one's from before";
+    EXPECT_EQ(rig_.unpaired(), unpaired + 5) << "all frames of the other camera from before";
   }
 }
 
-// Catches a rig that hammers on a device that is not there, and one that waits so long that a plug goes unnoticed.
-TEST_F(HardwareRigTest, ItLooksAtMostFourTimesASecondAndNotMuchLess) {
+// Catches a rig that tries to open a missing device all the time, and one that waits too long between two tries.
+TEST_F(HardwareRigTest, ItTriesAtMostFourTimesASecondAndNotMuchLess) {
   start();
   unplug(*lower_);
   ASSERT_FALSE(rig_.grab(1s));
@@ -91,7 +91,7 @@ TEST_F(HardwareRigTest, ItLooksAtMostFourTimesASecondAndNotMuchLess) {
     EXPECT_FALSE(rig_.grab(1s));
     ASSERT_LT(++calls, 1000);
   }
-  // Five tries have four pauses between them; a loaded machine makes them longer, never shorter.
+  // Five tries have four pauses between them. A loaded machine makes the pauses longer, never shorter.
   EXPECT_GE(steady_clock::now() - begin, 1s - 1ms);
 }
 
@@ -112,7 +112,7 @@ TEST_F(HardwareRigTest, AShortGrabDoesNotWaitForTheNextTry) {
   }
 }
 
-TEST_F(HardwareRigTest, BothMayGoAway) {
+TEST_F(HardwareRigTest, BothCamerasMayBeLost) {
   start();
   unplug(*lower_);
   unplug(*upper_);
@@ -128,7 +128,7 @@ TEST_F(HardwareRigTest, BothMayGoAway) {
   EXPECT_EQ(rig_.recoveries(), 2U);
 }
 
-// Catches numbers of the rig that are used for pictures of another size.
+// Catches a rig calibration that is used for images of another size.
 TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
   start();
   unplug(*upper_);
@@ -150,7 +150,7 @@ TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
   EXPECT_TRUE(again) << again.error().message;
 }
 
-TEST_F(HardwareRigTest, AStartAfterALossBeginsAnew) {
+TEST_F(HardwareRigTest, AStartAfterALossIsNotARecovery) {
   start();
   unplug(*lower_);
   ASSERT_FALSE(rig_.grab(1s));
@@ -160,7 +160,7 @@ TEST_F(HardwareRigTest, AStartAfterALossBeginsAnew) {
   lower_->grabs = {frame_at(0, 0ms)};
   upper_->grabs = {frame_at(0, 0ms)};
   EXPECT_TRUE(rig_.grab(1s));
-  EXPECT_EQ(rig_.recoveries(), 0U) << "it was not the rig that found it";
+  EXPECT_EQ(rig_.recoveries(), 0U) << "the rig itself did not recover the camera";
 }
 
 /// The pairs of two cameras that run freely, the upper one `behind` the lower.
@@ -171,9 +171,9 @@ class FreeRunningTest : public testing::TestWithParam<std::chrono::milliseconds>
   std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
 };
 
-// Catches a rig that takes the first pair which the limit allows: with a limit of a period and more, each frame would
-// go with the one before its nearest.
-TEST_P(FreeRunningTest, EachFrameGoesWithItsNearest) {
+// Catches a rig that takes the first pair within the limit: with a limit of a period or more, each frame would be
+// paired with the one before its nearest.
+TEST_P(FreeRunningTest, EachFrameIsPairedWithItsNearest) {
   constexpr int kFrames = 20;
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 1s);
@@ -183,7 +183,7 @@ TEST_P(FreeRunningTest, EachFrameGoesWithItsNearest) {
     upper_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod) + GetParam()));
   }
   int pairs = 0;
-  // A tenth of a period more than the half is let pass.
+  // The limit is 0.6 periods, a tenth of a period above one half.
   while (auto pair = rig.grab(1s)) {
     ++pairs;
     EXPECT_LE(std::chrono::abs(pair->skew()), 24ms) << "pair " << pairs;
@@ -195,8 +195,8 @@ TEST_P(FreeRunningTest, EachFrameGoesWithItsNearest) {
 INSTANTIATE_TEST_SUITE_P(Behind, FreeRunningTest, testing::Values(0ms, 13ms, 20ms, 23ms, 27ms, 33ms, 39ms),
                          [](const auto& tested) { return std::to_string(tested.param.count()) + "ms"; });
 
-// Catches a rig that waits for the frame which is due by the told rate, of a camera that is slower in the dark.
-TEST_F(HardwareRigTest, CamerasSlowerThanTheyTellArePairedAllTheSame) {
+// Catches a rig that waits for the frame that is due by the reported rate: a camera may be slower in the dark.
+TEST_F(HardwareRigTest, CamerasSlowerThanTheirReportedRateArePaired) {
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
   ASSERT_TRUE(rig.start(kSettings, kSettings));
@@ -208,7 +208,7 @@ TEST_F(HardwareRigTest, CamerasSlowerThanTheyTellArePairedAllTheSame) {
   EXPECT_LE(*std::max_element(lower_->timeouts.begin() + 1, lower_->timeouts.end()), kPeriod);
 }
 
-// A frame that came too early to be dropped is the first of the next pair.
+// A frame that was grabbed but is not the nearest one belongs to the next pair.
 TEST_F(HardwareRigTest, AFrameThatIsNotNearerIsKeptForTheNextPair) {
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);

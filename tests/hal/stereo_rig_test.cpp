@@ -40,7 +40,7 @@ TEST_F(StereoRigTest, NeedsTwoCamerasAndABound) {
   EXPECT_THROW(StereoRig(camera(), camera(), -1ns), std::invalid_argument);
 }
 
-TEST_F(StereoRigTest, PairsFramesOfOneInstant) {
+TEST_F(StereoRigTest, PairsFramesOfOneMoment) {
   start();
   for (std::uint64_t i = 0; i < 3; ++i) {
     lower_->grabs.push_back(frame_at(i, i * 50ms));
@@ -68,7 +68,7 @@ TEST_F(StereoRigTest, ASkewOfExactlyTheBoundPassesInEitherSense) {
   EXPECT_EQ(earlier->skew(), -5ms);
 }
 
-// Catches a rig that drops both frames of a bad pair, or the newer one: it would never find its partner.
+// Catches a rig that drops both frames of a bad pair, or the newer one, which would then never find its partner.
 TEST_F(StereoRigTest, DropsTheOlderOfTwoThatDoNotBelongTogether) {
   start();
   lower_->grabs = {frame_at(0, 0ms), frame_at(1, 50ms)};
@@ -98,10 +98,10 @@ TEST_F(StereoRigTest, OneNanosecondPastTheBoundIsRefused) {
   EXPECT_EQ(rig_.unpaired(), 1U);
 }
 
-// Catches an endless search where two cameras never agree (one of them runs at another rate, say).
+// Catches an endless search if two cameras never agree (for example, if one of them runs at another rate).
 TEST_F(StereoRigTest, GivesUpInTimeIfNoTwoFramesEverMatch) {
   start();
-  constexpr std::uint64_t kMany = 50'000;  // more than two milliseconds can go through
+  constexpr std::uint64_t kMany = 50'000;  // more frames than two milliseconds suffice for
   for (std::uint64_t i = 0; i < kMany; ++i) {
     lower_->grabs.push_back(frame_at(i, i * 50ms));
     upper_->grabs.push_back(frame_at(i, i * 50ms + 25ms));
@@ -113,7 +113,7 @@ TEST_F(StereoRigTest, GivesUpInTimeIfNoTwoFramesEverMatch) {
   EXPECT_FALSE(lower_->grabs.empty());
 }
 
-// Catches a rig that throws the lower frame away when the upper one is late: at the next call the pair would be lost.
+// Catches a rig that discards the lower frame when the upper one is late: at the next call the pair would be lost.
 TEST_F(StereoRigTest, KeepsAFrameWhosePartnerIsLate) {
   start();
   lower_->grabs = {frame_at(0, 0ms), frame_at(1, 50ms)};
@@ -163,7 +163,7 @@ TEST_F(StereoRigTest, GrabBeforeStartIsRefused) {
   EXPECT_EQ(pair.error().code, ErrorCode::kInvalidState);
 }
 
-// Catches a camera left streaming, which the next start would find busy.
+// Catches a camera that is left streaming, which the next start would find busy.
 TEST_F(StereoRigTest, AStartThatFailsHalfWayStopsTheFirst) {
   upper_->started = Error{ErrorCode::kUnavailable, "no such device"};
   const auto started = rig_.start(kSettings, kSettings);
@@ -184,7 +184,7 @@ TEST_F(StereoRigTest, AFirstCameraThatFailsLeavesTheSecondAlone) {
   EXPECT_THAT(*log_, ElementsAre("lower.configure"));
 }
 
-// Catches a rig that takes pictures of another size: every number of the robot's `rig:` would be wrong.
+// Catches a rig that accepts images of another size: every number of the robot's `rig:` would be wrong.
 TEST_F(StereoRigTest, RefusesACameraThatGivesAnotherSize) {
   upper_->smaller_by.width_px = 4;
   const auto started = rig_.start(kSettings, kSettings);
@@ -196,7 +196,7 @@ TEST_F(StereoRigTest, RefusesACameraThatGivesAnotherSize) {
 }
 
 // Catches a frame from before the stop that is paired with one from after it.
-TEST_F(StereoRigTest, StopForgetsAWaitingFrame) {
+TEST_F(StereoRigTest, StopDiscardsAWaitingFrame) {
   start();
   lower_->grabs = {frame_at(0, 0ms)};
   ASSERT_FALSE(rig_.grab(0ms));

@@ -12,25 +12,25 @@ TEST(Printable, LeavesTextAsItIs) {
   }
 }
 
-// Catches a device that writes into the terminal of whoever lists it.
-TEST(Printable, LetsNoControlPass) {
+// Catches a device whose name controls the terminal in which it is listed.
+TEST(Printable, ReplacesControlCharacters) {
   EXPECT_EQ(printable("a\x1b[2Jb"), "a?[2Jb");
   EXPECT_EQ(printable(std::string_view("a\0b\r\n\t\x7f", 7)), "a?b????") << "zeros and lines";
   EXPECT_EQ(printable("a\xc2\x9b"
                       "31mb"),
             "a??31mb")
       << "the one-character CSI";
-  EXPECT_EQ(printable("a\u202eb"), "a???b") << "writing that runs backward";
+  EXPECT_EQ(printable("a\u202eb"), "a???b") << "a mark that reverses the direction of writing";
 }
 
-TEST(Printable, LetsNothingPassThatIsNoUtf8) {
+TEST(Printable, ReplacesBytesThatAreNotUtf8) {
   EXPECT_EQ(printable("\xff\xfe"), "??");
   EXPECT_EQ(printable("\x9b"
                       "31m"),
             "?31m")
       << "CSI in Latin 1";
-  EXPECT_EQ(printable("\xc0\x9b"), "??") << "longer than need be";
-  EXPECT_EQ(printable("\xe0\x9b"), "??") << "cut off";
+  EXPECT_EQ(printable("\xc0\x9b"), "??") << "an overlong form";
+  EXPECT_EQ(printable("\xe0\x9b"), "??") << "truncated";
   EXPECT_EQ(printable("\xed\xa0\x80"), "???") << "a surrogate";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Y, U, V pictures against BT.601's equations in real numbers.
+// Compares converted Y, U, V images with BT.601's equations in real numbers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,15 +14,15 @@
 namespace twocone {
 namespace {
 
-// What image.h promises: coefficients in 256ths are off by up to 0.0016, times 128 in each of two terms, and once more
-// by rounding.
+// The error that image.h allows: coefficients in 256ths are off by up to 0.0016, times 128 in each of two terms, plus
+// one rounding.
 constexpr int kOff = 1;
-// OpenCV rounds its own way.
+// OpenCV rounds differently.
 constexpr int kOffFromOpenCv = 2;
 
 using Rgb = std::array<int, 3>;
 
-/// ITU-R BT.601: Y from 16 to 235, U and V 112 up and down from 128.
+/// ITU-R BT.601: Y from 16 to 235; U and V up to 112 above and below 128.
 Rgb by_the_equations(int y, int u, int v) {
   constexpr double kRed = 0.299;
   constexpr double kBlue = 0.114;
@@ -46,7 +46,7 @@ int farthest(const Rgb& a, const Rgb& b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
 }
 
-/// Light and colour of pixel (column, row), on which layouts agree.
+/// A layout: `yuv` returns luma and chroma of pixel (column, row).
 struct Layout {
   PixelFormat format;
   std::function<std::array<std::uint8_t, 3>(const Image&, int column, int row)> yuv;
@@ -78,11 +78,12 @@ const Layout kNv12Layout{PixelFormat::kNv12,
                          },
                          cv::COLOR_YUV2RGB_NV12};
 
-/// Every byte its own, so that no two pixels can be swapped unseen; 322 wide, so that a row ends within a vector.
-Image picture(PixelFormat format, int width_px = 322, int height_px = 6) {
+/// An image of pseudo-random bytes, so that two swapped pixels are detected. It is 322 wide, so that a row ends within
+/// a vector of the processor.
+Image make_image(PixelFormat format, int width_px = 322, int height_px = 6) {
   Image image{width_px, height_px, format, {}};
   std::uint32_t noise = 12345;
-  for (std::size_t left = *picture_bytes(format, width_px, height_px); left > 0; --left) {
+  for (std::size_t left = *image_bytes(format, width_px, height_px); left > 0; --left) {
     noise = noise * 1664525 + 1013904223;
     image.bytes.push_back(std::uint8_t(noise >> 24));
   }
@@ -91,11 +92,11 @@ Image picture(PixelFormat format, int width_px = 322, int height_px = 6) {
 
 class YuvToRgb8 : public testing::TestWithParam<Layout> {};
 
-TEST_P(YuvToRgb8, IsTheEquationsAtEveryPixel) {
-  const Image image = picture(GetParam().format);
+TEST_P(YuvToRgb8, FollowsTheEquationsAtEveryPixel) {
+  const Image image = make_image(GetParam().format);
   const auto rgb = to_rgb8(image);
   ASSERT_TRUE(rgb);
-  ASSERT_EQ(rgb->bytes.size(), *picture_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
+  ASSERT_EQ(rgb->bytes.size(), *image_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
   for (int row = 0; row < image.height_px; ++row) {
     for (int column = 0; column < image.width_px; ++column) {
       const auto [y, u, v] = GetParam().yuv(image, column, row);
@@ -105,8 +106,8 @@ TEST_P(YuvToRgb8, IsTheEquationsAtEveryPixel) {
   }
 }
 
-TEST_P(YuvToRgb8, IsWhatOpenCvSees) {
-  Image image = picture(GetParam().format);
+TEST_P(YuvToRgb8, AgreesWithOpenCv) {
+  Image image = make_image(GetParam().format);
   const auto rgb = to_rgb8(image);
   ASSERT_TRUE(rgb);
   const bool is_nv12 = image.format == PixelFormat::kNv12;
@@ -116,7 +117,7 @@ TEST_P(YuvToRgb8, IsWhatOpenCvSees) {
   cv::cvtColor(raw, seen, GetParam().opencv);
   for (int row = 0; row < image.height_px; ++row) {
     for (int column = 0; column < image.width_px; ++column) {
-      if (GetParam().yuv(image, column, row)[0] < 16) continue;  // below black, which OpenCV takes for black
+      if (GetParam().yuv(image, column, row)[0] < 16) continue;  // below black, which OpenCV treats as black
       const auto& theirs = seen.at<cv::Vec3b>(row, column);
       ASSERT_LE(farthest(pixel(*rgb, column, row), {theirs[0], theirs[1], theirs[2]}), kOffFromOpenCv)
           << "at " << column << ", " << row;
@@ -124,26 +125,26 @@ TEST_P(YuvToRgb8, IsWhatOpenCvSees) {
   }
 }
 
-TEST_P(YuvToRgb8, RefusesSidesThatShareNoColour) {
+TEST_P(YuvToRgb8, RefusesOddSides) {
   const PixelFormat format = GetParam().format;
   for (const auto& [width_px, height_px] : {std::pair(3, 2), std::pair(2, 3), std::pair(1, 1)}) {
-    if (picture_bytes(format, width_px, height_px)) continue;  // an odd height is nothing to pairs
+    if (image_bytes(format, width_px, height_px)) continue;  // layouts with pairs allow an odd height
     for (const std::size_t size : {0u, 6u, 9u, 10u, 12u}) {
       const auto rgb = to_rgb8(Image{width_px, height_px, format, std::vector<std::uint8_t>(size, 9)});
       ASSERT_FALSE(rgb) << width_px << " x " << height_px << " of " << size << " bytes";
       EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
     }
   }
-  EXPECT_FALSE(picture_bytes(format, 3, 2));
-  EXPECT_EQ(picture_bytes(format, 2, 3).has_value(), format != PixelFormat::kNv12);
+  EXPECT_FALSE(image_bytes(format, 3, 2));
+  EXPECT_EQ(image_bytes(format, 2, 3).has_value(), format != PixelFormat::kNv12);
 }
 
 INSTANTIATE_TEST_SUITE_P(Layouts, YuvToRgb8, testing::Values(kYuyvLayout, kUyvyLayout, kNv12Layout),
                          [](const auto& layout) { return std::string(to_string(layout.param.format)); });
 
-// Light, and colours that no light can have: where clipping is.
-TEST(YuyvToRgb8, IsTheEquationsForEveryLightAndManyColours) {
-  constexpr int kStep = 5;  // divides 255: both ends are there
+// Every luma, also with chroma that no real colour has: those values are clipped.
+TEST(YuyvToRgb8, FollowsTheEquationsForEveryLumaAndManyColours) {
+  constexpr int kStep = 5;  // divides 255, so both ends are included
   for (int u = 0; u < 256; u += kStep) {
     Image image{256, 52, PixelFormat::kYuyv, {}};
     for (int v = 0; v < 256; v += kStep) {

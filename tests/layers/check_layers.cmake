@@ -1,39 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DROOT=<repository> -P check_layers.cmake
 #
-# Who may know whom, as ARCHITECTURE.md says it: checks every #include and every twocone:: link against the tables below
-# and names file, line and rule of each breach. Comments hide no include and no link: a line that begins with // is none.
+# Checks the allowed dependencies in ARCHITECTURE.md: compares every #include and every twocone:: link with the tables
+# below and reports file, line and rule of each breach. A line that begins with // is a comment and is not checked.
 cmake_minimum_required(VERSION 3.25)
 
-# An area is a folder or, for drivers/backends, the files of that name. It may include what is listed: a folder, or one
-# header. The first area that fits counts; DRIVER stands for the driver's own folder.
-set(areas hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/budget apps/files apps/runs apps/report apps/calibrate apps/compare apps/doctor apps/foreign
-          apps/tradeoff apps/twocone bench examples)
+# An area is a folder or, for drivers/backends, the files of that name. It may include the listed folders and headers.
+# The first area that fits is used. DRIVER is the driver's own folder.
+set(areas base hal vision localisation drivers/backends drivers/DRIVER
+          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report apps/calibrate
+          apps/compare apps/doctor apps/import apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/reflected_truth.h
                 drivers/sim_povray/serve.h drivers/sim_povray/sim_povray.h)
-set(may_hal hal)
-set(may_vision vision)
-set(may_localisation localisation vision)
+# Folders and headers that every application may include.
+set(common apps/config apps/estimation apps/runlog apps/behaviours base hal vision localisation ${drivers_api})
+set(may_base base)
+set(may_hal base hal)
+set(may_vision base vision)
+set(may_localisation base localisation vision)
 set(may_drivers/backends hal drivers)
-set(may_drivers/DRIVER hal drivers/DRIVER)
-# Behaviours see values, no device: so they cannot tell simulation from hardware, nor ask for the truth.
+set(may_drivers/DRIVER base hal drivers/DRIVER)
+# Behaviours receive values and no device. So they cannot distinguish simulation from hardware or access the truth.
 set(may_apps/behaviours apps/behaviours localisation hal/clock.h hal/diff_drive.h hal/pose.h)
-set(may_apps/files apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/budget apps/budget apps/files apps/behaviours localisation vision)
-set(may_apps/runs apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/report apps/report apps/budget apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/calibrate apps/calibrate apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/compare apps/compare apps/foreign/motion.h apps/report apps/runs apps/calibrate apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/doctor apps/doctor apps/runs/quantile.h apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/foreign apps/foreign apps/runs apps/files hal/image.h localisation)
-set(may_apps/tradeoff apps/tradeoff apps/report apps/runs apps/files apps/behaviours hal vision localisation ${drivers_api})
-set(may_apps/twocone apps hal vision localisation ${drivers_api})
-set(may_bench bench apps drivers hal vision localisation tests/support)
-set(may_examples examples apps/files apps/behaviours hal vision localisation drivers/backends.h)
+set(may_apps/config apps/config apps/behaviours base hal vision localisation ${drivers_api})
+# An answer depends on images, map and rig only. So the estimation may include no driver and no run folder.
+set(may_apps/estimation apps/estimation apps/config base hal/image.h hal/result.h hal/diff_drive.h hal/clock.h vision localisation)
+set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base localisation vision)
+set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
+set(may_apps/runs apps/runs ${common})
+set(may_apps/report apps/report apps/error_budget ${common})
+set(may_apps/calibrate apps/calibrate ${common})
+set(may_apps/compare apps/compare apps/import/motion.h apps/report apps/calibrate apps/runs ${common})
+set(may_apps/doctor apps/doctor ${common})
+set(may_apps/import apps/import apps/runlog apps/estimation/method.h apps/config hal/image.h localisation)
+set(may_apps/tradeoff apps/tradeoff apps/report ${common})
+set(may_apps/twocone apps ${common})
+set(may_bench bench apps drivers base hal vision localisation tests/support)
+# The public interface stands alone; other programs see nothing else.
+set(may_include twocone)
+set(may_apps/interface apps/interface apps/runs include twocone ${common})
+set(may_examples examples twocone)
 
-# Foreign headers that an area must do without, as regular expressions of what stands between the brackets.
+# Headers of other projects that are forbidden in an area, as regular expressions for the text between the brackets.
 set(pure "fstream|iostream|cstdio|filesystem|thread|future|mutex|condition_variable|atomic|chrono|ctime|unistd.h|sys/.*")
 set(never_hal "opencv2/.*|Eigen/.*|yaml-cpp/.*|nlohmann/.*")
 set(never_vision "${pure}|yaml-cpp/.*|nlohmann/.*|opencv2/(highgui|imgcodecs|videoio).*")
@@ -42,14 +51,18 @@ set(never_drivers/backends "yaml-cpp/.*")
 set(never_drivers/DRIVER "yaml-cpp/.*")
 set(never_apps/behaviours "${pure}|yaml-cpp/.*|opencv2/.*")
 
-# Where a target lives.
+# The folder of each target.
+set(home_base base)
 set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours budget files runs report calibrate compare doctor foreign tradeoff)
+foreach(app behaviours config estimation runlog runs error_budget report calibrate compare doctor tradeoff)
   set(home_${app} apps/${app})
 endforeach()
+
+set(home_importer apps/import)
+set(home_twocone twocone)
 
 if(NOT IS_DIRECTORY "${ROOT}")
   message(FATAL_ERROR "ROOT is '${ROOT}', must be the repository's folder")
@@ -57,7 +70,7 @@ endif()
 
 set(breaches 0)
 macro(breach file text complaint)
-  # The line is looked up only now: CMake has no quick way to count lines.
+  # The line number is determined only for breaches, because CMake has no quick way to count lines.
   file(READ "${ROOT}/${file}" content)
   string(FIND "${content}" "${text}" at)
   string(SUBSTRING "${content}" 0 ${at} before)
@@ -91,8 +104,8 @@ function(find_area file)
   set(area "${area}" PARENT_SCOPE)
 endfunction()
 
-# Sets `ok` if `path`, a header or a target's home, lies within what is allowed. A target may be linked as soon as one
-# of its headers may be included.
+# Sets `ok` if `path`, a header or a target's folder, is allowed. A target may be linked if at least one of its headers
+# may be included.
 function(is_allowed path is_target)
   set(ok FALSE PARENT_SCOPE)
   foreach(entry IN LISTS allowed)
@@ -105,12 +118,12 @@ function(is_allowed path is_target)
 endfunction()
 
 set(patterns "")
-foreach(folder hal vision localisation drivers apps bench examples)
+foreach(folder include base hal vision localisation drivers apps bench examples)
   list(APPEND patterns "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/CMakeLists.txt")
 endforeach()
 file(GLOB_RECURSE files RELATIVE "${ROOT}" ${patterns})
 list(SORT files)
-# These only say which folders there are.
+# This file only lists the folders.
 list(REMOVE_ITEM files apps/CMakeLists.txt)
 
 set(checked 0)

@@ -1,41 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
-# Shows that check_layers.cmake can fail: a made-up tree, bad/, breaks every rule once beside lines that keep them, and
-# each breach must be told with file, line and rule, and nothing else.
+# Shows that check_layers.cmake can fail. The invented tree bad/ breaks every rule once, beside lines that keep the
+# rules. The check must report each breach with file, line and rule, and nothing else.
 set(check ${CMAKE_CURRENT_LIST_DIR}/check_layers.cmake)
 
 execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_CURRENT_LIST_DIR}/bad -P ${check}
-                RESULT_VARIABLE result ERROR_VARIABLE told OUTPUT_QUIET TIMEOUT 60)
+                RESULT_VARIABLE result ERROR_VARIABLE report OUTPUT_QUIET TIMEOUT 60)
 if(result EQUAL 0)
   message(FATAL_ERROR "the bad tree passed")
 endif()
-string(REGEX MATCHALL "[^\n]+:[0-9]+: [^\n]+" breaches "${told}")
+string(REGEX MATCHALL "[^\n]+:[0-9]+: [^\n]+" breaches "${report}")
 
-set(files_rule "apps/files, apps/behaviours, hal, vision, localisation, drivers/backends.h, drivers/serial_diffdrive/protocol.h, drivers/serial_diffdrive/serial_diffdrive.h, drivers/sim_povray/effects.h, drivers/sim_povray/reflected_truth.h, drivers/sim_povray/serve.h, drivers/sim_povray/sim_povray.h")
+set(files_rule "apps/config, apps/behaviours, base, hal, vision, localisation, drivers/backends.h, drivers/serial_diffdrive/protocol.h, drivers/serial_diffdrive/serial_diffdrive.h, drivers/sim_povray/effects.h, drivers/sim_povray/reflected_truth.h, drivers/sim_povray/serve.h, drivers/sim_povray/sim_povray.h")
 set(behaviours_rule "apps/behaviours, localisation, hal/clock.h, hal/diff_drive.h, hal/pose.h")
 set(expected
   "apps/behaviours/CMakeLists.txt:2: apps/behaviours may link only: ${behaviours_rule}, not twocone::one (drivers/one)"
   "apps/behaviours/cheats.cpp:3: apps/behaviours may include only: ${behaviours_rule}, not \"hal/robot.h\""
-  "apps/files/reaches_inside.cpp:3: apps/files may include only: ${files_rule}, not \"drivers/sim_povray/world/world.h\""
-  "apps/files/reaches_inside.cpp:4: apps/files may include only: ${files_rule}, not \"robot_file.h\""
-  "apps/files/reaches_inside.cpp:5: an include that this check cannot read: #include ROBOT_FILE"
+  "apps/config/reaches_inside.cpp:3: apps/config may include only: ${files_rule}, not \"drivers/sim_povray/world/world.h\""
+  "apps/config/reaches_inside.cpp:4: apps/config may include only: ${files_rule}, not \"robot_file.h\""
+  "apps/config/reaches_inside.cpp:5: an include that this check cannot read: #include ROBOT_FILE"
   "apps/newcomer/anything.cpp:1: this folder has no rule, add one to tests/layers/check_layers.cmake"
-  "drivers/backends.cpp:4: drivers/backends may include only: hal, drivers, not \"apps/files/robot_file.h\""
+  "drivers/backends.cpp:4: drivers/backends may include only: hal, drivers, not \"apps/config/robot_file.h\""
   "drivers/one/reads_yaml.cpp:5: drivers/one must do without <yaml-cpp/yaml.h>"
-  "drivers/two/knows_one.cpp:2: drivers/two may include only: hal, drivers/two, not \"drivers/one/one.h\""
-  "hal/looks_up.cpp:5: hal may include only: hal, not \"vision/mirror_view.h\""
+  "drivers/two/knows_one.cpp:2: drivers/two may include only: base, hal, drivers/two, not \"drivers/one/one.h\""
+  "hal/looks_up.cpp:5: hal may include only: base, hal, not \"vision/mirror_view.h\""
   "hal/names_a_library.h:2: hal must do without <opencv2/core.hpp>"
-  "localisation/CMakeLists.txt:4: localisation may link only: localisation, vision, not twocone::hal (hal)"
-  "localisation/asks_a_device.h:3: localisation may include only: localisation, vision, not \"hal/camera.h\""
+  "localisation/CMakeLists.txt:4: localisation may link only: base, localisation, vision, not twocone::hal (hal)"
+  "localisation/asks_a_device.h:3: localisation may include only: base, localisation, vision, not \"hal/camera.h\""
   "vision/has_a_clock.cpp:3: vision must do without <chrono>")
 if(NOT breaches STREQUAL expected)
   string(REPLACE ";" "\n" breaches "${breaches}")
   string(REPLACE ";" "\n" expected "${expected}")
-  message(FATAL_ERROR "told:\n${breaches}\nexpected:\n${expected}")
+  message(FATAL_ERROR "reported:\n${breaches}\nexpected:\n${expected}")
 endif()
 
-# Catches a check that looks in the wrong place and finds nothing to object to.
+# Catches a check that looks in the wrong place and reports nothing.
 execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_CURRENT_LIST_DIR} -P ${check}
-                RESULT_VARIABLE result ERROR_VARIABLE told OUTPUT_QUIET TIMEOUT 60)
-if(result EQUAL 0 OR NOT told MATCHES "no include was found")
-  message(FATAL_ERROR "a folder without sources passed, or failed for another reason:\n${told}")
+                RESULT_VARIABLE result ERROR_VARIABLE report OUTPUT_QUIET TIMEOUT 60)
+if(result EQUAL 0 OR NOT report MATCHES "no include was found")
+  message(FATAL_ERROR "a folder without sources passed, or failed for another reason:\n${report}")
 endif()

@@ -20,8 +20,8 @@ inline constexpr double kStep_s = 1 / 15.0;
 inline constexpr double kFixSigma_m = 0.001;
 inline constexpr double kFixSigma_rad = 0.0005;
 
-/// A robot that drives curves, with slip and readings as the filter is told. Its arc is cut into short straight pieces,
-/// so that it shares nothing with the arc that is tested.
+/// A robot that drives curves, with the slip and readings that the filter assumes. Its arc is cut into short straight
+/// pieces, so that it shares nothing with the arc under test.
 class Drive {
  public:
   explicit Drive(std::uint64_t seed) : random_(seed) {
@@ -29,7 +29,7 @@ class Drive {
     read();
   }
 
-  /// One frame on, at wheel speeds that make wide curves of either hand.
+  /// Moves one frame on, at wheel speeds that make wide curves to either side.
   void step(double left_radps, double right_radps) {
     t_s_ += kStep_s;
     const double kept = std::exp(-kStep_s / kNoise.correlation_s);
@@ -63,7 +63,7 @@ class Drive {
     return f;
   }
 
-  void tell(PoseFilter& filter) const { filter.predict(t_s_, reading_rad_[0], reading_rad_[1]); }
+  void report_readings(PoseFilter& filter) const { filter.predict(t_s_, reading_rad_[0], reading_rad_[1]); }
   void carry(const Pose& to) { truth_ = to; }
 
   [[nodiscard]] const Pose& truth() const { return truth_; }

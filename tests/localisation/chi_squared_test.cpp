@@ -15,7 +15,7 @@ TEST(ChiSquaredTail, AgreesWithAnotherLibrary) {
     const boost::math::chi_squared reference(n);
     for (const double x : {1e-3, 0.3, 1.0, 2.7, 15.1, 40.0, 150.0}) {
       const double expected = boost::math::cdf(boost::math::complement(reference, x));
-      // Up to 50 terms, each one rounding more than the one before; the exponent's own rounding, x / 2 of it.
+      // Up to 50 terms have one rounding more each; the exponent's own rounding adds x / 2 of it.
       const double tolerance = (100 + x) * std::numeric_limits<double>::epsilon() * expected;
       EXPECT_NEAR(chi_squared_tail(x, n), expected, tolerance + 1e-300) << "n " << n << " x " << x;
     }

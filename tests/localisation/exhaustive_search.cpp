@@ -35,7 +35,7 @@ double cost_of(const std::vector<LandmarkMeasurement>& all, const Eigen::Vector3
   return cost;
 }
 
-/// Half of chi-squared's slope and curvature, all terms.
+/// Half of chi-squared's slope and curvature, with all terms.
 Model model_at(const std::vector<LandmarkMeasurement>& all, const Eigen::Vector3d& pose) {
   Model model;
   const auto add = [&](double error, const Eigen::Vector3d& gradient, const Eigen::Matrix2d& bend, double variance) {
@@ -71,7 +71,7 @@ bool is_on_landmark(const std::vector<LandmarkMeasurement>& all, const Eigen::Ve
   });
 }
 
-/// Levenberg and Marquardt downhill; ends where nothing is won.
+/// Descends by Levenberg and Marquardt, and ends where nothing is gained.
 Eigen::Vector3d go_down(const std::vector<LandmarkMeasurement>& all, Eigen::Vector3d pose) {
   Model now = model_at(all, pose);
   double damping = 1e-3;
@@ -110,7 +110,7 @@ double sigmas_from_minimum(const std::vector<LandmarkMeasurement>& measurements,
 
 std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>& measurements) {
   std::vector<FoundMinimum> found;
-  // A start whose refinement leads where another's did is cheap to recognise only afterwards; all are refined.
+  // Whether a start leads to a known minimum is known only after refinement, so all are refined.
   const auto try_from = [&](const Eigen::Vector3d& start) {
     if (is_on_landmark(measurements, start)) return;
     Eigen::Vector3d pose = go_down(measurements, start);
@@ -136,13 +136,13 @@ std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>
   const auto heading_by = [&](const LandmarkMeasurement& m, double x, double y) {
     return std::atan2(m.landmark_m.y() - y, m.landmark_m.x() - x) - *m.bearing_rad;
   };
-  // Everywhere: as far out as a range of 8 m from the room's walls may have been measured.
+  // The grid extends as far out as a range of 8 m from the room's walls may have been measured.
   for (double x = -8; x <= 8; x += 1) {
     for (double y = -8; y <= 8; y += 1) {
       for (double turn = 0.3; turn < 2 * kPi; turn += kPi / 2) try_from({x, y, turn});
     }
   }
-  // Along each circle, with the heading that each bearing tells there: 1 degree, and finer near each landmark.
+  // Along each circle, with the heading that follows from each bearing there: 1 degree, and finer near each landmark.
   for (const auto& ranged : measurements) {
     if (!ranged.range_m) continue;
     std::vector<double> turns;

@@ -18,7 +18,7 @@ struct FixCase {
   double correlation = 0;
 };
 
-/// What noise makes of a case; `has_range` and `has_bearing` for all landmarks.
+/// Noisy measurements of a case; `has_range` and `has_bearing` are for all landmarks.
 inline std::vector<LandmarkMeasurement> measure(const FixCase& c, std::mt19937_64& random, bool has_range = true,
                                                 bool has_bearing = true) {
   std::normal_distribution<double> normal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many wrong measurements among more that are right. TWOCONE_CASES: draws of each kind.
+// Many wrong measurements among more correct ones. TWOCONE_CASES: number of draws of each kind.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -25,14 +25,14 @@ int draws(int usual) {
 
 struct Planted {
   std::vector<LandmarkMeasurement> measurements;
-  std::vector<int> wrong;  ///< rising
+  std::vector<int> wrong;  ///< ascending
   Pose truth;
 };
 
-/// `count` landmarks, `wrong` of which stand anywhere else in the room than the map says.
+/// `count` landmarks, `wrong` of which are elsewhere in the room than in the map.
 Planted plant(int count, int wrong, unsigned seed) {
   std::mt19937_64 random(seed);
-  const double size = count > 40 ? 5 : 1;  // of the room: not all of a thousand landmarks are near others
+  const double size = count > 40 ? 5 : 1;  // scale of the room: not all of a thousand landmarks are near others
   std::uniform_real_distribution<double> x(-3 * size, 3 * size);
   std::uniform_real_distribution<double> y(-2.5 * size, 2.5 * size);
   std::uniform_real_distribution<double> turn(-3.14159, 3.14159);
@@ -52,9 +52,9 @@ Planted plant(int count, int wrong, unsigned seed) {
   return planted;
 }
 
-/// The set that somebody could name who is told which are right: those that the fix of these forecasts worse than noise
-/// does once in 10,000 sets. A planted one within that noise is no outlier that could be known, and a right one beyond
-/// it is called one.
+/// The outliers that could be identified if the correct measurements were known: the fix of these forecasts every
+/// measurement, and an outlier differs from its forecast by more than noise does once in 10,000 sets. A planted error
+/// within that noise cannot be identified, and a correct measurement beyond it counts as an outlier.
 std::vector<int> knowable(const Planted& planted) {
   std::vector<LandmarkMeasurement> right;
   std::set<int> wrong(planted.wrong.begin(), planted.wrong.end());
@@ -123,7 +123,7 @@ TEST(FixOutliers, TwoAgainstOneCannotBeDecided) {
     auto m = measure(c, random);
     const double exchanged_m = (m[0].landmark_m - m[1].landmark_m).norm();
     std::swap(m[0].landmark_m, m[1].landmark_m);
-    if (exchanged_m < 0.5) continue;  // three times the sigmas are still believed: FixVerdict::kOk, widened
+    if (exchanged_m < 0.5) continue;  // up to three times the sigmas is still kOk, with a wider covariance
     const Fix fix = fix_by_least_squares(m);
     EXPECT_TRUE(fix.outliers.empty()) << i << " " << to_string(fix.verdict);
     if (fix.verdict != FixVerdict::kOk) continue;
@@ -140,7 +140,7 @@ TEST(FixOutliers, TwoLabelsExchangedAmongFive) {
     auto m = measure(c, random);
     std::swap(m[1].landmark_m, m[3].landmark_m);
     const Fix fix = fix_by_least_squares(m);
-    if (fix.verdict != FixVerdict::kOk) continue;  // that too may be beyond telling
+    if (fix.verdict != FixVerdict::kOk) continue;  // this may be impossible to decide too
     EXPECT_EQ(fix.outliers, (std::vector<int>{1, 3})) << i;
   }
 }

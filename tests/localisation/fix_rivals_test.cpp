@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets in which not every landmark has both a range and a bearing, against a search from everywhere.
-// TWOCONE_CASES: rooms of each kind, instead of a number that is over soon.
+// Compares sets in which not every landmark has both a range and a bearing with an exhaustive search.
+// TWOCONE_CASES: number of rooms of each kind; the default is small.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -19,9 +19,9 @@
 namespace twocone::localisation {
 namespace {
 
-/// A local minimum so much above the lowest is a rival, by fix.h and by the header of the fix.
+/// A local minimum up to this much above the lowest is a rival, by fix.h and by the header of the fix.
 constexpr double kRivalIs = 27;
-/// Both searches compute chi-squared of residuals that are right to 1e-12 of 6 m, over sigmas of 1 mm and more.
+/// Both searches compute chi-squared of residuals that are accurate to 1e-12 of 6 m, over sigmas of 1 mm and more.
 constexpr double kChiSquaredRounding = 1e-6;
 
 int rooms() {
@@ -126,8 +126,8 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
       GetParam().name, rooms(), verdicts[int(FixVerdict::kOk)], verdicts[int(FixVerdict::kAmbiguous)],
       verdicts[int(FixVerdict::kWeak)], verdicts[int(FixVerdict::kTooFew)], verdicts[int(FixVerdict::kContradictory)],
       hidden, not_global, without_rival);
-  // Rooms that get no answer are no proof. One range and two bearings of the coarsest sigmas are weak in a third of
-  // them.
+  // Rooms without an answer prove nothing. One range and two bearings with the coarsest sigmas are weak in a third of
+  // the rooms.
   EXPECT_GE(verdicts[int(FixVerdict::kOk)] + verdicts[int(FixVerdict::kAmbiguous)], rooms() / 2);
 }
 
@@ -145,13 +145,13 @@ TEST(FixRivalsByName, TheRivalOfOneRangeAndThreeBearings) {
   const Fix fix = fix_by_least_squares(all);
   ASSERT_EQ(fix.verdict, FixVerdict::kAmbiguous) << to_string(fix.verdict);
   EXPECT_LT((*fix.position_m - Eigen::Vector2d(0.726, -3.316)).norm(), 0.01) << fix.position_m->transpose();
-  // Where the robot was, at a chi-squared of 3.2 against 0.59.
+  // The true place has a chi-squared of 3.2, against 0.59 of the best.
   EXPECT_LT((*fix.other_position_m - Eigen::Vector2d(-1.555, -1.795)).norm(), 0.03)
       << fix.other_position_m->transpose();
 }
 
 TEST(FixRivalsByName, ARivalBesideALandmark) {
-  // 11 mm from the landmark, which is four sigmas of the range: any direction is near.
+  // The rival is 11 mm from the landmark, which is four sigmas of the range: any direction is near.
   LandmarkMeasurement range{
       .landmark_m = {0.66362509629252564, -0.24516542899601879}, .range_m = 2.9946061864717031, .bearing_rad = {}};
   LandmarkMeasurement one{

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fix against the same minimum in 50-digit arithmetic.
+// Compares the fix with the same minimum in 50-digit arithmetic.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,11 +22,11 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 struct Reference {
   Exact p[3];  // x, y, heading
   Exact covariance[3][3];
-  double condition = 0;  ///< of the whitened, column-scaled Jacobian: the root of that of its normal matrix
+  double condition = 0;  ///< of the whitened, column-scaled Jacobian: the root of its normal matrix's condition
 };
 
-/// Gauss-Newton by the normal equations, whose squared condition 50 digits can afford, from `p` on. Measurements
-/// without correlation.
+/// Gauss-Newton by the normal equations from `start`; 50 digits can afford their squared condition. The measurements
+/// have no correlation.
 Reference minimise(const std::vector<LandmarkMeasurement>& all, const Exact start[3], int n) {
   Reference ref;
   std::copy(start, start + 3, ref.p);
@@ -55,7 +55,7 @@ Reference minimise(const std::vector<LandmarkMeasurement>& all, const Exact star
     for (int i = 0; i < n; ++i) {
       for (int k = 0; k < n; ++k) scaled(i, k) = double(a[i][k] / sqrt(a[i][i] * a[k][k]));
     }
-    // The inverse by Gauss and Jordan.
+    // Compute the inverse by Gauss and Jordan.
     Exact w[3][6] = {};
     for (int i = 0; i < n; ++i) {
       for (int k = 0; k < n; ++k) w[i][k] = a[i][k];
@@ -81,7 +81,7 @@ Reference minimise(const std::vector<LandmarkMeasurement>& all, const Exact star
       size = std::max(size, Exact(abs(d)));
     }
     if (size < 1e-35) {
-      // |scaled^-1| from the exact inverse; scaled has a norm of at most 3.
+      // The norm of scaled^-1 follows from the exact inverse; scaled has a norm of at most 3.
       double norm = 0;
       for (int i = 0; i < n; ++i) {
         for (int k = 0; k < n; ++k) norm = std::max(norm, std::abs(double(w[i][3 + k] * sqrt(a[i][i] * a[k][k]))));
@@ -93,9 +93,9 @@ Reference minimise(const std::vector<LandmarkMeasurement>& all, const Exact star
   return ref;
 }
 
-/// The bound: condition number times epsilon times lengths of 5 m times a small constant, here 32 for some thirty
-/// roundings of a row; the residuals, whitened some 3 at the most, add condition^2 times themselves (Wedin), in units
-/// of the sigma, which is part of the largest sigma over the length.
+/// The bound is condition number times epsilon times lengths of 5 m times a small constant, here 32 for some thirty
+/// roundings of a row. The whitened residuals, at most some 3, add condition^2 times themselves (Wedin), in units of
+/// the largest sigma over the length.
 double bound(double condition, double sigma_over_length) {
   return 32 * kEps * 5 * condition * (1 + condition * 3 * sigma_over_length);
 }
@@ -114,7 +114,7 @@ void expect_exact(const std::vector<LandmarkMeasurement>& all, const Fix& fix, d
   for (int r = 0; r < n; ++r) {
     for (int c = 0; c < n; ++c) {
       const double scale = std::sqrt(double(ref.covariance[r][r] * ref.covariance[c][c]));
-      // Its gradients are as far off as the position is, relative to distances of 0.3 m or more.
+      // The relative error of its gradients is that of the position, relative to distances of 0.3 m or more.
       EXPECT_NEAR((*fix.covariance)(r, c) / fix.widening, double(ref.covariance[r][c]),
                   scale * ref.condition * (64 * kEps + 10 * tolerance))
           << "case " << i << " entry " << r << c;
@@ -150,7 +150,7 @@ TEST(LeastSquaresExact, T21SigmasFrom1e6To1) {
     for (auto& m : all) {
       const Eigen::Vector2d d = m.landmark_m - Eigen::Vector2d(c.truth.x_m, c.truth.y_m);
       const double sigma_m = std::pow(10, exponent(random));
-      // Errors of half a sigma and no more than 2 cm, so that the geometry stays that of the case.
+      // Errors are half a sigma and at most 2 cm, so that the geometry remains that of the case.
       m.range_m = d.norm() + std::clamp(0.5 * sigma_m * normal(random), -0.02, 0.02);
       m.covariance(0, 0) = sigma_m * sigma_m;
       if (!m.bearing_rad) continue;

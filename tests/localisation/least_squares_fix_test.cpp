@@ -31,7 +31,7 @@ FixCase without_noise(FixCase c) {
   return c;
 }
 
-// Exact measurements by sqrt and atan2 of lengths below 5 m: a dozen roundings of them, and as many in the answer.
+// Exact measurements by sqrt and atan2 of lengths below 5 m have a dozen roundings, and the answer has as many.
 constexpr double kExact = 32 * kEps * 5;
 
 void expect_pose(const Fix& fix, const Pose& truth, double tolerance, FixVerdict verdict = FixVerdict::kOk) {
@@ -42,7 +42,7 @@ void expect_pose(const Fix& fix, const Pose& truth, double tolerance, FixVerdict
   EXPECT_NEAR(wrap_angle_rad(*fix.heading_rad - truth.heading_rad), 0, tolerance) << "rad";
 }
 
-/// Noise-free numbers with usual sigmas.
+/// Measurements without noise, with usual sigmas.
 std::vector<LandmarkMeasurement> exact(const FixCase& c, bool has_range = true, bool has_bearing = true) {
   FixCase silent = c;
   silent.sigma_range_m = silent.sigma_bearing_rad = 0;
@@ -58,7 +58,7 @@ TEST(LeastSquaresFix, IsExactWhereTheMeasurementsAre) {
   std::mt19937_64 random(11);
   for (int i = 0; i < 2000; ++i) {
     const FixCase c = random_case(random, 3 + i % 5);
-    // A random triple may be near a line; what that costs is in the covariance: sigma of the answer over that of a
+    // A random triple may be near a line. The loss of accuracy is in the covariance: sigma of the answer over that of a
     // range.
     const Fix fix = fix_by_least_squares(exact(c));
     ASSERT_EQ(fix.verdict, FixVerdict::kOk) << "case " << i << " " << to_string(fix.verdict);
@@ -89,7 +89,7 @@ TEST(LeastSquaresFix, BearingsOnlyAnywhere) {
   for (int i = 0; i < 2000; ++i) {
     const FixCase c = random_case(random, 4 + i % 3);
     const Fix fix = fix_by_least_squares(exact(c, false, true));
-    if (fix.verdict != FixVerdict::kOk) continue;  // near a circle through all of them the pose is not seen
+    if (fix.verdict != FixVerdict::kOk) continue;  // near a circle through all of them the pose is not observed
     ++given;
     const double condition = std::sqrt(fix.covariance->trace()) / c.sigma_bearing_rad;
     expect_pose(fix, c.truth, kExact * std::max(1.0, condition));
@@ -104,7 +104,7 @@ TEST(LeastSquaresFix, OnTheCircleThroughThreeLandmarksBearingsAreWeak) {
   const Fix fix = fix_by_least_squares(exact(c, false, true));
   ASSERT_EQ(fix.verdict, FixVerdict::kWeak) << to_string(fix.verdict);
   ASSERT_TRUE(fix.unseen_direction);
-  // Along the circle the robot turns half as fast as the place does about the centre (inscribed angles), or as fast.
+  // Along the circle the heading turns half as fast as the place about the centre (inscribed angles), or as fast.
   const Eigen::Vector2d at = *fix.position_m;
   EXPECT_NEAR(at.norm(), 2, 0.05) << "on the circle, m";
   const double along = fix.unseen_direction->head<2>().normalized().dot(at.normalized());
@@ -118,7 +118,7 @@ TEST(LeastSquaresFix, OneRangeAndTwoBearings) {
   m[1].range_m.reset();
   const Fix fix = fix_by_least_squares(m);
   ASSERT_TRUE(fix.position_m) << to_string(fix.verdict);
-  // The side opposite to the range: one answer or two, by the sine law; the truth is one of them.
+  // For the side opposite to the range, the sine law gives one answer or two; the truth is one of them.
   const bool is_first = (*fix.position_m - Eigen::Vector2d(c.truth.x_m, c.truth.y_m)).norm() < kExact * 4;
   const bool is_second =
       fix.other_position_m && (*fix.other_position_m - Eigen::Vector2d(c.truth.x_m, c.truth.y_m)).norm() < kExact * 4;
@@ -195,7 +195,7 @@ TEST(LeastSquaresFix, NearTheCircleThroughThreeLandmarksThereIsAnAnswer) {
 }
 
 TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
-  // Residuals of metres bend the minimum: Gauss-Newton halves the distance to it only slowly.
+  // Residuals of metres bend the minimum, so that Gauss-Newton approaches it only slowly.
   std::mt19937_64 random(19);
   std::uniform_real_distribution<double> far(500, 1500);
   std::uniform_real_distribution<double> turn(-kPi, kPi);
@@ -214,7 +214,7 @@ TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
     }
     const Fix fix = fix_by_least_squares(m);
     if (fix.verdict != FixVerdict::kOk || !fix.outliers.empty()) continue;
-    // Newton's own step there, from the definition.
+    // Compute Newton's own step there, from the definition.
     Eigen::Vector2d slope = Eigen::Vector2d::Zero();
     Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();
     for (const auto& one : m) {
@@ -224,7 +224,7 @@ TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
       slope += e * u;
       bend += u * u.transpose() + e / d.norm() * (Eigen::Matrix2d::Identity() - u * u.transpose());
     }
-    // Lengths of 1,500 m, rows of one size: the condition of the bend, times roundings of a row.
+    // Lengths are 1,500 m and rows have one size: the bound is the condition of the bend times the roundings of a row.
     const Eigen::Vector2d step = bend.inverse() * slope;
     EXPECT_LT(step.norm(), 64 * kEps * 1500 * bend.norm() * bend.inverse().norm()) << i;
   }
@@ -276,8 +276,8 @@ TEST(LeastSquaresFix, MoreLandmarksThanTheStackHolds) {
 }
 
 TEST(LeastSquaresFix, CorrelationCounts) {
-  // By hand: one landmark's range error e_r known from elsewhere shifts what its bearing tells by rho sb / sr e_r. The
-  // covariance of the pose is (sum J^T C^-1 J)^-1.
+  // By hand: if one landmark's range error e_r is known from elsewhere, the expected value of its bearing shifts by rho
+  // sb / sr e_r. The covariance of the pose is (sum J^T C^-1 J)^-1.
   FixCase c = lab();
   c.correlation = 0.8;
   c.sigma_range_m = 0.03;
@@ -295,7 +295,7 @@ TEST(LeastSquaresFix, CorrelationCounts) {
   const Fix fix = fix_by_least_squares(m);
   ASSERT_EQ(fix.verdict, FixVerdict::kOk);
   const Eigen::Matrix3d expected = information.inverse();
-  // Two inversions of condition some 1e4.
+  // There are two inversions with a condition of some 1e4.
   EXPECT_LT((*fix.covariance - expected).cwiseAbs().maxCoeff(), 1e-11 * expected.maxCoeff()) << *fix.covariance;
 }
 
@@ -315,7 +315,7 @@ TEST(LeastSquaresFix, HugeTinyAndFarWorlds) {
   }
 }
 
-/// No number out that is none, whatever comes in; and no hang, by the test's time-out.
+/// No input gives an invalid number, and none hangs (the test's time-out checks that).
 TEST(LeastSquaresFix, NothingThatIsNoNumberComesOut) {
   const std::vector<double> odd = {0,
                                    -0.0,
@@ -368,7 +368,7 @@ TEST(LeastSquaresFix, NothingThatIsNoNumberComesOut) {
 }
 
 TEST(PoseBound, ByHand) {
-  // Robot at the origin, heading anything; landmarks at (2, 0), (0, 3); sigma 0.1 m and 0.05 rad.
+  // The robot is at the origin with any heading; landmarks are at (2, 0), (0, 3); sigmas are 0.1 m and 0.05 rad.
   // Rows: (-1 0 0) 10, (0 -1/2 -1) 20; (0 -1 0) 10, (1/3 0 -1) 20.
   // Information: xx 100 + 400/9, xh -400/3; yy 100 + 100, yh 200; hh 800; xy 0.
   const Eigen::Matrix2d information = Eigen::Vector2d(100, 400).asDiagonal();
@@ -408,7 +408,7 @@ TEST(PoseBound, IsTheCovarianceOfAFix) {
   }
   const auto bound = pose_bound(c.truth, c.landmarks_m, information);
   ASSERT_TRUE(bound);
-  // The fix lies 1e-13 from the truth, of lengths of metres.
+  // The fix is within 1e-13 of the truth, for lengths of metres.
   EXPECT_LT((*bound - *fix_by_least_squares(m).covariance).cwiseAbs().maxCoeff(), 1e-11 * bound->maxCoeff());
 }
 

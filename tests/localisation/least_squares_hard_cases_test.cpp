@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trilateration cases by name: ranges of sigma 0.01 m unless told otherwise.
+// The trilateration cases by name. Ranges have a sigma of 0.01 m unless stated otherwise.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -26,11 +26,11 @@ LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_
 
 Fix solve(const std::vector<LandmarkMeasurement>& measurements) { return fix_by_least_squares(measurements); }
 
-/// Each range and coordinate is rounded to half a spacing of the largest length, and the iteration ends on a step of
-/// one; the answer moves by `condition` times that. 8 for the dozen roundings of one row.
+/// Each range and coordinate is rounded to half a spacing of the largest length, and the iteration ends with a step of
+/// one spacing; the answer moves by `condition` times that. The factor 8 is for the dozen roundings of one row.
 double bound_m(double largest_m, double condition) { return 8 * kEps * largest_m * condition; }
 
-/// Relative, of values that the list gives with six digits.
+/// Relative error of values that the list gives with six digits.
 constexpr double kSixDigits = 1e-5;
 
 void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
@@ -38,7 +38,7 @@ void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, doubl
   ASSERT_TRUE(fix.position_m);
   EXPECT_NEAR(fix.position_m->x(), x_m, tolerance_m) << "x, m";
   EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m) << "y, m";
-  EXPECT_FALSE(fix.heading_rad) << "ranges tell no heading";
+  EXPECT_FALSE(fix.heading_rad) << "ranges determine no heading";
 }
 
 void expect_covariance(const Eigen::Matrix3d& c, double xx, double xy, double yy) {
@@ -67,14 +67,14 @@ TEST(LeastSquaresHardCases, T2LandmarksInLineGiveBothAnswers) {
   ASSERT_TRUE(fix.other_position_m && fix.other_covariance);
   EXPECT_NEAR(fix.other_position_m->x(), 1, kGiven_m);
   EXPECT_NEAR(fix.other_position_m->y(), -side * 1.5, kGiven_m);
-  // Exactly: rows u = (1, 1.5) / 1.803, (-1, 1.5) / 1.803, (-4, 1.5) / 4.272, (sum u u^T)^-1 * 1e-4.
+  // The exact value, with rows u = (1, 1.5) / 1.803, (-1, 1.5) / 1.803, (-4, 1.5) / 4.272: (sum u u^T)^-1 * 1e-4.
   const double a = 2 / 3.25 + 16 / 18.25;
   const double b = -6 / 18.25;
   const double c = 2 * 2.25 / 3.25 + 2.25 / 18.25;
   const double d = a * c - b * b;
   expect_covariance(*fix.covariance, 1e-4 * c / d, side * -1e-4 * b / d, 1e-4 * a / d);
   expect_covariance(*fix.other_covariance, 1e-4 * c / d, side * 1e-4 * b / d, 1e-4 * a / d);
-  EXPECT_NEAR(fix.covariance->operator()(0, 0), 7.0402e-5, 1e-9);  // the list's own
+  EXPECT_NEAR(fix.covariance->operator()(0, 0), 7.0402e-5, 1e-9);  // the list's own value
   EXPECT_NEAR(fix.covariance->operator()(1, 1), 6.9664e-5, 1e-9);
 }
 
@@ -85,11 +85,11 @@ TEST(LeastSquaresHardCases, T3OnTheLandmarksLineIsWeakAcross) {
   EXPECT_NEAR(std::abs(fix.unseen_direction->y()), 1, 4 * kEps);
   EXPECT_NEAR(fix.unseen_direction->x(), 0, 4 * kEps);
   EXPECT_EQ(fix.unseen_direction->z(), 0);
-  // Singular value sqrt(3) = 1.732: three rows see x.
+  // The singular value is sqrt(3) = 1.732: three rows observe x.
   EXPECT_NEAR(fix.covariance->operator()(0, 0), 1e-4 / 3, 1e-4 * kSixDigits);
-  // Along y chi-squared is k y^4: the ranges are short by y^2 / 2d, of which x takes up its share, 1 / 24 y^2, three
-  // times. The mean square of exp(-k y^4 / 2) is sqrt(2 / k) Gamma(3/4) / Gamma(1/4). What stands by y^6 is a few of a
-  // hundred y^2: 1 %.
+  // Along y chi-squared is k y^4: the ranges are short by y^2 / 2d, of which x compensates its share, 1 / 24 y^2, three
+  // times. The mean square of exp(-k y^4 / 2) is sqrt(2 / k) Gamma(3/4) / Gamma(1/4). The coefficient of y^6 is a few
+  // hundredths of y^2: 1 %.
   const double k = (0.25 + 0.25 + 1 / 64.0 - 3 / 576.0) / 1e-4;
   const double y2 = std::sqrt(2 / k) * std::tgamma(0.75) / std::tgamma(0.25);
   EXPECT_NEAR(fix.covariance->operator()(1, 1), y2, 0.02 * y2);
@@ -97,7 +97,7 @@ TEST(LeastSquaresHardCases, T3OnTheLandmarksLineIsWeakAcross) {
 }
 
 TEST(LeastSquaresHardCases, T3WithNoiseIsWeakOrBothAnswers) {
-  // Chi-squared is 1 at |y| = 0.118: ranges that are off by their sigma may put the roots anywhere below about that.
+  // Chi-squared is 1 at |y| = 0.118: range errors of one sigma may move the roots to any |y| below about that.
   for (const auto& [a, b, c] : {std::tuple{0.01, -0.007, 0.003}, {-0.01, -0.008, -0.012}, {0.012, 0.009, 0.011}}) {
     const Fix fix = solve({ranged(0, 0, 1 + a), ranged(2, 0, 1 + b), ranged(5, 0, 4 + c)});
     ASSERT_EQ(fix.verdict, FixVerdict::kWeak) << to_string(fix.verdict);
@@ -118,7 +118,7 @@ TEST(LeastSquaresHardCases, T5TwoLandmarksInOnePlaceGiveBothAnswers) {
 TEST(LeastSquaresHardCases, T7TangentFromOutside) {
   // 0.1 + 0.2 - 0.3 is 5.55e-17 in doubles.
   expect_at(solve({ranged(0, 0, 0.1), ranged(0.3, 0, 0.2)}), FixVerdict::kWeak, 0.1, 0, bound_m(0.3, 1));
-  // A third circle that crosses both well settles it.
+  // A third circle that crosses both at a good angle determines the place.
   expect_at(solve({ranged(0, 0, 0.1), ranged(0.3, 0, 0.2), ranged(0.1, 0.4, 0.4)}), FixVerdict::kOk, 0.1, 0,
             bound_m(0.4, 1));
 }
@@ -156,7 +156,7 @@ TEST(LeastSquaresHardCases, T14AFarOriginCostsNothing) {
     const Eigen::Vector2d shift(o, o);
     std::vector<LandmarkMeasurement> measurements;
     for (const Eigen::Vector2d& l : {Eigen::Vector2d(0.1, 0.7), {4.3, 0.2}, {0.9, 3.1}}) {
-      // The landmark as the doubles at `o` hold it; the range is to that place.
+      // The landmark's place is rounded to the doubles at `o`; the range is to the rounded place.
       const Eigen::Vector2d shifted = l + shift;
       measurements.push_back(ranged(shifted.x(), shifted.y(), ((shifted - shift) - truth).norm()));
     }
@@ -193,7 +193,7 @@ TEST(LeastSquaresHardCases, T17WhatIsNoMeasurementIsLeftOutAndCounted) {
   EXPECT_EQ(fix.unusable, 9);
 }
 
-/// The list counts from one: r3 is the range to (0, 3), as its plain least-squares answer shows.
+/// The list counts from one: r3 is the range to (0, 3), as the list's plain least-squares answer shows.
 std::vector<LandmarkMeasurement> t18(double sigma_m) {
   return {ranged(0, 0, std::sqrt(2.0), sigma_m), ranged(4, 0, std::sqrt(10.0), sigma_m),
           ranged(0, 3, std::sqrt(5.0) + 1, sigma_m), ranged(4, 3, std::sqrt(13.0), sigma_m)};
@@ -218,7 +218,7 @@ TEST(LeastSquaresHardCases, T18WhicheverLandmarkItIs) {
 }
 
 TEST(LeastSquaresHardCases, T18BelievedIsPlainLeastSquares) {
-  // A sigma under which 1 m is noise: the minimum is that of every common sigma.
+  // With this sigma 1 m is noise. The minimum is the same for every common sigma.
   const Fix fix = solve(t18(0.2));
   constexpr double kFiveDigits_m = 0.5e-5;
   ASSERT_TRUE(fix.position_m) << to_string(fix.verdict);
@@ -228,10 +228,10 @@ TEST(LeastSquaresHardCases, T18BelievedIsPlainLeastSquares) {
 }
 
 TEST(LeastSquaresHardCases, T22MaximumOfLikelihood) {
-  const double sigma_m = 0.05;  // so that the planted errors are noise; the minimum is that of every common sigma
+  const double sigma_m = 0.05;  // the planted errors are noise; the minimum is the same for every common sigma
   const Fix fix = solve({ranged(0, 0, std::sqrt(2.0) + 0.05, sigma_m), ranged(4, 0, std::sqrt(10.0) - 0.03, sigma_m),
                          ranged(0, 3, std::sqrt(5.0) + 0.04, sigma_m)});
-  // Conditioned also by the residuals: their curvature, 0.05 / 1.4, is small.
+  // The residuals affect the condition too, but their curvature, 0.05 / 1.4, is small.
   expect_at(fix, FixVerdict::kOk, 1.0511549201562855, 1.0003042872465623, bound_m(4, 1.2));
   constexpr double kFourDigits_m = 0.5e-5;
   EXPECT_NEAR(std::sqrt(fix.chi_squared / 3) * sigma_m, 0.01631, kFourDigits_m) << "rms residual, m";
@@ -241,7 +241,7 @@ TEST(LeastSquaresHardCases, NoCoordinateGivesANumberThatIsNone) {
   for (const double s : {1e150, 1e-150, 1e-300, 1e300, 3e-310}) {
     const Fix fix = solve({ranged(0, 0, s * std::sqrt(2.0), 0.01 * s), ranged(4 * s, 0, s * std::sqrt(10.0), 0.01 * s),
                            ranged(0, 3 * s, s * std::sqrt(5.0), 0.01 * s)});
-    if (s < 1e-200 || s > 1e200) {  // 1e-4 s^2 is no double: no sigma, no measurement
+    if (s < 1e-200 || s > 1e200) {  // a double cannot hold 1e-4 s^2: no sigma, no measurement
       EXPECT_EQ(fix.verdict, FixVerdict::kTooFew) << "scale " << s;
       EXPECT_EQ(fix.unusable, 3);
       continue;
@@ -252,7 +252,7 @@ TEST(LeastSquaresHardCases, NoCoordinateGivesANumberThatIsNone) {
 }
 
 TEST(LeastSquaresHardCases, ASigmaBelowRoundingIsThatOfRounding) {
-  // Ranges of metres said to be known to 1e-30 m, and of 1e150 m to 1 cm: what the doubles leave open is no
+  // Ranges of metres with a stated sigma of 1e-30 m, and of 1e150 m with one of 1 cm: the rounding of doubles is no
   // contradiction.
   for (const double s : {1.0, 1e150}) {
     const double sigma_m = s == 1 ? 1e-30 : 0.01;
@@ -271,8 +271,9 @@ TEST(LeastSquaresHardCases, DenormalsAreNumbers) {
 }
 
 TEST(LeastSquaresHardCases, CirclesThatJustMissAreTheMiddleOfTheGapHoweverTheMapIsTurned) {
-  // Gap 0.1 m, sigma 0.1 m: half of it each. Across, x is sigma / sqrt(2). Along, chi-squared about the middle is
-  // 2 (0.05 + t^2 / 4)^2 / sigma^2: its mean square by the sum below.
+  // The gap is 0.1 m and sigma is 0.1 m: each circle is off by half of the gap. Across, x has a standard deviation of
+  // sigma / sqrt(2). Along, chi-squared about the middle is 2 (0.05 + t^2 / 4)^2 / sigma^2; the sum below gives its
+  // mean square.
   double weights = 0;
   double sum = 0;
   for (double t = -3; t < 3; t += 1e-3) {
@@ -284,15 +285,15 @@ TEST(LeastSquaresHardCases, CirclesThatJustMissAreTheMiddleOfTheGapHoweverTheMap
   for (double turn = 0; turn < 6.3; turn += 0.1) {
     const Eigen::Vector2d along(std::cos(turn), std::sin(turn));
     const Fix fix = solve({ranged(0, 0, 1.95, 0.1), ranged(4 * along.x(), 4 * along.y(), 1.95, 0.1)});
-    // Chi-squared bends by 5 per m^2 along the gap's middle, by 200 across it: condition 40.
+    // The curvature of chi-squared is 5 per m^2 along the gap's middle and 200 across it: condition 40.
     expect_at(fix, FixVerdict::kWeak, 2 * along.x(), 2 * along.y(), bound_m(4, 40));
     ASSERT_TRUE(fix.unseen_direction);
-    // Square roots of roundings: chi-squared has no slope in the middle.
+    // The error is the square root of a rounding, since chi-squared has no slope in the middle.
     EXPECT_NEAR(fix.unseen_direction->head<2>().dot(along), 0, std::sqrt(kEps));
     const Eigen::Matrix2d c = fix.covariance->topLeftCorner<2, 2>();
     EXPECT_NEAR(along.dot(c * along), 0.005, 0.005 * 1e-6) << turn;
     const Eigen::Vector2d across(-along.y(), along.x());
-    // Steps of a quarter of the width, on the floor of the valley, which the straight line leaves by a hair.
+    // Steps are a quarter of the width, on the floor of the valley, from which the straight line differs slightly.
     EXPECT_NEAR(across.dot(c * across), sum / weights, 0.05 * sum / weights) << turn;
   }
 }
@@ -312,7 +313,7 @@ TEST(LeastSquaresHardCases, AWeakCovarianceIsRightAcrossAndAlong) {
   const Fix fix = solve({ranged(0, 0, 1044.030650891055, sigma_m), ranged(5, 0, 1039.2425126023281, sigma_m),
                          ranged(0, 5, 1042.604910788358, sigma_m)});
   ASSERT_EQ(fix.verdict, FixVerdict::kWeak);
-  // (sum u u^T)^-1 sigma^2, by hand.
+  // The covariance by hand is (sum u u^T)^-1 sigma^2.
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& l : {Eigen::Vector2d(0, 0), {5, 0}, {0, 5}}) {
     const Eigen::Vector2d u = (l - Eigen::Vector2d(1000, 300)).normalized();
@@ -321,7 +322,7 @@ TEST(LeastSquaresHardCases, AWeakCovarianceIsRightAcrossAndAlong) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> stated(fix.covariance->topLeftCorner<2, 2>());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> right(information.inverse());
   for (int k = 0; k < 2; ++k) {
-    // A sum in steps of a quarter of the width; rows of condition 300.
+    // The sum has steps of a quarter of the width, and the rows have a condition of 300.
     EXPECT_NEAR(std::sqrt(stated.eigenvalues()[k]), std::sqrt(right.eigenvalues()[k]),
                 0.01 * std::sqrt(right.eigenvalues()[k]));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stated covariances and verdicts are worth, over seeded noise.
+// Checks the stated covariances and verdicts statistically, over seeded noise.
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Chi-squared of two numbers and of one that 95 % stay below.
+/// 95 % quantiles of chi-squared of two numbers and of one.
 constexpr double kTwo95 = 5.991;
 constexpr double kOne95 = 3.841;
 
@@ -57,7 +57,7 @@ Tally run(int count, bool has_range, bool has_bearing, double correlation) {
       if (has_range && has_bearing) {
         is = one.covariance.inverse();
       } else if (has_range) {
-        // There is no bound without a heading: one known to 1 krad, which tells the position nothing.
+        // There is no bound without a heading. Use one with a sigma of 1 krad, which does not affect the position.
         is = Eigen::Vector2d(1 / one.covariance(0, 0), 1e-6).asDiagonal();
       } else {
         is(1, 1) = 1 / one.covariance(1, 1);
@@ -79,12 +79,12 @@ Tally run(int count, bool has_range, bool has_bearing, double correlation) {
 }
 
 void expect_true(const Tally& t, int count, bool has_heading) {
-  // Of 4000, false alarms leave out 2e-4 * 4000 = 0.8; 8 or more come with a chance of 1e-6.
+  // False alarms exclude 2e-4 * 4000 = 0.8 of 4000; 8 or more have a probability of 1e-6.
   EXPECT_GT(t.given, count - 8);
-  // 95 % of 4000 scatters by 0.34 %: 93 and 97 % lie six of that away.
+  // 95 % of 4000 scatters by 0.34 %: 93 and 97 % are six of these sigmas away.
   EXPECT_GT(t.position_inside, 0.93 * t.given);
   EXPECT_LT(t.position_inside, 0.97 * t.given);
-  // A root mean square of 4000 pairs scatters by 0.8 %.
+  // The root mean square of 4000 pairs scatters by 0.8 %.
   EXPECT_NEAR(std::sqrt(t.position_error2_m2 / t.position_bound_m2), 1, 0.05);
   ::testing::Test::RecordProperty("position_inside_95", std::to_string(100.0 * t.position_inside / t.given));
   ::testing::Test::RecordProperty("rmse_over_bound",
@@ -111,7 +111,8 @@ TEST(LeastSquaresStatistics, FalseAlarmsAreAsOftenAsStated) {
     const Fix fix = fix_by_least_squares(measure(c, random));
     alarms += fix.verdict != FixVerdict::kOk || !fix.outliers.empty();
   }
-  // At most 2e-4 of them, 1e-4 by each test: 4 expected at most; more than 14 with a chance of 1e-5.
+  // At most 2e-4 of them are alarms, 1e-4 by each test. So at most 4 are expected; more than 14 have a probability of
+  // 1e-5.
   EXPECT_LE(alarms, 14);
   EXPECT_GE(alarms, 1) << "a test that never raises its alarm is none";
 }
@@ -125,7 +126,7 @@ TEST(LeastSquaresOutliers, TwoOfSixAreFoundAndNamed) {
         const FixCase c{.truth = {0.3, -0.4, 1}, .landmarks_m = kLab};
         auto m = measure(c, random);
         *m[std::size_t(i)].range_m += side & 1 ? 0.5 : -0.5;
-        if (side & 4) {  // the landmark itself stands elsewhere
+        if (side & 4) {  // the landmark itself is elsewhere
           m[std::size_t(j)].landmark_m.y() += side & 2 ? 0.5 : -0.5;
         } else {
           *m[std::size_t(j)].range_m += side & 2 ? 0.5 : -0.5;
@@ -158,7 +159,7 @@ TEST(LeastSquaresOutliers, TwoOfFourContradict) {
   }
 }
 
-/// What landmark 0 standing elsewhere shows of itself, to first order.
+/// The observable effect of a shift of landmark 0, to first order.
 /// @returns the root of the non-centrality of its leave-one-out statistic, in sigmas
 double shown_by_others(const FixCase& c, const std::vector<LandmarkMeasurement>& m, bool has_bearing) {
   const int n = has_bearing ? 3 : 2;
@@ -166,7 +167,7 @@ double shown_by_others(const FixCase& c, const std::vector<LandmarkMeasurement>&
   Eigen::MatrixXd first;
   Eigen::VectorXd error;
   for (std::size_t i = 0; i < m.size(); ++i) {
-    // Rows about the place where the map has the landmark; the difference is what its being elsewhere does.
+    // Rows are at the landmark's place in the map; the difference is the effect of its shift.
     const Eigen::Vector2d d = m[i].landmark_m - Eigen::Vector2d(c.truth.x_m, c.truth.y_m);
     const Eigen::Vector2d stands = c.landmarks_m[i] - Eigen::Vector2d(c.truth.x_m, c.truth.y_m);
     const double r = d.norm();
@@ -196,14 +197,14 @@ struct Verdicts {
   int ok = 0;
   int named = 0;
   int wrong = 0;    ///< verdict ok, more than 6 sigma off
-  int unshown = 0;  ///< of these, in rooms whose numbers do not show the outlier
+  int unshown = 0;  ///< of these, in rooms whose measurements do not show the outlier
 };
 
-/// 10 000 rooms of `count` landmarks, one of which stands `off_m` from where the map has it.
+/// 10 000 rooms of `count` landmarks, one of which is `off_m` from its place in the map.
 Verdicts one_outlier(int count, bool has_bearing, double off_m) {
   std::mt19937_64 random(34);
   std::uniform_real_distribution<double> turn(-kPi, kPi);
-  // The leave-one-out statistic's threshold, as a number of sigmas; noise takes 4.3 of them away once in 1e5.
+  // The leave-one-out statistic's threshold, in sigmas; noise reduces the statistic by 4.3 of them once in 1e5.
   const double threshold = std::sqrt(2 * std::log(count / 1e-4));
   Verdicts v;
   for (int i = 0; i < 10000; ++i) {
@@ -225,16 +226,17 @@ Verdicts one_outlier(int count, bool has_bearing, double off_m) {
   return v;
 }
 
-// The arithmetic of a quietly wrong answer, where the numbers show the outlier: the true explanation must fall to a
-// false alarm of its own (2e-4) while another passes alone, or the outlier must go unseen (1e-5). That is 2.1 of 10 000
-// rooms if another always passed, and 8 come by chance once in 1e3: an upper bound, since one seldom does.
+// The probability of a wrong answer without notice, where the measurements show the outlier: either the true
+// explanation is rejected by a false alarm of its own (2e-4) while another one alone is accepted, or the outlier is not
+// seen (1e-5). That is 2.1 of 10 000 rooms if another explanation is always accepted, and 8 have a probability of 1e-3.
+// It is an upper bound, since another explanation is seldom accepted.
 constexpr int kMostWrong = 8;
 
 TEST(LeastSquaresOutliers, OneOfSixWithBearingsIsNeverQuietlyWrong) {
   const Verdicts v = one_outlier(6, true, 0.5);
   EXPECT_LE(v.wrong, kMostWrong);
   EXPECT_EQ(v.unshown, 0);
-  // Lost to false alarms, of the full set or of the five left: 2e-4 each.
+  // Fixes lost to false alarms, of the full set or of the five left: 2e-4 each.
   EXPECT_GT(v.ok, 9980);
   EXPECT_GT(v.named, 9980);
 }
@@ -246,8 +248,9 @@ TEST(LeastSquaresOutliers, OneOfFourWithBearingsIsNeverQuietlyWrong) {
 }
 
 TEST(LeastSquaresOutliers, OneOfSixRangesIsWrongOnlyWhereTheRangesDoNotShowIt) {
-  // Ranges alone, a landmark moved anywhere: where it moves across the line of sight, or carries much of the answer,
-  // the others forecast its range no better than it is off, and no method tells. Those rooms are counted apart.
+  // With ranges alone, a landmark is moved in any direction. Where it moves across the line of sight, or determines
+  // much of the answer, the forecast of its range by the others is no better than its error, and no method can detect
+  // it. These rooms are counted separately.
   const Verdicts v = one_outlier(6, false, 0.5);
   EXPECT_LE(v.wrong - v.unshown, kMostWrong);
   EXPECT_LE(v.unshown, 50) << "half a percent";

@@ -28,13 +28,13 @@ class OdometryArc : public testing::TestWithParam<ArcCase> {};
 
 TEST_P(OdometryArc, AgreesWithFiftyDigits) {
   const ArcCase& c = GetParam();
-  // Wheels of radius 1 m, 1 m apart: angles are metres. D = 0.1 m, T = w dt.
+  // The wheels have a radius of 1 m and are 1 m apart, so angles are metres. D = 0.1 m, T = w dt.
   Odometry odometry({1, 1}, {0, 0, c.heading_rad});
   odometry.update(0, 0);
   const double turn_rad = c.turn_rate_radps * 0.1;
   const Pose pose = odometry.update(0.1 - turn_rad / 2, 0.1 + turn_rad / 2);
   // The turn is right - left, a difference of numbers near 0.1 that were rounded to 2^-56: each ulp of it moves the end
-  // by 0.1 * ulp / 2. The rest is some four roundings of lengths of 0.1 m.
+  // by 0.1 * ulp / 2. Some four roundings of lengths of 0.1 m are added.
   constexpr double kTolerance_m = 0.1 * 8 * kEps;
   EXPECT_NEAR(pose.x_m, c.dx_m, kTolerance_m);
   EXPECT_NEAR(pose.y_m, c.dy_m, kTolerance_m);
@@ -59,7 +59,7 @@ TEST(Odometry, AFullCircleComesBack) {
 }
 
 TEST(Odometry, StaysExactOverARun) {
-  // 450 steps of 1 m/s and 0.5 rad/s at 15 Hz: an arc of radius 2 m over 15 rad.
+  // 450 steps of 1 m/s and 0.5 rad/s at 15 Hz make an arc of radius 2 m over 15 rad.
   Odometry odometry({0.05, 0.3}, {0, 0, 0});
   odometry.update(0, 0);
   Pose pose;
@@ -117,7 +117,7 @@ TEST(WrapAngle, HardCases) {
   EXPECT_TRUE(std::isnan(wrap_angle_rad(std::numeric_limits<double>::infinity())));
 }
 
-// Catches NaN out of wheels that stand on one point.
+// Catches NaN from wheels without separation.
 TEST(DriveArc, NeedsASeparation) {
   for (const double separation_m : {0.0, -0.3, std::nan(""), std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW((void)drive_arc({}, 0.1, 0.2, separation_m), std::invalid_argument) << separation_m;

@@ -24,9 +24,10 @@ void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, doubl
   EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m);
 }
 
-// A corner of circles that cross at a good angle: condition near 1, lengths of a few metres, some ten roundings.
+// Error of a corner of circles that cross at a good angle: condition near 1, lengths of a few metres, some ten
+// roundings.
 constexpr double kWell_m = 64 * kEps;
-// A corner of circles that touch: an error e in a range r moves it by sqrt(2 e r), here with e = 4 eps, r = 4.
+// Error of a corner of circles that touch: an error e in a range r moves it by sqrt(2 e r), here with e = 4 eps, r = 4.
 const double kTangent_m = std::sqrt(2 * 4 * kEps * 4);
 
 TEST(PaperTrilateration, T1WellPlaced) {
@@ -62,7 +63,7 @@ TEST(PaperTrilateration, T5TwoLandmarksInOnePlaceGiveBothAnswers) {
 }
 
 TEST(PaperTrilateration, T7TangentFromOutsideHasNoNaN) {
-  // 0.1 + 0.2 - 0.3 is 5.55e-17 in doubles; the third circle crosses both well.
+  // 0.1 + 0.2 - 0.3 is 5.55e-17 in doubles; the third circle crosses both at a good angle.
   const Fix fix = solve({{{0, 0}, 0.1}, {{0.3, 0}, 0.2}, {{0.1, 0.4}, 0.4}});
   expect_at(fix, FixVerdict::kOk, 0.1, 0, std::sqrt(2 * 4 * kEps * 0.2));
 }
@@ -76,7 +77,7 @@ TEST(PaperTrilateration, T9) {
 }
 
 TEST(PaperTrilateration, T13RoundedRanges) {
-  // Range 3 is 1.36e-5 short of sqrt(2); circles 1 and 2 meet at (2, 3) and (3, 2), the others cross it at right
+  // Range 3 is 1.36e-5 short of sqrt(2). Circles 1 and 2 meet at (2, 3) and (3, 2); the others cross it at right
   // angles.
   const Fix fix = solve({{{2, 2}, 1}, {{3, 3}, 1}, {{1, 4}, 1.4142}});
   expect_at(fix, FixVerdict::kOk, 2, 3, 1.4e-5);
@@ -89,7 +90,7 @@ TEST(PaperTrilateration, T14AFarOriginCostsNothing) {
     std::vector<LandmarkRange> ranges;
     for (const Eigen::Vector2d& l : {Eigen::Vector2d(0.1, 0.7), {4.3, 0.2}, {0.9, 3.1}}) {
       const Eigen::Vector2d shifted = l + shift;
-      // The landmark as the doubles at `o` hold it; the range is to that place.
+      // The landmark's place is rounded to the doubles at `o`; the range is to the rounded place.
       ranges.push_back({shifted, ((shifted - shift) - truth).norm()});
     }
     const double spacing_m = std::nextafter(o + 2, kInf) - (o + 2);
@@ -114,7 +115,7 @@ TEST(PaperTrilateration, T17BadRangesAreLeftOutAndCounted) {
 }
 
 TEST(PaperTrilateration, TakesTheNearestThree) {
-  // The two farther ranges are nonsense and must not matter.
+  // The two longer ranges are wrong and must not matter.
   expect_at(solve({{{0, 30}, 500},
                    {{0, 0}, std::sqrt(2.0)},
                    {{4, 0}, std::sqrt(10.0)},
@@ -124,7 +125,8 @@ TEST(PaperTrilateration, TakesTheNearestThree) {
 }
 
 TEST(PaperTrilateration, CirclesThatDoNotMeetUseTheMiddleOfTheGap) {
-  // Circles 1 and 2 leave [1, 1.5] of the line between them; circle 3 is centred above its middle, at (1.25, 2).
+  // Circles 1 and 2 leave a gap of [1, 1.5] on the line between them; circle 3 is centred above its middle, at (1.25,
+  // 2).
   const Fix fix = solve({{{0, 0}, 1}, {{3, 0}, 1.5}, {{1.25, 2}, 2}});
   ASSERT_EQ(fix.verdict, FixVerdict::kGap);
   EXPECT_GT(fix.position_m->x(), 1);
@@ -133,7 +135,7 @@ TEST(PaperTrilateration, CirclesThatDoNotMeetUseTheMiddleOfTheGap) {
 }
 
 TEST(PaperTrilateration, ACircleInsideAnotherUsesTheMiddleOfTheGap) {
-  // Circle 2 lies inside circle 1; nearest to it at (2, 0) and (2.2, 0).
+  // Circle 2 is inside circle 1; they are nearest to each other at (2, 0) and (2.2, 0).
   const Fix fix = solve({{{0, 0}, 2.2}, {{1, 0}, 1}, {{2.1, 1.5}, 1.5}});
   ASSERT_EQ(fix.verdict, FixVerdict::kGap);
   EXPECT_NEAR(fix.position_m->x(), 2.1, 0.1);

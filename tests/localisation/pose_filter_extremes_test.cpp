@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filter where numbers end, and where the first order does: refused, or honest.
+// Tests of the filter at the limits of doubles and of the first order: input is refused, or the covariance is true.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -75,7 +75,7 @@ TEST(PoseFilterExtremes, WhatIsNoCovarianceIsRefused) {
   }
   EXPECT_THROW(PoseHypothesis({{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}, kNoise), std::invalid_argument);
 
-  // Of a fix, likewise: an asymmetric covariance is no measurement, as in triangulation.
+  // The same holds for a fix: a measurement with an asymmetric covariance is invalid, as in triangulation.
   LandmarkMeasurement m;
   m.landmark_m = {1, 0};
   m.range_m = 1;
@@ -89,7 +89,7 @@ TEST(PoseFilterExtremes, WhatIsNoCovarianceIsRefused) {
   EXPECT_EQ(fix_by_least_squares(both).unusable, 1);
 }
 
-// Catches a heading's error that is only counted to the side: 71 mm stated along a way of 10 m, 1.2 m true.
+// Catches a heading error that counts only sideways: a stated 71 mm along a path of 10 m, where 1.2 m is true.
 TEST(PoseFilterExtremes, AHeadingThatIsHardlyKnownMakesTheWayItselfVague) {
   std::mt19937_64 random(61);
   std::normal_distribution<double> normal;
@@ -98,7 +98,7 @@ TEST(PoseFilterExtremes, AHeadingThatIsHardlyKnownMakesTheWayItselfVague) {
       for (const double turn_rad : {0.0, 1.3}) {
         const Eigen::Matrix3d covariance = Eigen::Vector3d(1e-6, 1e-6, sigma_rad * sigma_rad).asDiagonal();
         PoseFilter filter = started(covariance, {.slip = 1e-6, .correlation_s = 2, .angle_rad = 1e-6});
-        const double half_rad = turn_rad * 0.3 / 2 / 0.05;  // of a wheel's angle
+        const double half_rad = turn_rad * 0.3 / 2 / 0.05;  // half of the difference of the wheels' angles
         for (int i = 1; i <= steps; ++i) {
           const double done = double(i) / steps;
           filter.predict(10 * done, 200 * done - half_rad * done, 200 * done + half_rad * done);
@@ -125,7 +125,7 @@ TEST(PoseFilterExtremes, AHeadingThatIsHardlyKnownMakesTheWayItselfVague) {
   }
 }
 
-// Catches NaN and negative variances wherever numbers are far apart: each call works, or is refused.
+// Catches NaN and negative variances where numbers differ much in size: each call works, or is refused.
 TEST(PoseFilterExtremes, NoSizeOfNumbersMakesItInsane) {
   std::mt19937_64 random(62);
   std::uniform_real_distribution<double> exponent(-320, 308);

@@ -16,7 +16,7 @@
 namespace twocone::localisation {
 namespace {
 
-/// How far off an estimate is by its own covariance: chi-squared of three.
+/// The squared error of an estimate by its own covariance: chi-squared of three.
 double distance2(const Drive& drive, const PoseEstimate& e) {
   const Eigen::Vector3d error = drive.error(e.pose);
   return error.dot(e.covariance.inverse() * error);
@@ -39,7 +39,7 @@ TEST(PoseFilter, BeatsTheFixes) {
     PoseFilter filter = new_filter();
     for (int i = 0; i < kFrames; ++i) {
       if (i > 0) drive.step();
-      drive.tell(filter);
+      drive.report_readings(filter);
       const Fix fix = drive.fix();
       filter.correct(fix);
       ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run << " frame " << i;
@@ -54,7 +54,7 @@ TEST(PoseFilter, BeatsTheFixes) {
   RecordProperty("estimate_rmse_mm", std::to_string(1e3 * std::sqrt(estimates2 / kCount)));
   RecordProperty("inside_95", std::to_string(100 * inside / kCount));
   EXPECT_LT(estimates2, 0.64 * fixes2) << "RMSE at most 0.8 of the fixes'";
-  // 9000 estimates, of which some ten in a row share their errors: 95 % scatters by some 0.7 %.
+  // There are 9000 estimates, of which some ten in a row share their errors: 95 % scatters by some 0.7 %.
   EXPECT_GT(inside, 0.92 * kCount);
   EXPECT_LT(inside, 0.98 * kCount);
 }
@@ -69,12 +69,12 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
     PoseFilter filter = new_filter();
     for (int i = 0; i < 30; ++i) {
       if (i > 0) drive.step();
-      drive.tell(filter);
+      drive.report_readings(filter);
       filter.correct(drive.fix());
     }
     for (int i = 0; i < 75; ++i) {
       drive.step();
-      drive.tell(filter);
+      drive.report_readings(filter);
       filter.correct(Fix());  // too few
     }
     EXPECT_EQ(filter.state(), FilterState::kTracking);
@@ -82,14 +82,14 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
     pose_inside += distance2(drive, *filter.estimate()) < 7.815;
     blind_mm += 1e3 * drive.error(filter.estimate()->pose).head<2>().norm() / kRuns;
     drive.step();
-    drive.tell(filter);
+    drive.report_readings(filter);
     filter.correct(drive.fix());
     ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run;
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "exp(-5.3^2 / 2) = 1e-6";
   }
   RecordProperty("blind_error_mm", std::to_string(blind_mm));
   RecordProperty("inside_95", std::to_string(100.0 * inside / kRuns));
-  // 95 % of 500 scatters by 1 %: four of those.
+  // 95 % of 500 scatters by 1 %: four of these sigmas are allowed.
   EXPECT_NEAR(inside / double(kRuns), 0.95, 0.04);
   EXPECT_NEAR(pose_inside / double(kRuns), 0.95, 0.04);
 }
@@ -100,13 +100,13 @@ TEST(PoseFilter, ACarriedRobotIsFoundWithThreeFixesAndNotBelievedMeanwhile) {
     PoseFilter filter = new_filter();
     for (int i = 0; i < 60; ++i) {
       if (i > 0) drive.step();
-      drive.tell(filter);
+      drive.report_readings(filter);
       filter.correct(drive.fix());
     }
     drive.carry({1.7 - 0.03 * run, 0.9, -2.1 + 0.04 * run});
     for (int fixes = 1; fixes <= 10; ++fixes) {
       drive.step();
-      drive.tell(filter);
+      drive.report_readings(filter);
       filter.correct(drive.fix());
       EXPECT_EQ(filter.state(), fixes < PoseFilter::kRelocateAfter ? FilterState::kLost : FilterState::kTracking)
           << "run " << run << " fix " << fixes;
@@ -122,7 +122,7 @@ TEST(PoseFilter, AWrongFixIsNotTakenAndNotAgainstTheNext) {
   PoseFilter filter = new_filter();
   for (int i = 0; i < 40; ++i) {
     if (i > 0) drive.step();
-    drive.tell(filter);
+    drive.report_readings(filter);
     Fix fix = drive.fix();
     if (i % 10 == 9 || i % 10 == 8) *fix.position_m += Eigen::Vector2d(0.1 * (i % 10), -0.3);  // two that disagree
     filter.correct(fix);
@@ -131,7 +131,7 @@ TEST(PoseFilter, AWrongFixIsNotTakenAndNotAgainstTheNext) {
   }
 }
 
-/// As two landmarks give it: one number more than unknowns.
+/// A fix as from two landmarks: one number more than unknowns.
 Fix of_pair(Fix fix) {
   fix.degrees_of_freedom = 1;
   return fix;
@@ -141,13 +141,13 @@ PoseFilter after_frames(Drive& drive, int frames) {
   PoseFilter filter = new_filter();
   for (int i = 0; i < frames; ++i) {
     if (i > 0) drive.step();
-    drive.tell(filter);
+    drive.report_readings(filter);
     filter.correct(drive.fix());
   }
   return filter;
 }
 
-// Catches a track that follows two landmarks in mirrored images: they agree with each other for as long as the robot
+// Catches a track that follows two landmarks in mirrored images: they agree with each other as long as the robot
 // stands, or drives straight on.
 TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
   for (const double speed_radps : {0.0, 5.0}) {
@@ -155,7 +155,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
     PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 60; ++i) {
       drive.step(speed_radps, speed_radps);
-      drive.tell(filter);
+      drive.report_readings(filter);
       Fix mirrored = of_pair(drive.fix());
       mirrored.position_m->x() = 1 - mirrored.position_m->x();
       mirrored.heading_rad = wrap_angle_rad(kPi - *mirrored.heading_rad);
@@ -164,36 +164,36 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
     }
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 0.05) << "odometry went on";
     drive.step();
-    drive.tell(filter);
+    drive.report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kTaken) << "a pair that is expected is as good as ever";
     EXPECT_EQ(filter.state(), FilterState::kTracking);
   }
 }
 
-// The other side: a robot that was carried to where it sees two landmarks is found as soon as it turns.
+// The converse: a robot that was carried to a place where it sees two landmarks is found as soon as it turns.
 TEST(PoseFilter, ACarriedRobotIsFoundByPairsOnceItTurns) {
   Drive drive(52);
   PoseFilter filter = after_frames(drive, 30);
   drive.carry({1.1, 0.9, -2.1});
   for (int i = 0; i < 5; ++i) {
     drive.step(5, 5);
-    drive.tell(filter);
+    drive.report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kUnexpected) << "straight on";
   }
   FixUse use = FixUse::kUnexpected;
   for (int i = 0; i < 3 && use != FixUse::kRelocated; ++i) {
     drive.step(3, 5);
-    drive.tell(filter);
+    drive.report_readings(filter);
     use = filter.correct(of_pair(drive.fix()));
   }
   EXPECT_EQ(use, FixUse::kRelocated);
   EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m);
 
-  // Three landmarks check themselves: three such fixes find it at rest.
+  // Three landmarks check themselves: three such fixes find a robot that stands still.
   drive.carry({-1.1, 0.2, 1.1});
   for (int i = 1; i <= PoseFilter::kRelocateAfter; ++i) {
     drive.step(0, 0);
-    drive.tell(filter);
+    drive.report_readings(filter);
     use = filter.correct(drive.fix());
     EXPECT_EQ(use, i < PoseFilter::kRelocateAfter ? FixUse::kUnexpected : FixUse::kRelocated);
   }
@@ -204,7 +204,7 @@ TEST(PoseFilter, WrongFixesBetweenRightOnesNeverRelocate) {
   PoseFilter filter = new_filter();
   for (int i = 0; i < 60; ++i) {
     if (i > 0) drive.step();
-    drive.tell(filter);
+    drive.report_readings(filter);
     Fix fix = drive.fix();
     if (i % 3 != 0) *fix.position_m += Eigen::Vector2d(0.4, 0.3);  // agree with each other, but never three in a row
     filter.correct(fix);
@@ -218,7 +218,7 @@ TEST(PoseFilter, StaysSymmetricAndPositiveOverALongRun) {
   PoseHypothesis hypothesis({drive.truth(), 1e-6 * Eigen::Matrix3d::Identity()}, kNoise);
   for (int i = 0; i < 6000; ++i) {
     if (i > 0) drive.step(5 + 3 * std::sin(0.01 * i), 5 - 3 * std::cos(0.013 * i));
-    drive.tell(filter);
+    drive.report_readings(filter);
     hypothesis.predict(kStep_s, 0.3 + 0.2 * std::sin(0.01 * i), 0.3, kWheels, kNoise);
     const bool is_blind = i % 400 > 300;
     Fix fix = drive.fix();
@@ -238,7 +238,7 @@ TEST(PoseFilter, StaysSymmetricAndPositiveOverALongRun) {
 }
 
 TEST(PoseHypothesis, PredictsWhatChanceMakesOfOneLongArc) {
-  // Every source at once, each scattered by hand; errors small enough that curvature adds no percent.
+  // All error sources act at once, each drawn here; the errors are so small that curvature adds less than a percent.
   const OdometryNoise noise{.slip = 0.02, .correlation_s = 2, .angle_rad = 0.05};
   const double left = 8.3;
   const double right = 14.9;
@@ -263,7 +263,7 @@ TEST(PoseHypothesis, PredictsWhatChanceMakesOfOneLongArc) {
       way_m[w] = 0.05 * ((w ? right : left) + old_error - new_error[w]) * (1 + 0.02 * normal(random));
     }
     const double turn = (way_m[1] - way_m[0]) / 0.3;
-    const double radius_m = (way_m[0] + way_m[1]) / 2 / turn;  // a turn of 1.1 rad: the textbook's form does
+    const double radius_m = (way_m[0] + way_m[1]) / 2 / turn;  // the textbook's form suffices for a turn of 1.1 rad
     const Eigen::Vector3d end(at.x_m + radius_m * (std::sin(at.heading_rad + turn) - std::sin(at.heading_rad)),
                               at.y_m - radius_m * (std::cos(at.heading_rad + turn) - std::cos(at.heading_rad)),
                               at.heading_rad + turn);
@@ -272,7 +272,7 @@ TEST(PoseHypothesis, PredictsWhatChanceMakesOfOneLongArc) {
     sum += error * error.transpose() / kSamples;
     with_reading += error * Eigen::RowVector2d(new_error[0], new_error[1]) / kSamples;
   }
-  // A sample covariance of 20000 scatters by 1 % (sqrt(2 / 20000)); four of those, scaled by the sigmas.
+  // A sample covariance of 20000 scatters by 1 % (sqrt(2 / 20000)); four of these, scaled by the sigmas, are allowed.
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       const double scale = std::sqrt(e.covariance(i, i) * e.covariance(j, j));
@@ -290,7 +290,7 @@ TEST(PoseHypothesis, SlipIsForgottenAtItsRate) {
   const double prior = kNoise.slip * kNoise.slip;
   EXPECT_DOUBLE_EQ(hypothesis.covariance()(3, 3), prior);
   for (int i = 0; i < 100; ++i) hypothesis.predict(kStep_s, 0.4, 0.3, kWheels, kNoise);
-  // Stationary: forgetting and renewing balance.
+  // The variance is stationary: decay and renewal balance.
   EXPECT_NEAR(hypothesis.covariance()(3, 3), prior, 1e-12 * prior);
   EXPECT_NEAR(hypothesis.covariance()(4, 4), prior, 1e-12 * prior);
   // Cov(slip, x) of one step on dt decays with exp(-dt / correlation).
@@ -300,7 +300,7 @@ TEST(PoseHypothesis, SlipIsForgottenAtItsRate) {
 }
 
 TEST(PoseFilter, ReadingsErrorsDoNotAddUp) {
-  // Standing before and after, however often the wheels are read: the pose is off by two readings at most.
+  // The robot stands still. However often the wheels are read, the pose is off by two readings at most.
   PoseHypothesis hypothesis({{}, 1e-12 * Eigen::Matrix3d::Identity()}, kNoise);
   for (int i = 0; i < 1000; ++i) hypothesis.predict(kStep_s, 0, 0, kWheels, kNoise);
   const double two_readings_m2 = 2 * std::pow(kWheels.radius_m * kNoise.angle_rad, 2) / 2;  // mean of two wheels
@@ -316,7 +316,7 @@ TEST(PoseFilter, HeadingGoesThroughPi) {
     if (i > 0) drive.step(3, 6);
     crossings += std::abs(drive.truth().heading_rad - last_rad) > kPi;
     last_rad = drive.truth().heading_rad;
-    drive.tell(filter);
+    drive.report_readings(filter);
     if (i % 5 == 0) filter.correct(drive.fix());
     ASSERT_EQ(filter.state(), FilterState::kTracking) << "frame " << i;
     ASSERT_LE(std::abs(filter.estimate()->pose.heading_rad), kPi);
@@ -328,7 +328,7 @@ TEST(PoseFilter, HeadingGoesThroughPi) {
 TEST(PoseFilter, NoTimeAndNoMotion) {
   Drive drive(46);
   PoseFilter filter = new_filter();
-  drive.tell(filter);
+  drive.report_readings(filter);
   filter.correct(drive.fix());
   const PoseEstimate before = *filter.estimate();
   filter.predict(drive.t_s(), 0.0, 0.0);
@@ -338,7 +338,7 @@ TEST(PoseFilter, NoTimeAndNoMotion) {
     ASSERT_TRUE(filter.estimate()->covariance.allFinite());
   }
   const PoseEstimate after = *filter.estimate();
-  // Readings of 3 mrad on wheels of 5 cm: 0.15 mm each, and twice that over the wheels' separation in heading.
+  // Readings of 3 mrad on wheels of 5 cm are 0.15 mm each, and twice that over the wheels' separation in heading.
   EXPECT_NEAR(after.pose.x_m, before.pose.x_m, 1e-3);
   EXPECT_NEAR(after.pose.y_m, before.pose.y_m, 1e-3);
   EXPECT_LT(std::sqrt(after.covariance(0, 0)), 1.1 * kFixSigma_m);
@@ -371,7 +371,7 @@ TEST(PoseFilter, SaysNothingBeforeTheFirstFixAndStartsFromNothingLess) {
   EXPECT_EQ(filter.state(), FilterState::kLost);
   EXPECT_FALSE(filter.estimate());
   Drive drive(47);
-  drive.tell(filter);
+  drive.report_readings(filter);
   for (const FixVerdict verdict :
        {FixVerdict::kTooFew, FixVerdict::kContradictory, FixVerdict::kGap, FixVerdict::kWeak, FixVerdict::kAmbiguous}) {
     Fix fix = drive.fix();
@@ -406,7 +406,7 @@ PoseFilter vague_filter() {
   return filter;
 }
 
-TEST(PoseFilter, AFixWithoutHeadingTellsThePositionOnly) {
+TEST(PoseFilter, AFixWithoutHeadingUpdatesThePositionOnly) {
   PoseFilter filter = vague_filter();
   Fix fix;
   fix.verdict = FixVerdict::kOk;

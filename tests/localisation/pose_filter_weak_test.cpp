@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weak fixes in the filter: whether the regions that it states hold what they say, and whether a track gains by them.
-// TWOCONE_CASES=N: so many draws instead of some hundred.
+// Weak fixes in the filter: whether its stated regions contain the truth as often as they should, and whether a track
+// gains by them.
+// TWOCONE_CASES=N: number of draws instead of some hundred.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,7 +18,7 @@
 namespace twocone::localisation {
 namespace {
 
-/// Chi-squared of three numbers that half of them, and that 0.1 % of them, pass.
+/// Values that chi-squared of three numbers exceeds in half, and in 0.1 %, of all cases.
 constexpr double kHalf = 2.366;
 constexpr double kAllButAThousandth = 16.266;
 
@@ -60,7 +61,7 @@ class Draw {
   double log_between(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
   int one_of(int count) { return std::min(count - 1, int(between(0, count))); }
 
-  /// Measurements of landmarks in a small group, or in line, as they give weak fixes; not all of these draws do.
+  /// Measurements of landmarks in a small group, or in line, which mostly give weak fixes.
   std::vector<LandmarkMeasurement> group(const Eigen::Vector3d& truth) {
     std::vector<LandmarkMeasurement> all;
     const double spacing_m = log_between(0.03, 0.3);
@@ -72,7 +73,7 @@ class Draw {
     const Eigen::Vector2d middle = truth.head<2>() + away_m * Eigen::Vector2d(std::cos(way_rad), std::sin(way_rad));
     const int count = 2 + one_of(3);
     const bool is_line = one_of(2) == 0;
-    const int bearings = one_of(3);  // none, of one, of all
+    const int bearings = one_of(3);  // none, of one landmark, of all
     for (int i = 0; i < count; ++i) {
       Eigen::Vector2d place = middle;
       if (is_line) {
@@ -107,7 +108,7 @@ class Draw {
   std::uniform_real_distribution<double> uniform_;
 };
 
-// Catches the tangent of a far place: the truth is left outside the 99.9 % region in half of the draws.
+// Catches the use of a far place's tangent: then the truth is outside the 99.9 % region in half of the draws.
 TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   Draw draw(2001);
   int taken = 0;
@@ -148,8 +149,8 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   EXPECT_LE(uses[int(FixUse::kUnexpected)], 1) << "once in a million";
 }
 
-// The filter is 0.3 m vague where three ranges tell an arc of 5 m: its tangent at the fix's own place, 1.3 m along it,
-// is 0.17 m off here.
+// The filter's sigma is 0.3 m where three ranges determine an arc of 5 m. The tangent at the fix's own place, 1.3 m
+// along the arc, is 0.17 m off here.
 TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
   const std::vector<LandmarkMeasurement> ranges{range_to(0, 0, 5, 0.01), range_to(0.1, 0, 4.9, 0.01),
                                                 range_to(0, 0.1, std::hypot(5, 0.1) - 0.0136, 0.01)};
@@ -162,14 +163,14 @@ TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
     PoseFilter filter = filter_at(truth, prior);
     const FixUse use = filter.correct(fix);
     EXPECT_LT(distance2(truth, *filter.estimate()), kAllButAThousandth) << sigma_m;
-    if (sigma_m > 0.1) continue;  // where the arc leaves its ellipse
+    if (sigma_m > 0.1) continue;  // beyond this, the arc leaves its ellipse
     EXPECT_EQ(use, FixUse::kTaken) << sigma_m;
-    EXPECT_LT(std::sqrt(filter.estimate()->covariance(0, 0)), 0.01) << "the ranges tell x";
+    EXPECT_LT(std::sqrt(filter.estimate()->covariance(0, 0)), 0.01) << "the ranges determine x";
   }
 }
 
 // By hand: a range along x, far away, is a measurement of x.
-TEST(PoseFilterWeak, TellsAcrossTheUnseenDirectionOnly) {
+TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
   fix.measurements = {range_to(1e6 + 0.1, 0, 1e6, 0.1)};
@@ -183,7 +184,7 @@ TEST(PoseFilterWeak, TellsAcrossTheUnseenDirectionOnly) {
   EXPECT_NEAR(e.covariance(1, 1), 0.01, kRounding);
   EXPECT_NEAR(e.covariance(2, 2), 0.01, kRounding);
 
-  fix.widening = 3;  // the range is 0.17 m vague then
+  fix.widening = 3;  // the range then has a sigma of 0.17 m
   PoseFilter wide = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(wide.correct(fix), FixUse::kTaken);
   EXPECT_NEAR(wide.estimate()->pose.x_m, 0.025, kRounding);
@@ -197,7 +198,7 @@ TEST(PoseFilterWeak, TellsAcrossTheUnseenDirectionOnly) {
   EXPECT_EQ(PoseFilter(kWheels, kNoise).correct(fix), FixUse::kCannotStart);
 }
 
-// Catches an ellipse round one of two places: two ranges and a prior that holds both mirror images.
+// Catches an ellipse round one of two places: two ranges and a prior that contains both mirror images.
 TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
@@ -209,7 +210,7 @@ TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
   EXPECT_NEAR(sure.estimate()->pose.y_m, 0.3, 0.07) << "its own side";
 }
 
-// Catches a filter that would do better without them.
+// Catches a filter that would be better without weak fixes.
 TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
   const int runs = std::max(20, cases() / 50);
   constexpr int kFrames = 150;  // 10 s
@@ -224,8 +225,8 @@ TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
     PoseFilter without(kWheels, kNoise);
     for (int i = 0; i <= kFrames; ++i) {
       if (i > 0) drive.step();
-      drive.tell(with);
-      drive.tell(without);
+      drive.report_readings(with);
+      drive.report_readings(without);
       if (i == 0) {
         const Fix start = drive.fix();
         with.correct(start);

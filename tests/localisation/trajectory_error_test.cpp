@@ -11,7 +11,7 @@ namespace twocone::localisation {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-/// A handful of roundings of numbers of size 10.
+/// A few roundings of numbers of size 10.
 constexpr double kRounding = 1e-13;
 
 TEST(TrajectoryErrorTest, OfNoPairThereIsNone) {
@@ -23,7 +23,7 @@ TEST(TrajectoryErrorTest, OfNoPairThereIsNone) {
   EXPECT_THROW((void)relative_error_over({}, 0), std::invalid_argument);
 }
 
-// By hand: shifted by (3, 4): 5 m everywhere. One of four also turned by a right angle: root of (pi/2)^2 / 4.
+// By hand: all are shifted by (3, 4), which is 5 m. One of four is also turned by a right angle: root of (pi/2)^2 / 4.
 TEST(TrajectoryErrorTest, AShiftIsAnAbsoluteErrorAlone) {
   std::vector<PosePair> pairs;
   for (int i = 0; i < 4; ++i) pairs.push_back({{double(i), 0, 0}, {i + 3.0, 4, i == 2 ? kPi / 2 : 0}});
@@ -43,8 +43,8 @@ TEST(TrajectoryErrorTest, AShiftIsAnAbsoluteErrorAlone) {
   EXPECT_NEAR(relative->rmse_rad, 0, kRounding);
 }
 
-// By hand: the reference goes 1 m a step along x. The estimate goes 1.1, 1.2, 1.0, 1.0 m: errors of steps 0.1, 0.2, 0,
-// 0; of two steps 0.3 and 0; absolute 0, 0.1, 0.3, 0.3, 0.3.
+// By hand: the reference moves 1 m per step along x. The estimate moves 1.1, 1.2, 1.0, 1.0 m. Errors of single steps
+// are 0.1, 0.2, 0, 0; of two steps 0.3 and 0; absolute errors are 0, 0.1, 0.3, 0.3, 0.3.
 TEST(TrajectoryErrorTest, RelativeErrorsAreOfSegmentsThatDoNotOverlap) {
   const std::vector<PosePair> pairs{{{0, 0, 0}, {0, 0, 0}},
                                     {{1, 0, 0}, {1.1, 0, 0}},
@@ -63,15 +63,15 @@ TEST(TrajectoryErrorTest, RelativeErrorsAreOfSegmentsThatDoNotOverlap) {
   EXPECT_NEAR(two->rmse_m, std::sqrt(0.09 / 2), kRounding);
   EXPECT_FALSE(relative_error(pairs, 5));
 
-  const auto over = relative_error_over(pairs, 1.5);  // after 2 m each
+  const auto over = relative_error_over(pairs, 1.5);  // each segment ends after 2 m
   ASSERT_TRUE(over);
   EXPECT_EQ(over->count, 2U);
   EXPECT_NEAR(over->max_m, 0.3, kRounding);
   EXPECT_NEAR(absolute_error(pairs)->rmse_m, std::sqrt((0.01 + 3 * 0.09) / 5), kRounding);
 }
 
-// By hand: a right-angled corner driven as two straight legs of 1 m. The estimate begins turned by 90 degrees: relative
-// errors are none, since each segment is seen from where it begins.
+// By hand: a right-angled corner is driven as two straight segments of 1 m. The estimate starts turned by 90 degrees.
+// Relative errors are 0, since each segment is relative to its own start.
 TEST(TrajectoryErrorTest, RelativeErrorsDoNotSeeWhereTheTrajectoryBegins) {
   const std::vector<PosePair> pairs{
       {{0, 0, 0}, {5, 5, kPi / 2}}, {{1, 0, kPi / 2}, {5, 6, kPi}}, {{1, 1, kPi / 2}, {4, 6, kPi}}};
@@ -98,8 +98,8 @@ TEST(TrajectoryErrorTest, AlignmentFindsTheTurnAndShift) {
   EXPECT_NEAR(absolute_error(pairs)->rmse_rad, 0, kRounding);
 }
 
-// By hand (Umeyama): estimates (1, 0), (-1, 0) onto references (0, 1.2), (0, -0.8): turn 90 degrees, middles (0, 0.2)
-// and (0, 0), what is left at either is 0.
+// By hand (Umeyama): estimates (1, 0), (-1, 0) onto references (0, 2.2), (0, -1.8): the rotation is 90 degrees, the
+// means are (0, 0) and (0, 0.2), and the aligned estimates are (0, 1.2), (0, -0.8).
 TEST(TrajectoryErrorTest, AlignmentHasNoScale) {
   const std::vector<PosePair> pairs{{{0, 2.2, 0}, {1, 0, 0}}, {{0, -1.8, 0}, {-1, 0, 0}}};
   const auto found = alignment(pairs);
@@ -110,7 +110,7 @@ TEST(TrajectoryErrorTest, AlignmentHasNoScale) {
   EXPECT_NEAR(first.y_m, 1.2, kRounding);
 }
 
-TEST(TrajectoryErrorTest, OnePlaceTellsNoTurn) {
+TEST(TrajectoryErrorTest, OnePlaceDeterminesNoTurn) {
   const std::vector<PosePair> pairs{{{1, 1, 0}, {2, 2, 0}}, {{1, 1, 0}, {2, 2, 1}}};
   EXPECT_FALSE(alignment(pairs));
 }

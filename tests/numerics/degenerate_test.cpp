@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Huge, tiny, denormal, NaN and infinite input, and degenerate geometry, for every public numerical function: it ends,
-// and what it gives is a verdict, nothing, or finite numbers - never a NaN that looks like an answer.
+// Huge, tiny, denormal, NaN and infinite input, and degenerate geometry, for every public numerical function: each call
+// ends, and its result is a verdict, nothing, or finite numbers, never a NaN that looks like an answer.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -37,7 +37,7 @@ constexpr std::array kHostile = {0.0,   -0.0,  kDenormal, -kDenormal, kMin,  1e-
                                  1e-17, 1e-9,  0.37,      -0.37,      1.0,   1e9,    -1e9,   1e17,
                                  1e77,  1e155, 1e200,     kMax,       -kMax, kInf,   -kInf,  kNaN};
 
-/// Mostly ordinary numbers, some hostile ones.
+/// Draws ordinary numbers mostly, and extreme ones sometimes.
 double draw_any(exact::Draw& draw) {
   if (draw.uniform(0, 1) < 0.5) return draw.uniform(-5, 5);
   return kHostile[static_cast<std::size_t>(draw.uniform(0, double(kHostile.size())))];
@@ -194,15 +194,15 @@ TEST(Degenerate, TheTrianglesFixIsFiniteOrAVerdict) {
   }
 }
 
-/// The same places in units of `unit`: parallel (in line), coincident, tangent, and all of them at once.
+/// Degenerate places in units of `unit`: parallel (in line), coincident, tangent, and all of these at once.
 std::vector<std::vector<LandmarkRange>> degenerate_places(double unit) {
   std::vector<std::vector<LandmarkRange>> places = {
       {{{0, 0}, 1}, {{2, 0}, 1}, {{5, 0}, 4}},              // in line, the robot too
-      {{{0, 0}, 2}, {{2, 0}, 2}, {{5, 0}, 4.3}},            // in line, the robot not
+      {{{0, 0}, 2}, {{2, 0}, 2}, {{5, 0}, 4.3}},            // in line, but not the robot
       {{{0, 0}, 1}, {{0, 0}, 1}, {{0, 0}, 1}},              // one place
       {{{0, 0}, 1}, {{0, 0}, 2}, {{3, 0}, 2.5}},            // one place, two ranges
       {{{0, 0}, 1}, {{0, 0}, 1}, {{1, 1}, 1}},              // two places
-      {{{0, 0}, 0}, {{0, 0}, 0}, {{0, 0}, 0}},              // nothing at all
+      {{{0, 0}, 0}, {{0, 0}, 0}, {{0, 0}, 0}},              // all numbers 0
       {{{0, 0}, 0.1}, {{0.3, 0}, 0.2}, {{0.1, 0.4}, 0.4}},  // tangent from outside
       {{{0, 0}, 3}, {{1, 0}, 2}, {{3, 4}, 4}},              // tangent from inside
       {{{0, 0}, 3}, {{1, 0}, 2}, {{2, 0}, 1}},              // all tangent in one point, in line
@@ -218,7 +218,7 @@ std::vector<std::vector<LandmarkRange>> degenerate_places(double unit) {
 }
 
 TEST(Degenerate, TheTrianglesFixDoesNotMindTheUnit) {
-  // Scaled by a power of two, everything is the same but for overflow and underflow: so must the answer be.
+  // Scaling by a power of two changes nothing except for overflow and underflow, so the answer must not change either.
   const auto plain = degenerate_places(1);
   for (const int power : {-1000, -520, -300, 300, 500, 980}) {
     const double unit = std::ldexp(1.0, power);

@@ -101,10 +101,10 @@ View::View(const Vector& fields, bool mirrored, bool distorted)
 
 Real View::image_radius_px(const Real& distance_m, const Real& height_m) const {
   const Real out = distance_m;
-  const Real up = height_m - f_[kLensHeight] - f_[kLensToTip];  // from the tip
+  const Real up = height_m - f_[kLensHeight] - f_[kLensToTip];  // above the tip
   const Real along = out * sin_half_ + up * cos_half_;
   const Real mirrored_out = 2 * along * sin_half_ - out;
-  const Real mirrored_up = 2 * along * cos_half_ - up + f_[kLensToTip];  // from the lens
+  const Real mirrored_up = 2 * along * cos_half_ - up + f_[kLensToTip];  // above the lens
   return f_[kRimPx] * mirrored_out / mirrored_up / rim_slope_;
 }
 
@@ -132,8 +132,8 @@ Vector View::distort(const Vector& pixel) const {
 }
 
 Vector View::undistort(const Vector& pixel) const {
-  // Newton from the pixel itself with differences for the Jacobian: the error is squared up to the differences' 1e-24,
-  // then shrinks by that factor a step.
+  // Newton's method from the pixel itself, with differences for the Jacobian: the error is squared down to the
+  // differences' 1e-24, then shrinks by that factor per step.
   static const Real step("1e-12");
   Vector at = pixel;
   for (int i = 0; i < 9; ++i) {
@@ -168,7 +168,7 @@ Vector View::back_project(const Vector& pixel) const {
   const Real s = (row * cos_azimuth_ + column * sin_azimuth_) / radius;
   const Real slope = radius * rim_slope_ / f_[kRimPx];
   const Vector incoming = {slope * c, slope * s, 1};
-  // On the side, distance = (height - d) tan(half).
+  // On the cone's side, distance = (height - d) tan(half).
   const Real up = f_[kLensToTip] * sin_half_ / (sin_half_ - slope * cos_half_);
   const Vector hit = {slope * up * c, slope * up * s, up};
   const Vector normal = {cos_half_ * c, cos_half_ * s, -sin_half_};
@@ -185,7 +185,7 @@ Vector View::back_project(const Vector& pixel) const {
 }
 
 Real hyperboloid_slope(const Real& half_axis, const Real& half_focal, const Real& distance, const Real& height) {
-  // Points F + t u with u = (distance, height - 2 c): (y / a)^2 - (r / b)^2 = 1 about the middle between the foci.
+  // For points F + t u with u = (distance, height - 2 c): (y / a)^2 - (r / b)^2 = 1 about the middle between the foci.
   const Real a2 = square(half_axis);
   const Real b2 = square(half_focal) - a2;
   const Real up = height - 2 * half_focal;
@@ -193,7 +193,7 @@ Real hyperboloid_slope(const Real& half_axis, const Real& half_focal, const Real
   const Real linear = half_focal * up / a2;  // halved
   const Real constant = square(half_focal) / a2 - 1;
   const Real root = sqrt(square(linear) - squared * constant);
-  // Of both sheets' and both ways' crossings: the nearest one before the point's own way that lies on the upper sheet.
+  // Among the crossings with both sheets in both directions, take the nearest one before the point on the upper sheet.
   std::optional<Real> best;
   for (const Real& t : squared == 0 ? Vector{-constant / (2 * linear)}
                                     : Vector{(-linear - root) / squared, (-linear + root) / squared}) {
@@ -204,7 +204,7 @@ Real hyperboloid_slope(const Real& half_axis, const Real& half_focal, const Real
 }
 
 Real hyperboloid_elevation(const Real& half_axis, const Real& half_focal, const Real& slope) {
-  // Heights z on the lens's ray (slope z, z): (z - c)^2 / a^2 - slope^2 z^2 / b^2 = 1.
+  // For heights z on the lens's ray (slope z, z): (z - c)^2 / a^2 - slope^2 z^2 / b^2 = 1.
   const Real a2 = square(half_axis);
   const Real b2 = square(half_focal) - a2;
   const Real squared = 1 / a2 - square(slope) / b2;

@@ -9,20 +9,20 @@
 
 namespace twocone::exact {
 
-/// What the tests hold the library to: the same quantities in 50 decimal digits, wherever there is a choice by another
-/// formula than the library's. Arguments are the very doubles that the library gets, so no input is rounded once more.
+/// References for the tests: the same quantities in 50 decimal digits, by another formula than the library's wherever
+/// there is a choice. Arguments are exactly the doubles that the library gets, so no input is rounded once more.
 using Real = boost::multiprecision::number<boost::multiprecision::cpp_dec_float<50>, boost::multiprecision::et_off>;
 using Vector = std::vector<Real>;
 using Matrix = std::vector<Vector>;
 
 Real pi();
-/// Into (-pi, pi].
+/// Wraps an angle to (-pi, pi].
 Real wrap(const Real& angle_rad);
-/// The same with 400 digits inside, for angles of up to 1e308 rad.
+/// As wrap(), with 400 digits inside, for angles of up to 1e308 rad.
 double wrap_huge(double angle_rad);
 Vector numbers(const std::vector<double>& values);
 
-/// By elimination with full row pivoting. @throws std::domain_error for a singular matrix
+/// Solves by elimination with full row pivoting. @throws std::domain_error for a singular matrix
 Vector solve(Matrix a, Vector b);
 Matrix inverse(const Matrix& a);
 
@@ -57,10 +57,10 @@ enum ViewField {
 
 class View {
  public:
-  /// @param fields kViewFields of them. The lens is left out where `distorted` is false.
+  /// @param fields kViewFields values. The lens is left out where `distorted` is false.
   View(const Vector& fields, bool mirrored, bool distorted);
 
-  /// Radius in the undistorted picture: the *point* is mirrored in the cone's side (the library mirrors the lens).
+  /// Radius in the undistorted image: the *point* is mirrored in the cone's side (the library mirrors the lens).
   [[nodiscard]] Real image_radius_px(const Real& distance_m, const Real& height_m) const;
   /// Column and row. @param p x, y, z in the body frame
   [[nodiscard]] Vector project(const Vector& p) const;
@@ -81,21 +81,23 @@ class View {
 /// Slope at which the lens sees a point by a hyperbolic mirror (vision/hyperboloid_mirror.h): the ray from the point to
 /// the upper focus is cut with the surface's quadratic.
 Real hyperboloid_slope(const Real& half_axis, const Real& half_focal, const Real& distance, const Real& height);
-/// Elevation of what the lens sees at a slope: the lens's ray is cut with the surface and reflected about its gradient.
+/// Elevation of the ray that the lens sees at a slope: the lens's ray is cut with the surface and reflected about its
+/// gradient.
 Real hyperboloid_elevation(const Real& half_axis, const Real& half_focal, const Real& slope);
 
 /// Inverse range 1 / (range + d), its sigma, range and its sigma. @param x disparity, sigma, v, s, d
 Vector range_from_disparity(const Vector& x);
 
 /// Pose after an arc by the textbook's form x += D / T (sin(heading + T) - sin heading), which in 50 digits has 35 left
-/// at T = 1e-15. @param x wheel radius, separation, pose (x, y, heading), left and right angle before, and after
+/// at T = 1e-15. @param x wheel radius, separation, pose (x, y, heading), left and right angle before and after
 Vector arc(const Vector& x);
 
-/// The paper's triangle centre from three landmarks. Nothing where the choice of a corner hangs on less than `margin`.
+/// The paper's triangle centre from three landmarks. Nothing where the choice of a corner depends on less than
+/// `margin`.
 /// @param x landmark x, y and range of each
 std::optional<Vector> triangle_centre(const Vector& x, double margin);
 
-/// One landmark's part of a fix.
+/// The fields of one landmark's measurement for a fix.
 enum MeasurementField {
   kLandmarkX,
   kLandmarkY,
@@ -110,7 +112,7 @@ struct Measured {
   bool range;
   bool bearing;
 };
-/// Pose of maximum likelihood and its covariance (row by row), by Newton's method on the gradient from a near start.
+/// Maximum-likelihood pose and its covariance (row by row), by Newton's method on the gradient from a near start.
 /// @param x kMeasurementFields of each landmark @param start x, y, heading; with no bearing, x and y only
 class PoseProblem {
  public:
@@ -130,7 +132,7 @@ class PoseProblem {
   std::size_t unknowns_;
 };
 
-/// The minimum of `cost` next to `start`, by Newton's method with differences of 1e-12: right to some 24 digits.
+/// The minimum of `cost` next to `start`, by Newton's method with differences of 1e-12: accurate to some 24 digits.
 template <class Cost>
 Vector minimise(const Cost& cost, Vector start, const Vector& scale, int steps);
 /// Half the gradient of `cost` by the same differences.

@@ -27,7 +27,7 @@ constexpr double kPi = std::numbers::pi;
 double to_double(const Real& x) { return static_cast<double>(x); }
 double distance(const Real& dx, const Real& dy) { return to_double(sqrt(dx * dx + dy * dy)); }
 
-/// Largest error at each x, and how many answers were none (NaN, infinite).
+/// The largest error at each x, and the number of invalid answers (NaN, infinite).
 class Worst {
  public:
   void add(double x, double error) {
@@ -80,8 +80,8 @@ void cross_circles(Draw& draw, double gap, Worst& textbook, Worst& ours) {
   const T b = T(draw.uniform(0.5, 2));
   const T apart = T(double(a) + double(b) - gap * (double(a) + double(b)));
   const Real closing = Real(a) + Real(b) - Real(apart);
-  if (closing <= 4 * std::numeric_limits<T>::epsilon() * Real(apart)) return;  // they touch, to rounding
-  // 4 d h = sqrt of Heron's product.
+  if (closing <= 4 * std::numeric_limits<T>::epsilon() * Real(apart)) return;  // the circles touch, to rounding
+  // The height h follows from 4 d h = sqrt of Heron's product.
   const Real d = apart;
   const Real half_chord = sqrt((Real(a) + b + d) * closing * (d + Real(a) - b) * (d - Real(a) + b)) / (2 * d);
   const auto error = [&](T got) { return to_double(abs(Real(got) - half_chord) / half_chord); };
@@ -92,7 +92,7 @@ void cross_circles(Draw& draw, double gap, Worst& textbook, Worst& ours) {
 
 template <class T>
 void trilaterate(Draw& draw, double offset, Worst& textbook, Worst& ours, Worst* library) {
-  // Not a number of the type: as a real robot stands.
+  // As for a real robot, the position is not a number of the type.
   const Real truth[2] = {Real(offset) + draw.uniform(1, 2), Real(offset) + draw.uniform(1, 2)};
   std::array<formulas::Range<T>, 3> m;
   const double base = draw.uniform(-kPi, kPi);
@@ -136,7 +136,7 @@ void drive_arc(Draw& draw, double turn_rate, Worst& textbook, Worst& ours) {
   const formulas::Place<T> by_textbook = formulas::arc_textbook(way, turn, heading);
   textbook.add(turn_rate, std::isfinite(by_textbook.x) ? error(by_textbook, end(way, turn)) : NAN);
   if constexpr (std::is_same_v<T, double>) {
-    // Wheels of radius 1 m, 1 m apart: angles are metres.
+    // The wheels have a radius of 1 m and are 1 m apart, so angles are metres.
     const double left = way - turn / 2;
     const double right = way + turn / 2;
     localisation::Odometry odometry({1, 1}, {0, 0, heading});
@@ -158,7 +158,7 @@ void solve_mixed(Draw& draw, double ratio, Worst& textbook, Worst& ours) {
   const double step[2] = {draw.uniform(-1, 1), draw.uniform(-1, 1)};
   for (int i = 0; i < kRows; ++i) {
     const double direction = draw.uniform(-kPi, kPi);
-    const double s = i == 2 ? 1 / ratio : draw.uniform(0.5, 1);  // one sure range among others
+    const double s = i == 2 ? 1 / ratio : draw.uniform(0.5, 1);  // one accurate range among others
     j.row(i) << T(std::cos(direction)), T(std::sin(direction));
     e[i] = T(step[0] * std::cos(direction) + step[1] * std::sin(direction) + s * draw.uniform(-1, 1));
     sigma[i] = T(s);
@@ -236,7 +236,7 @@ Experiment trilateration_far_from_the_origin(int draws) {
   Draw draw(40802);
   for (const double offset : decades(0, 32, 4)) {
     for (int i = 0; i < draws; ++i) {
-      // Beyond, three landmarks a few metres apart are no longer three in float.
+      // Beyond this offset, three landmarks a few metres apart are no longer three different points in float.
       if (offset < 2e5) trilaterate<float>(draw, offset, four.textbook_float, four.ours_float, nullptr);
       trilaterate<double>(draw, offset, four.textbook_double, four.ours_double, &library);
     }
@@ -245,7 +245,7 @@ Experiment trilateration_far_from_the_origin(int draws) {
                "Landmarks far from the origin",
                "The place of a robot from three landmarks 1 to 3 m from it, all of them some way from the origin, with "
                "ranges right "
-               "to rounding. Textbook: one circle's equation taken from the others', solved as it stands. Ours: "
+               "to rounding. Textbook: one circle's equation subtracted from the others', solved directly. Ours: "
                "fix_by_triangle and "
                "fix_by_least_squares (double), and fix_by_triangle transcribed (float). Half the spacing of the type's "
                "numbers is the "
@@ -309,11 +309,11 @@ Experiment least_squares_of_mixed_sigmas(int draws) {
   const double shown = std::pow(10.0, 6);
   return {"stability_sigmas",
           "Sure and unsure measurements in one fit",
-          "One step of a fit of two unknowns to six ranges, one of which is surer than the others by the ratio of "
+          "One step of a fit of two unknowns to six ranges, one of which is more accurate by the ratio of "
           "their sigmas. "
           "Textbook: normal equations, (J^T W J)^-1 J^T W e, by Cholesky's LDL^T. Ours: Householder's QR of the rows "
           "over their sigmas, "
-          "the surest first; transcribed from localisation/least_squares for both types.",
+          "the most accurate first; transcribed from localisation/least_squares for both types.",
           "ratio of the sigmas",
           "relative error of the step",
           {1, 1e8},
@@ -397,7 +397,7 @@ Experiment angles_between_near_directions(int draws) {
   Draw draw(40806);
   for (const double angle : decades(-48, 0, 4)) {
     for (int i = 0; i < draws; ++i) {
-      // Below, two different directions are the same floats.
+      // Below this angle, two different directions are the same floats.
       if (angle > 1e-7) measure_angle<float>(draw, angle, four.textbook_float, four.ours_float);
       measure_angle<double>(draw, angle, four.textbook_double, four.ours_double);
     }

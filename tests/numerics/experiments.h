@@ -15,20 +15,20 @@ struct Series {
   std::vector<std::pair<double, double>> points;  ///< x, worst error
 };
 
-/// Error against what makes a problem hard, as one figure of the page.
+/// The error as a function of the parameter that makes a problem hard; one figure of the page.
 struct Experiment {
-  std::string stem;  ///< of the figure's file
+  std::string stem;  ///< name of the figure's file without extension
   std::string title;
-  std::string what;  ///< what is computed, from what, and what the two formulas are
+  std::string what;  ///< the computed quantity, its input, and the two formulas
   std::string x_label;
   std::string y_label;
   std::pair<double, double> x_range;
   std::pair<double, double> y_range;
   std::vector<Series> series;
-  std::string conclusion;  ///< from the numbers
+  std::string conclusion;  ///< written from the numbers
 };
 
-/// Each from a fixed seed. @param draws for each point of a series, >= 1
+/// Each experiment has a fixed seed. @param draws number of draws for each point of a series, >= 1
 Experiment circles_near_tangency(int draws);
 Experiment trilateration_far_from_the_origin(int draws);
 Experiment arcs_of_little_turn(int draws);

@@ -15,7 +15,7 @@
 namespace twocone::formulas {
 
 /// The textbook's formulas and ours in any floating-point type. Ours are transcribed from vision/ and localisation/,
-/// which are in double only; where a figure shows "ours, double", the library itself is called if it has such a
+/// which are in double only. Where a figure shows "ours, double", the library itself is called if it has such a
 /// function.
 
 /// Half the chord of two circles (a, b: radii) whose centres are `distance` apart, by the law of cosines.
@@ -25,7 +25,7 @@ T half_chord_textbook(T distance, T a, T b) {
   return std::sqrt(a * a - reach * reach);
 }
 
-/// By Kahan's form of Heron's formula (localisation/paper_trilateration.cpp).
+/// The same by Kahan's form of Heron's formula (localisation/paper_trilateration.cpp).
 template <class T>
 T half_chord_ours(T distance, T a, T b) {
   std::array<T, 3> s{distance, a, b};
@@ -45,7 +45,7 @@ struct Range {
   T range;
 };
 
-/// Circle 1's equation taken from the others': linear in the position.
+/// Subtracts circle 1's equation from the others', which is linear in the position.
 template <class T>
 Point<T> trilaterate_textbook(const std::array<Range<T>, 3>& m) {
   Eigen::Matrix<T, 2, 2> a;
@@ -94,7 +94,7 @@ Place<T> arc_textbook(T way, T turn, T heading) {
           -radius * (std::cos(heading + turn) - std::cos(heading))};
 }
 
-/// Its chord (localisation/odometry.cpp).
+/// The same by the arc's chord (localisation/odometry.cpp).
 template <class T>
 Place<T> arc_ours(T way, T turn, T heading) {
   const T half = turn / 2;
@@ -116,7 +116,7 @@ Point<T> step_textbook(const Rows<T, rows>& j, const Column<T, rows>& e, const C
   return a.ldlt().solve(b);
 }
 
-/// QR of the rows divided by their sigmas, the surest first (localisation/least_squares).
+/// QR of the rows divided by their sigmas, the most accurate first (localisation/least_squares).
 template <class T, int rows>
 Point<T> step_ours(const Rows<T, rows>& j, const Column<T, rows>& e, const Column<T, rows>& sigma) {
   std::array<int, std::size_t(rows)> order;

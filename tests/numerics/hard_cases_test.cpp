@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hard cases by name, with answers from 50-digit arithmetic: trilateration (T), ranges from disparity (R), bearings
-// near the tip (B4), motion, angles. fix_by_triangle's are in tests/localisation/paper_trilateration_test.cpp as well.
+// near the tip (B4), motion, angles. Those of fix_by_triangle are in tests/localisation/paper_trilateration_test.cpp
+// too.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -40,9 +41,9 @@ Fix fit(const std::vector<Place>& places) {
   return localisation::fix_by_least_squares(measurements);
 }
 
-// Well-placed landmarks, lengths of a few metres: some ten roundings.
+// Error for well-placed landmarks and lengths of a few metres: some ten roundings.
 constexpr double kWell_m = 64 * kEps;
-// A position along a direction that is seen only as the square: the root of a rounding of lengths of a few metres.
+// Error along a direction that is observed only by its square: the root of a rounding of lengths of a few metres.
 const double kRoot_m = std::sqrt(64 * kEps * 4);
 
 void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
@@ -52,7 +53,7 @@ void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, doubl
   EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m);
 }
 
-/// Stated with six digits.
+/// The covariance is given with six digits.
 void expect_covariance(const std::optional<Eigen::Matrix3d>& c, double xx, double xy, double yy) {
   ASSERT_TRUE(c);
   constexpr double kStated = 1e-5;
@@ -72,7 +73,7 @@ TEST(HardCases, T1WellPlaced) {
 TEST(HardCases, T2InLineGivesBothAnswers) {
   const Fix fix = fit({{0, 0, 1.80277563773199}, {2, 0, 1.80277563773199}, {5, 0, 4.27200187265877}});
   ASSERT_EQ(fix.verdict, FixVerdict::kAmbiguous) << to_string(fix.verdict);
-  // Ranges given with 15 digits.
+  // The ranges are given with 15 digits.
   constexpr double kGiven_m = 1e-13;
   const double side = fix.position_m->y() > 0 ? 1 : -1;
   EXPECT_NEAR(fix.position_m->x(), 1, kGiven_m);
@@ -113,7 +114,8 @@ TEST(HardCases, T9) {
 }
 
 TEST(HardCases, T12TwoRangesGiveBothAnswersOrAreTooFew) {
-  // From (0, 0), where no gradient leads away, as from anywhere: both answers, never one of them by luck.
+  // The start (0, 0), where the gradient is 0, must lead to both answers like any other start, never to one of them by
+  // chance.
   const Fix fix = fit({{-1, 0, std::numbers::sqrt2}, {1, 0, std::numbers::sqrt2}});
   ASSERT_EQ(fix.verdict, FixVerdict::kAmbiguous) << to_string(fix.verdict);
   EXPECT_NEAR(fix.position_m->x(), 0, kWell_m);
@@ -175,20 +177,20 @@ TEST(HardCases, T22MaximumLikelihoodAndTheCentroid) {
 }
 
 TEST(HardCases, AFarOriginDoesNotHideWhichSideTheThirdLandmarkStandsOn) {
-  // Landmarks 5 nm off one line, 1e6 m from the origin: the sides' misses differ by less than an eps of the
-  // coordinates.
+  // The landmarks are 5 nm off one line, 1e6 m from the origin: the errors of the two sides differ by less than an eps
+  // of the coordinates.
   constexpr double kFar_m = 1048576;
   constexpr double kOff_m = 0x1p-27;
   std::vector<localisation::LandmarkRange> ranges;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {2.0, 0.0}, {5.0, kOff_m}}) {
     ranges.push_back({{kFar_m + x, kFar_m + y}, std::hypot(x - 1, y - 1.5)});
   }
-  // Misses of the true side are roundings, 1e-15; of the other side 5 nm; each moves the answer's height as 1 / sine of
-  // the angle between the directions.
+  // The error of the true side is rounding, 1e-15, and that of the other side 5 nm; each moves the answer's height by
+  // 1 / sine of the angle between the directions.
   expect_at(localisation::fix_by_triangle(ranges), FixVerdict::kOk, kFar_m + 1, kFar_m + 1.5, 4 * kEps * kFar_m);
 }
 
-// --- ranges from disparity, millimetres there
+// --- ranges from disparity, which hard-cases.md gives in millimetres
 
 constexpr double kPixelSigma = 0.1;
 const vision::DisparityGeometry kLab{708, 0.3, 0.12, 236};  // v s = 212400 px mm, d = 120 mm
@@ -224,7 +226,7 @@ TEST(HardCases, R6PastTheRimIsImpossible) {
   EXPECT_NEAR(*range_of(236).range_m, 0.78, 1e-15);  // s (d + R) / R - d
 }
 
-TEST(HardCases, R8TheBudgetOfOneErrorAt2500mm) {
+TEST(HardCases, R8TheErrorBudgetOfOneErrorAt2500mm) {
   const double disparity = 81.06870229007633;
   vision::DisparityGeometry other = kLab;
   other.focal_length_px *= 1.01;
@@ -246,7 +248,7 @@ TEST(HardCases, B4TowardsTheTipTheBearingIsLost) {
   for (const double radius_px : {100.0, 1.0, 1e-3, 1e-6, 1e-9}) {
     const double shown = view.bearing_rad({radius_px * std::cos(kTurn_rad), radius_px * std::sin(kTurn_rad)});
     EXPECT_NEAR(shown, kTurn_rad, 4 * kEps) << radius_px;
-    // An error across of 0.1 px turns it by 0.1 px / radius: the arc tangent of that.
+    // A tangential error of 0.1 px turns it by the arc tangent of 0.1 px / radius.
     const Eigen::Vector2d moved(radius_px * std::cos(kTurn_rad) - 0.1 * std::sin(kTurn_rad),
                                 radius_px * std::sin(kTurn_rad) + 0.1 * std::cos(kTurn_rad));
     EXPECT_NEAR(view.bearing_rad(moved) - kTurn_rad, std::atan(0.1 / radius_px), 8 * kEps) << radius_px;

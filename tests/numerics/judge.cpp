@@ -23,7 +23,7 @@ Answer evaluate(const std::function<Vector(const Vector&)>& f, const Vector& x, 
     const Vector above = f(up);
     const Vector below = f(down);
     for (std::size_t k = 0; k < answer.value.size(); ++k) {
-      // An angle may jump by a turn between the two; no other answer changes by nearly that much.
+      // An angle may jump by a turn between the two; no other answer changes by nearly as much.
       Real change = abs(above[k] - below[k]);
       if (change > 6 && change < 7) change = abs(change - 2 * pi());
       answer.growth[k] += static_cast<double>(change / (2 * step));
@@ -41,7 +41,7 @@ Answer evaluate(const std::function<Vector(const Vector&)>& f, const Vector& x) 
 void Record::add(double error, double growth, const std::string& what) {
   ++cases;
   double ratio = error == 0 ? 0 : error / (growth * std::numeric_limits<double>::epsilon());
-  if (std::isnan(ratio)) ratio = std::numeric_limits<double>::infinity();  // no answer is the worst there is
+  if (std::isnan(ratio)) ratio = std::numeric_limits<double>::infinity();  // no answer is the worst result
   if (ratio > worst) {
     worst = ratio;
     worst_error = error;

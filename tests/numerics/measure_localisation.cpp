@@ -18,12 +18,12 @@ namespace {
 using Values = std::vector<double>;
 constexpr double kPi = std::numbers::pi;
 
-// As in measure_vision.cpp: half the operations on the longest way.
+// As in measure_vision.cpp, a bound is half the operations on the longest path.
 constexpr double kWrapBound = 2;  // sin or cos, atan2
 constexpr double kArcBound = 4;   // product, sum, quotient, half, sinc 2, product, product, sum
 constexpr double kTriangleBound =
     6;  // difference, hypot, 2 differences, 3 products, root, product, quotient, product, sum, mean
-// Of 250 fixes whose noise is drawn; a second one would have a chance of 1 in 800.
+// For 250 fixes with random noise; a second false alarm would have a probability of 1 in 800.
 constexpr int kMostFalseAlarms = 1;
 constexpr double kFixBound = 8;        // a row and its residual 8, QR and substitution of three columns
 constexpr double kPoseBoundBound = 8;  // a row 4, 2 products, up to 5 sums, scaling 2, LDL^T of three columns
@@ -34,7 +34,7 @@ void measure_wrap(std::vector<Record>& records, int cases) {
   for (int i = 0; i < cases; ++i) {
     const double angle = (draw.coin() ? 1 : -1) * (draw.coin() ? draw.scales(1e-300, 1e300) : draw.scales(0.1, 1e6));
     const double exact = wrap_huge(angle);
-    // The input is exact, so the answer is to be right to its own spacing.
+    // The input is exact, so the answer must be accurate to its own spacing.
     record.take_angle({{Real(exact)}, {std::abs(exact)}}, 0, localisation::wrap_angle_rad(angle), describe({angle}));
   }
   records.push_back(record);
@@ -58,7 +58,7 @@ void measure_odometry(std::vector<Record>& records, int cases) {
     localisation::Odometry odometry({radius, separation}, {x[2], x[3], x[4]});
     odometry.update(x[5], x[6]);
     const localisation::Pose& pose = odometry.update(x[7], x[8]);
-    // Only the wheels' differences count, so they are what is rounded: the readings themselves are exact.
+    // Only the wheels' differences count, so the differences are rounded; the readings themselves are exact.
     Vector scale = numbers(x);
     for (Real& s : scale) s = abs(s);
     scale[5] = scale[6] = 0;
@@ -66,7 +66,7 @@ void measure_odometry(std::vector<Record>& records, int cases) {
     scale[8] = std::abs(x[8] - x[6]);
     const Answer answer = evaluate(arc, numbers(x), scale);
     place.take(answer, 0, {pose.x_m, pose.y_m}, describe(x));
-    // The heading before, of up to pi, is rounded into the sum whatever comes out.
+    // The previous heading, of up to pi, is rounded in the sum, whatever the result is.
     heading.take_angle(answer, 2, pose.heading_rad, describe(x));
   }
   records.insert(records.end(), {place, heading});
@@ -99,12 +99,12 @@ void measure_triangle(std::vector<Record>& records, int cases) {
       x.insert(x.end(), {lx, ly, range});
       ranges.push_back({{lx, ly}, range});
     }
-    // What the choice of corners hangs on must stand out of the rounding by far.
+    // The quantities that decide the choice of corners must be far above the rounding.
     constexpr double kMargin = 1e-9;
     const auto exact = triangle_centre(numbers(x), kMargin);
     if (!exact) continue;
     const localisation::Fix fix = localisation::fix_by_triangle(ranges);
-    // A far origin is no excuse: the coordinates count by their differences.
+    // A far origin does not increase the bound: coordinates count by their differences.
     Vector scale;
     for (std::size_t k = 0; k < 9; ++k) {
       double s = x[k];
@@ -125,12 +125,12 @@ void measure_triangle(std::vector<Record>& records, int cases) {
   records.push_back(record);
 }
 
-/// What a fix is made from, as numbers for the exact problem and as the library takes it.
+/// The input of a fix, as numbers for the exact problem and as the library takes it.
 struct FixCase {
   std::vector<Measured> measured;
   std::vector<localisation::LandmarkMeasurement> measurements;
   Values x;
-  Vector scale;  ///< of each of x: coordinates count by their distance from the landmarks' middle
+  Vector scale;  ///< of each entry of x: coordinates count by their distance from the landmarks' middle
 };
 
 enum class Kind { kRanges, kBearings, kBoth };
@@ -148,7 +148,7 @@ FixCase draw_fix(Draw& draw, Kind kind, int count, double far, bool mixed_sigmas
     const double sigma_range = mixed_sigmas ? draw.scales(1e-6, 1e-1) : 1e-3 * draw.uniform(0.5, 2);
     const double sigma_bearing = mixed_sigmas ? draw.scales(1e-6, 1e-2) : 1e-4 * draw.uniform(0.5, 2);
     const double rho = draw.uniform(-0.9, 0.9);
-    // Noise well within what is believed: nothing is to be called an outlier.
+    // The noise is well within the stated sigmas, so that nothing counts as an outlier.
     if (kind != Kind::kBearings) m.range_m = std::abs(std::hypot(dx, dy) + sigma_range * draw.uniform(-1, 1) / 2);
     if (kind != Kind::kRanges) {
       m.bearing_rad = std::remainder(std::atan2(dy, dx) - robot[2] + sigma_bearing * draw.uniform(-1, 1) / 2, 2 * kPi);
@@ -160,8 +160,8 @@ FixCase draw_fix(Draw& draw, Kind kind, int count, double far, bool mixed_sigmas
     c.x.insert(c.x.end(), {m.landmark_m.x(), m.landmark_m.y(), m.range_m.value_or(0), m.bearing_rad.value_or(0),
                            m.covariance(0, 0), m.covariance(0, 1), m.covariance(1, 1)});
   }
-  // The library takes no range for better known than the doubles that hold it and its landmark: eps of the farthest
-  // coordinate and of the problem's size, a power of two, is added to its sigma. At a far origin that shows.
+  // The library takes no range as more accurate than the doubles that hold it and its landmark: eps of the farthest
+  // coordinate and of the problem's size, a power of two, is added to its sigma. At a far origin this matters.
   double size = 0;
   double low[2] = {1e9, 1e9};
   double high[2] = {-1e9, -1e9};
@@ -176,7 +176,7 @@ FixCase draw_fix(Draw& draw, Kind kind, int count, double far, bool mixed_sigmas
   }
   for (const int k : {0, 1}) size = std::max(size, high[k] - (low[k] / 2 + high[k] / 2));
   const double rounding = std::numeric_limits<double>::epsilon() * (farthest + std::ldexp(1, std::ilogb(size)));
-  const double reach = 8;  // of the landmarks' middle from any of them
+  const double reach = 8;  // greatest distance of a landmark from the landmarks' middle
   for (std::size_t k = 0; k < c.x.size(); ++k) {
     if (k % kMeasurementFields == kVarRange) c.x[k] += rounding * rounding;
     c.scale.push_back(k % kMeasurementFields <= kLandmarkY ? reach : std::abs(c.x[k]));
@@ -199,9 +199,9 @@ void measure_least_squares(std::vector<Record>& records, int cases, Kind kind, c
     const double far = i % 2 == 0 ? 0 : draw.scales(1, 1e8);
     const FixCase c = draw_fix(draw, kind, (kind == Kind::kBoth ? 3 : 4) + i % 3, far, i % 3 == 0);
     const localisation::Fix fix = localisation::fix_by_least_squares(c.measurements);
-    // Where two places or no direction fit the data there is no one answer to compare with.
+    // Where two places or no direction fit the data, there is no single answer to compare with.
     if (fix.verdict != localisation::FixVerdict::kOk) continue;
-    // Noise alone is called a contradiction twice in ten thousand fixes: that answer is another problem's.
+    // Noise alone counts as a contradiction twice in ten thousand fixes; that answer belongs to another problem.
     if (!fix.outliers.empty()) {
       if (++false_alarms > kMostFalseAlarms)
         throw std::runtime_error(fmt::format("{}: {} false alarms", name, false_alarms));
@@ -240,7 +240,7 @@ void measure_least_squares(std::vector<Record>& records, int cases, Kind kind, c
     const std::string what = fmt::format("case {} of {}: {}", i, name, describe(c.x));
     place.take(answer, 0, {fix.position_m->x(), fix.position_m->y()}, what);
     if (fix.heading_rad) heading.take_angle(answer, 2, *fix.heading_rad, what);
-    // Each of its entries by the sigmas that it joins.
+    // Each entry is scaled by the two sigmas to which it belongs.
     for (std::size_t k = 0; k < n; ++k) {
       for (std::size_t j = 0; j < n; ++j) {
         covariance.take(answer, 3 + n * k + j, {(*fix.covariance)(Eigen::Index(k), Eigen::Index(j)) / fix.widening},
@@ -296,7 +296,7 @@ void measure_pose_bound(std::vector<Record>& records, int cases) {
         }
       }
     }
-    // The question is the inverse of a sum that is rounded once it is formed, so its condition is that of the sum,
+    // The problem is the inverse of a sum that is rounded once it is formed. So its condition is that of the sum,
     // scaled to a unit diagonal: |A| |A^-1| in the Frobenius norm.
     const Matrix exact_bound = inverse(sum);
     Real norm = 0;
@@ -329,7 +329,7 @@ std::vector<Record> measure_motion_and_triangles(int cases) {
   return records;
 }
 
-// Each case takes a hundred gradients in 50 digits.
+// Each case needs a hundred gradients in 50 digits.
 std::vector<Record> measure_fixes_by_ranges(int cases) {
   std::vector<Record> records;
   measure_least_squares(records, cases / 8, Kind::kRanges, "ranges");

@@ -20,16 +20,16 @@ using Values = std::vector<double>;
 constexpr double kPi = std::numbers::pi;
 
 // Bounds on error / (growth eps). The growth counts one rounding of every input and of the answer. Inside, each
-// operation on the way from an input to the answer adds at most half an eps of what passes through it (a library
-// function like sin one eps), so the bound is half the operations on the longest way.
+// operation on the path from an input to the answer adds at most half an eps of the value that passes through it (a
+// library function like sin adds one eps), so the bound is half the operations on the longest path.
 constexpr double kRadiusBound = 4;       // sin of the apex, 2 products, 3 sums, quotient, product
 constexpr double kProjectBound = 8;      // + rotation 5, hypot, atan2, sum, cos, product, sum
-constexpr double kLensBound = 8;         // + a polynomial's 8, a quotient, 4 products and sums, the way back
+constexpr double kLensBound = 8;         // + a polynomial's 8, a quotient, 4 products and sums, the inverse
 constexpr double kRayBound = 8;          // as for projecting
 constexpr double kAngleBound = 2;        // atan2, a sum and a wrap; or a sum, cos, a product
 constexpr double kHyperboloidBound = 4;  // b^2 3, hypot, 2 products, sum, quotient, product, sum, quotient
 constexpr double kDisparityBound = 2;    // product, quotient, product, difference
-constexpr double kTriangulateBound = 8;  // a projection and its way back by QR, which is right to a few eps
+constexpr double kTriangulateBound = 8;  // a projection and its inverse by QR, which is accurate to a few eps
 
 struct ViewCase {
   vision::MirrorViewSettings settings;
@@ -52,7 +52,7 @@ ViewCase draw_view(Draw& draw, Rig rig) {
   }
   Values lens(12, 0.0);
   if (rig == Rig::kMovedWithLens) {
-    // A lens whose polynomial does not fold within the mirror's picture: |x|, |y| stay below 0.4.
+    // The lens's polynomial does not fold within the mirror's image: |x|, |y| are below 0.4.
     const double focal = 3 * s.rim_radius_px;
     s.distortion = vision::LensDistortion{
         {draw.uniform(-0.2, 0.2), draw.uniform(-0.1, 0.1), draw.uniform(-1e-2, 1e-2), draw.uniform(-1e-2, 1e-2),
@@ -80,7 +80,7 @@ Values doubles(const Vector& v) {
   return out;
 }
 
-/// A pixel inside the rim, from the very tip outwards.
+/// Draws a pixel inside the rim, also very near to the tip.
 Values draw_pixel(Draw& draw, const vision::MirrorViewSettings& s) {
   const double radius = s.rim_radius_px * (draw.coin() ? draw.scales(1e-9, 0.999) : draw.uniform(0.01, 0.999));
   const double turn = draw.uniform(-kPi, kPi);
@@ -125,7 +125,7 @@ void measure_view(std::vector<Record>& records, int cases, Rig rig) {
       direction.take(answer, 3, {ray->direction.x(), ray->direction.y(), ray->direction.z()}, describe(ray_case));
     }
 
-    // A point that this pixel shows, rounded to doubles.
+    // Take a point that this pixel shows, rounded to doubles.
     const Vector ray = exact.back_project(numbers(shown));
     const double way = draw.coin() ? draw.scales(0.1, 1e6) : draw.uniform(0.5, 20);
     const Values p = doubles({ray[0] + way * ray[3], ray[1] + way * ray[4], ray[2] + way * ray[5]});
@@ -229,14 +229,14 @@ Vector near_top(const Vector& fields, const Vector& landmark, const Real& radius
   return {landmark[0] - dx * radius / distance, landmark[1] - dy * radius / distance, top};
 }
 
-/// Both views of a landmark: x holds the two views' fields, then radius and top, then column, row and covariance
-/// (cc, cr, rr) of either.
+/// Both views of a landmark: x holds the two views' fields, then radius and top, then column, row and covariance (cc,
+/// cr, rr) of each sighting.
 constexpr std::size_t kRadiusAt = 2 * kViewFields;
 constexpr std::size_t kTopAt = kRadiusAt + 1;
 constexpr std::size_t kSightingsAt = kTopAt + 1;
 constexpr std::size_t kSightingFields = 5;
 
-/// Chi-squared of a place, as triangulate() is to minimise it.
+/// Chi-squared of a place, which triangulate() must minimise.
 class TriangulationProblem {
  public:
   TriangulationProblem(const Vector& x, std::array<bool, 2> mirrored, std::array<bool, 2> used, bool top_known)
@@ -247,7 +247,7 @@ class TriangulationProblem {
       views_.emplace_back(fields_[i], mirrored[i], false);
     }
   }
-  /// Residual of a view, whitened. @param place range, bearing and, where it is not known, top
+  /// Whitened residual of a view. @param place range, bearing and, where it is not known, top
   [[nodiscard]] Vector residual(std::size_t i, const Vector& place) const {
     const Vector landmark = {place[0] * cos(place[1]), place[0] * sin(place[1])};
     const Vector pixel =
@@ -382,8 +382,9 @@ void measure_triangulation(std::vector<Record>& records, int cases, std::array<b
       return Vector{place[0], place[1], c[0][0], c[0][1], c[1][1]};
     };
     Answer answer = evaluate(answer_of, exact_x);
-    // The last step, of at most a millionth of a sigma, is taken; the covariance is of the place before it. Of that
-    // step Gauss-Newton leaves the residual's share, a sigma against the curvature's radius: below a thousandth here.
+    // The last step, of at most a millionth of a sigma, is taken; the covariance is that of the place before it. The
+    // error that Gauss-Newton leaves of that step is the ratio of the residual, a sigma, to the radius of curvature:
+    // below a thousandth here.
     constexpr double kLastStep = 1e-6 / std::numeric_limits<double>::epsilon();
     const double sigma_m = std::sqrt(static_cast<double>(answer.value[2]));
     for (const std::size_t k : {2, 3, 4}) answer.growth[k] *= 1 + kLastStep * sigma_m / *got.range_m;
@@ -413,7 +414,7 @@ std::vector<Record> measure_views(int cases) {
 std::vector<Record> measure_ranges(int cases) {
   std::vector<Record> records;
   measure_disparity(records, cases);
-  // Each case takes some fifty gradients in 50 digits.
+  // Each case needs some fifty gradients in 50 digits.
   measure_triangulation(records, cases / 8, {true, true}, true, "both views, known top");
   measure_triangulation(records, cases / 8, {true, true}, false, "both views, unknown top");
   measure_triangulation(records, cases / 8, {false, true}, true, "one view, known top");

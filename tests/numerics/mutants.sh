@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Breaks one formula after another in a copy of the sources and expects the named test to fail: a table "caught" or
-# "SURVIVED" for mutants.txt. Ends with 1 if one survives, with 2 if a line of the list is wrong or the unbroken tests fail.
+# Breaks one formula after another in a copy of the sources, expects the named test to fail, and prints a table of
+# "caught" or
+# "SURVIVED" for mutants.txt. Ends with 1 if one survives, with 2 if a line of the list is wrong or the unbroken tests
+# fail.
 #   tests/numerics/mutants.sh [WORD]     WORD: only the lines of the list that contain it
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -9,14 +11,14 @@ list=tests/numerics/mutants.txt
 word=${1:-}
 jobs=${TWOCONE_JOBS:-1}
 configure_s=300
-build_s=1800  # the first one; a mutant rebuilds one file
-test_s=300    # a mutant that makes a loop endless is caught by this
+build_s=1800  # for the first build; a mutant rebuilds one file
+test_s=300    # this catches a mutant that makes a loop endless
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 mkdir "$work/source"
-# What git knows and what is new, without what is ignored.
+# Copy tracked and new files, without ignored ones.
 git ls-files -z --cached --others --exclude-standard | while IFS= read -r -d '' file; do
   if [ -f "$file" ]; then printf '%s\0' "$file"; fi
 done | tar --null -T - -cf - | tar -xf - -C "$work/source"
@@ -50,7 +52,7 @@ done <"$list"
 [ "${#files[@]}" -gt 0 ] || fail "$list has no line with '$word'"
 
 mapfile -t targets < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
-# An optimised build without assertions: what catches a mutant must be the test.
+# Build with optimisation and without assertions: the test itself must catch a mutant.
 timeout "$configure_s" cmake -S "$work/source" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -DNDEBUG" \
   -DTWOCONE_BUILD_BENCHMARKS=OFF >"$work/configure.log" 2>&1 || fail "cannot configure: $(tail -n 20 "$work/configure.log")"
 build "${targets[@]}" || fail "the unbroken sources do not build: $(tail -n 20 "$work/build.log")"
@@ -90,7 +92,7 @@ for i in "${!files[@]}"; do
     caught=$((caught + 1))
   fi
   printf '%-8s  %-38s  %s -> %s (%s)\n' "$result" "${files[i]}" "${olds[i]}" "${news[i]}" "${tests[i]}"
-  cp "$work/whole" "$file"  # its time is new, so that it is built again
+  cp "$work/whole" "$file"  # its modification time is new, so that it is built again
 done
 echo "$caught of ${#files[@]} mutants caught, $survived survived"
 [ "$survived" = 0 ]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold for any input, by RapidCheck: it shrinks a failing case to a small one.
+// Properties that hold for any input, checked by RapidCheck, which shrinks a failing case to a small one.
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -23,16 +23,16 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-// Fixed, unless someone wants more: RC_PARAMS="seed=1 max_success=100000".
+// The seed is fixed unless the environment sets another, for example RC_PARAMS="seed=1 max_success=100000".
 const int kSeeded = setenv("RC_PARAMS", "seed=40650 max_success=1000 max_discard_ratio=20", 0);
 
-/// A number of [low, high] in 2^40 steps; shrinks towards `low`.
+/// A number in [low, high] in 2^40 steps; it shrinks towards `low`.
 rc::Gen<double> number(double low, double high) {
   constexpr std::int64_t kSteps = std::int64_t{1} << 40;
   return rc::gen::map(rc::gen::inRange<std::int64_t>(0, kSteps + 1),
                       [=](std::int64_t i) { return low + (high - low) * (double(i) / double(kSteps)); });
 }
-/// Evenly in the logarithm.
+/// A number that is uniform in the logarithm.
 rc::Gen<double> scales(double low, double high) {
   return rc::gen::map(number(std::log(low), std::log(high)), [](double x) { return std::exp(x); });
 }
@@ -79,8 +79,8 @@ Shown any_shown(const vision::MirrorView& view) {
   return {pixel, ray->origin_m + *scales(0.2, 1000) * ray->direction, radius_px};
 }
 
-/// What a few roundings of a pixel's coordinates, of the point's angles seen from the mirror, and of the settings move
-/// a pixel by: all angles are those of a view whose focal length is v.
+/// The change of a pixel by a few roundings of its coordinates, of the point's angles seen from the mirror, and of the
+/// settings: all angles are those of a view whose focal length is v.
 double pixel_rounding(const vision::MirrorView& view, const Shown& shown) {
   const auto& s = view.settings();
   const double lengths = shown.point_m.norm() + s.cone.lens_to_tip_m + s.lens_height_m;
@@ -99,12 +99,12 @@ TEST(Property, WhatAPixelShowsIsShownByThatPixel) {
 }
 
 TEST(Property, MirroredTwiceIsNotMirrored) {
-  hold("a mirrored picture of the mirrored world is the picture", [] {
+  hold("a mirrored image of the mirrored world is the image", [] {
     vision::MirrorViewSettings s = any_view();
     s.mirrored = false;
     const vision::MirrorView view(s);
     const Shown shown = any_shown(view);
-    vision::MirrorViewSettings m = s;  // the world mirrored in the x z plane: what turns about x and z turns back
+    vision::MirrorViewSettings m = s;  // the world is mirrored in the x z plane: rotations about x and z change sign
     m.mirrored = true;
     m.azimuth_rad = -s.azimuth_rad;
     m.tilt_rad.x() = -s.tilt_rad.x();
@@ -181,11 +181,11 @@ TEST(Property, AHyperboloidsSlopesComeBack) {
     const double way = c * *scales(30, 1e5);
     const auto again = mirror.slope(way * std::cos(e), mirror.viewpoint_m() + way * std::sin(e));
     RC_ASSERT(again.has_value());
-    // An angle of up to pi / 2 is rounded, and the slope changes with it at most as fast as straight down... backwards:
-    // ds/de is at most that at the rim, which the forward derivative gives.
+    // An angle of up to pi / 2 is rounded, and the slope changes with it: ds/de is the reciprocal of the forward
+    // derivative, which this difference gives.
     const double step = 1e-6 * mirror.rim_slope();
     const double rise = (*mirror.elevation_rad(slope) - *mirror.elevation_rad(slope - step)) / step;
-    // Elevation and slope both have their roundings; near the asymptote b^2 / towards cancels as 1 / (1 - a s ...).
+    // Elevation and slope both have roundings; near the asymptote b^2 / towards cancels as 1 / (1 - a s ...).
     RC_NEAR(*again, slope, 64 * kEps * (kPi / rise + slope) * (1 + c / (c - a)));
   });
 }
@@ -215,7 +215,7 @@ Drive any_drive() {
           *number(-20, 20)};
 }
 
-/// A few roundings of the place, of the way and, by the way, of the turned angle.
+/// A few roundings of the place, of the distance and, by the distance, of the turned angle.
 double arc_rounding(const Drive& d) {
   const double way = d.wheels.radius_m * (std::abs(d.left_rad) + std::abs(d.right_rad));
   return 32 * kEps * (8 + way + way * (3 + way / d.wheels.separation_m));
@@ -275,7 +275,7 @@ TEST(Property, SwappedWheelsMirrorTheArc) {
   });
 }
 
-/// Three landmarks about a robot, none two of which are seen in nearly one line: then every corner is well placed.
+/// Three landmarks about a robot, no two of which are seen in nearly one line: then every corner is well placed.
 std::vector<localisation::LandmarkRange> any_ranges(double* least_sine) {
   std::vector<localisation::LandmarkRange> ranges;
   const Eigen::Vector2d robot(*number(-3, 3), *number(-3, 3));
@@ -333,7 +333,7 @@ TEST(Property, TheLeastSquaresFixMovesWithTheWorld) {
     const double turn = *number(-kPi, kPi);
     const double far = *scales(1e-3, 1e6);
     const Eigen::Vector2d shift = far * Eigen::Vector2d(*number(-1, 1), *number(-1, 1));
-    // As for the triangle; sigmas of 1 to 100 leave the least sure of three ranges to a hundredth of its weight.
+    // As for the triangle; sigmas of 1 to 100 reduce the weight of the least accurate of three ranges to a hundredth.
     const double tolerance = 64 * kEps * (20 + far) / least_sine * 100;
     auto moved = m;
     for (auto& one : moved) one.landmark_m = Eigen::Rotation2Dd(turn) * one.landmark_m + shift;
@@ -376,7 +376,7 @@ TEST(Property, ALandmarkThatBothViewsShowIsTriangulated) {
     const auto t =
         vision::triangulate(rig, &sightings[0], &sightings[1], radius, top_known ? std::optional(top) : std::nullopt);
     RC_ASSERT(t.verdict == vision::RangeVerdict::kOk);
-    // Pixels of up to 1,000 are rounded, against a sigma of 0.01; the fit ends within a billionth of a sigma.
+    // Pixels of up to 1,000 are rounded, compared with a sigma of 0.01; the fit ends within a billionth of a sigma.
     const double sigmas = 64 * kEps * 1000 / 0.01 + 1e-9;
     RC_NEAR(*t.range_m, range, sigmas * std::sqrt((*t.covariance)(0, 0)));
     RC_NEAR(*t.bearing_rad, bearing, sigmas * std::sqrt((*t.covariance)(1, 1)));

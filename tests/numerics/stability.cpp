@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes docs/numerical-stability.md and its figures: what rounding does to our formulas and to the textbook's.
+// Writes docs/numerical-stability.md and its figures, which show the effect of rounding on our formulas and on the
+// textbook's.
 #include <sys/wait.h>
 
 #include <cstdio>
@@ -22,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The textbook's in orange, ours in blue; float is hollow and broken, double filled and whole.
+/// Line styles: the textbook's formulas are orange, ours are blue; float is hollow and broken, double filled and whole.
 const char* look(Look look) {
   switch (look) {
     case Look::kTextbookFloat:
@@ -39,7 +40,7 @@ const char* look(Look look) {
   return "";
 }
 
-/// The look of the report's figures (apps/report/figures/gnuplot.cpp), with logarithmic axes.
+/// The gnuplot script, in the style of the report's figures (apps/report/figures/gnuplot.cpp), with logarithmic axes.
 std::string script(const Experiment& e) {
   std::string text = fmt::format(
       "set encoding utf8\n"
@@ -56,7 +57,7 @@ std::string script(const Experiment& e) {
       "set xrange [{}:{}]\n"
       "set yrange [{}:{}]\n",
       e.stem, e.title, e.x_label, e.y_label, e.x_range.first, e.x_range.second, e.y_range.first, e.y_range.second);
-  // Tics of whole decades, few enough to be read.
+  // Tics are at whole decades, few enough to be legible.
   const double decades = std::log10(e.x_range.second / e.x_range.first);
   text += decades > 9   ? "set xtics 1000\n"
           : decades < 3 ? "set format x '%g'\nset xtics (0.5, 1, 2, 3, 5, 10, 20, 30)\n"

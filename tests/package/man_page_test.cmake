@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Catches a subcommand or an option that the man page does not name.
+# Catches a subcommand or an option that is not in the man page.
 function(ask)
   execute_process(COMMAND ${TWOCONE} ${ARGV} --help RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(failed)
@@ -20,7 +20,7 @@ endif()
 set(missing "")
 foreach(command ${commands})
   string(STRIP "${command}" command)
-  # From the subcommand's own heading to the next.
+  # The section is from the subcommand's own heading to the next heading.
   string(REGEX MATCH "\n\\.SS ${command}\n(.*)" found "${page}")
   if(NOT found)
     list(APPEND missing ${command})

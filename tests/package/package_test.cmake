@@ -11,28 +11,74 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
-file(COPY ${SOURCE}/examples/controller DESTINATION ${WORK})
-run(${CMAKE_COMMAND} -S ${WORK}/controller -B ${WORK}/build -G Ninja -D CMAKE_PREFIX_PATH=${WORK}/installed
-    -D CMAKE_BUILD_TYPE=${CONFIG} -D "CMAKE_CXX_FLAGS=${FLAGS}")
-run(${CMAKE_COMMAND} --build ${WORK}/build)
-
-# The robot and the scene are those of the installed package too. A third of a second at 3 and 4 rad/s, in steps of the encoder.
-run(${WORK}/build/controller ${WORK}/installed/share/twocone/robots/lab_sim.yaml)
-if(NOT output MATCHES "t 0.333 s, wheels 0.99[0-9] 1.33[0-9] rad, lower view 640 x 480")
-  message(FATAL_ERROR "controller said:\n${output}")
+# Both examples, built from what is installed and nothing else; robot and scene are those of the installed package, too.
+foreach(example controller waypoints)
+  file(COPY ${SOURCE}/examples/${example} DESTINATION ${WORK})
+  run(${CMAKE_COMMAND} -S ${WORK}/${example} -B ${WORK}/build-${example} -G Ninja -D CMAKE_PREFIX_PATH=${WORK}/installed
+      -D CMAKE_BUILD_TYPE=${CONFIG} -D "CMAKE_CXX_FLAGS=${FLAGS}")
+  run(${CMAKE_COMMAND} --build ${WORK}/build-${example})
+endforeach()
+run(${WORK}/build-controller/controller ${WORK}/installed/share/twocone/robots/lab_sim.yaml)
+# It begins at the map's origin, and each frame has a range to each landmark and a position.
+if(NOT output MATCHES "^red 2[.]4[0-9]+ m, .*at [(]-?0[.]000, -?0[.]000[)] m\n")
+  message(FATAL_ERROR "controller printed:\n${output}")
 endif()
+run(${WORK}/build-waypoints/waypoints ${WORK}/installed/share/twocone/robots/lab_sim.yaml 60)
+if(NOT output MATCHES "^60 frames, [0-9]+ waypoints reached, 0 frames without a track\noff the path: rms [0-9.]+ mm")
+  message(FATAL_ERROR "waypoints printed:\n${output}")
+endif()
+
+# The interface and nothing else is installed as headers. The localisation alone asks for no camera library.
+file(GLOB_RECURSE headers RELATIVE ${WORK}/installed/include ${WORK}/installed/include/*)
+if(NOT headers STREQUAL "twocone/localisation.h;twocone/twocone.h;twocone/types.h")
+  message(FATAL_ERROR "installed headers: ${headers}")
+endif()
+file(WRITE ${WORK}/alone/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(alone LANGUAGES CXX)
+find_package(twocone 0.1 REQUIRED COMPONENTS localisation)
+if(TARGET twocone::twocone)
+  message(FATAL_ERROR \"component localisation brings the robot\")
+endif()
+add_executable(alone alone.cpp)
+target_compile_features(alone PRIVATE cxx_std_20)
+target_link_libraries(alone PRIVATE twocone::localisation)
+")
+file(WRITE ${WORK}/alone/alone.cpp "#include <array>
+#include <cstdio>
+#include <twocone/localisation.h>
+int main() {
+  const std::array<twocone::LandmarkObservation, 3> seen{{{3, 0, 3, 0, 0.01, 0.01}, {0, 4, 4, 1.5707963, 0.01, 0.01}, {-5, 0, 5, 3.1415926, 0.01, 0.01}}};
+  const auto answer = twocone::locate(seen);
+  return answer.pose ? std::printf(\"%.2f %.2f\\n\", answer.pose->x_m + 1, answer.pose->y_m + 1), 0 : 1;
+}
+")
+run(${CMAKE_COMMAND} -S ${WORK}/alone -B ${WORK}/build-alone -G Ninja -D CMAKE_PREFIX_PATH=${WORK}/installed -D "CMAKE_CXX_FLAGS=${FLAGS}")
+run(${CMAKE_COMMAND} --build ${WORK}/build-alone)
+run(${WORK}/build-alone/alone)
+if(NOT output STREQUAL "1.00 1.00\n")
+  message(FATAL_ERROR "the localisation alone printed: ${output}")
+endif()
+run(ldd ${WORK}/build-alone/alone)
+if(output MATCHES "camera|turbojpeg|serialport|libode")
+  message(FATAL_ERROR "the localisation alone links:\n${output}")
+endif()
+file(GLOB_RECURSE pc ${WORK}/installed/*/twocone.pc)
+if(NOT pc)
+  message(FATAL_ERROR "twocone.pc is not installed")
+endif()
+
 execute_process(COMMAND ${WORK}/installed/bin/twocone --version OUTPUT_VARIABLE version RESULT_VARIABLE failed)
 if(failed OR NOT version MATCHES "^twocone [0-9.]+ ")
   message(FATAL_ERROR "the installed twocone says: ${version}")
 endif()
 
-# What is installed, and so packed, is the very file that was built and tested.
+# The installed and packed file must be the file that was built and tested.
 file(SHA256 ${BUILD}/twocone built)
 file(SHA256 ${WORK}/installed/bin/twocone installed)
 if(NOT built STREQUAL installed)
   message(FATAL_ERROR "the installed twocone has other bytes than the built one")
 endif()
-# The Debian package holds the component `program`: all that a robot needs, and no library to build with.
+# The Debian package contains the component `program`: everything that a robot needs, and no library for developers.
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/program --component program)
 foreach(file bin/twocone share/twocone/robots/lab_sim.yaml share/twocone/scenes/lab.map.yaml share/man/man1/twocone.1.gz
              lib/udev/rules.d/70-twocone.rules)

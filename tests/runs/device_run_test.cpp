@@ -8,8 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/runs/capture.h"
-#include "apps/runs/effort.h"
+#include "apps/runlog/summary/capture.h"
+#include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 #include "drivers/memory/faulty_camera.h"
 #include "drivers/memory/faulty_diffdrive.h"
@@ -50,9 +50,9 @@ class DeviceRun : public testing::Test {
   void SetUp() override {
     write_robot();
     options_.frames = kFrames;
-    options_.method = Method::kPaper;
+    options_.method = estimation::Method::kPaper;
     options_.out = temporary_.path() / "run";
-    options_.tell = [this](const std::string& event) { told_.push_back(event); };
+    options_.notify = [this](const std::string& event) { told_.push_back(event); };
     options_.open = [this](const drivers::RobotSettings& settings) -> Result<Robot> {
       auto lower =
           std::make_unique<memory::FaultyCamera>(std::make_unique<memory::MemoryCamera>(clock_), lower_faults_, 1);
@@ -63,10 +63,10 @@ class DeviceRun : public testing::Test {
     };
   }
 
-  Result<RunInfo> go() {
-    const files::Robot robot = files::read_robot(file_);
+  Result<runlog::RunInfo> go() {
+    const config::Robot robot = config::read_robot(file_);
     return run(
-        robot, files::read_map(robot.map), options_, [](double) {}, stop_);
+        robot, config::read_map(robot.map), options_, [](double) {}, stop_);
   }
 
   /// All but the warnings about rims, of which test patterns have none.
@@ -95,9 +95,9 @@ TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
   // It goes away after as many frames again, and comes back each time.
   const auto events = told();
   ASSERT_GE(events.size(), 2U);
-  EXPECT_THAT(events[0], AllOf(HasSubstr("lower: "), HasSubstr("the wheels rest")));
+  EXPECT_THAT(events[0], AllOf(HasSubstr("lower: "), HasSubstr("the wheels are stopped")));
   EXPECT_THAT(events[1], HasSubstr("all is well again after"));
-  const RunData run = read_run(options_.out);
+  const runlog::RunData run = runlog::read_run(options_.out);
   EXPECT_EQ(run.frames.size(), std::size_t(kFrames));
   ASSERT_TRUE(run.info.capture);
   EXPECT_GE(run.info.capture->recoveries, 1U);
@@ -110,28 +110,28 @@ TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
   EXPECT_LT(rests, kFrames - 1) << "it never drove, so nothing was tried";
 }
 
-// On the pictures of one run both methods; who has the budget has verdicts, and an event if one of them is `over`.
+// On the images of one run both methods; who has the budget has verdicts, and an event if one of them is `over`.
 TEST_F(DeviceRun, TellsWhatEachFramesAnswerTook) {
-  options_.method = Method::kFull;
-  files::Robot robot = with_budget(files::read_robot(file_), Method::kFull, 0.02);
+  options_.method = estimation::Method::kOutline;
+  config::Robot robot = estimation::with_budget(config::read_robot(file_), estimation::Method::kOutline, 0.02);
   const auto info = run(
-      robot, files::read_map(robot.map), options_, [](double) {}, stop_);
+      robot, config::read_map(robot.map), options_, [](double) {}, stop_);
   ASSERT_TRUE(info) << info.error().message;
-  const RunData full = read_run(options_.out);
-  ASSERT_EQ(full.effort.size(), std::size_t(kFrames));
+  const runlog::RunData full = runlog::read_run(options_.out);
+  ASSERT_EQ(full.timing.size(), std::size_t(kFrames));
   EXPECT_EQ(full.robot.estimator, robot.estimator);
   int over = 0;
-  for (const EffortRow& row : full.effort) {
+  for (const runlog::TimingRow& row : full.timing) {
     EXPECT_TRUE(row.verdict == "kept" || row.verdict == "over") << row.verdict;
     over += row.verdict == "over";
   }
   int told_of = 0;
-  for (const std::string& event : full.info.events) told_of += event.starts_with("over budget: ");
+  for (const std::string& event : full.info.events) told_of += event.starts_with("over time budget: ");
   EXPECT_EQ(told_of, over > 0 ? 1 : 0);
-  const RunData paper = read_run(options_.out, "paper");
-  ASSERT_EQ(paper.effort.size(), std::size_t(kFrames));
-  EXPECT_EQ(paper.effort[0].verdict, "");
-  EXPECT_EQ(paper.effort.back().frame, std::uint64_t(kFrames - 1));
+  const runlog::RunData paper = runlog::read_run(options_.out, "paper");
+  ASSERT_EQ(paper.timing.size(), std::size_t(kFrames));
+  EXPECT_EQ(paper.timing[0].verdict, "");
+  EXPECT_EQ(paper.timing.back().frame, std::uint64_t(kFrames - 1));
 }
 
 TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
@@ -141,7 +141,7 @@ TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
   ASSERT_FALSE(info);
   EXPECT_EQ(info.error().code, ErrorCode::kDisconnected);
   EXPECT_THAT(info.error().message, AllOf(HasSubstr("drive: "), HasSubstr("and so it stayed for 0.3 s")));
-  const RunData run = read_run(options_.out);
+  const runlog::RunData run = runlog::read_run(options_.out);
   EXPECT_FALSE(run.info.finished);
   EXPECT_THAT(run.info.events.back(), HasSubstr("and so it stayed"));
 }
@@ -169,33 +169,33 @@ TEST_F(DeviceRun, WithoutPatienceTheFirstFailureEndsIt) {
 TEST_F(DeviceRun, CanBeStoppedWhileItWaits) {
   drive_faults_.disconnect_after = kGoesAfter;
   options_.patience = 10min;
-  options_.tell = [this](const std::string& event) {
-    if (event.find("the wheels rest") != std::string::npos) stop_ = true;
+  options_.notify = [this](const std::string& event) {
+    if (event.find("the wheels are stopped") != std::string::npos) stop_ = true;
   };
   const auto info = go();
   ASSERT_FALSE(info);
   EXPECT_THAT(info.error().message, HasSubstr("stopped from outside"));
 }
 
-// Catches a damaged picture that ends the run, or gets into its tables.
-TEST_F(DeviceRun, DamagedPicturesAreTakenAgain) {
+// Catches a damaged image that ends the run, or gets into its tables.
+TEST_F(DeviceRun, DamagedImagesAreTakenAgain) {
   lower_faults_.cut_chance = 0.3;
   lower_faults_.bad_data_chance = 0.1;
   const auto info = go();
   ASSERT_TRUE(info) << info.error().message;
-  EXPECT_EQ(read_run(options_.out).frames.size(), std::size_t(kFrames));
+  EXPECT_EQ(runlog::read_run(options_.out).frames.size(), std::size_t(kFrames));
   EXPECT_FALSE(told().empty()) << "nothing was damaged";
   for (const std::string& event : told()) EXPECT_THAT(event, HasSubstr("lower: "));
 }
 
-// Catches a program that goes on driving by a picture from before its camera went away.
-TEST_F(DeviceRun, APictureOlderThanTheDeadManTimeMovesNoWheel) {
-  write_robot({{"command_timeout_s: 0.5", "command_timeout_s: 0.001"}});  // no picture is looked at so fast
+// Catches a program that goes on driving by an image from before its camera went away.
+TEST_F(DeviceRun, AnImageOlderThanTheDeadManTimeMovesNoWheel) {
+  write_robot({{"command_timeout_s: 0.5", "command_timeout_s: 0.001"}});  // no image is looked at so fast
   const auto info = go();
   ASSERT_TRUE(info) << info.error().message;
   ASSERT_EQ(told().size(), 1U);
-  EXPECT_THAT(told()[0], HasSubstr("longer than command_timeout_s of 0.001 s: the wheels rest"));
-  const RunData run = read_run(options_.out);
+  EXPECT_THAT(told()[0], HasSubstr("longer than command_timeout_s of 0.001 s: the wheels are stopped"));
+  const runlog::RunData run = runlog::read_run(options_.out);
   const auto first_looked_at = std::size_t(run.robot.latency_frames) + 1;
   ASSERT_GT(run.drive.size(), first_looked_at);
   for (std::size_t i = first_looked_at; i < run.drive.size(); ++i) {
@@ -205,18 +205,18 @@ TEST_F(DeviceRun, APictureOlderThanTheDeadManTimeMovesNoWheel) {
 }
 
 TEST(Capture, IsSummarisedByHand) {
-  RunData run;
-  EXPECT_FALSE(summarise_capture(run)) << "a simulated robot has none";
-  run.info.capture = CaptureCounts{1, 2, 3, 4};
+  runlog::RunData run;
+  EXPECT_FALSE(runlog::summarise_capture(run)) << "a simulated robot has none";
+  run.info.capture = runlog::CaptureCounts{1, 2, 3, 4};
   for (const double t_s : {0.0, 0.10, 0.20, 0.35, 0.45}) {
-    FrameRow row;
+    runlog::FrameRow row;
     row.t_s = t_s;
     row.skew_s = t_s == 0.2 ? -0.03 : 0.01;
     row.lower_lost = 1;
     row.upper_lost = 2;
     run.frames.push_back(row);
   }
-  const auto capture = summarise_capture(run);
+  const auto capture = runlog::summarise_capture(run);
   ASSERT_TRUE(capture);
   EXPECT_NEAR(capture->rate_hz, 10, 1e-9);
   EXPECT_NEAR(capture->jitter_p95_s, 0.05, 1e-12);

@@ -5,11 +5,11 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/files/file_error.h"
-#include "apps/files/text_file.h"
-#include "apps/runs/disk.h"
-#include "apps/runs/run_folder.h"
-#include "apps/runs/run_yaml.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -21,29 +21,29 @@ const std::string kMap = TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml";
 class OtherRobot : public testing::Test {
  protected:
   OtherRobot() {
-    RunFolder run(from_);
+    runlog::RunFolder run(from_);
     const Image dark{4, 3, PixelFormat::kRgb8, std::vector<std::uint8_t>(36, 7)};
     const Image light{4, 3, PixelFormat::kRgb8, std::vector<std::uint8_t>(36, 201)};
     for (const std::uint64_t frame : {0, 1}) {
-      FrameRecord record;
+      runlog::FrameRecord record;
       const double t_s = 0.1 * double(frame);
       record.frame.frame = frame;
       record.frame.t_s = t_s;
       // Straight on: with the lab's wheels of 0.05 m by 0.05 * 1.7 m.
       record.drive = {t_s, 17, 17, 1.7 * double(frame), 1.7 * double(frame)};
-      record.truth = PoseRow{t_s, 0.0857 * double(frame), 0.001, 0.002};
+      record.truth = runlog::PoseRow{t_s, 0.0857 * double(frame), 0.001, 0.002};
       record.odometry = {t_s, 0.085 * double(frame), 0, 0};
       run.add(record, dark, light);
     }
-    RunInfo info;
-    info.method = "full";
+    runlog::RunInfo info;
+    info.method = "outline";
     info.events = {"it began"};
-    write_run_yaml(from_, info, files::read_robot(kLab), kMap);
+    runlog::write_run_yaml(from_, info, config::read_robot(kLab), kMap);
   }
 
   /// The lab's robot file with `old` as `now`.
   std::filesystem::path lab_but(const std::string& old, const std::string& now) {
-    std::string text = files::read_text(kLab);
+    std::string text = config::read_text(kLab);
     for (const auto& [a, b] : {std::pair{old, now}, {std::string("../scenes/lab.map.yaml"), kMap}}) {
       const std::size_t at = text.find(a);
       EXPECT_NE(at, std::string::npos) << a;
@@ -57,41 +57,41 @@ class OtherRobot : public testing::Test {
   const std::filesystem::path to_ = temporary_.path() / "to";
 };
 
-TEST_F(OtherRobot, TakesThePicturesAndTheTruthButRigWheelsAndOdometryOfTheOther) {
-  const std::string before = files::read_text(from_ / "run.yaml");
+TEST_F(OtherRobot, TakesTheImagesAndTheTruthButRigWheelsAndOdometryOfTheOther) {
+  const std::string before = config::read_text(from_ / "run.yaml");
   auto file = lab_but("wheel_radius_m: 0.05\n", "wheel_radius_m: 0.0511\n");
-  file = temporary_.write("both.yaml", files::read_text(file) + "max_skew_s: 0.0137\n");
+  file = temporary_.write("both.yaml", config::read_text(file) + "max_skew_s: 0.0137\n");
   copy_run_for_robot(from_, file, to_);
 
-  const RunData run = read_run(to_);
+  const runlog::RunData run = runlog::read_run(to_);
   EXPECT_EQ(run.robot.file, file);
   EXPECT_EQ(run.robot.drive.wheel_radius_m, 0.0511);
   EXPECT_EQ(run.robot.max_skew_s, 0.0137);
-  EXPECT_EQ(run.map.landmarks, read_run(from_).map.landmarks);
+  EXPECT_EQ(run.map.landmarks, runlog::read_run(from_).map.landmarks);
   ASSERT_EQ(run.frames.size(), 2U);
   ASSERT_EQ(run.truth.size(), 2U);
   EXPECT_EQ(run.truth[1].x_m, 0.0857);
   ASSERT_EQ(run.odometry.size(), 2U);
   // Tables have nine digits or more after the point.
   EXPECT_NEAR(run.odometry[1].x_m, 0.0511 * 1.7, 1e-9) << "m, of the wheels of the other file";
-  EXPECT_EQ(files::read_text(lower_picture(to_, 1)), files::read_text(lower_picture(from_, 1)));
-  EXPECT_EQ(files::read_text(upper_picture(to_, 0)), files::read_text(upper_picture(from_, 0)));
+  EXPECT_EQ(config::read_text(runlog::lower_image_file(to_, 1)), config::read_text(runlog::lower_image_file(from_, 1)));
+  EXPECT_EQ(config::read_text(runlog::upper_image_file(to_, 0)), config::read_text(runlog::upper_image_file(from_, 0)));
   ASSERT_EQ(run.info.events.size(), 2U);
   EXPECT_EQ(run.info.events[0], "it began");
   EXPECT_NE(run.info.events[1].find(file.string()), std::string::npos) << run.info.events[1];
 
-  EXPECT_EQ(files::read_text(from_ / "run.yaml"), before) << "the run itself is left as it is";
+  EXPECT_EQ(config::read_text(from_ / "run.yaml"), before) << "the run itself is left as it is";
 }
 
 TEST_F(OtherRobot, ThatCannotHaveMadeTheRunIsRefused) {
-  EXPECT_THROW(copy_run_for_robot(from_, lab_but("width_px: 640", "width_px: 648"), to_), files::FileError);
-  EXPECT_THROW(copy_run_for_robot(from_, lab_but("start: {x_m: 0.0", "start: {x_m: 0.1"), to_), files::FileError);
-  EXPECT_THROW(copy_run_for_robot(from_, temporary_.path() / "none.yaml", to_), files::FileError);
+  EXPECT_THROW(copy_run_for_robot(from_, lab_but("width_px: 640", "width_px: 648"), to_), config::FileError);
+  EXPECT_THROW(copy_run_for_robot(from_, lab_but("start: {x_m: 0.0", "start: {x_m: 0.1"), to_), config::FileError);
+  EXPECT_THROW(copy_run_for_robot(from_, temporary_.path() / "none.yaml", to_), config::FileError);
   EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
 }
 
 TEST_F(OtherRobot, ThatNamesAMapOfOtherLandmarksIsRefusedWithBothNamed) {
-  std::string text = files::read_text(kLab);
+  std::string text = config::read_text(kLab);
   const std::string key = "map: ../scenes/lab.map.yaml";
   const auto naming = [&](const std::filesystem::path& map) {
     std::string changed = text;
@@ -101,23 +101,23 @@ TEST_F(OtherRobot, ThatNamesAMapOfOtherLandmarksIsRefusedWithBothNamed) {
   try {
     copy_run_for_robot(from_, naming(hall), to_);
     FAIL() << "a map of another place was accepted";
-  } catch (const files::FileError& error) {
+  } catch (const config::FileError& error) {
     const std::string what = error.what();
     EXPECT_NE(what.find(hall + " has other landmarks than " + kMap), std::string::npos) << what;
   }
   EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
 
   // The same landmarks in a file of another name, and another scene: a twin's.
-  std::string map = files::read_text(kMap);
+  std::string map = config::read_text(kMap);
   map.replace(map.find("scene: lab.pov"), 14, "scene: " TWOCONE_SOURCE_DIR "/scenes/hall.pov");
   copy_run_for_robot(from_, naming(temporary_.write("twin.map.yaml", map)), to_);
-  EXPECT_EQ(read_run(to_).frames.size(), 2U);
+  EXPECT_EQ(runlog::read_run(to_).frames.size(), 2U);
 }
 
 TEST_F(OtherRobot, NoRunIsLostToAnother) {
-  EXPECT_THROW(copy_run_for_robot(from_, kLab, from_), DiskError);
+  EXPECT_THROW(copy_run_for_robot(from_, kLab, from_), runlog::DiskError);
   copy_run_for_robot(from_, kLab, to_);
-  EXPECT_THROW(copy_run_for_robot(from_, kLab, to_), DiskError);
+  EXPECT_THROW(copy_run_for_robot(from_, kLab, to_), runlog::DiskError);
 }
 
 }  // namespace

@@ -14,9 +14,9 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-files::Robot robot() {
-  files::Robot robot;
-  robot.start = files::Start{.x_m = 0.7, .y_m = -0.4, .heading_rad = 30 * kDegree};
+config::Robot robot() {
+  config::Robot robot;
+  robot.start = config::Start{.x_m = 0.7, .y_m = -0.4, .heading_rad = 30 * kDegree};
   robot.body_radius_m = 0.2;
   robot.rig.lower.azimuth_rad = -50 * kDegree;
   return robot;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/effects/camera_stage.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
 
 #include <cmath>
 #include <numbers>
@@ -9,20 +9,20 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/lens.h"
-#include "drivers/sim_povray/effects/light.h"
-#include "drivers/sim_povray/effects/noise.h"
+#include "drivers/sim_povray/camera/lens.h"
+#include "drivers/sim_povray/camera/light.h"
+#include "drivers/sim_povray/camera/noise.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-using Pictures = std::vector<std::shared_ptr<const Image>>;
+using Images = std::vector<std::shared_ptr<const Image>>;
 
-/// Monte Carlo results are held to so many of their own standard deviations: one honest check in 1.7 million fails,
-/// and with fixed seeds none does twice.
+/// Monte Carlo results must lie within this many of their standard deviations. One correct check in 1.7 million fails;
+/// the seeds are fixed, so that a check which has passed always passes.
 constexpr double kSigmas = 5;
 
-// The sRGB curve once more, as IEC 61966-2-1 writes it.
+// A second implementation of the sRGB curve, as IEC 61966-2-1 defines it.
 double linear(double code) {
   const double c = code / 255;
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
@@ -41,16 +41,16 @@ std::shared_ptr<Image> grey(int width_px, int height_px, int code) {
   return image;
 }
 
-std::shared_ptr<Image> random_picture(int width_px, int height_px) {
+std::shared_ptr<Image> random_image(int width_px, int height_px) {
   auto image = grey(width_px, height_px, 0);
   std::mt19937 random(4711);
   for (std::uint8_t& byte : image->bytes) byte = static_cast<std::uint8_t>(random() % 256);
   return image;
 }
 
-Image developed(const CameraEffects& effects, const Pictures& pictures, std::uint64_t seed = 7,
-                std::string_view camera = "lower", std::uint64_t tick = 3) {
-  return develop(effects, pictures, seed, camera, tick);
+Image developed(const CameraEffects& effects, const Images& images, std::uint64_t seed = 7,
+                std::string_view camera = "lower", std::uint64_t step = 3) {
+  return develop(effects, images, seed, camera, step);
 }
 
 int at(const Image& image, int column, int row, int channel = 0) {
@@ -81,20 +81,20 @@ TEST(Light, EveryCodeComesBack) {
   }
 }
 
-TEST(Light, IsCodedAsTheCurveSaysAndClipped) {
+TEST(Light, IsCodedByTheCurveAndClipped) {
   int different = 0;
   for (int i = -1000; i <= 21'000; ++i) {
     const double light = i / 20'000.0;
     different += encode_srgb(static_cast<float>(light)) == coded(light) ? 0 : 1;
   }
-  // Only where a float's rounding crosses one of 255 steps: 22'000 * 255 * 6e-8 = 0.3 expected.
+  // They differ only where a float's rounding crosses one of 255 steps: 22'000 * 255 * 6e-8 = 0.3 are expected.
   EXPECT_LE(different, 3);
   EXPECT_EQ(encode_srgb(1e30F), 255);
   EXPECT_EQ(encode_srgb(-1e30F), 0);
   EXPECT_EQ(encode_srgb(NAN), 0);
 }
 
-TEST(CameraStage, WithoutEffectsThePixelsAreThePictures) {
+TEST(CameraStage, WithoutEffectsThePixelsAreUnchanged) {
   CameraEffects losing;
   losing.drop_probability = 0.4;
   losing.late_probability = 0.3;
@@ -103,26 +103,26 @@ TEST(CameraStage, WithoutEffectsThePixelsAreThePictures) {
   for (const CameraEffects& effects : {CameraEffects{}, losing}) {
     EXPECT_FALSE(changes_pixels(effects));
     EXPECT_FALSE(takes_time(effects));
-    const auto picture = random_picture(37, 23);
-    EXPECT_EQ(developed(effects, {picture}), *picture);
+    const auto source = random_image(37, 23);
+    EXPECT_EQ(developed(effects, {source}), *source);
   }
 }
 
-TEST(CameraStage, EveryStageAtItsNeutralValueGivesBackThePixels) {
+TEST(CameraStage, EveryStageAtItsNeutralValueKeepsThePixels) {
   for (const auto& [width_px, height_px] : {std::pair(64, 48), std::pair(37, 23), std::pair(1, 1), std::pair(2, 300)}) {
-    const auto picture = random_picture(width_px, height_px);
-    EXPECT_EQ(pass_through(*picture), *picture) << width_px << " x " << height_px;
+    const auto source = random_image(width_px, height_px);
+    EXPECT_EQ(pass_through(*source), *source) << width_px << " x " << height_px;
   }
   auto all_codes = grey(256, 1, 0);
   for (std::size_t i = 0; i < all_codes->bytes.size(); ++i) all_codes->bytes[i] = static_cast<std::uint8_t>(i / 3);
   EXPECT_EQ(pass_through(*all_codes), *all_codes);
 }
 
-TEST(CameraStage, ExposuresThatDoNotFitAreRefused) {
+TEST(CameraStage, ShutterSamplesThatDoNotFitAreRefused) {
   CameraEffects effects;
   EXPECT_THROW((void)developed(effects, {}), std::invalid_argument);
-  effects.exposure_s = 0.01;
-  effects.exposures = 3;
+  effects.exposure_time_s = 0.01;
+  effects.shutter_samples = 3;
   EXPECT_THROW((void)developed(effects, {grey(4, 4, 1)}), std::invalid_argument);
   EXPECT_THROW((void)developed(effects, {grey(4, 4, 1), grey(4, 4, 1), grey(4, 5, 1)}), std::invalid_argument);
   auto short_one = grey(4, 4, 1);
@@ -135,10 +135,10 @@ TEST(CameraStage, ExposuresThatDoNotFitAreRefused) {
 TEST(Gain, DoublesLinearLightNotTheCode) {
   CameraEffects effects;
   effects.gain = 2;
-  const auto picture = random_picture(31, 17);
-  const Image bright = developed(effects, {picture});
+  const auto source = random_image(31, 17);
+  const Image bright = developed(effects, {source});
   for (std::size_t i = 0; i < bright.bytes.size(); ++i) {
-    ASSERT_EQ(bright.bytes[i], coded(2 * linear(picture->bytes[i]))) << "code " << int(picture->bytes[i]);
+    ASSERT_EQ(bright.bytes[i], coded(2 * linear(source->bytes[i]))) << "code " << int(source->bytes[i]);
   }
 }
 
@@ -163,8 +163,8 @@ Light point_of_light(int side_px) {
 
 TEST(Defocus, SpreadsAPointEvenlyOverItsDiscAndKeepsTheLight) {
   constexpr int kSide = 41;
-  // The rim's pixels are counted on a grid of 16 points a side: along a rim of 2 pi r pixels that each may err by one
-  // point of its row, together less than 2 pi r / 16 of the area pi r^2, 1/(8 r).
+  // The share of each pixel at the rim is counted on a grid of 16 x 16 points. The rim has 2 pi r pixels, and each may
+  // be wrong by one point per row: together less than 2 pi r / 16 of the area pi r^2, which is 1 / (8 r).
   for (const double radius_px : {1.7, 4.3, 9.6}) {
     const Light light = defocused(point_of_light(kSide), radius_px);
     double sum = 0;
@@ -186,28 +186,29 @@ TEST(Defocus, SpreadsAPointEvenlyOverItsDiscAndKeepsTheLight) {
   }
 }
 
-TEST(Defocus, LeavesAnEvenPictureAsItIsUpToTheEdges) {
+TEST(Defocus, LeavesAnEvenImageAsItIsUpToTheEdges) {
   CameraEffects effects;
   effects.defocus_px = 3.3;
-  const auto picture = grey(5, 9, 137);  // narrower than the disc
-  EXPECT_EQ(developed(effects, {picture}), *picture);
+  const auto source = grey(5, 9, 137);  // narrower than the disc
+  EXPECT_EQ(developed(effects, {source}), *source);
   effects.defocus_px = 0.45;
-  EXPECT_EQ(developed(effects, {random_picture(9, 9)}), *random_picture(9, 9)) << "a disc within one pixel";
+  EXPECT_EQ(developed(effects, {random_image(9, 9)}), *random_image(9, 9)) << "a disc within one pixel";
 }
 
 TEST(Defocus, IsLinearLightNotTheMeanOfCodes) {
   CameraEffects effects;
   effects.defocus_px = 20;
-  auto picture = grey(2, 1, 0);
-  for (std::size_t i = 0; i < 3; ++i) picture->bytes[i] = 255;
-  const Image image = developed(effects, {picture});
-  // The left pixel goes on to the left: half of the disc is white, and half of its middle column, 2 r of pi r^2, more.
+  auto source = grey(2, 1, 0);
+  for (std::size_t i = 0; i < 3; ++i) source->bytes[i] = 255;
+  const Image image = developed(effects, {source});
+  // The image continues to the left of its edge: half of the disc is white, and in addition half of its middle column,
+  // which is 2 r of pi r^2.
   EXPECT_NEAR(at(image, 0, 0), coded(0.5 + 1 / (std::numbers::pi * 20)), 1);
 }
 
 // ---- distortion
 
-/// OpenCV's model as its documentation writes it.
+/// OpenCV's distortion model, as its documentation defines it.
 LensPoint through_lens(const std::vector<double>& k, double x, double y) {
   const double r2 = x * x + y * y;
   const double k3 = k.size() > 4 ? k[4] : 0;
@@ -242,9 +243,9 @@ TEST(Distortion, BeyondTheFoldNothingIsSeen) {
   EXPECT_TRUE(std::isnan(undistort({-0.3, 0, 0, 0}, {-5, 3}).x));
 }
 
-TEST(Distortion, OfASlopeIsThatOfASlowReference) {
-  // A plane in linear light, which bilinear interpolation reproduces: what differs is the place alone. Its reference is
-  // the fixed-point iteration x <- x + (seen - lens(x)), run until nothing can change any more.
+TEST(Distortion, OfASlopeEqualsASlowReference) {
+  // Bilinear interpolation reproduces a plane in linear light, so that only a wrong place makes a difference. The
+  // reference is the fixed-point iteration x <- x + (seen - lens(x)), run until it no longer changes.
   constexpr int kWidth = 53;
   constexpr int kHeight = 41;
   constexpr double kFocal_px = 47.3;
@@ -271,7 +272,7 @@ TEST(Distortion, OfASlopeIsThatOfASlowReference) {
         const double y = p.y * kFocal_px + 20;
         const float value = seen.values[static_cast<std::size_t>((row * kWidth + column) * 3 + 2)];
         if (x < -0.5 || x > kWidth - 0.5 || y < -0.5 || y > kHeight - 0.5) {
-          ASSERT_EQ(value, 0) << "outside the ideal picture: " << x << ", " << y;
+          ASSERT_EQ(value, 0) << "outside the ideal image: " << x << ", " << y;
           ++black;
         } else {
           ASSERT_NEAR(value, slope(std::clamp(x, 0.0, kWidth - 1.0), std::clamp(y, 0.0, kHeight - 1.0)), kFloat)
@@ -279,74 +280,74 @@ TEST(Distortion, OfASlopeIsThatOfASlowReference) {
         }
       }
     }
-    EXPECT_EQ(black > 0, k[0] < 0) << "a barrel lens sees more than the picture has";
+    EXPECT_EQ(black > 0, k[0] < 0) << "a barrel lens sees more than the image has";
   }
 }
 
 // ---- time
 
-TEST(Exposures, AreTheMiddlesOfEqualPartsEndingNow) {
+TEST(ShutterSamples, AreTheMiddlesOfEqualPartsEndingNow) {
   CameraEffects effects;
-  effects.exposure_s = 0.013;
+  effects.exposure_time_s = 0.013;
   effects.readout_s = 0.021;
-  effects.exposures = 5;
-  const auto before = exposures_before(effects);
+  effects.shutter_samples = 5;
+  const auto before = shutter_samples_before(effects);
   ASSERT_EQ(before.size(), 5u);
   EXPECT_EQ(before.front().count(), 30'600'000) << "34 ms less a tenth, oldest first";
   EXPECT_EQ(before.back().count(), 3'400'000);
   EXPECT_EQ(capture_before(effects).count(), 17'000'000);
-  EXPECT_EQ(before[2], capture_before(effects)) << "the middle one is the middle";
-  EXPECT_EQ(exposures_before({}), std::vector{std::chrono::nanoseconds(0)});
+  EXPECT_EQ(before[2], capture_before(effects)) << "the middle sample is the capture time";
+  EXPECT_EQ(shutter_samples_before({}), std::vector{std::chrono::nanoseconds(0)});
   EXPECT_EQ(capture_before({}).count(), 0);
 }
 
-// Catches a late stamp that moves the stamp too: then nothing would be late.
-TEST(Exposures, AreAllOlderByWhatTheStampIsLate) {
+// Catches an implementation that moves the stamp too, so that the stamp is not late.
+TEST(ShutterSamples, AreAllOlderByTheDelayOfTheStamp) {
   CameraEffects effects;
   effects.stamp_late_s = 0.0173;
-  EXPECT_EQ(exposures_before(effects), std::vector{std::chrono::nanoseconds(17'300'000)}) << "still one picture";
+  EXPECT_EQ(shutter_samples_before(effects), std::vector{std::chrono::nanoseconds(17'300'000)}) << "still one image";
   EXPECT_EQ(capture_before(effects).count(), 0);
-  effects.exposure_s = 0.013;
+  effects.exposure_time_s = 0.013;
   effects.readout_s = 0.021;
-  effects.exposures = 5;
+  effects.shutter_samples = 5;
   CameraEffects in_time = effects;
   in_time.stamp_late_s = 0;
-  auto wanted = exposures_before(in_time);
+  auto wanted = shutter_samples_before(in_time);
   for (auto& before : wanted) before += std::chrono::nanoseconds(17'300'000);
-  EXPECT_EQ(exposures_before(effects), wanted);
+  EXPECT_EQ(shutter_samples_before(effects), wanted);
   EXPECT_EQ(capture_before(effects), capture_before(in_time));
 }
 
-/// Exposure i is of one colour, 25 (i + 1).
-Pictures one_colour_each(int count, int height_px) {
-  Pictures pictures;
-  for (int i = 0; i < count; ++i) pictures.push_back(grey(3, height_px, 25 * (i + 1)));
-  return pictures;
+/// Every pixel of shutter sample i has the code 25 (i + 1).
+Images one_colour_each(int count, int height_px) {
+  Images images;
+  for (int i = 0; i < count; ++i) images.push_back(grey(3, height_px, 25 * (i + 1)));
+  return images;
 }
 
-TEST(MotionBlur, IsTheMeanLightOfAllExposures) {
+TEST(MotionBlur, IsTheMeanLightOfAllShutterSamples) {
   CameraEffects effects;
-  effects.exposure_s = 0.02;
-  effects.exposures = 7;
+  effects.exposure_time_s = 0.02;
+  effects.shutter_samples = 7;
   double mean = 0;
   for (int i = 0; i < 7; ++i) mean += linear(25 * (i + 1)) / 7;
   EXPECT_EQ(developed(effects, one_colour_each(7, 11)), *grey(3, 11, coded(mean)));
 }
 
-TEST(RollingShutter, EveryRowIsOfTheExposuresInItsOwnTime) {
+TEST(RollingShutter, EveryRowIsTheMeanOfTheSamplesInItsOwnTime) {
   constexpr int kRows = 31;
-  for (const auto& [exposure_s, readout_s, count] :
+  for (const auto& [exposure_time_s, readout_s, count] :
        {std::tuple(0.0107, 0.0231, 8), std::tuple(0.0, 0.0231, 9), std::tuple(0.0011, 0.0307, 4)}) {
     CameraEffects effects;
-    effects.exposure_s = exposure_s;
+    effects.exposure_time_s = exposure_time_s;
     effects.readout_s = readout_s;
-    effects.exposures = count;
-    const auto before = exposures_before(effects);
+    effects.shutter_samples = count;
+    const auto before = shutter_samples_before(effects);
     const Image image = developed(effects, one_colour_each(count, kRows));
     for (int row = 0; row < kRows; ++row) {
-      // Counted back from the present: the last row's shutter closes at 0.
+      // Times count back from now: the shutter of the last row closes at 0.
       const double closed_s = readout_s * (kRows - 1 - row) / (kRows - 1);
-      const double opened_s = closed_s + exposure_s;
+      const double opened_s = closed_s + exposure_time_s;
       double sum = 0, nearest = 0, least_s = 1;
       int inside = 0;
       for (int i = 0; i < count; ++i) {
@@ -363,7 +364,7 @@ TEST(RollingShutter, EveryRowIsOfTheExposuresInItsOwnTime) {
         }
       }
       EXPECT_EQ(at(image, 1, row), coded(inside > 0 ? sum / inside : nearest))
-          << "row " << row << " of exposure " << exposure_s << " s, readout " << readout_s << " s";
+          << "row " << row << " of exposure " << exposure_time_s << " s, readout " << readout_s << " s";
     }
     EXPECT_LT(at(image, 1, 0), at(image, 1, kRows - 1)) << "the first row is the oldest";
   }
@@ -411,8 +412,8 @@ TEST_P(Noise, HasTheStatedVarianceAndNoBias) {
   const Image noisy = developed(effects, {grey(200, 150, kCode)});
   const Moments found = moments(lights(noisy));
   const double light = gain * linear(kCode);
-  // Rounding to codes adds step^2 / 12 (Sheppard); the curve bends little over the few sigma that are looked at, and
-  // bends the rounding's mean by less than a hundredth of a step.
+  // Rounding to codes adds step^2 / 12 (Sheppard). The curve is nearly straight over a few sigma, and its curvature
+  // moves the mean of the rounding by less than a hundredth of a step.
   const int code = coded(light);
   const double step = (linear(code + 1) - linear(code - 1)) / 2;
   const double variance = light / full_well + std::pow(read_noise / full_well, 2) + step * step / 12;
@@ -433,23 +434,23 @@ CameraEffects noisy() {
   return effects;
 }
 
-TEST(Draws, OfOneSeedCameraAndInstantAreTheSameBytes) {
-  const Pictures picture = {random_picture(40, 30)};
-  const Image image = developed(noisy(), picture, 7, "lower", 3);
-  EXPECT_EQ(developed(noisy(), picture, 7, "lower", 3), image);
-  EXPECT_NE(developed(noisy(), picture, 8, "lower", 3), image);
-  EXPECT_NE(developed(noisy(), picture, 7 + (1ULL << 32), "lower", 3), image) << "the seed's upper half counts";
-  EXPECT_NE(developed(noisy(), picture, 7, "upper", 3), image);
-  EXPECT_NE(developed(noisy(), picture, 7, "lower", 4), image);
-  EXPECT_NE(developed(noisy(), picture, 7, "lower", 3 + (1ULL << 32)), image);
+TEST(Draws, OfOneSeedCameraAndStepAreTheSameBytes) {
+  const Images source = {random_image(40, 30)};
+  const Image image = developed(noisy(), source, 7, "lower", 3);
+  EXPECT_EQ(developed(noisy(), source, 7, "lower", 3), image);
+  EXPECT_NE(developed(noisy(), source, 8, "lower", 3), image);
+  EXPECT_NE(developed(noisy(), source, 7 + (1ULL << 32), "lower", 3), image) << "the seed's upper half counts";
+  EXPECT_NE(developed(noisy(), source, 7, "upper", 3), image);
+  EXPECT_NE(developed(noisy(), source, 7, "lower", 4), image);
+  EXPECT_NE(developed(noisy(), source, 7, "lower", 3 + (1ULL << 32)), image);
 }
 
 TEST(Draws, OfOneEffectDoNotDependOnOthers) {
-  // Others are switched on too weakly to change a byte by themselves: only draws taken from one another would show.
-  const Pictures picture = {grey(40, 30, 150)};
+  // The other effects are too weak to change a byte. Only random draws that effects share would change the image.
+  const Images source = {grey(40, 30, 150)};
   CameraEffects shot = noisy();
   shot.read_noise_electrons = 0;
-  const Image image = developed(shot, picture);
+  const Image image = developed(shot, source);
   CameraEffects more = shot;
   more.read_noise_electrons = 1e-9;
   more.vignetting = 1e-9;
@@ -458,10 +459,10 @@ TEST(Draws, OfOneEffectDoNotDependOnOthers) {
   more.distortion_focal_px = 50;
   more.drop_probability = 0.5;
   more.late_probability = 0.5;
-  EXPECT_EQ(developed(more, picture), image);
+  EXPECT_EQ(developed(more, source), image);
 }
 
-TEST(Draws, OfTwoPurposesAndTwoCamerasAreNotRelated) {
+TEST(Draws, OfTwoPurposesAndTwoCamerasAreUncorrelated) {
   constexpr int kDraws = 20'000;
   const auto draws = [](CameraPurpose purpose, std::string_view camera) {
     return Normal(camera_engine(7, purpose, camera, 3));
@@ -477,7 +478,8 @@ TEST(Draws, OfTwoPurposesAndTwoCamerasAreNotRelated) {
 }
 
 TEST(Draws, AreStillThoseOfEarlierVersions) {
-  // By the recipe: a seed sequence of seed, purpose, FNV-1a of the name, instant, each 64 bits as two words, low first.
+  // The recipe is a seed sequence of seed, purpose, FNV-1a of the name and step; each 64 bits are two words, the low
+  // word first.
   std::uint64_t name = 14695981039346656037ULL;
   for (const unsigned char c : {'u', 'p', 'p', 'e', 'r'}) name = (name ^ c) * 1099511628211ULL;
   std::seed_seq words{5U, 2U, 103U, static_cast<unsigned>(name), static_cast<unsigned>(name >> 32), 9U, 1U};
@@ -485,28 +487,28 @@ TEST(Draws, AreStillThoseOfEarlierVersions) {
             std::mt19937_64(words)());
 }
 
-TEST(Losses, HappenAtTheirRatesAndApart) {
-  constexpr int kInstants = 4000;
+TEST(Losses, HappenAtTheirRatesAndIndependently) {
+  constexpr int kSteps = 4000;
   CameraEffects effects;
   effects.drop_probability = 0.13;
   effects.late_probability = 0.21;
   int dropped = 0, late = 0, both = 0;
-  for (std::uint64_t tick = 0; tick < kInstants; ++tick) {
-    const bool is_dropped = drops(effects, 7, "lower", tick);
-    const bool comes_late = is_late(effects, 7, "lower", tick);
+  for (std::uint64_t step = 0; step < kSteps; ++step) {
+    const bool is_dropped = drops(effects, 7, "lower", step);
+    const bool comes_late = is_late(effects, 7, "lower", step);
     dropped += is_dropped ? 1 : 0;
     late += comes_late ? 1 : 0;
     both += is_dropped && comes_late ? 1 : 0;
   }
   const auto check = [&](int count, double p, const char* what) {
-    EXPECT_NEAR(count, kInstants * p, kSigmas * std::sqrt(kInstants * p * (1 - p))) << what;
+    EXPECT_NEAR(count, kSteps * p, kSigmas * std::sqrt(kSteps * p * (1 - p))) << what;
   };
   check(dropped, 0.13, "dropped");
   check(late, 0.21, "late");
-  check(both, 0.13 * 0.21, "both: one does not bring the other");
-  for (std::uint64_t tick = 0; tick < 50; ++tick) {
-    EXPECT_FALSE(drops({}, 7, "lower", tick));
-    EXPECT_FALSE(is_late({}, 7, "lower", tick));
+  check(both, 0.13 * 0.21, "both: they are independent");
+  for (std::uint64_t step = 0; step < 50; ++step) {
+    EXPECT_FALSE(drops({}, 7, "lower", step));
+    EXPECT_FALSE(is_late({}, 7, "lower", step));
   }
 }
 

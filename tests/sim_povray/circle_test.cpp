@@ -10,7 +10,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr double kRounding_px = 1e-9;  // of a few dozen operations on numbers below 1e3
+constexpr double kRounding_px = 1e-9;  // rounding of a few dozen operations on numbers below 1e3
 
 std::vector<Spot> on_circle(const Circle& circle, double from_rad, double to_rad, int count) {
   std::vector<Spot> points;
@@ -55,7 +55,7 @@ TEST(FittedCircle, FromAThirdOfItsRim) {
   EXPECT_NEAR(got.radius_px, kCircle.radius_px, kRounding_px);
 }
 
-TEST(ConvexHull, LeavesOutWhatIsInsideOrOnAnEdge) {
+TEST(ConvexHull, LeavesOutPointsInsideOrOnAnEdge) {
   std::vector<Spot> grid;
   for (int c = 0; c < 5; ++c) {
     for (int r = 0; r < 4; ++r) grid.push_back({double(c), double(r)});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of somebody else: what POV-Ray may read and write for them. Each scene is rendered by the real POV-Ray, once
-// confined by Landlock and once as on a kernel without it.
-#include "drivers/sim_povray/render/confinement.h"
+// Which files POV-Ray may read and write for an untrusted scene. The real POV-Ray renders each scene twice: confined by
+// Landlock, and as on a kernel without it.
+#include "base/confinement.h"
 
 #include <algorithm>
 #include <atomic>
@@ -15,8 +15,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/confined_povray.h"
 #include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 
@@ -33,11 +33,11 @@ using testing::StartsWith;
 constexpr const char* kRoom =
     "global_settings { assumed_gamma 1 }\nlight_source { <9, 30, -9> rgb 1 }\nplane { y, 0 pigment { rgb 0.4 } }\n";
 
-/// A folder for the scene, one that the map names, and one that it does not.
+/// Has a folder for the scene, a folder that the map names, and a folder that it does not name.
 class ConfinementTest : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
-    if (GetParam() && landlock_version() == 0) GTEST_SKIP() << "this kernel has no Landlock";
+    if (GetParam() && base::landlock_version() == 0) GTEST_SKIP() << "this kernel has no Landlock";
     for (const char* name : {"map", "map/parts", "named", "other"}) {
       std::filesystem::create_directory(folder_.path() / name);
     }
@@ -49,7 +49,7 @@ class ConfinementTest : public testing::TestWithParam<bool> {
 
   [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
 
-  /// The scene, seen from above, by one process.
+  /// Renders the scene from above with one process.
   Result<Image> render(const std::string& text, const std::vector<std::filesystem::path>& paths) {
     RenderSettings settings;
     settings.landlock = GetParam();
@@ -63,18 +63,18 @@ class ConfinementTest : public testing::TestWithParam<bool> {
     const auto image = render(text);
     return image ? "it was rendered" : image.error().message;
   }
-  /// Of several scenes at one time: POV-Ray mostly sleeps.
+  /// Renders several scenes at once, because POV-Ray mostly sleeps.
   std::vector<std::string> refusals(const std::vector<std::string>& texts) {
     std::vector<std::future<std::string>> futures;
     futures.reserve(texts.size());
     for (const std::string& text : texts) {
       futures.push_back(std::async(std::launch::async, [this, text] { return refusal(text); }));
     }
-    std::vector<std::string> told;
-    for (auto& future : futures) told.push_back(future.get());
-    return told;
+    std::vector<std::string> messages;
+    for (auto& future : futures) messages.push_back(future.get());
+    return messages;
   }
-  /// All that lies in the test's folder.
+  /// Returns the names of all files in the test's folder except scenes.
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
@@ -91,7 +91,7 @@ class ConfinementTest : public testing::TestWithParam<bool> {
 INSTANTIATE_TEST_SUITE_P(ByTheKernel, ConfinementTest, testing::Values(true, false),
                          [](const auto& way) { return way.param ? "Landlock" : "WithoutLandlock"; });
 
-// Catches a scene that overwrites what the user may write.
+// Catches a scene that overwrites files of the user.
 TEST_P(ConfinementTest, ASceneWritesNoFile) {
   const auto before = files();
   std::vector<std::string> texts;
@@ -101,67 +101,67 @@ TEST_P(ConfinementTest, ASceneWritesNoFile) {
       texts.push_back(fmt::format("#fopen F \"{}\" {}\n#write (F, \"evil\")\n#fclose F", name, mode));
     }
   }
-  for (const std::string& told : refusals(texts)) {
-    EXPECT_THAT(told, AllOf(HasSubstr("scene.pov:2: POV-Ray: Parse Error: Cannot open user file"),
-                            HasSubstr("(a scene may write no file)")));
+  for (const std::string& message : refusals(texts)) {
+    EXPECT_THAT(message, AllOf(HasSubstr("scene.pov:2: POV-Ray: Parse Error: Cannot open user file"),
+                               HasSubstr("(a scene may write no file)")));
   }
   EXPECT_EQ(files(), before);
   EXPECT_EQ(folder_.read("other/kept.txt"), "\"kept\",\n");
   EXPECT_FALSE(std::filesystem::exists("/dev/shm/twocone-confinement-test.txt"));
 }
 
-TEST_P(ConfinementTest, WhatTheMapNamesIsRead) {
+TEST_P(ConfinementTest, FilesThatTheMapNamesAreRead) {
   const std::vector<std::string> texts{
       std::string("#include \"parts/part.inc\""), fmt::format("#include \"{}\"", at("named/part_of_others.inc")),
-      std::string("#include \"part_of_others.inc\""),  // looked for in the folders that the map names
+      std::string("#include \"part_of_others.inc\""),  // searched for in the folders that the map names
       std::string("#include \"colors.inc\"\n#include \"shapes.inc\""),
       std::string("text { ttf \"timrom.ttf\" \"a\" 1, 0 pigment { rgb 1 } }")};
   EXPECT_THAT(refusals(texts), testing::Each("it was rendered"));
 }
 
-// Catches reading beyond, by every way that a scene has to name a file, and a refusal that names no way out.
-TEST_P(ConfinementTest, AnythingElseIsNotReadAndTheLineForTheMapIsTold) {
+// Catches reading of other files, by every way in which a scene can name a file, and a refusal without advice.
+TEST_P(ConfinementTest, OtherFilesAreNotReadAndTheLineForTheMapIsReported) {
   std::filesystem::create_symlink(at("other/secret.inc"), at("map/linked.inc"));
-  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("other/picture.png"));
+  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("other/image.png"));
   const std::string line = fmt::format("add to the map: scene_paths: [{}]", at("other"));
   const std::vector<std::string> texts{
       fmt::format("#include \"{}\"", at("other/secret.inc")), std::string("#include \"../other/secret.inc\""),
       std::string("#include \"linked.inc\""), fmt::format("#fopen F \"{}\" read", at("other/kept.txt")),
-      fmt::format("sphere {{ 0, 1 pigment {{ image_map {{ png \"{}\" }} }} }}", at("other/picture.png"))};
+      fmt::format("sphere {{ 0, 1 pigment {{ image_map {{ png \"{}\" }} }} }}", at("other/image.png"))};
   EXPECT_THAT(refusals(texts), testing::Each(AllOf(HasSubstr("scene.pov:2: "), HasSubstr(line))));
 }
 
-// A name that the scene puts together: only the kernel sees it.
+// The scene composes a name while it is parsed, so that only the kernel sees it.
 TEST_P(ConfinementTest, ANameThatIsPutTogetherIsRefusedByLandlock) {
-  const std::string told = refusal(fmt::format("#include concat(\"{}/sec\", \"ret.inc\")", at("other")));
+  const std::string message = refusal(fmt::format("#include concat(\"{}/sec\", \"ret.inc\")", at("other")));
   if (GetParam()) {
-    EXPECT_THAT(told, HasSubstr(fmt::format("scene_paths: [{}]", at("other"))));
+    EXPECT_THAT(message, HasSubstr(fmt::format("scene_paths: [{}]", at("other"))));
   } else {
-    EXPECT_EQ(told, "it was rendered") << "if this is refused too, describe_confinement() says too little";
+    EXPECT_EQ(message, "it was rendered") << "if this is refused too, describe_confinement() must state it";
   }
 }
 
-TEST_P(ConfinementTest, AFileThatIsNowhereIsToldWithTheFoldersThatWereLookedIn) {
+TEST_P(ConfinementTest, AMissingFileIsReportedWithTheFoldersThatWereSearched) {
   EXPECT_THAT(refusal("#include \"nowhere.inc\""),
               AllOf(HasSubstr("Cannot open include file nowhere.inc"), HasSubstr("looked for in " + at("map")),
                     HasSubstr(at("named")), HasSubstr("add that folder to the map: scene_paths: [FOLDER]")));
 }
 
-TEST_P(ConfinementTest, AFolderThatIsNoneIsRefused) {
+TEST_P(ConfinementTest, AFolderThatDoesNotExistIsRefused) {
   const auto image = render("", {at("map"), at("nowhere")});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
 }
 
-// Catches a wrapper whose scene does not find what stands beside it, and a scene that widens what is readable: the
-// folder of what it includes is looked in, but only below what the map names.
-TEST_P(ConfinementTest, AnIncludedScenesOwnFolderIsLookedIn) {
+// Catches an included scene that does not find the files beside it, and a scene that extends its own permissions. The
+// folder of an included file is searched, but only if it lies below a folder that the map names.
+TEST_P(ConfinementTest, TheFolderOfAnIncludedSceneIsSearched) {
   std::filesystem::create_directories(folder_.path() / "named/deep");
   (void)folder_.write("named/deep/theirs.pov", "#include \"beside.inc\"\nBeside\n");
   (void)folder_.write("named/deep/beside.inc",
-                      "#declare Beside = sphere { 0, 1 pigment { image_map { png \"picture.png\" } } }\n");
-  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("named/deep/picture.png"));
+                      "#declare Beside = sphere { 0, 1 pigment { image_map { png \"image.png\" } } }\n");
+  std::filesystem::copy_file("/usr/share/povray-3.7/include/bumpmap_.png", at("named/deep/image.png"));
   const std::string wrapper = fmt::format("#include \"{}\"", at("named/deep/theirs.pov"));
   const auto image = render(wrapper);
   EXPECT_TRUE(image) << image.error().message;
@@ -170,7 +170,7 @@ TEST_P(ConfinementTest, AnIncludedScenesOwnFolderIsLookedIn) {
   EXPECT_THAT(closed.error().message, HasSubstr(fmt::format("scene_paths: [{}]", at("named/deep"))));
 }
 
-// Catches held processes that are confined otherwise than others, and pixels that hang on the confinement.
+// Catches held processes that are confined differently from others, and pixels that depend on the confinement.
 TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
@@ -182,40 +182,40 @@ TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   ASSERT_TRUE(povray) << povray.error().message;
   const auto confined = make_renderer(*povray, place.render);
   const auto free = make_renderer(Povray(find_povray("povray").value(), scene, 60s), place.render);
-  const auto expected = pictures(*free, views, 3);
-  const auto got = pictures(*confined, views, 3);
+  const auto expected = images(*free, views, 3);
+  const auto got = images(*confined, views, 3);
   for (std::size_t i = 0; i < expected.size(); ++i) {
     ASSERT_TRUE(expected[i]) << expected[i].error().message;
     ASSERT_TRUE(got[i]) << got[i].error().message;
     EXPECT_TRUE((*got[i])->bytes == (*expected[i])->bytes) << i;
   }
-  EXPECT_THAT(confined->describe(), HasSubstr(GetParam() ? "are held between pictures" : "no Landlock"));
+  EXPECT_THAT(confined->describe(), HasSubstr(GetParam() ? "are held between images" : "no Landlock"));
 
   const auto before = files();
-  Mould mould = views[0].mould();
-  mould.scene += fmt::format("\n#fopen F \"{}\" write\n", at("other/new.txt"));
+  ViewTemplate view_template = views[0].view_template();
+  view_template.scene += fmt::format("\n#fopen F \"{}\" write\n", at("other/new.txt"));
   View evil = views[0];
-  evil.set(mould);
-  for (const auto& picture : pictures(*confined, {evil}, 2)) {
-    ASSERT_FALSE(picture);
-    EXPECT_THAT(picture.error().message, HasSubstr("a scene may write no file"));
+  evil.set(view_template);
+  for (const auto& image : images(*confined, {evil}, 2)) {
+    ASSERT_FALSE(image);
+    EXPECT_THAT(image.error().message, HasSubstr("a scene may write no file"));
   }
   EXPECT_EQ(files(), before);
 }
 
-TEST_P(ConfinementTest, EffectsSayHowItIsConfined) {
+TEST_P(ConfinementTest, TheConfinementIsDescribed) {
   PlaceSettings place;
   place.scene = at("map/scene.pov");
   place.scene_paths = {at("map"), at("named")};
   place.render.landlock = GetParam();
-  const std::string told = describe_confinement(place);
-  EXPECT_THAT(told, AllOf(HasSubstr(at("map")), HasSubstr(at("named"))));
-  EXPECT_THAT(told, HasSubstr(GetParam() ? "by the kernel (Landlock" : "this kernel has no Landlock"));
+  const std::string description = describe_confinement(place);
+  EXPECT_THAT(description, AllOf(HasSubstr(at("map")), HasSubstr(at("named"))));
+  EXPECT_THAT(description, HasSubstr(GetParam() ? "by the kernel (Landlock" : "this kernel has no Landlock"));
 }
 
-// Catches a scene that changes the text which the other processes of its view read: POV-Ray has it as an open file.
+// Catches a scene that changes the text which other processes of its view read: POV-Ray gets it as an open file.
 TEST(SealedFile, CanBeReadAndNotWritten) {
-  const UniqueFd file = sealed_file("scene.pov", "text");
+  const base::UniqueFd file = base::sealed_file("scene.pov", "text");
   const std::filesystem::path path = fmt::format("/proc/self/fd/{}", file.get());
   EXPECT_EQ(read_file(path), "text");
   std::ofstream(path, std::ios::binary | std::ios::in) << "evil";
@@ -233,14 +233,14 @@ TEST(SceneAccess, FollowsLinksAndIsNotFooledByNames) {
   EXPECT_THAT(access.readable(), ElementsAre(std::filesystem::canonical(folder.path() / "a")));
   EXPECT_TRUE(access.may_read(folder.path() / "a/b/x.inc"));
   EXPECT_TRUE(access.may_read(folder.path() / "a/b/../y.inc"));
-  EXPECT_FALSE(access.may_read(folder.path() / "ab/x.inc")) << "its name begins alike";
+  EXPECT_FALSE(access.may_read(folder.path() / "ab/x.inc")) << "its name only begins alike";
   EXPECT_FALSE(access.may_read(folder.path() / "a/../ab/x.inc"));
   EXPECT_FALSE(access.may_read(folder.path() / "a/link/x.inc"));
   EXPECT_FALSE(access.may_read("/etc/passwd"));
   EXPECT_TRUE(access.may_read("/usr/share/povray-3.7/include/colors.inc"));
 }
 
-TEST(SceneAccess, SaysNothingOfOtherComplaints) {
+TEST(SceneAccess, GivesNoAdviceOnOtherErrors) {
   const SceneAccess access("/nowhere/scene.pov", {});
   EXPECT_THAT(access.advice("a.pov:3: POV-Ray: Parse Error: Undeclared identifier 'Blue'"), IsEmpty());
   EXPECT_THAT(access.advice(""), IsEmpty());
@@ -248,11 +248,11 @@ TEST(SceneAccess, SaysNothingOfOtherComplaints) {
   EXPECT_THAT(access.advice("Cannot find file 'x.png', even after"), StartsWith("looked for in /nowhere"));
 }
 
-// ---- where the scene shows a camera
+// ---- the place of a camera in the scene
 
-TEST(ShownCamera, IsWhereItsStatementPutsIt) {
+TEST(ShownCamera, IsAtThePlaceOfItsStatement) {
   const TemporaryFolder folder;
-  // A quarter turn and a bit, so that no axis is where it began.
+  // A little more than a quarter turn, so that no axis keeps its direction.
   PlaceSettings place;
   place.scene =
       folder.write("scene.pov", fmt::format("#version 3.7;\n{}union {{\n //*PMName robot\n sphere {{ 0, 1 }} }}\n"
@@ -265,14 +265,14 @@ TEST(ShownCamera, IsWhereItsStatementPutsIt) {
   ASSERT_TRUE(shown) << shown.error().message;
   // POV-Ray is left-handed: turning about y by t takes x to (cos t, -sin t) in (x, z), which are the world's x and y.
   const double t = 103 * std::acos(-1.0) / 180;
-  constexpr double kDigits = 1e-8;  // nine digits of some units, of which 20 are a metre
+  constexpr double kDigits = 1e-8;  // nine digits of a few units; 20 units are one metre
   EXPECT_NEAR(shown->x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
   EXPECT_NEAR(shown->y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
   ASSERT_TRUE(shown->x_axis_rad);
   EXPECT_NEAR(*shown->x_axis_rad, -t, kDigits);
 }
 
-TEST(ShownCamera, SaysWhyItCannotBeWorkedOut) {
+TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
   const TemporaryFolder folder;
   PlaceSettings place;
   place.scene =
@@ -285,8 +285,8 @@ TEST(ShownCamera, SaysWhyItCannotBeWorkedOut) {
   EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
 }
 
-// Catches a question that nobody can take back: a scene may parse without end.
-TEST(ShownCamera, GivesUpWhenItIsToStop) {
+// Catches a request that cannot be cancelled: POV-Ray may parse a scene without end.
+TEST(ShownCamera, StopsOnRequest) {
   const TemporaryFolder folder;
   PlaceSettings place;
   place.scene = folder.write("scene.pov", std::string("#version 3.7;\n#while (1) #end\n") +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contact without physics: a body is stopped where its path first touches something, and leaves it when told to.
+// Contact without physics: a body stops where its path first touches something, and leaves it on command.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -23,7 +23,8 @@ using std::chrono::nanoseconds;
 constexpr double kPi = std::numbers::pi;
 constexpr double kRadius_m = 0.2;
 constexpr double kWheel_m = 0.05;
-// A body is stopped at most this far from what it touches, and never inside it but for rounding of places below 4 m.
+// A body stops at a distance of at most kTouch_m from the object that it touches. It never stops inside the object,
+// except for this rounding of coordinates below 4 m.
 constexpr double kRounding_m = 32 * std::numeric_limits<double>::epsilon();
 
 RobotBody body(const Pose2& start) {
@@ -35,7 +36,7 @@ RobotBody body(const Pose2& start) {
   return b;
 }
 
-/// Wheel speeds of a body that goes at `speed_mps` and turns at `turn_radps`.
+/// Returns the wheel speeds of a body that drives at `speed_mps` and turns at `turn_radps`.
 WheelSpeeds wheels(double speed_mps, double turn_radps = 0) {
   return {(speed_mps - turn_radps * 0.15) / kWheel_m, (speed_mps + turn_radps * 0.15) / kWheel_m};
 }
@@ -67,7 +68,7 @@ TEST(Contact, AWallStopsTheBodyAndItsWheels) {
   EXPECT_EQ(world.contact(robot), "wall");
   EXPECT_LE(world.pose(robot).x_m + kRadius_m, 1.5 + kRounding_m);
   EXPECT_GE(world.pose(robot).x_m + kRadius_m, 1.5 - kTouch_m);
-  // The encoders tell the way that was really gone.
+  // The encoders report the distance that the body really moved.
   EXPECT_NEAR(world.turned(robot).left_rad * kWheel_m, world.pose(robot).x_m, 60 * kRounding_m);
 }
 
@@ -85,7 +86,7 @@ TEST(Contact, EachWallStopsIt) {
   }
 }
 
-TEST(Contact, APillarStopsItWhereTheCirclesTouch) {
+TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
   PlaceSettings place;
   place.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}};
   World world = world_of(place);
@@ -96,7 +97,7 @@ TEST(Contact, APillarStopsItWhereTheCirclesTouch) {
 }
 
 // Catches a polygon taken as its convex hull: the bay of the U is free.
-TEST(Contact, AConcaveOutlineLetsItIntoItsBay) {
+TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
   PlaceSettings place;
   place.solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}};
   World world = world_of(place);
@@ -108,10 +109,10 @@ TEST(Contact, AConcaveOutlineLetsItIntoItsBay) {
   World corner = world_of(place);
   const auto at_corner = *corner.add_robot(body({0, 0.4, 0}));
   drive(corner, at_corner, wheels(0.8), 60);
-  EXPECT_NEAR(corner.pose(at_corner).x_m, 1 - std::sqrt(0.04 - 0.01), 2 * kTouch_m) << "by its corner";
+  EXPECT_NEAR(corner.pose(at_corner).x_m, 1 - std::sqrt(0.04 - 0.01), 2 * kTouch_m) << "at its corner";
 }
 
-// Catches contact looked for at the end of a step only: at 5 m/s and 4 Hz a step is 1.25 m long.
+// Catches a search for contact at the end of a step only: at 5 m/s and 4 Hz a step is 1.25 m long.
 TEST(Contact, NothingTunnelsThroughAThinPanel) {
   PlaceSettings place;
   place.solids = {{"panel", box(0.9, 0.902, -3, 3)}};
@@ -122,7 +123,7 @@ TEST(Contact, NothingTunnelsThroughAThinPanel) {
   EXPECT_NEAR(world.pose(robot).x_m, 0.9 - kRadius_m, kTouch_m + kRounding_m);
 }
 
-// A body of a millimetre at 100 m/s, along an arc, with and without lag.
+// A body with a radius of 1 mm at 100 m/s, along an arc, with and without lag.
 TEST(Contact, NotEvenATinyFastBodyOnAnArcTunnels) {
   for (const double lag_s : {0.0, 0.05}) {
     PlaceSettings place;
@@ -138,8 +139,8 @@ TEST(Contact, NotEvenATinyFastBodyOnAnArcTunnels) {
   }
 }
 
-// The search against a slow one: along random arcs among random solids it stops at the first sample that overlaps, give
-// or take a sample, and nowhere else.
+// Compares the search with a slow one. Along random arcs among random solids, the body stops at the first sample that
+// overlaps, plus or minus one sample, and nowhere else.
 TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
   std::mt19937_64 engine(20);
   std::uniform_real_distribution<double> any(-1, 1);
@@ -150,7 +151,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
     for (int i = 0; i < 4; ++i) {
       const FloorPoint at{2.3 * any(engine), 2.3 * any(engine)};
       if (i % 2 == 0) {
-        place.solids.push_back({"pillar", Disc{at, 0.05 + 0.2 * std::abs(any(engine))}});
+        place.solids.push_back({"landmark", Disc{at, 0.05 + 0.2 * std::abs(any(engine))}});
       } else {
         place.solids.push_back({"wedge", Outline{at,
                                                  {at.x_m + 0.6 * any(engine), at.y_m + 0.6 * any(engine)},
@@ -191,12 +192,12 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
       EXPECT_EQ(first_s, 2) << "case " << n;
     } else {
       ++stopped;
-      // A glance between two samples is seen by the exact search alone.
+      // Only the exact search finds a short touch between two samples.
       EXPECT_LE(gone_s, first_s + 1e-9) << "case " << n;
       EXPECT_LE(gap_m(world.pose(*robot)), kTouch_m) << "case " << n;
     }
   }
-  EXPECT_GT(stopped, 30) << "the cases are to be of both kinds";
+  EXPECT_GT(stopped, 30) << "both kinds of cases must occur";
 }
 
 TEST(Contact, ARobotLeavesAWallBackwards) {
@@ -208,13 +209,14 @@ TEST(Contact, ARobotLeavesAWallBackwards) {
   const Pose2 there = world.pose(robot);
   ASSERT_EQ(world.contact(robot), "wall");
   drive(world, robot, wheels(0.5), 5);
-  EXPECT_EQ(world.pose(robot), there) << "pressed on, it stays";
+  EXPECT_EQ(world.pose(robot), there) << "pressed against the wall, it stays";
   drive(world, robot, wheels(-0.5), 1);
   EXPECT_EQ(world.contact(robot), "");
   EXPECT_NEAR(std::hypot(world.pose(robot).x_m - there.x_m, world.pose(robot).y_m - there.y_m), 0.5 / 15, 1e-9);
 }
 
-// Slip makes of a turn on the spot a very tight arc, half of the time into the wall: that must not hold it.
+// Slip makes a turn on the spot a very tight arc, which half of the time leads into the wall. That must not hold the
+// robot.
 TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
   PlaceSettings place;
   place.walls = Walls{-1, 1, -1, 1};
@@ -229,17 +231,17 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
     ASSERT_EQ(world.contact(robot), "wall");
     const double before_rad = world.turned(robot).right_rad;
     const double heading_rad = world.pose(robot).heading_rad;
-    drive(world, robot, wheels(0, 1), 27);  // 1.8 rad, but for slip
+    drive(world, robot, wheels(0, 1), 27);  // 1.8 rad, except for slip
     EXPECT_NEAR(world.pose(robot).heading_rad - heading_rad, 1.8, 4 * slip * 1.8 + 1e-9) << "seed " << seed;
     EXPECT_NEAR(world.turned(robot).right_rad - before_rad, 3 * 1.8, 1e-9) << "the wheels turn";
-    EXPECT_LE(world.pose(robot).x_m + kRadius_m, 1 + kRounding_m) << "slip leads it no deeper";
+    EXPECT_LE(world.pose(robot).x_m + kRadius_m, 1 + kRounding_m) << "slip moves it no deeper";
     drive(world, robot, wheels(0.5), 5);
     EXPECT_EQ(world.contact(robot), "");
     EXPECT_LT(world.pose(robot).x_m, 1 - kRadius_m - 0.01);
   }
 }
 
-TEST(Contact, WithLagTheWheelsStartAgainFromStanding) {
+TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
   PlaceSettings place;
   place.walls = Walls{-1, 1, -1, 1};
   World world = world_of(place);
@@ -256,7 +258,7 @@ TEST(Contact, WithLagTheWheelsStartAgainFromStanding) {
   EXPECT_EQ(world.contact(robot), "");
 }
 
-// Pictures within the step that the wall ended: driving, then standing.
+// Poses within a step in which the wall stops the body: it drives, then it stands.
 TEST(Contact, PosesWithinTheStepStopWithTheBody) {
   PlaceSettings place;
   place.walls = Walls{-1, 1, -1, 1};
@@ -304,7 +306,7 @@ struct Pair {
   Pose2 a, b;
   std::string touches_a, touches_b;
 };
-/// Two robots, the one that comes first in the world being `a` or `b`.
+/// Drives two robots. `a_first` states which of them joins the world first.
 Pair meet(bool a_first, const RobotBody& a, const WheelSpeeds& of_a, const RobotBody& b, const WheelSpeeds& of_b,
           int steps, double rate_hz) {
   World world = world_of(PlaceSettings{}, rate_hz);
@@ -320,8 +322,8 @@ Pair meet(bool a_first, const RobotBody& a, const WheelSpeeds& of_a, const Robot
   return {world.pose(id_a), world.pose(id_b), world.contact(id_a), world.contact(id_b)};
 }
 
-// Catches robots that move one after the other: the first would get farther than its half of the way.
-TEST(Contact, TwoThatDriveAtEachOtherStopTouchingWhoeverCameFirst) {
+// Catches robots that move one after the other: the first one would get farther than its share of the way.
+TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
   RobotBody a = body({-1.2, 0.05, 0});
   RobotBody b = body({1.3, 0, kPi});
   a.name = "robot.1";
@@ -341,14 +343,14 @@ TEST(Contact, TwoThatDriveAtEachOtherStopTouchingWhoeverCameFirst) {
   }
 }
 
-TEST(Contact, OneThatIsFasterStaysBehindOneThatFlees) {
+TEST(Contact, AFasterRobotStaysBehindASlowerOne) {
   RobotBody a = body({-1, 0, 0});
   RobotBody b = body({0, 0, 0});
   b.name = "robot.2";
   const Pair p = meet(true, a, wheels(1), b, wheels(0.3), 45, 15);
-  EXPECT_NEAR(p.b.x_m, 0.9, 1e-9) << "who flees is not held";
+  EXPECT_NEAR(p.b.x_m, 0.9, 1e-9) << "the robot that drives away is not held";
   EXPECT_GE(p.b.x_m - p.a.x_m, 2 * kRadius_m - kRounding_m);
-  EXPECT_LE(p.b.x_m - p.a.x_m, 2 * kRadius_m + 0.3 / 15 + 1e-9) << "a touch holds it for the rest of a step at most";
+  EXPECT_LE(p.b.x_m - p.a.x_m, 2 * kRadius_m + 0.3 / 15 + 1e-9) << "a touch holds it until the end of the step at most";
 }
 
 TEST(Contact, AnAbandonedRobotStandsInTheWayUntilItIsRemoved) {
@@ -369,7 +371,7 @@ TEST(Contact, AnAbandonedRobotStandsInTheWayUntilItIsRemoved) {
   EXPECT_GT(world.pose(robot).x_m, 1.5);
 }
 
-// Three at once, at one instant: nobody is overrun, in any order of coming.
+// Three robots touch in one step: none is overrun, in any order of joining.
 TEST(Contact, ThreeInARowMeetWithoutOverlap) {
   std::vector<std::vector<Pose2>> ends;
   std::vector<int> order{0, 1, 2};
@@ -407,7 +409,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
     drive(world, robot, wheels(i < 20 ? 0.01 : 0), 1);
     if (!world.contact(robot).empty()) touched = world.contact(robot);
   }
-  EXPECT_EQ(touched, "") << "0.04 m of the way lead it nowhere near";
+  EXPECT_EQ(touched, "") << "0.04 m of driving does not bring it near";
 
   World closer = world_of(place, 5);
   const auto near = *closer.add_robot(body({0.55, 0, 0}));
@@ -416,13 +418,13 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
     closer.step();
     contacts += closer.contact(near) == "moving.trolley";
   }
-  EXPECT_GT(contacts, 3) << "a standing robot is run into";
-  EXPECT_EQ(closer.pose(near), (Pose2{0.55, 0, 0})) << "and not moved";
-  EXPECT_NEAR(closer.moving_pose(0).y_m, 2 - 0.8, 1e-9) << "the thing goes on along its path";
+  EXPECT_GT(contacts, 3) << "the thing runs into a standing robot";
+  EXPECT_EQ(closer.pose(near), (Pose2{0.55, 0, 0})) << "and does not move it";
+  EXPECT_NEAR(closer.moving_pose(0).y_m, 2 - 0.8, 1e-9) << "the thing continues along its path";
   EXPECT_EQ(closer.contact(near), "") << "and is gone";
 }
 
-TEST(Contact, ARobotThatIsOverrunMovesOutAndNotDeeper) {
+TEST(Contact, AnOverrunRobotCanMoveOutButNotDeeper) {
   PlaceSettings place;
   place.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}};
   World world = world_of(place, 5);

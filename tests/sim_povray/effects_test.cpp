@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders with POV-Ray. Fails where it is not installed.
+// These tests render with POV-Ray and fail where it is not installed.
 #include "drivers/sim_povray/effects.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/effects/choice.h"
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -25,7 +25,7 @@ using testing::HasSubstr;
 
 const SceneAccess kAnywhere("a.pov", {});
 
-/// A box with air in it, all round the camera, and something of everything.
+/// A scene with a hollow floor and ceiling, a camera between them, and places for every effect.
 constexpr const char* kScene = R"(#version 3.7;
 global_settings {
   assumed_gamma 1
@@ -54,28 +54,28 @@ std::string scene_with(const Parts& parts) {
   return text;
 }
 
-struct Picture {
+struct RenderedScene {
   std::string text;
   int quality = kFullQuality;
 };
 
-/// All at one time: POV-Ray mostly sleeps.
-std::vector<Image> rendered(const std::vector<Picture>& pictures) {
+/// Renders all scenes at once, because POV-Ray mostly sleeps.
+std::vector<Image> rendered(const std::vector<RenderedScene>& scenes) {
   const Povray povray(find_povray("povray").value(), "a.pov", std::chrono::seconds(60));
   std::vector<std::future<ImageResult>> results;
-  for (const Picture& picture : pictures) {
-    Mould mould;
-    mould.scene = picture.text;
-    mould.width_px = 48;
-    mould.height_px = 36;
-    mould.quality = picture.quality;
-    const RenderJob job{"a", std::make_shared<const Mould>(std::move(mould)), {}};
+  for (const RenderedScene& scene_text : scenes) {
+    ViewTemplate view_template;
+    view_template.scene = scene_text.text;
+    view_template.width_px = 48;
+    view_template.height_px = 36;
+    view_template.quality = scene_text.quality;
+    const RenderJob job{"a", std::make_shared<const ViewTemplate>(std::move(view_template)), {}};
     results.push_back(std::async(std::launch::async, [&povray, job] { return povray.render(job, -1); }));
   }
   std::vector<Image> images;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const ImageResult image = results[i].get();
-    if (!image) ADD_FAILURE() << image.error().message << "\n" << pictures[i].text;
+    if (!image) ADD_FAILURE() << image.error().message << "\n" << scenes[i].text;
     images.push_back(image ? **image : Image{});
   }
   return images;
@@ -91,27 +91,27 @@ const Parts kSubsurface{
     {"PHOTONS", "subsurface { samples 5, 5 } mm_per_unit 20"},
     {"AIR", "sphere { <-2, 1, 0>, 1 pigment { rgb 1 } finish { subsurface { translucency 0.5 } } }"}};
 
-TEST(SceneRendering, LowerQualityLeavesOutWhatTheChoiceKnowsOfAndNothingElse) {
+TEST(SceneRendering, LowerQualityLeavesOutOnlyTheEffectsThatTheChoiceFinds) {
   const std::vector<Parts> plain{kNothing, kArea};
   const std::vector<Parts> full{kMedia, kFog, kPhotons, kRadiosity, kSubsurface};
-  std::vector<Picture> pictures;
+  std::vector<RenderedScene> scenes;
   for (const auto& kind : {plain, full}) {
     for (const Parts& parts : kind) {
-      for (const int quality : {kPlainQuality, kFullQuality, 11}) pictures.push_back({scene_with(parts), quality});
+      for (const int quality : {kPlainQuality, kFullQuality, 11}) scenes.push_back({scene_with(parts), quality});
     }
   }
-  const std::vector<Image> images = rendered(pictures);
+  const std::vector<Image> images = rendered(scenes);
   for (std::size_t i = 0; i < images.size(); i += 3) {
     const bool is_plain = i / 3 < plain.size();
-    EXPECT_EQ(choose_rendering(*Scene::parse(pictures[i].text, "a.pov"), {}, kAnywhere)->quality,
+    EXPECT_EQ(choose_rendering(*Scene::parse(scenes[i].text, "a.pov"), {}, kAnywhere)->quality,
               is_plain ? kPlainQuality : kFullQuality)
-        << pictures[i].text;
-    EXPECT_EQ(images[i] == images[i + 1], is_plain) << pictures[i].text;
-    EXPECT_EQ(images[i + 1], images[i + 2]) << pictures[i].text;
+        << scenes[i].text;
+    EXPECT_EQ(images[i] == images[i + 1], is_plain) << scenes[i].text;
+    EXPECT_EQ(images[i + 1], images[i + 2]) << scenes[i].text;
   }
 }
 
-TEST(SceneRendering, ASwitchedSceneLooksLikeOneWrittenWithout) {
+TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
   const auto off = [](bool SceneSwitches::*member) {
     SceneSwitches switches;
     switches.*member = false;
@@ -133,18 +133,18 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWrittenWithout) {
       {off(&SceneSwitches::media), kFog, kNothing},
       {shallow, {{"PHOTONS", "max_trace_level 9"}}, {{"PHOTONS", "max_trace_level 1"}}},
   };
-  std::vector<Picture> pictures;
+  std::vector<RenderedScene> scenes;
   for (const Case& c : cases) {
     const std::string with = scene_with(c.with);
     const auto scene = Scene::parse(with, "a.pov");
     const auto text = switched(*scene, find_calls(*scene, kAnywhere), c.switches);
     ASSERT_TRUE(text) << text.error().message;
-    pictures.insert(pictures.end(), {{*text}, {scene_with(c.without)}, {with}});
+    scenes.insert(scenes.end(), {{*text}, {scene_with(c.without)}, {with}});
   }
-  const std::vector<Image> images = rendered(pictures);
+  const std::vector<Image> images = rendered(scenes);
   for (std::size_t i = 0; i < images.size(); i += 3) {
-    EXPECT_EQ(images[i], images[i + 1]) << pictures[i].text;
-    EXPECT_NE(images[i + 1], images[i + 2]) << "the effect must be seen in this scene\n" << pictures[i + 2].text;
+    EXPECT_EQ(images[i], images[i + 1]) << scenes[i].text;
+    EXPECT_NE(images[i + 1], images[i + 2]) << "the effect must be seen in this scene\n" << scenes[i + 2].text;
   }
 }
 
@@ -182,7 +182,7 @@ TEST(EffectTable, HasAlwaysTheSameRowsAndAReasonForEach) {
   }
 }
 
-TEST(EffectTable, EachSceneCallsForItsOwnEffect) {
+TEST(EffectTable, EachSceneRequiresItsOwnEffect) {
   using testing::ElementsAre;
   const auto effects_of = [](const char* scene) { return on(effect_table(place_of(scene), {}, {}, {}).value()); };
   EXPECT_THAT(effects_of("plain"), ElementsAre("reflection depth"));
@@ -192,36 +192,36 @@ TEST(EffectTable, EachSceneCallsForItsOwnEffect) {
   EXPECT_THAT(effects_of("radiosity"), ElementsAre("reflection depth", "radiosity"));
 }
 
-TEST(EffectTable, TellsWhereEachIsCalledForAndSwitchedOff) {
+TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   PlaceSettings place = place_of("shadows");
   place.switches.shadows = false;
   place.switches.reflection_depth = 2;
   place.moving.push_back({"trolley", {{0, 0}, {1, 0}}, 0.1, true, 0.2});
-  SeatSettings seat;
-  seat.body.wheels.slip = 0.01;
-  seat.body.radius_m = 0.2;
+  SessionSettings session;
+  session.body.wheels.slip = 0.01;
+  session.body.radius_m = 0.2;
   ViewSettings lower{"lower", 3, {}};
   lower.effects.vignetting = 0.3;
   ViewSettings upper{"upper", 1, {}};
   upper.effects.vignetting = 0.2;
-  upper.effects.exposure_s = 0.01;
-  upper.effects.exposures = 5;
+  upper.effects.exposure_time_s = 0.01;
+  upper.effects.shutter_samples = 5;
   upper.effects.stamp_late_s = 0.02;
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},
-                         {"cameras.upper.effects.exposure_s", "r.yaml:5"},
+                         {"cameras.upper.effects.exposure_time_s", "r.yaml:5"},
                          {"cameras.upper.effects.stamp_late_s", "r.yaml:8"},
                          {"cameras.lower.antialias", "r.yaml:6"}};
-  const auto table = effect_table(place, seat, {lower, upper}, places).value();
+  const auto table = effect_table(place, session, {lower, upper}, places).value();
   EXPECT_FALSE(row(table, "shadows").on);
   EXPECT_THAT(row(table, "shadows").reason, HasSubstr("m.yaml:7: switched off"));
   EXPECT_THAT(row(table, "shadows").reason, HasSubstr("shadows.pov:"));
   EXPECT_THAT(row(table, "reflection depth").reason, HasSubstr("2 deep: map.effects.reflection_depth"));
   EXPECT_THAT(row(table, "photons").reason, HasSubstr("no `photons` in"));
   EXPECT_EQ(row(table, "vignetting").reason, "r.yaml:4: vignetting of lower, upper");
-  EXPECT_EQ(row(table, "motion blur").reason, "r.yaml:5: exposure_s of upper");
-  EXPECT_EQ(row(table, "motion blur").cost, "5 pictures for one");
+  EXPECT_EQ(row(table, "motion blur").reason, "r.yaml:5: exposure_time_s of upper");
+  EXPECT_EQ(row(table, "motion blur").cost, "5 images for one");
   EXPECT_EQ(row(table, "late stamps").reason, "r.yaml:8: stamp_late_s of upper");
   EXPECT_EQ(row(table, "late stamps").cost, "none");
   EXPECT_EQ(row(table, "anti-aliasing").reason, "r.yaml:6: lower 3 x 3");
@@ -231,19 +231,19 @@ TEST(EffectTable, TellsWhereEachIsCalledForAndSwitchedOff) {
   EXPECT_FALSE(row(table, "mass and friction").on);
 }
 
-TEST(EffectTable, RefusesAsOpeningDoes) {
+TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
   const auto table = effect_table(place_of("none"), {}, {}, {});
   ASSERT_FALSE(table);
   EXPECT_EQ(table.error().code, ErrorCode::kNotFound);
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {
-  SeatSettings seat;
-  seat.name = "plain";
-  return verify_effects(place, seat, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
+  SessionSettings session;
+  session.name = "plain";
+  return verify_effects(place, session, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
 }
 
-/// The scene `plain` with something more in its room.
+/// Returns the scene `plain` with an addition before its background.
 PlaceSettings plain_with(const TemporaryFolder& folder, const std::string& name, const std::string& more) {
   PlaceSettings place = place_of("plain");
   place.scene_paths = {place.scene.parent_path(), folder.path()};
@@ -253,14 +253,14 @@ PlaceSettings plain_with(const TemporaryFolder& folder, const std::string& name,
   return place;
 }
 
-/// Two mirrors that face each other, and a depth that does not go to the end of it.
+/// Two mirrors that face each other, and a trace level that does not reach all reflections.
 constexpr const char* kDeep =
     "global_settings { max_trace_level 2 }\n#declare Facing = texture { pigment { rgb 0.1 } finish { ambient 0.1 "
     "reflection 0.9 } }\nbox { <-30, 0, 20>, <30, 30, 21> texture { Facing } }\nbox { <-30, 0, -21>, <30, 30, -20> "
     "texture { Facing } }\nsphere { <7, 8, 14>, 3 pigment { rgb x } finish { ambient 1 } }\n";
 
-// Catches a difference without a word: the two pictures of a scene that draws random numbers are never alike.
-TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotAskedFor) {
+// Catches a difference without an explanation: two images of a scene that draws random numbers are never equal.
+TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
   const TemporaryFolder folder;
   const auto result = verified(
       plain_with(folder, "random.pov",
@@ -273,7 +273,7 @@ TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotAskedFor) {
   EXPECT_FALSE(seen.is_asked_for);
 }
 
-// Catches a depth that the scene itself sets, told as if the choice were wrong: two mirrors face each other.
+// Catches a report that the choice is wrong where the scene itself limits the depth: two mirrors face each other.
 TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
   const TemporaryFolder folder;
   const auto result = verified(plain_with(folder, "deep.pov", kDeep));
@@ -284,9 +284,9 @@ TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
   EXPECT_TRUE(seen.is_asked_for);
 }
 
-TEST(VerifyEffects, TheChoiceChangesNoPixelButByWhatTheMapSwitchesOff) {
+TEST(VerifyEffects, OnlyEffectsThatTheMapSwitchesOffChangePixels) {
   auto plain = std::async(std::launch::async, [] { return verified(place_of("plain")); });
-  // Its light is gathered from the whole picture.
+  // Radiosity gathers light over the whole image.
   auto radiosity = std::async(std::launch::async, [] { return verified(place_of("radiosity")); });
   PlaceSettings switched_off = place_of("shadows");
   switched_off.switches.shadows = false;
@@ -300,7 +300,7 @@ TEST(VerifyEffects, TheChoiceChangesNoPixelButByWhatTheMapSwitchesOff) {
 
   ASSERT_EQ(same->size(), 1U);
   EXPECT_EQ(same->front().view, "lower");
-  EXPECT_GT(same->front().pixels, 1000);  // of 64 x 48, or of the mirror's circle, 23.6 px in radius
+  EXPECT_GT(same->front().pixels, 1000);  // of 64 x 48, or of the mirror's circle with a radius of 23.6 px
   EXPECT_EQ(same->front().different, 0);
   EXPECT_EQ(same->front().greatest, 0);
   EXPECT_EQ(same->front().mean, 0);

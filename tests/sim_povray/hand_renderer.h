@@ -11,12 +11,12 @@
 
 namespace twocone::sim_povray {
 
-/// Pictures are made by calling finish() or fail(), or at once.
+/// A renderer whose images the test finishes by finish() or fail(); or it finishes them at once.
 class HandRenderer final : public Renderer {
  public:
   struct Desk {
     bool at_once = false;
-    std::mutex mutex;  // several robots order from several threads
+    std::mutex mutex;  // several robots submit from several threads
     std::vector<RenderJob> jobs;
     std::vector<Done> done;
     void finish(std::size_t i) { done.at(i)(std::make_shared<const Image>()); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a link without a server: messages, shared memory, who may call, and the name of a world.
+// The parts of a link without a server: messages, shared memory, permissions, and the name of a world.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -13,14 +13,14 @@
 #include <random>
 #include <set>
 
-#include "drivers/sim_povray/link/protocol.h"
-#include "drivers/sim_povray/link/served_name.h"
-#include "drivers/sim_povray/link/shared_frames.h"
-#include "drivers/sim_povray/link/socket.h"
+#include "drivers/sim_povray/server/protocol.h"
+#include "drivers/sim_povray/server/served_name.h"
+#include "drivers/sim_povray/server/shared_frames.h"
+#include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"
 
-namespace twocone::sim_povray::link {
+namespace twocone::sim_povray::server {
 namespace {
 
 using std::chrono::milliseconds;
@@ -40,9 +40,9 @@ TEST(LinkProtocol, EveryKindOfMessageIsAmongTheSamples) {
   EXPECT_EQ(kinds.size(), std::variant_size_v<Message>);
 }
 
-// The second encoding equals the first only if each field went through: a field that is swapped with its neighbour or
-// left out on one way shows, as no sample field is like another or at its default.
-TEST(LinkProtocol, MessagesComeBackAsTheyWent) {
+// The second encoding equals the first only if each field survives. A field that one direction swaps with its neighbour
+// or omits is noticed, because no sample field equals another or its default.
+TEST(LinkProtocol, MessagesSurviveEncodingAndDecoding) {
   for (const Message& message : sample_messages()) {
     const auto bytes = encode(message);
     EXPECT_LE(bytes.size(), kMaxMessage);
@@ -53,24 +53,24 @@ TEST(LinkProtocol, MessagesComeBackAsTheyWent) {
   }
 }
 
-// By name, for the messages with many fields: the order of fields is the same on both ways by construction, but a field
-// that neither way knows would not show above.
-TEST(LinkProtocol, SettingsComeBackFieldByField) {
+// The messages with many fields are checked by field: the order of fields is the same in both directions by
+// construction, but the test above would not notice a field that both directions omit.
+TEST(LinkProtocol, SettingsSurviveFieldByField) {
   const auto samples = sample_messages();
-  const auto seat = as<Take>(decode(encode(samples.at(2)))).settings;
-  EXPECT_EQ(seat.name, "2");
-  EXPECT_EQ(seat.body.start, (Pose2{1.5, -2.25, 0.7}));
-  EXPECT_EQ(seat.body.begin, (Pose2{-0.4, 1.25, 2.6}));
-  EXPECT_EQ(seat.body.wheels.slip, 0.013);
-  EXPECT_EQ(seat.body.wheels.slip_correlation_s, 2.2);
-  EXPECT_EQ(seat.body.wheels.encoder_counts_per_turn, 1024);
-  EXPECT_EQ(seat.body.wheels.lag_s, 0.11);
-  EXPECT_EQ(seat.body.command_timeout, std::chrono::nanoseconds(412));
-  ASSERT_TRUE(seat.body.physics);
-  EXPECT_EQ(seat.body.physics->wheel_friction, 0.77);
-  EXPECT_EQ(seat.body.seed, 0xfedcba9876543210);
-  EXPECT_EQ(seat.drive.max_speed_radps, 9.5);
-  EXPECT_EQ(seat.run_ahead_frames, 7);
+  const auto session = as<Take>(decode(encode(samples.at(2)))).settings;
+  EXPECT_EQ(session.name, "2");
+  EXPECT_EQ(session.body.start, (Pose2{1.5, -2.25, 0.7}));
+  EXPECT_EQ(session.body.begin, (Pose2{-0.4, 1.25, 2.6}));
+  EXPECT_EQ(session.body.wheels.slip, 0.013);
+  EXPECT_EQ(session.body.wheels.slip_correlation_s, 2.2);
+  EXPECT_EQ(session.body.wheels.encoder_counts_per_turn, 1024);
+  EXPECT_EQ(session.body.wheels.lag_s, 0.11);
+  EXPECT_EQ(session.body.command_timeout, std::chrono::nanoseconds(412));
+  ASSERT_TRUE(session.body.physics);
+  EXPECT_EQ(session.body.physics->wheel_friction, 0.77);
+  EXPECT_EQ(session.body.seed, 0xfedcba9876543210);
+  EXPECT_EQ(session.drive.max_speed_radps, 9.5);
+  EXPECT_EQ(session.run_ahead_frames, 7);
   EXPECT_FALSE(as<Take>(decode(encode(samples.at(3)))).settings.body.physics);
 
   const auto view = as<OpenView>(decode(encode(samples.at(4)))).settings;
@@ -79,14 +79,14 @@ TEST(LinkProtocol, SettingsComeBackFieldByField) {
   EXPECT_EQ(view.effects, std::get<OpenView>(samples.at(4)).settings.effects);
 
   const auto state = as<Stepped>(decode(encode(samples.at(13)))).state;
-  EXPECT_EQ(state.tick, 41u);
+  EXPECT_EQ(state.step, 41u);
   EXPECT_EQ(state.now, std::chrono::nanoseconds(2733));
   EXPECT_EQ(state.pose, (Pose2{0.1, 0.2, -0.3}));
   EXPECT_EQ(state.right_rad, 5.5);
   EXPECT_EQ(state.contact, "landmark red");
 }
 
-TEST(LinkProtocol, WhatIsCutOrTooLongIsNoMessage) {
+TEST(LinkProtocol, CutOrTooLongBytesAreNoMessage) {
   for (const Message& message : sample_messages()) {
     auto bytes = encode(message);
     for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -107,24 +107,24 @@ TEST(LinkProtocol, ImpossibleKindsCodesAndLengthsAreRefused) {
   failed = encode(Failed{ErrorCode::kRefused, "no"});
   for (std::size_t i = 2; i < 6; ++i) failed.at(i) = 0xff;  // a text of 4 GiB
   EXPECT_FALSE(decode(failed));
-  auto done = encode(PictureDone{1, PixelFormat::kGrey8});
+  auto done = encode(ImageDone{1, PixelFormat::kGrey8});
   done.back() = std::uint8_t(PixelFormat::kGrey8) + 1;
   EXPECT_FALSE(decode(done));
 }
 
-TEST(LinkProtocol, ALongTextIsCutAndNotRefused) {
+TEST(LinkProtocol, ALongTextIsCutAndAccepted) {
   const auto back = decode(encode(Failed{ErrorCode::kBadData, std::string(100'000, 'x')}));
   EXPECT_EQ(as<Failed>(back).message, std::string(kMaxText, 'x'));
 }
 
-TEST(LinkProtocol, GarbageIsNeverReadBeyondItsEnd) {  // AddressSanitizer watches
+TEST(LinkProtocol, GarbageIsNeverReadBeyondItsEnd) {  // AddressSanitizer checks this
   std::mt19937_64 random(20260721);
   const auto samples = sample_messages();
   for (int i = 0; i < 20'000; ++i) {
     std::vector<std::uint8_t> bytes = encode(samples[random() % samples.size()]);
     for (auto changes = random() % 4; changes > 0; --changes) bytes[random() % bytes.size()] = std::uint8_t(random());
     if (random() % 2 == 0) bytes.resize(random() % (bytes.size() + 1));
-    // A copy without spare room, so that one byte beyond is seen.
+    // This copy has no spare capacity, so that the sanitizer notices a read beyond its end.
     const std::vector<std::uint8_t> exact(bytes.begin(), bytes.end());
     if (const auto message = decode(exact)) {
       EXPECT_EQ(encode(*message), exact);
@@ -134,7 +134,7 @@ TEST(LinkProtocol, GarbageIsNeverReadBeyondItsEnd) {  // AddressSanitizer watche
 
 // ---- shared memory
 
-TEST(LinkSharedFrames, WhatOneSideWritesTheOtherReads) {
+TEST(LinkSharedFrames, TheReaderReadsTheBytesOfTheWriter) {
   auto writer = SharedFrames::allocate(3, 1000);
   ASSERT_TRUE(writer) << writer.error().message;
   auto reader = SharedFrames::adopt(writer->take_file(), 3, 1000);
@@ -147,17 +147,17 @@ TEST(LinkSharedFrames, WhatOneSideWritesTheOtherReads) {
   }
 }
 
-TEST(LinkSharedFrames, NobodyCanShortenItBelowAReader) {
+TEST(LinkSharedFrames, TheFileOfAReaderCannotBeShortened) {
   auto writer = SharedFrames::allocate(1, 100'000);
   ASSERT_TRUE(writer);
-  const UniqueFd file = writer->take_file();
+  const base::UniqueFd file = writer->take_file();
   EXPECT_NE(::ftruncate(file.get(), 10), 0);
   EXPECT_NE(::ftruncate(file.get(), 200'000), 0);
   EXPECT_NE(::fcntl(file.get(), F_ADD_SEALS, F_SEAL_WRITE), 0) << "the seals themselves are sealed";
 }
 
-TEST(LinkSharedFrames, WhatIsNotSealedOrOfAnotherSizeIsNotAdopted) {
-  UniqueFd loose(::memfd_create("loose", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+TEST(LinkSharedFrames, AFileWithoutSealsOrOfAnotherSizeIsNotAdopted) {
+  base::UniqueFd loose(::memfd_create("loose", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   ASSERT_EQ(::ftruncate(loose.get(), 300), 0);
   const auto not_sealed = SharedFrames::adopt(std::move(loose), 3, 100);
   ASSERT_FALSE(not_sealed);
@@ -165,11 +165,11 @@ TEST(LinkSharedFrames, WhatIsNotSealedOrOfAnotherSizeIsNotAdopted) {
   auto writer = SharedFrames::allocate(3, 100);
   ASSERT_TRUE(writer);
   EXPECT_FALSE(SharedFrames::adopt(writer->take_file(), 3, 101));
-  EXPECT_FALSE(SharedFrames::adopt(UniqueFd(), 3, 100));
+  EXPECT_FALSE(SharedFrames::adopt(base::UniqueFd(), 3, 100));
 }
 
-TEST(LinkSharedFrames, MemoryThatIsNotThereIsAnErrorAndNoSignal) {
-  constexpr std::uint64_t kTebibyte = std::uint64_t{1} << 40;  // more than any machine that runs this has free
+TEST(LinkSharedFrames, MissingMemoryIsAnErrorAndNoSignal) {
+  constexpr std::uint64_t kTebibyte = std::uint64_t{1} << 40;  // more than the free memory of any test machine
   const auto huge = SharedFrames::allocate(256, kTebibyte / 64);
   ASSERT_FALSE(huge);
   EXPECT_EQ(huge.error().code, ErrorCode::kUnavailable);
@@ -191,13 +191,13 @@ struct Pair {
   Pair() {
     std::array<int, 2> ends{};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) != 0) std::abort();
-    near = UniqueFd(ends[0]);
-    far = UniqueFd(ends[1]);
+    near = base::UniqueFd(ends[0]);
+    far = base::UniqueFd(ends[1]);
   }
-  UniqueFd near, far;
+  base::UniqueFd near, far;
 };
 
-TEST(LinkSocket, NothingIsWaitedForLongerThanItsDeadline) {
+TEST(LinkSocket, EveryWaitEndsAtItsDeadline) {
   const Pair pair;
   const auto received = receive_message(pair.near.get(), in(milliseconds(20)));
   ASSERT_FALSE(received);
@@ -208,16 +208,16 @@ TEST(LinkSocket, NothingIsWaitedForLongerThanItsDeadline) {
   EXPECT_EQ(sent.error().code, ErrorCode::kTimeout);
 }
 
-TEST(LinkSocket, AClosedEndIsAnAnswerAndNoSignal) {
+TEST(LinkSocket, AClosedEndIsAnErrorAndNoSignal) {
   Pair pair;
   EXPECT_FALSE(hung_up(pair.near.get()));
-  ASSERT_TRUE(send_message(pair.near.get(), Halt{}, in(milliseconds(20))));  // never read: closing then resets
+  ASSERT_TRUE(send_message(pair.near.get(), Halt{}, in(milliseconds(20))));  // never read: closing resets the link
   ASSERT_TRUE(send_message(pair.far.get(), Failed{ErrorCode::kRefused, "why"}, in(milliseconds(20))));
   pair.far.reset();
   EXPECT_TRUE(hung_up(pair.near.get()));
-  const auto last_words = receive_message(pair.near.get(), in(milliseconds(20)));
-  ASSERT_TRUE(last_words) << "what the peer said before it closed is lost: " << last_words.error().message;
-  EXPECT_EQ(std::get<Failed>(*last_words->message).message, "why");
+  const auto last_message = receive_message(pair.near.get(), in(milliseconds(20)));
+  ASSERT_TRUE(last_message) << "the peer's last message before it closed is lost: " << last_message.error().message;
+  EXPECT_EQ(std::get<Failed>(*last_message->message).message, "why");
   EXPECT_EQ(receive_message(pair.near.get(), in(milliseconds(20))).error().code, ErrorCode::kDisconnected);
   EXPECT_EQ(send_message(pair.near.get(), Halt{}, in(milliseconds(20))).error().code, ErrorCode::kDisconnected);
 }
@@ -232,10 +232,10 @@ TEST(LinkSocket, APacketThatIsTooLongIsNoMessage) {
   EXPECT_FALSE(received->message);
 }
 
-TEST(LinkSocket, FilesThatNobodyAskedForAreClosed) {
+TEST(LinkSocket, UnexpectedFilesAreClosed) {
   const Pair pair;
-  const UniqueFd file(::memfd_create("gift", MFD_CLOEXEC));
-  const auto lowest_free = [] { return UniqueFd(::dup(0)).get(); };
+  const base::UniqueFd file(::memfd_create("unexpected", MFD_CLOEXEC));
+  const auto lowest_free = [] { return base::UniqueFd(::dup(0)).get(); };
   const int before = lowest_free();
   ASSERT_TRUE(send_message(pair.far.get(), Halt{}, in(milliseconds(20)), file.get()));
   const auto dropped = receive_message(pair.near.get(), in(milliseconds(20)));
@@ -267,7 +267,7 @@ TEST(LinkSocket, AnotherUserIsRefused) {
 TEST(LinkName, BadNamesAreRefused) {
   const RuntimeFolder runtime;
   for (const std::string& name :
-       std::initializer_list<std::string>{"", "../hall", "a/b", "h all", "hall.", "hällo", std::string(65, 'x')}) {
+       std::initializer_list<std::string>{"", "../lab", "a/b", "l ab", "lab.", "läb", std::string(65, 'x')}) {
     const auto path = world_socket(name);
     ASSERT_FALSE(path) << name;
     EXPECT_EQ(path.error().code, ErrorCode::kRefused);
@@ -277,43 +277,43 @@ TEST(LinkName, BadNamesAreRefused) {
   EXPECT_EQ(*path, runtime.path() / "twocone" / "Lab-2_x.sock");
 }
 
-TEST(LinkName, TheFolderIsTheUsersAlone) {
+TEST(LinkName, TheFolderIsPrivateToTheUser) {
   const RuntimeFolder runtime;
-  ASSERT_TRUE(world_socket("hall"));
+  ASSERT_TRUE(world_socket("lab"));
   const std::filesystem::path folder = runtime.path() / "twocone";
   struct stat status {};
   ASSERT_EQ(::stat(folder.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 07777, 0700u);
   ASSERT_EQ(::chmod(folder.c_str(), 0755), 0);
-  ASSERT_FALSE(world_socket("hall"));
-  EXPECT_NE(world_socket("hall").error().message.find("755"), std::string::npos);
+  ASSERT_FALSE(world_socket("lab"));
+  EXPECT_NE(world_socket("lab").error().message.find("755"), std::string::npos);
   std::filesystem::remove(folder);
   std::filesystem::create_directory_symlink("/", folder);
-  EXPECT_FALSE(world_socket("hall")) << "somebody else's folder behind a symbolic link";
+  EXPECT_FALSE(world_socket("lab")) << "another user's folder behind a symbolic link";
 }
 
 TEST(LinkName, AFolderOfAnotherUserIsRefused) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can make a folder of another user";
   const RuntimeFolder runtime;
-  ASSERT_TRUE(world_socket("hall"));
+  ASSERT_TRUE(world_socket("lab"));
   ASSERT_EQ(::chown((runtime.path() / "twocone").c_str(), 12345, 12345), 0);
-  ASSERT_FALSE(world_socket("hall"));
-  EXPECT_NE(world_socket("hall").error().message.find("12345"), std::string::npos);
+  ASSERT_FALSE(world_socket("lab"));
+  EXPECT_NE(world_socket("lab").error().message.find("12345"), std::string::npos);
 }
 
-TEST(LinkName, APathThatASocketCannotHaveIsRefused) {
+TEST(LinkName, APathTooLongForASocketIsRefused) {
   const RuntimeFolder runtime;
   const std::filesystem::path deep = runtime.path() / std::string(100, 'd');
   std::filesystem::create_directory(deep);
   ::setenv("XDG_RUNTIME_DIR", deep.c_str(), 1);
-  const auto path = world_socket("hall");
+  const auto path = world_socket("lab");
   ASSERT_FALSE(path);
   EXPECT_NE(path.error().message.find("too long"), std::string::npos) << path.error().message;
 }
 
-TEST(LinkName, OneClaimAtATimeAndNothingIsLeft) {
+TEST(LinkName, OneClaimAtATimeAndNoFileIsLeft) {
   const RuntimeFolder runtime;
-  const auto path = world_socket("hall");
+  const auto path = world_socket("lab");
   ASSERT_TRUE(path);
   {
     const auto first = ServedName::claim(*path);
@@ -322,16 +322,16 @@ TEST(LinkName, OneClaimAtATimeAndNothingIsLeft) {
     ASSERT_FALSE(second);
     EXPECT_EQ(second.error().code, ErrorCode::kRefused);
     sweep(*path, milliseconds(0));
-    EXPECT_EQ(runtime.files().size(), 1u) << "a living server's lock was swept away";
+    EXPECT_EQ(runtime.files().size(), 1u) << "the lock of a running server was removed";
   }
   EXPECT_TRUE(runtime.files().empty());
 }
 
-TEST(LinkName, WhatADeadServerLeftIsSweptAway) {
+TEST(LinkName, FilesOfADeadServerAreRemoved) {
   const RuntimeFolder runtime;
-  const auto path = world_socket("hall");
+  const auto path = world_socket("lab");
   ASSERT_TRUE(path);
-  // As kill -9 leaves it: both files, nobody who listens or holds the lock.
+  // The state after kill -9: both files exist, and no process listens or holds the lock.
   ASSERT_TRUE(listen_at(*path));
   std::ofstream(std::filesystem::path(*path).replace_extension(".lock")) << "";
   ASSERT_EQ(runtime.files().size(), 2u);
@@ -340,4 +340,4 @@ TEST(LinkName, WhatADeadServerLeftIsSweptAway) {
 }
 
 }  // namespace
-}  // namespace twocone::sim_povray::link
+}  // namespace twocone::sim_povray::server

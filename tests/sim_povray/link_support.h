@@ -12,13 +12,13 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/sim_povray/link/server.h"
-#include "tests/sim_povray/fake_hall.h"
+#include "drivers/sim_povray/server/server.h"
+#include "tests/sim_povray/fake_host.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::sim_povray {
 
-/// A runtime folder of its own for the programs of one test; they find it in their environment.
+/// A separate runtime folder for the programs of one test, which find it in their environment.
 class RuntimeFolder {
  public:
   RuntimeFolder() { ::setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1); }
@@ -27,7 +27,7 @@ class RuntimeFolder {
   RuntimeFolder& operator=(const RuntimeFolder&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
-  /// What servers left in it.
+  /// Returns the names of the files that servers left in it.
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> names;
     std::error_code none;
@@ -41,14 +41,14 @@ class RuntimeFolder {
   testing_support::TemporaryFolder folder_;
 };
 
-/// A fake world served from a thread of this program.
+/// A fake world that a thread of this program serves.
 class TestServer {
  public:
   explicit TestServer(std::string name, std::chrono::milliseconds patience = kIdlePatience)
-      : hall_(std::make_shared<FakeHall>()) {
+      : host_(std::make_shared<FakeHost>()) {
     thread_ = std::thread([this, patience, name = std::move(name)] {
       status_ = serve(
-          hall_, name,
+          host_, name,
           [this](const std::string& line) {
             const std::lock_guard lock(mutex_);
             lines_.push_back(line);
@@ -66,7 +66,7 @@ class TestServer {
     if (thread_.joinable()) thread_.join();
     return status_;
   }
-  [[nodiscard]] FakeHall& hall() { return *hall_; }
+  [[nodiscard]] FakeHost& host() { return *host_; }
   [[nodiscard]] bool ended() const { return ended_; }
   std::vector<std::string> lines() {
     const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ class TestServer {
   }
 
  private:
-  std::shared_ptr<FakeHall> hall_;
+  std::shared_ptr<FakeHost> host_;
   std::atomic<bool> stop_{false};
   std::atomic<bool> ended_{false};
   std::mutex mutex_;
@@ -83,8 +83,8 @@ class TestServer {
   std::thread thread_;
 };
 
-inline SeatSettings seat_named(const std::string& name) {
-  SeatSettings settings;
+inline SessionSettings session_named(const std::string& name) {
+  SessionSettings settings;
   settings.name = name;
   settings.body.radius_m = 0.2;
   return settings;

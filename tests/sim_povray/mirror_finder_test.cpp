@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/process_renderer.h"
+#include "drivers/sim_povray/render/povray/process_renderer.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 
@@ -25,12 +25,12 @@ constexpr auto kLong = 60s;
 constexpr int kWidth_px = 160;
 constexpr int kHeight_px = 120;
 
-// A rim of radius 1.2 at 3.6 above the lens: 120 px * 1.475 * 1.2 / 3.6.
+// The rim's radius is 1.2 at 3.6 above the lens: 120 px * 1.475 * 1.2 / 3.6.
 constexpr double kRim_px = 59;
 constexpr const char* kCone = "cone { <0, 2.4, 0>, 0 <0, 3.6, 0>, 1.2 texture { Silver } }";
 constexpr const char* kCamera = "direction <0, 1.475, 0> up <0, 0, -1> right <4/3, 0, 0>";
 
-/// A scene whose lens is at the origin.
+/// Returns the text of a scene whose lens is at the origin.
 std::string scene_text(const std::string& robot, const std::string& camera, const std::string& room = "") {
   return fmt::format(
       "#version 3.7;\nglobal_settings {{ assumed_gamma 1 }}\n"
@@ -57,7 +57,7 @@ class MirrorFinderTest : public testing::Test {
     if (!*found) throw std::runtime_error("no mirror");
     return **found;
   }
-  /// Of several scenes at one time: POV-Ray mostly sleeps.
+  /// Finds the mirrors of several scenes at once, because POV-Ray mostly sleeps.
   std::vector<MirrorSight> sights(const std::vector<std::string>& texts) {
     std::vector<std::future<MirrorSight>> futures;
     for (const std::string& text : texts) {
@@ -72,9 +72,9 @@ class MirrorFinderTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// A rim's outermost pixel centre is less than a pixel's diagonal inside it; half a pixel is put on.
+// The outermost pixel centre lies inside the rim by less than a pixel's diagonal; the finder adds half a pixel.
 constexpr double kRadius_px = 1;
-// The circle goes through outermost pixels on opposite sides, each as far off.
+// The circle goes through outermost pixels on opposite sides, and each of them has this error.
 constexpr double kCentre_px = 0.75;
 
 std::filesystem::path lab() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
@@ -88,7 +88,7 @@ TEST_F(MirrorFinderTest, TheLabsMirrors) {
     EXPECT_NEAR(s.centre_row_px, 239.5, kCentre_px);
     EXPECT_NEAR(s.radius_px, 236, kRadius_px);
     EXPECT_EQ(s.why_no_mask, "");
-    EXPECT_EQ(s.window.first_row, 0) << "the margin reaches beyond the rows";
+    EXPECT_EQ(s.window.first_row, 0) << "the margin extends beyond the image";
     EXPECT_EQ(s.window.last_row, 479);
     EXPECT_NEAR(s.window.first_column, 319.5 - 236 - kRimMargin_px - kMaskTeeth_px, 2);
     EXPECT_NEAR(s.window.last_column, 319.5 + 236 + kRimMargin_px + kMaskTeeth_px, 2);
@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(
               ""},
         Shape{"behind_a_mast",
               std::string(kCone) + " cylinder { <0.9, -1, 0.2> <0.9, 2.9, 0.2> 0.1 pigment { rgb 1 } }", ""},
-        // The plate is wider than the mirror, whose outer part shows nothing else.
+        // The plate is wider than the mirror, and the mirror's outer part shows only the plate.
         Shape{"under_a_plate_of_shiny_lacquer",
               std::string(kCone) + " box { <-2, 3.7, -3> <2, 3.8, 3> pigment { rgb 0.2 } finish { reflection 0.05 } }",
               ""},
@@ -131,8 +131,8 @@ INSTANTIATE_TEST_SUITE_P(
               "rgb 0.5 }"}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(MirrorFinderTest, AMirrorThatThePictureCutsOff) {
-  // Farther left and nearer: a rim of 88.5 px about a point 30 px off the middle.
+TEST_F(MirrorFinderTest, AMirrorThatTheImageCutsOff) {
+  // A mirror farther left and a longer lens: the rim's radius is 88.5 px, and its centre is 30 px off the middle.
   const MirrorSight s = sight(scene_text("object { " + std::string(kCone) + " translate -2.4 * 0.5085 * x / 1.475 }",
                                          "direction <0, 2.2125, 0> up <0, 0, -1> right <4/3, 0, 0>"));
   const double shift_px = 120 * 2.2125 * 2.4 * 0.5085 / 1.475 / 3.6;
@@ -142,7 +142,7 @@ TEST_F(MirrorFinderTest, AMirrorThatThePictureCutsOff) {
   EXPECT_EQ(s.window.first_column, 0);
 }
 
-TEST_F(MirrorFinderTest, NoMirrorIsAnAnswer) {
+TEST_F(MirrorFinderTest, ASceneWithoutAMirrorIsNoError) {
   const auto found = find(folder_.write("dull.pov", scene_text("sphere { 4*y, 1 pigment { rgb 1 } }", kCamera)),
                           "lower", kWidth_px, kHeight_px);
   ASSERT_TRUE(found) << found.error().message;
@@ -159,7 +159,7 @@ TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
 
 // ---- the mask
 
-// The finder itself tries each mask out on a small picture; a wrong one ends as a reason.
+// The finder tests each mask on a small image and reports a wrong mask in `why_no_mask`.
 TEST_F(MirrorFinderTest, MasksForCamerasOfManyKinds) {
   const std::vector<std::string> cameras{
       "location 0 look_at <0, 1, 0> sky <0, 0, 1> angle 48.6",  // a comment }
@@ -181,14 +181,14 @@ TEST_F(MirrorFinderTest, MasksForCamerasOfManyKinds) {
   }
 }
 
-TEST_F(MirrorFinderTest, NamesThatChangeBehindTheCameraDoNotMoveTheMask) {
+TEST_F(MirrorFinderTest, NamesThatChangeAfterTheCameraDoNotMoveTheMask) {
   const MirrorSight s =
       sight("#declare Far = 1.475;\n" + scene_text(kCone, "direction <0, Far, 0> up <0, 0, -1> right <4/3, 0, 0>") +
             "#declare Far = 3;\n");
   EXPECT_EQ(s.why_no_mask, "");
 }
 
-TEST_F(MirrorFinderTest, WhereThereIsNoMaskItSaysWhy) {
+TEST_F(MirrorFinderTest, AMissingMaskIsExplained) {
   struct Case {
     std::string camera, room, why;
   };
@@ -198,7 +198,7 @@ TEST_F(MirrorFinderTest, WhereThereIsNoMaskItSaysWhy) {
       {std::string(kCamera) + " aperture 0.001 blur_samples 4 focal_point 3*y", "", "'aperture'"},
       {std::string("#if (1) ") + kCamera + " #end", "", "a #if"},
       {kCamera, "#version 3.1;", "#version is below 3.5"},
-      {"direction 9*y up -z right 4/3*x", "", "fills the picture"},
+      {"direction 9*y up -z right 4/3*x", "", "fills the image"},
   };
   std::vector<std::string> texts;
   for (const Case& c : cases) texts.push_back(scene_text(kCone, c.camera, c.room));
@@ -209,7 +209,7 @@ TEST_F(MirrorFinderTest, WhereThereIsNoMaskItSaysWhy) {
   }
 }
 
-// What is outside the mirror costs nothing and changes nothing inside it.
+// The mask hides everything outside the mirror and changes no pixel inside it.
 TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
   constexpr int kLabWidth_px = 320;
   constexpr int kLabHeight_px = 240;
@@ -223,13 +223,13 @@ TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
     const NamedBlock camera = scene.camera(name).value();
     View whole(lab(), name, kLabWidth_px, kLabHeight_px);
     View masked = whole;
-    Mould mould = scene.mould({robot}, camera, s.mask);
-    mould.width_px = kLabWidth_px;
-    mould.height_px = kLabHeight_px;
-    mould.window = s.window;
-    masked.set(mould);
-    const auto expected = pictures(renderer, {whole}, 2);
-    const auto got = pictures(renderer, {masked}, 2);
+    ViewTemplate view_template = scene.view_template({robot}, camera, s.mask);
+    view_template.width_px = kLabWidth_px;
+    view_template.height_px = kLabHeight_px;
+    view_template.window = s.window;
+    masked.set(view_template);
+    const auto expected = images(renderer, {whole}, 2);
+    const auto got = images(renderer, {masked}, 2);
     for (std::size_t i = 0; i < got.size(); ++i) {
       ASSERT_TRUE(got[i] && expected[i]);
       int different = 0, light = 0;
@@ -249,7 +249,7 @@ TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
   }
 }
 
-// Catches a mask whose edge can be taken for a rim. The lab is nowhere wholly black there. A rim finder wants a third
+// Catches a mask whose edge could be taken for a rim. No part of the lab is black there. A rim finder requires a third
 // of the directions within a pixel of a circle.
 TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   constexpr int kSide_px = 320;
@@ -259,14 +259,14 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   const Circle circle{{158.3, 161.2}, 124};
   const auto mask = camera_mask(scene, camera, circle, kSide_px, kSide_px);
   ASSERT_TRUE(mask) << mask.error().message;
-  Mould mould = scene.mould({scene.object("robot").value()}, camera, *mask);
-  mould.width_px = kSide_px;
-  mould.height_px = kSide_px;
-  const auto picture = Povray(find_povray("povray").value(), lab(), kLong)
-                           .render({"the mask", std::make_shared<const Mould>(mould),
-                                    scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
-                                   -1);
-  ASSERT_TRUE(picture) << picture.error().message;
+  ViewTemplate view_template = scene.view_template({scene.object("robot").value()}, camera, *mask);
+  view_template.width_px = kSide_px;
+  view_template.height_px = kSide_px;
+  const auto image = Povray(find_povray("povray").value(), lab(), kLong)
+                         .render({"the mask", std::make_shared<const ViewTemplate>(view_template),
+                                  scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
+                                 -1);
+  ASSERT_TRUE(image) << image.error().message;
   std::vector<double> ends_px;
   for (int i = 0; i < kDirections; ++i) {
     const double angle_rad = 2 * std::numbers::pi * i / kDirections;
@@ -274,7 +274,7 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
       const auto column = int(std::lround(circle.centre.column_px + r * std::cos(angle_rad)));
       const auto row = int(std::lround(circle.centre.row_px + r * std::sin(angle_rad)));
       const auto at = std::size_t(3 * (row * kSide_px + column));
-      if ((*picture)->bytes[at] + (*picture)->bytes[at + 1] + (*picture)->bytes[at + 2] == 0) continue;
+      if ((*image)->bytes[at] + (*image)->bytes[at + 1] + (*image)->bytes[at + 2] == 0) continue;
       ends_px.push_back(r);
       break;
     }

@@ -25,11 +25,11 @@ struct ArcCase {
   double dy_m;
 };
 
-// Right answers to 50 digits, of v = 1 m/s for 0.1 s. Catches the textbook form with v/w, which is NaN at 0 and off by
-// 0.1 m at 1e-15.
+// The expected values were computed with 50 digits, for v = 1 m/s during 0.1 s. Catches the textbook form with v/w,
+// which is NaN at 0 and wrong by 0.1 m at 1e-15.
 TEST(Advance, HardCases) {
-  // Four roundings (the way, the chord's factor, the angle, cos or sin) of at most eps/2 each, relative to 0.1 m;
-  // doubled for the library's sin and cos.
+  // Four roundings (distance, factor of the chord, angle, cos or sin) of at most eps/2 each, relative to 0.1 m; doubled
+  // for the library's sin and cos.
   constexpr double kArcError_m = 4 * kEps * 0.1;
   for (const ArcCase& c : {ArcCase{0, 0, 0.1, 0},
                            {1, 1e-15, 0.054030230586813971, 0.084147098480789658},
@@ -45,29 +45,29 @@ TEST(Advance, HardCases) {
   }
 }
 
-TEST(Advance, FullCircleComesHome) {
+TEST(Advance, AFullCircleEndsAtItsStart) {
   const Pose2 to = advance({0, 0, 0}, {1, 2 * kPi}, 1);
   EXPECT_NEAR(to.x_m, 0, kEps);
   EXPECT_NEAR(to.y_m, 0, kEps);
   EXPECT_NEAR(to.heading_rad, 0, 2 * kPi * kEps);
 }
 
-// Catches an integrator that is only approximate: Euler is off by 6e-2 m here, Runge-Kutta of second order by 1.7e-4 m.
+// Catches an approximate integrator: the error of Euler is 6e-2 m here, that of second-order Runge-Kutta 1.7e-4 m.
 TEST(Advance, FourHundredAndFiftyStepsStayOnTheCircle) {
   constexpr double kTurn_radps = 0.5;
   constexpr int kSteps = 450;
   Pose2 pose{0, 0, 0.3};
   for (int i = 0; i < kSteps; ++i) pose = advance(pose, {1, kTurn_radps}, 1.0 / 15);
-  // Each step rounds a coordinate of at most 4 m and the heading of at most pi, which then turns the rest of the circle
-  // of diameter 4 m.
+  // Each step rounds a coordinate of at most 4 m, and a heading of at most pi. The error of the heading turns the
+  // remaining circle, whose diameter is 4 m.
   constexpr double kTolerance_m = kSteps * (4 + 4 * kPi) * kEps / 2;
   const double end_rad = 0.3 + kTurn_radps * kSteps / 15;
   EXPECT_NEAR(pose.x_m, (std::sin(end_rad) - std::sin(0.3)) / kTurn_radps, kTolerance_m);
   EXPECT_NEAR(pose.y_m, (std::cos(0.3) - std::cos(end_rad)) / kTurn_radps, kTolerance_m);
 }
 
-// An arc driven in k pieces ends where the whole one does. Catches a step that is not exact for its length.
-TEST(Advance, PiecesMakeTheWhole) {
+// An arc driven in k pieces ends where the whole arc ends. Catches a step that is not exact for its length.
+TEST(Advance, PiecesEndWhereTheWholeEnds) {
   for (unsigned seed = 0; seed < 500; ++seed) {
     std::mt19937_64 engine(seed);
     std::uniform_real_distribution<double> any(-1, 1);
@@ -78,7 +78,7 @@ TEST(Advance, PiecesMakeTheWhole) {
     Pose2 there = from;
     for (int i = 0; i < pieces; ++i) there = advance(there, speeds, dt_s / pieces);
     const Pose2 whole = advance(from, speeds, dt_s);
-    // Coordinates below 6 m; a heading's rounding (below 2 pi) turns what is left of the way, below 2.1 m.
+    // Coordinates are below 6 m. The rounding of a heading (below 2 pi) turns the remaining way, which is below 2.1 m.
     const double tolerance_m = (pieces + 1) * (6 + 2.1 * 2 * kPi) * kEps;
     EXPECT_NEAR(there.x_m, whole.x_m, tolerance_m) << "case " << seed;
     EXPECT_NEAR(there.y_m, whole.y_m, tolerance_m) << "case " << seed;
@@ -119,7 +119,7 @@ TEST(WrapAngle, Table) {
   EXPECT_EQ(wrap_angle(0), 0);
   EXPECT_EQ(wrap_angle(-1.25), -1.25);
   EXPECT_EQ(wrap_angle(std::nextafter(kPi, 4)), -3.1415926535897929);
-  // sin and cos of the library are within an ulp of the right ones, atan2 likewise, and 0.36 is their angle.
+  // The library's sin, cos and atan2 are correct within one ulp, and the angle is about 0.36.
   EXPECT_NEAR(wrap_angle(1e6), -0.35756416708573504, 4 * kEps);
   constexpr double kDegree = kPi / 180;
   EXPECT_NEAR(wrap_angle(-179 * kDegree - 179 * kDegree), 2 * kDegree, 8 * kEps);
@@ -134,7 +134,7 @@ TEST(WrapAngle, KeepsTheDirection) {
     const double angle_rad = any(engine);
     const double wrapped_rad = wrap_angle(angle_rad);
     ASSERT_LE(std::abs(wrapped_rad), kPi) << angle_rad;
-    // The input itself is only known to half an ulp of 64.
+    // The input itself is only exact to half an ulp of 64.
     ASSERT_NEAR(std::remainder(angle_rad - wrapped_rad, 2 * kPi), 0, 64 * kEps) << angle_rad;
   }
 }
@@ -148,7 +148,7 @@ TEST(MotionBetween, IsTheIdentityAtTheStart) {
   EXPECT_EQ(motion.y_m, 0);
 }
 
-TEST(MotionBetween, CarriesWhatStandsOnTheRobot) {
+TEST(MotionBetween, CarriesPointsOfTheRobot) {
   const Pose2 start{0.31, -0.47, 0.83};
   const Pose2 now{-1.2, 0.6, -2.1};
   const FloorMotion m = motion_between(start, now);

@@ -18,7 +18,7 @@ constexpr double kPi = std::numbers::pi;
 // A few roundings of coordinates below 4 m.
 constexpr double kTolerance_m = 16 * std::numeric_limits<double>::epsilon();
 
-/// Legs of 1.5, 2 and back 2.5 m.
+/// A path with segments of 1.5 m and 2 m, and 2.5 m back to the start.
 MovingThing triangle(bool loop) { return {"trolley", {{0.5, 1}, {2, 1}, {2, 3}}, 0.7, loop, 0.2}; }
 
 void expect_pose(const Pose2& pose, const Pose2& expected, const char* what) {
@@ -29,11 +29,11 @@ void expect_pose(const Pose2& pose, const Pose2& expected, const char* what) {
 
 TEST(MovingPath, IsAtItsFirstPointAtTimeZero) { expect_pose(MovingPath(triangle(true)).pose(0), {0.5, 1, 0}, ""); }
 
-TEST(MovingPath, GoesAlongItsLegsAtItsSpeed) {
+TEST(MovingPath, FollowsItsSegmentsAtItsSpeed) {
   const MovingPath path(triangle(true));
-  expect_pose(path.pose(1.1), {0.5 + 0.77, 1, 0}, "first leg");
-  expect_pose(path.pose(1.5 / 0.7 + 0.3), {2, 1.21, kPi / 2}, "second leg");
-  // The way back is (-1.5, -2), 2.5 m long.
+  expect_pose(path.pose(1.1), {0.5 + 0.77, 1, 0}, "first segment");
+  expect_pose(path.pose(1.5 / 0.7 + 0.3), {2, 1.21, kPi / 2}, "second segment");
+  // The way back is (-1.5, -2) m, which is 2.5 m long.
   expect_pose(path.pose(3.5 / 0.7 + 1), {2 - 0.7 * 0.6, 3 - 0.7 * 0.8, std::atan2(-2.0, -1.5)}, "straight back");
   expect_pose(path.pose(6 / 0.7 * 3 + 1.1), {0.5 + 0.77, 1, 0}, "the fourth round");
 }
@@ -46,19 +46,19 @@ TEST(MovingPath, WithoutALoopItStandsAtTheEnd) {
   EXPECT_EQ(path.stretch(1e6).until_s, std::numeric_limits<double>::infinity());
 }
 
-// Catches positions that are added up step by step: after eleven days it has to be where the closed form says.
-TEST(MovingPath, NothingAddsUpOverDays) {
+// Catches positions that are accumulated step by step: after eleven days the closed form must still hold.
+TEST(MovingPath, NoErrorAccumulatesOverDays) {
   MovingThing square{"cart", {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, 1, true, 0.1};
   expect_pose(MovingPath(square).pose(1e6 + 0.25), {0.25, 0, 0}, "a million rounds of four seconds and a quarter");
 }
 
-TEST(MovingPath, ALoopMayEndWhereItBegan) {
+TEST(MovingPath, ALoopMayEndAtItsStart) {
   const MovingThing closed{"cart", {{0, 0}, {1, 0}, {0, 0}}, 0.5, true, 0.1};
   expect_pose(MovingPath(closed).pose(3), {0.5, 0, kPi}, "on the way back");
   expect_pose(MovingPath(closed).pose(4.5), {0.25, 0, 0}, "the second round");
 }
 
-TEST(MovingPath, TellsTheStretchItIsOn) {
+TEST(MovingPath, ReportsItsCurrentStretch) {
   const Stretch s = MovingPath(triangle(true)).stretch(1.5 / 0.7 + 0.3);
   EXPECT_NEAR(s.at.y_m, 1.21, kTolerance_m);
   EXPECT_NEAR(s.x_mps, 0, kTolerance_m);
@@ -66,8 +66,8 @@ TEST(MovingPath, TellsTheStretchItIsOn) {
   EXPECT_NEAR(s.until_s, 3.5 / 0.7, kTolerance_m);
 }
 
-// Rolling shutter and motion blur ask for places inside the step, round the corner too.
-TEST(MovingThings, AWorldTellsWhereTheyWere) {
+// Rolling shutter and motion blur need poses at times within a step, also across a corner.
+TEST(MovingThings, AWorldReportsEarlierPoses) {
   PlaceSettings place;
   place.moving = {triangle(true), triangle(false)};
   World world(place);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In place of physics_test.cpp in a build without the Open Dynamics Engine.
+// This file replaces physics_test.cpp in a build without the Open Dynamics Engine.
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/world/physics.h"
@@ -8,8 +8,8 @@
 namespace twocone::sim_povray {
 namespace {
 
-// Catches a robot that silently moves without the physics it was given.
-TEST(Physics, WithoutTheEngineARobotThatNeedsItIsRefused) {
+// Catches a robot that silently moves without the physics that its settings require.
+TEST(Physics, ARobotThatNeedsTheMissingEngineIsRefused) {
   World world{PlaceSettings{}};
   RobotBody body;
   body.radius_m = 0.2;

@@ -21,7 +21,7 @@ PlaceSettings place() {
 
 TEST(Outline, EqualPlacesAgree) { EXPECT_EQ(first_difference(outline_of(place()), outline_of(place())), ""); }
 
-// Catches any part of a place that is left out: two robots would believe in two worlds.
+// Catches a part of the map that is not compared: two robots would assume two different worlds.
 TEST(Outline, EveryPartThatDiffersIsNamed) {
   const std::string world = outline_of(place());
   PlaceSettings other = place();
@@ -45,7 +45,7 @@ TEST(Outline, EveryPartThatDiffersIsNamed) {
   EXPECT_THAT(first_difference(outline_of(other), world), HasSubstr("moving cart"));
 }
 
-// Catches a text that the link would cut: what is cut would not be compared.
+// Catches a text that the link would cut: the missing part would not be compared.
 TEST(Outline, OfAnyLengthFitsIntoAMessageAndIsCompared) {
   PlaceSettings large;
   for (int i = 0; i < 500; ++i) large.solids.push_back({fmt::format("landmark {}", i), Disc{{0.1 * i, 1}, 0.1}});

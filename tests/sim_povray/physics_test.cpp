@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots with mass, against closed forms. Speeds are told from poses: a step of the world at 2000 Hz is one of the
-// engine.
+// Robots with mass are compared with closed forms. Speeds are computed from poses: at 2000 Hz, one step of the world is
+// one step of the engine.
 #include "drivers/sim_povray/world/physics.h"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ struct Velocity {
   double x_mps, y_mps, turn_radps;
   [[nodiscard]] double speed_mps() const { return std::hypot(x_mps, y_mps); }
 };
-/// One step, and how fast the robot went in it.
+/// Takes one step and returns the robot's velocity in it.
 Velocity step(World& world, World::RobotId robot) {
   const Pose2 before = world.pose(robot);
   const auto then = world.now();
@@ -72,10 +72,10 @@ double energy_J(const Velocity& v) {
 
 double seconds(const World& world) { return std::chrono::duration<double>(world.now()).count(); }
 
-// ---- whether it is there at all
+// ---- use of the engine
 
-// Catches an engine that is begun with every world: without physics ODE is not entered.
-TEST(Physics, AWorldWithoutItDoesNotEnterTheEngine) {
+// Catches an engine that every world starts: without physics, ODE must not be initialised.
+TEST(Physics, AWorldWithoutPhysicsDoesNotStartTheEngine) {
   const int before = PhysicsEngine::opened();
   PlaceSettings place;
   place.walls = Walls{-1, 1, -1, 1};
@@ -93,10 +93,11 @@ TEST(Physics, AWorldWithoutItDoesNotEnterTheEngine) {
 
 // ---- friction of the wheels on the floor
 
-// Below the limit of friction a robot with mass goes where one without goes; but for the steps in which it speeds up.
+// Below the limit of friction, a robot with mass follows the path of a robot without mass, except for the steps in
+// which it accelerates.
 TEST(Physics, WheelsThatGripDriveTheArc) {
   RobotBody b = heavy({0.3, -0.2, 0.4});
-  b.wheels.lag_s = 0.3;  // speeds up slower than mu g
+  b.wheels.lag_s = 0.3;  // accelerates by less than mu g
   World gripping = world_of(PlaceSettings{}, 15);
   const auto robot = *gripping.add_robot(b);
   b.physics.reset();
@@ -108,8 +109,8 @@ TEST(Physics, WheelsThatGripDriveTheArc) {
     gripping.step();
     exact.step();
   }
-  // Second order in the step: place errs by a mean change of speed or heading within a step, as moving_robot.h has it,
-  // and by the arc's turning within a step, (turn h)^2 / 24 of the way.
+  // The errors are of second order in the step: the mean change of speed or heading within a step, as moving_robot.h
+  // states, and the turning of the arc within a step, (turn h)^2 / 24 of the distance.
   constexpr double kTolerance_m = kStep_s * kStep_s * (2 * 0.6 * 1.3) + 1.8 * (1.3 * kStep_s) * (1.3 * kStep_s);
   EXPECT_NEAR(gripping.pose(robot).x_m, exact.pose(reference).x_m, kTolerance_m);
   EXPECT_NEAR(gripping.pose(robot).y_m, exact.pose(reference).y_m, kTolerance_m);
@@ -117,8 +118,8 @@ TEST(Physics, WheelsThatGripDriveTheArc) {
   EXPECT_EQ(gripping.turned(robot).left_rad, exact.turned(reference).left_rad);
 }
 
-// v = mu g t until the rims' speed is reached, over v^2 / (2 mu g).
-TEST(Physics, SpeedsUpAtTheLimitOfFriction) {
+// The speed is v = mu g t until the speed of the rims is reached; the distance is v^2 / (2 mu g).
+TEST(Physics, AcceleratesAtTheLimitOfFriction) {
   World world = world_of(PlaceSettings{});
   const auto robot = *world.add_robot(heavy({}));
   world.command(robot, wheels(2.7));
@@ -128,12 +129,13 @@ TEST(Physics, SpeedsUpAtTheLimitOfFriction) {
     reached_s = seconds(world);
   }
   EXPECT_NEAR(reached_s, 2.7 / kMost_mps2, 2 * kStep_s);
-  // Speed within a step is that at its end: v h / 2 too far in all, and the last step may be cut short.
+  // The speed within a step is the speed at its end, which makes the distance too long by v h / 2 in total. The last
+  // step may be shorter.
   EXPECT_NEAR(world.pose(robot).x_m, 2.7 * 2.7 / (2 * kMost_mps2), 2 * 2.7 * kStep_s);
   EXPECT_NEAR(world.turned(robot).left_rad, 2.7 / 0.05 * seconds(world), 1e-9) << "the wheels spin from the start";
 }
 
-// Locked wheels: v^2 / (2 mu g), whichever way the robot points.
+// With locked wheels the distance is v^2 / (2 mu g) for every heading.
 TEST(Physics, BrakesWithLockedWheelsOverTheRightDistance) {
   for (const double heading_rad : {0.0, 0.7}) {
     World world = world_of(PlaceSettings{});
@@ -154,8 +156,9 @@ TEST(Physics, BrakesWithLockedWheelsOverTheRightDistance) {
   }
 }
 
-// A circle of radius r is driven as long as v^2 / r < mu g; above that the path's acceleration is mu g and no more, and
-// the robot slides out. Catches friction limited along and across the wheel by itself: the circle's corner allows 1.41.
+// The robot drives a circle of radius r while v^2 / r < mu g. Above this limit the acceleration of its path is mu g and
+// no more, and it slides outwards. Catches friction that is limited separately along and across the wheel, which allows
+// 1.41 mu g in the diagonal direction.
 TEST(Physics, SlidesOutOfTooTightATurn) {
   const auto acceleration = [](double speed_mps, double turn_radps, double* greatest_mps2) {
     World world = world_of(PlaceSettings{});
@@ -163,7 +166,7 @@ TEST(Physics, SlidesOutOfTooTightATurn) {
     Velocity last{0, 0, 0};
     *greatest_mps2 = 0;
     for (int i = 0; i < 6000; ++i) {
-      // Slowly up to speed, so that only the turn asks for friction.
+      // The speed rises slowly, so that only the turn requires friction.
       const double share = std::min(1.0, i / 4000.0);
       world.command(robot, wheels(share * speed_mps, share * turn_radps));
       const Velocity now = step(world, robot);
@@ -176,7 +179,8 @@ TEST(Physics, SlidesOutOfTooTightATurn) {
   const Velocity grips = acceleration(2.0, 0.95 * kMost_mps2 / 2.0, &greatest_mps2);  // v w = 0.95 mu g
   EXPECT_NEAR(grips.speed_mps(), 2.0, 1e-6);
   EXPECT_NEAR(grips.turn_radps, 0.95 * kMost_mps2 / 2.0, 1e-6);
-  // Speeding up adds 1 m/s^2 along to what the turn takes across, and grips still: the rest is rounding of places.
+  // The rising speed adds 1 m/s^2 along the path to the acceleration across it, and the wheels still grip. The
+  // tolerance is for the rounding of coordinates.
   EXPECT_LT(greatest_mps2, kMost_mps2 * (1 + 1e-6));
 
   const Velocity slides = acceleration(2.0, 1.6 * kMost_mps2 / 2.0, &greatest_mps2);
@@ -184,7 +188,7 @@ TEST(Physics, SlidesOutOfTooTightATurn) {
   EXPECT_LT(slides.speed_mps() * slides.turn_radps, 1.6 * kMost_mps2 * 0.9);
 }
 
-/// What slides after an impulse: kinetic energy of the body against the frame of its rims.
+/// Returns the energy of sliding after an impulse: the kinetic energy of the body relative to the motion of its rims.
 double sliding_J(const WheelFriction& w, const FloorVelocity& before, const GroundSpeeds& rims, const FloorImpulse& p) {
   const BodySpeeds wanted = body_speeds(rims, w.separation_m);
   const double ahead = before.ahead_mps + p.ahead_Ns / w.mass_kg - wanted.speed_mps;
@@ -193,8 +197,8 @@ double sliding_J(const WheelFriction& w, const FloorVelocity& before, const Grou
   return w.mass_kg * (ahead * ahead + left * left) / 2 + w.inertia_kgm2 * turn * turn / 2;
 }
 
-// Against a slow search over a grid of both wheels' impulses.
-TEST(Physics, WheelImpulsesSlideLeast) {
+// Compares with a slow search over a grid of the impulses of both wheels.
+TEST(Physics, WheelImpulsesMinimiseSliding) {
   const WheelFriction w{2.1, 2.1 * 0.04 / 2, 0.31, 6.0};
   constexpr double kDt_s = 0.01;
   std::mt19937_64 engine(3);
@@ -222,14 +226,15 @@ TEST(Physics, WheelImpulsesSlideLeast) {
   }
 }
 
-// At the minimum each wheel's impulse is as far as it can be against the sliding of its contact point: where both
-// slide, the sum is what those two directions make. Catches an iteration that has not come to its end.
+// At the minimum, the impulse of each sliding wheel has its greatest value and points against the sliding of its
+// contact point. Where both wheels slide, the sum follows from these two directions. Catches an iteration that ends
+// too early.
 TEST(Physics, WheelImpulsesMeetTheConditionsOfTheMinimum) {
   constexpr double kDt_s = 0.5e-3;
   std::mt19937_64 engine(4);
   std::uniform_real_distribution<double> any(-1, 1);
   int both_slide = 0;
-  for (const double separation_m : {0.1, 0.3, 0.8, 4.0}) {  // of a body of radius 0.2 m
+  for (const double separation_m : {0.1, 0.3, 0.8, 4.0}) {  // for a body with a radius of 0.2 m
     const WheelFriction w{4, 4 * 0.04 / 2, separation_m, 12};
     for (int n = 0; n < 500; ++n) {
       const double range = std::pow(10, -2 + 2 * any(engine));
@@ -250,7 +255,7 @@ TEST(Physics, WheelImpulsesMeetTheConditionsOfTheMinimum) {
         expected.left_Ns -= w.most_N * kDt_s * left / slide_mps;
         expected.turn_Nms -= arm_m * w.most_N * kDt_s * ahead / slide_mps;
       }
-      if (slowest_mps < 1e-4) continue;  // one grips: its impulse is whatever holds it
+      if (slowest_mps < 1e-4) continue;  // one wheel grips: its impulse has any value that holds it
       ++both_slide;
       const double most_Ns = w.most_N * kDt_s;
       EXPECT_NEAR(p.ahead_Ns, expected.ahead_Ns, 1e-6 * most_Ns) << separation_m << " m, case " << n;
@@ -268,7 +273,7 @@ TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
   place.solids = {{"panel", Outline{{9, -5}, {9.002, -5}, {9.002, 5}, {9, 5}}}};
   World world = world_of(place, 15);
   RobotBody b = heavy({0, 0, 0.2});
-  b.physics->wheel_friction = 30;  // to be fast enough on a short way
+  b.physics->wheel_friction = 30;  // so that it is fast enough after a short distance
   const auto robot = *world.add_robot(b);
   world.command(robot, wheels(10));
   double fastest_mps = 0;
@@ -282,7 +287,7 @@ TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
   EXPECT_NEAR(world.turned(robot).left_rad, 10 / 0.05 * 4, 1e-6) << "the wheels turn as commanded, blocked or not";
 }
 
-TEST(Physics, ARobotPressedToAWallStaysAndLeavesWhenTold) {
+TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
   PlaceSettings place;
   place.walls = Walls{-2, 1, -2, 2};
   place.solids = {{"landmark red", Disc{{-1, 0}, 0.1}}};
@@ -305,7 +310,7 @@ TEST(Physics, ARobotPressedToAWallStaysAndLeavesWhenTold) {
   EXPECT_NEAR(world.pose(robot).x_m, -1 + 0.1 + kRadius_m, kGap_m);
 }
 
-// Along a wall at a slant: the wall's friction slows it, none of the wall's edges stops it.
+// The robot drives along a wall at an angle. The friction of the wall slows it, and no edge of the wall stops it.
 TEST(Physics, SlidesAlongAWallOfManyEdges) {
   PlaceSettings place;
   Outline jagged{{-5, 1.5}};
@@ -316,7 +321,7 @@ TEST(Physics, SlidesAlongAWallOfManyEdges) {
   RobotBody b = heavy({-3, 0.7, 0.25});
   b.physics->body_friction = 0.1;
   const auto robot = *world.add_robot(b);
-  // Wheels that want to go through the bench at a slant, for as long as the heading lasts.
+  // The wheels push the robot into the bench at an angle as long as its heading lasts.
   for (int i = 0; i < 30; ++i) {
     world.command(robot, wheels(0.5));
     world.step();
@@ -325,10 +330,11 @@ TEST(Physics, SlidesAlongAWallOfManyEdges) {
   EXPECT_GT(world.pose(robot).x_m, -3 + 0.5 * 2 * 0.8);
 }
 
-// Run into at a slant, on a floor without friction: along the line of centres it takes the thing's speed v_n at once,
-// across that Coulomb's impulse gives it mu v_n (sliding on, for less than the 1/3 that would make it stick), and spins
-// it by 2 mu v_n / R. Catches friction of the wrong size or side, and a wrong moment of inertia.
-TEST(Physics, FrictionOfTheBodyIsCoulombs) {
+// A moving thing hits the robot at an angle, on a floor without friction. Along the line of centres the robot takes the
+// thing's speed v_n at once. Across it, Coulomb's impulse gives the speed mu v_n (the contact slides, because this is
+// less than the 1/3 at which it would stick) and a spin of 2 mu v_n / R. Catches friction of the wrong size or
+// direction, and a wrong moment of inertia.
+TEST(Physics, FrictionOfTheBodyIsCoulombFriction) {
   PlaceSettings place;
   place.moving = {
       {"trolley", {{-1, 0.3}, {3, 0.3}}, 0.8, false, 0.3}};  // touches with the line of centres at -37 degrees
@@ -339,21 +345,21 @@ TEST(Physics, FrictionOfTheBodyIsCoulombs) {
   const auto robot = *world.add_robot(b);
   Velocity v{0, 0, 0};
   for (int i = 0; i < 4000 && v.speed_mps() < 0.1; ++i) v = step(world, robot);
-  v = step(world, robot);         // the touch may have come in the middle of a step
+  v = step(world, robot);         // the touch may have happened within a step
   constexpr double kAlong = 0.8;  // cos of the angle: centres 0.5 m apart, 0.3 m of that across
   constexpr double kAcross = -0.6;
   constexpr double kNormal_mps = 0.8 * kAlong;
-  constexpr double kTangent_mps = 0.12 * kNormal_mps;  // to where the thing's face moves: (0.6, 0.8)
+  constexpr double kTangent_mps = 0.12 * kNormal_mps;  // along the motion of the thing's face: (0.6, 0.8)
   // The line of centres turns by v h / 0.5 m in each of two steps.
   constexpr double kTolerance_mps = 0.8 * 2 * 2 * 0.8 * kStep_s / 0.5;
   EXPECT_NEAR(v.x_mps, kNormal_mps * kAlong - kTangent_mps * kAcross, kTolerance_mps);
   EXPECT_NEAR(v.y_mps, kNormal_mps * kAcross + kTangent_mps * kAlong, kTolerance_mps);
-  // The impulse acts on the side of the thing, to the left behind.
+  // The impulse acts on the side of the thing, which is at the left and behind.
   EXPECT_NEAR(v.turn_radps, -2 * kTangent_mps / kRadius_m, 2 * kTolerance_mps / kRadius_m);
 }
 
-// Restitution 0: one common speed along the line of centres, and what momentum was there is there, but for what the
-// floor takes in a step, mu m g h each.
+// With restitution 0 both robots get one common speed along the line of centres. The momentum is kept except for the
+// part that the floor takes in a step, mu m g h for each robot.
 TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
   World world = world_of(PlaceSettings{});
   RobotBody standing = heavy({3, 0.1, 0.4});
@@ -377,7 +383,7 @@ TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
     const Velocity nb{(pb.x_m - b_before.x_m) / kStep_s, (pb.y_m - b_before.y_m) / kStep_s, 0};
     if (nb.speed_mps() > 0.01) {
       met = true;
-      // Two steps: up to touching in the first, on together in the second.
+      // Two steps are compared: the robots touch in the first and move together in the second.
       const Pose2 a1 = pa;
       const Pose2 b1 = pb;
       world.step();
@@ -389,7 +395,7 @@ TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
       const double length_m = std::hypot(b1.x_m - a1.x_m, b1.y_m - a1.y_m);
       const double nx = (b1.x_m - a1.x_m) / length_m;
       const double ny = (b1.y_m - a1.y_m) / length_m;
-      // They neither bounce off nor sink in: within a step places turn the line of centres a little.
+      // They neither bounce off nor overlap. Within a step their motion turns the line of centres a little.
       EXPECT_NEAR((eb.x_mps - ea.x_mps) * nx + (eb.y_mps - ea.y_mps) * ny, 0, 0.01);
       EXPECT_LE(energy_J(ea) + energy_J(eb), energy_J(va) + energy_J(vb) + kMass_kg * 2.5 * kMost_mps2 * kStep_s);
       EXPECT_GT(eb.speed_mps(), 1);
@@ -400,11 +406,11 @@ TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
   EXPECT_TRUE(met);
 }
 
-// With locked wheels nothing puts energy in: it goes down at every step, through a crowd of collisions.
+// With locked wheels nothing adds energy. The energy falls in every step, through many collisions.
 TEST(Physics, EnergyNeverIncreases) {
   PlaceSettings place;
   place.walls = Walls{-2, 2, -1.2, 1.2};
-  place.solids = {{"pillar", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}};
+  place.solids = {{"landmark", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}};
   World world = world_of(place);
   std::vector<World::RobotId> robots;
   for (int i = 0; i < 4; ++i) {
@@ -429,7 +435,7 @@ TEST(Physics, EnergyNeverIncreases) {
                          wrap_angle(after.heading_rad - before[k].heading_rad) / kStep_s});
     }
     if (i == 0) first_J = now_J;
-    // Speeds from places of a few metres: eps x 2 m / 0.5 ms, times m v.
+    // Speeds are computed from coordinates of a few metres: eps x 2 m / 0.5 ms, times m v.
     ASSERT_LE(now_J, last_J + 1e-10) << "step " << i;
     last_J = now_J;
   }
@@ -447,12 +453,12 @@ TEST(Physics, AThingOnRailsPushesARobotAlong) {
     const Pose2 thing = world.moving_pose(0);
     ASSERT_GE(std::hypot(world.pose(robot).x_m - thing.x_m, world.pose(robot).y_m - thing.y_m), 0.5 - 1e-6);
   }
-  EXPECT_NEAR(world.moving_pose(0).x_m, 0.5, 1e-9) << "nothing holds what is on rails";
-  EXPECT_GT(world.pose(robot).x_m, 0.9) << "shoved aside at most a little";
+  EXPECT_NEAR(world.moving_pose(0).x_m, 0.5, 1e-9) << "nothing stops a thing on rails";
+  EXPECT_GT(world.pose(robot).x_m, 0.9) << "pushed aside by a small distance at most";
   EXPECT_EQ(world.contact(robot), "moving.trolley");
 }
 
-TEST(Physics, ARobotWithoutMassIsAWallToOneWithAndStopsAtIt) {
+TEST(Physics, ARobotWithoutMassActsAsAWallAndStopsAtOthers) {
   for (const bool heavy_drives : {true, false}) {
     World world = world_of(PlaceSettings{}, 15);
     RobotBody light = heavy({1, 0, kPi});
@@ -469,7 +475,7 @@ TEST(Physics, ARobotWithoutMassIsAWallToOneWithAndStopsAtIt) {
   }
 }
 
-TEST(Physics, AnAbandonedRobotStandsFast) {
+TEST(Physics, AnAbandonedRobotCannotBePushed) {
   World world = world_of(PlaceSettings{}, 15);
   RobotBody other = heavy({1, 0, 0});
   other.name = "robot.2";
@@ -491,7 +497,8 @@ TEST(Physics, PosesWithinTheStepLieOnThePath) {
   world.command(robot, wheels(0.5, 1));
   world.step();
   world.step();
-  // Gripping all along: half a step ago it was half an arc back, to second order of the engine's step.
+  // The wheels grip all the time. So half a step ago the robot was half an arc back, to second order of the engine's
+  // step.
   const Pose2 there = world.pose_before(robot, std::chrono::nanoseconds(125'300'000));
   const Pose2 back = advance(there, {0.5, 1}, 0.1253);
   EXPECT_NEAR(back.x_m, world.pose(robot).x_m, 1e-6);
@@ -517,7 +524,7 @@ Pose2 run_of(int steps) {
   return world.pose(a);
 }
 
-// Catches an engine that is closed under another world, and one that a second thread is not known to.
+// Catches an engine that is closed while another world uses it, and one that is not initialised for a second thread.
 TEST(Physics, WorldsOnOtherThreadsDoNotDisturbEachOther) {
   const Pose2 expected = run_of(40);
   std::vector<Pose2> ends(4);
@@ -531,7 +538,7 @@ TEST(Physics, WorldsOnOtherThreadsDoNotDisturbEachOther) {
   for (const Pose2& end : ends) EXPECT_EQ(end, expected);
 }
 
-// A world may be made on one thread, stepped on another and end on a third.
+// A world may be created on one thread, stepped on another and reset on a third.
 TEST(Physics, AWorldMayChangeThreads) {
   World world = world_of(PlaceSettings{}, 15);
   const auto robot = *world.add_robot(heavy({}));

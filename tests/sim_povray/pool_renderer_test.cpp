@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Held POV-Ray processes. With POV-Ray itself: a stand-in would only behave as we think it does.
-#include "drivers/sim_povray/render/pool_renderer.h"
+// Held POV-Ray processes. The tests use POV-Ray itself: an emulator would only repeat our assumptions about it.
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -42,7 +42,7 @@ class PoolRendererTest : public testing::Test {
   [[nodiscard]] bool scratch_is_empty() const { return std::filesystem::is_empty(scratch_.path()); }
   void TearDown() override {
     EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped";
-    EXPECT_TRUE(scratch_is_empty()) << "something was left on the disk";
+    EXPECT_TRUE(scratch_is_empty()) << "a file was left on the disk";
   }
 
   /// POV-Ray processes that work for this test: their command line names the scratch folder.
@@ -59,7 +59,7 @@ class PoolRendererTest : public testing::Test {
   TemporaryFolder scratch_;
 };
 
-constexpr const char* kHeld = "POV-Ray processes are held between pictures";
+constexpr const char* kHeld = "POV-Ray processes are held between images";
 
 // ---- the same pixels
 
@@ -75,43 +75,44 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 class SamePixels : public PoolRendererTest, public testing::WithParamInterface<Case> {};
 
-// Three pictures by each process, so that what one leaves behind would show in the next.
-TEST_P(SamePixels, AsOneProcessPerPicture) {
+// Each process renders three images, so that state which it carries from one to the next would show.
+TEST_P(SamePixels, AsOneProcessPerImage) {
   const Case& c = GetParam();
   View view(c.path, c.camera, c.width_px, c.width_px * 3 / 4, c.antialias);
-  Mould windowed = view.mould();
+  ViewTemplate windowed = view.view_template();
   windowed.window = c.window;
   view.set(windowed);
   const Povray povray(program(), c.path, kLong);
   PoolRenderer pool(povray, settings(1));
   ProcessRenderer one_by_one(povray, 3);
-  const auto got = pictures(pool, {view}, 3);
-  const auto expected = pictures(one_by_one, {view}, 3);
+  const auto got = images(pool, {view}, 3);
+  const auto expected = images(one_by_one, {view}, 3);
   ASSERT_EQ(pool.describe(), kHeld);
   for (std::size_t i = 0; i < got.size(); ++i) {
     ASSERT_TRUE(got[i]) << got[i].error().message;
     ASSERT_TRUE(expected[i]) << expected[i].error().message;
     EXPECT_TRUE(**got[i] == **expected[i]) << "pose " << i;
   }
-  EXPECT_FALSE(**got[0] == **got[1]) << "the pose does not reach the picture";
+  EXPECT_FALSE(**got[0] == **got[1]) << "the pose has no effect on the image";
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, SamePixels,
-                         testing::Values(Case{"lab", lab(), "lower", 160, 1, {}},
-                                         Case{"antialiased", scene("tiny.pov"), "upper", 160, 3, {}},
-                                         Case{"window", scene("tiny.pov"), "lower", 160, 1, Window{20, 140, 1, 118}},
-                                         Case{"area_light_with_jitter", scene("soft_shadow.pov"), "lower", 160, 1, {}},
-                                         Case{"radiosity_and_chance", scene("bounced_light.pov"), "lower", 96, 2, {}}),
-                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, SamePixels,
+    testing::Values(Case{"lab", lab(), "lower", 160, 1, {}},
+                    Case{"antialiased", scene("tiny.pov"), "upper", 160, 3, {}},
+                    Case{"window", scene("tiny.pov"), "lower", 160, 1, Window{20, 140, 1, 118}},
+                    Case{"area_light_with_jitter", scene("soft_shadow.pov"), "lower", 160, 1, {}},
+                    Case{"radiosity_and_random_numbers", scene("bounced_light.pov"), "lower", 96, 2, {}}),
+    [](const auto& test) { return test.param.name; });
 
 TEST_F(PoolRendererTest, OutsideTheWindowIsBlack) {
   View view(scene("tiny.pov"), "lower", 80, 60);
-  Mould mould = view.mould();
+  ViewTemplate view_template = view.view_template();
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
-  const auto whole = pictures(pool, {view}, 1);
-  mould.window = Window{10, 69, 4, 50};
-  view.set(mould);
-  const auto part = pictures(pool, {view}, 1);
+  const auto whole = images(pool, {view}, 1);
+  view_template.window = Window{10, 69, 4, 50};
+  view.set(view_template);
+  const auto part = images(pool, {view}, 1);
   ASSERT_TRUE(whole[0] && part[0]);
   for (int row = 0; row < 60; ++row) {
     for (int column = 0; column < 80; ++column) {
@@ -126,39 +127,39 @@ TEST_F(PoolRendererTest, OutsideTheWindowIsBlack) {
 
 // ---- how many processes
 
-TEST_F(PoolRendererTest, NothingIsStartedBeforeTheFirstPicture) {
+TEST_F(PoolRendererTest, NothingIsStartedBeforeTheFirstImage) {
   const PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
   EXPECT_EQ(pool.describe(), kHeld);
   EXPECT_TRUE(scratch_is_empty());
 }
 
-TEST_F(PoolRendererTest, OnePictureNowAndThenNeedsOneProcess) {
+TEST_F(PoolRendererTest, SingleImagesNeedOneProcess) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(ordered(pool, view.job(i)).get());
-    std::this_thread::sleep_for(600ms);  // POV-Ray is back at the door after 0.23 s
+    std::this_thread::sleep_for(600ms);  // POV-Ray waits for the next pose again after 0.23 s
   }
   EXPECT_EQ(held().size(), 1U);
 }
 
-TEST_F(PoolRendererTest, ManyPicturesGetAllProcessesAndTheViewsShareThem) {
+TEST_F(PoolRendererTest, ManyImagesGetAllProcessesAndTheViewsShareThem) {
   const std::vector<View> views{{scene("tiny.pov"), "lower", 32, 24}, {scene("tiny.pov"), "upper", 32, 24}};
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(4));
-  for (const auto& picture : pictures(pool, views, 8)) EXPECT_TRUE(picture);
+  for (const auto& image : images(pool, views, 8)) EXPECT_TRUE(image);
   EXPECT_EQ(held().size(), 4U);
 }
 
-// More moulds than processes: each gets its turn.
-TEST_F(PoolRendererTest, AProcessIsGivenUpForAnotherMould) {
+// There are more view templates than processes, and each must be rendered.
+TEST_F(PoolRendererTest, AProcessIsGivenUpForAnotherViewTemplate) {
   std::vector<View> views;
   for (int i = 0; i < 3; ++i) views.emplace_back(scene("tiny.pov"), "lower", 32 + i, 24);
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
-  for (const auto& picture : pictures(pool, views, 2)) EXPECT_TRUE(picture) << picture.error().message;
+  for (const auto& image : images(pool, views, 2)) EXPECT_TRUE(image) << image.error().message;
   EXPECT_LE(held().size(), 2U);
 }
 
-TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextPictureStartsAnother) {
+TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextImageStartsAnother) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   PoolSettings brief = settings(2);
   brief.idle = 100ms;
@@ -170,17 +171,17 @@ TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextPictureStartsAnother) {
 
 // ---- processes that misbehave
 
-TEST_F(PoolRendererTest, AKilledProcessCostsNoPicture) {
+TEST_F(PoolRendererTest, AKilledProcessCostsNoImage) {
   const View view(lab(), "lower", 160, 120);
   const Povray povray(program(), lab(), kLong);
   PoolRenderer pool(povray, settings(2));
   std::vector<std::future<ImageResult>> futures;
   for (int i = 0; i < 4; ++i) futures.push_back(ordered(pool, view.job(i)));
   ASSERT_TRUE(eventually([&] { return held().size() == 2; }));
-  std::this_thread::sleep_for(300ms);  // so that they draw; where they are does not matter to what is asked below
+  std::this_thread::sleep_for(300ms);  // so that they render; the exact moment does not matter for the checks below
   for (const pid_t pid : held()) ::kill(pid, SIGKILL);
   ProcessRenderer one_by_one(povray, 4);
-  const auto expected = pictures(one_by_one, {view}, 4);
+  const auto expected = images(one_by_one, {view}, 4);
   for (std::size_t i = 0; i < futures.size(); ++i) {
     const auto got = futures[i].get();
     ASSERT_TRUE(got) << got.error().message;
@@ -188,20 +189,20 @@ TEST_F(PoolRendererTest, AKilledProcessCostsNoPicture) {
   }
 }
 
-TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotTriedForEver) {
+TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotRetriedForever) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   PoolRenderer pool(
       Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kLong),
       settings(1));
-  const auto picture = ordered(pool, view.job(7)).get();
-  ASSERT_FALSE(picture);
-  EXPECT_EQ(picture.error().code, ErrorCode::kDisconnected);
-  EXPECT_EQ(picture.error().message, "frame 7: POV-Ray crashed (SIGSEGV)");
+  const auto image = ordered(pool, view.job(7)).get();
+  ASSERT_FALSE(image);
+  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(image.error().message, "frame 7: POV-Ray crashed (SIGSEGV)");
   EXPECT_EQ(read_file(folder_.path() / "begun"), "x\nx\nx\n");
 }
 
-// A door that was opened by force lets POV-Ray read an old pose: here the first process counts from another frame.
-TEST_F(PoolRendererTest, AStalePoseIsNotDrawn) {
+// A broken lease lets POV-Ray read an old pose: here the first process counts from another frame.
+TEST_F(PoolRendererTest, AnImageOfAnOldPoseIsNotReturned) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   const std::string script =
       folder_.script("povray", "if [ -e begun ]; then exec " + program() + " \"$@\"; fi; touch begun; exec " +
@@ -215,7 +216,7 @@ TEST_F(PoolRendererTest, AStalePoseIsNotDrawn) {
   EXPECT_TRUE(**got == **expected);
 }
 
-TEST_F(PoolRendererTest, MistakesInTheSceneReadAsWithOneProcessPerPicture) {
+TEST_F(PoolRendererTest, MistakesInTheSceneAreReportedAsWithOneProcessPerImage) {
   const std::string tiny = read_file(scene("tiny.pov"));
   const auto before = folder_.write("before.pov", "sphere { 0, Bogus }\n" + tiny);
   const auto after = folder_.write("after.pov", tiny + "\nsphere { 0, Bogus }\n");
@@ -226,7 +227,7 @@ TEST_F(PoolRendererTest, MistakesInTheSceneReadAsWithOneProcessPerPicture) {
     ProcessRenderer one_by_one(povray, 1);
     const auto expected = ordered(one_by_one, view.job(0)).get();
     ASSERT_FALSE(expected);
-    for (const auto& got : pictures(pool, {view}, 3)) {
+    for (const auto& got : images(pool, {view}, 3)) {
       ASSERT_FALSE(got);
       EXPECT_EQ(got.error().code, ErrorCode::kRefused);
       EXPECT_EQ(got.error().message, expected.error().message);
@@ -234,7 +235,7 @@ TEST_F(PoolRendererTest, MistakesInTheSceneReadAsWithOneProcessPerPicture) {
   }
 }
 
-TEST_F(PoolRendererTest, WhatTakesTooLongIsKilled) {
+TEST_F(PoolRendererTest, AProcessThatTakesTooLongIsKilled) {
   const std::string tiny = read_file(scene("tiny.pov"));
   const std::string endless = "#while (true) #end\n";
   for (const auto& path : {folder_.write("before.pov", endless + tiny), folder_.write("after.pov", tiny + endless)}) {
@@ -249,7 +250,7 @@ TEST_F(PoolRendererTest, WhatTakesTooLongIsKilled) {
 
 // ---- the end
 
-TEST_F(PoolRendererTest, ClosingAnswersWhatIsUnderWay) {
+TEST_F(PoolRendererTest, ClosingAnswersPendingJobs) {
   const View view(lab(), "lower", 640, 480);
   std::vector<std::future<ImageResult>> futures;
   {
@@ -259,10 +260,10 @@ TEST_F(PoolRendererTest, ClosingAnswersWhatIsUnderWay) {
   }
   for (auto& future : futures) {
     ASSERT_EQ(future.wait_for(0s), std::future_status::ready);
-    const auto picture = future.get();
-    if (picture) continue;  // finished in time
-    EXPECT_EQ(picture.error().code, ErrorCode::kDisconnected);
-    EXPECT_THAT(picture.error().message, HasSubstr("the simulation was closed before POV-Ray had"));
+    const auto image = future.get();
+    if (image) continue;  // finished in time
+    EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(image.error().message, HasSubstr("the simulation was closed before POV-Ray had"));
   }
 }
 
@@ -291,24 +292,24 @@ TEST_F(PoolRendererTest, KillingTheProgramLeavesNoProcessAndNoFolder) {
 
 // ---- where processes cannot be held
 
-TEST_F(PoolRendererTest, WithoutLeasesEachPictureHasItsProcess) {
+TEST_F(PoolRendererTest, WithoutLeasesEachImageHasItsProcess) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2), "no leases here");
   EXPECT_TRUE(ordered(pool, view.job(0)).get());
-  EXPECT_EQ(pool.describe(), "one POV-Ray process per picture: no leases here");
+  EXPECT_EQ(pool.describe(), "one POV-Ray process per image: no leases here");
 }
 
-TEST_F(PoolRendererTest, WithoutAScratchFolderEachPictureHasItsProcess) {
+TEST_F(PoolRendererTest, WithoutAScratchFolderEachImageHasItsProcess) {
   const View view(scene("tiny.pov"), "lower", 32, 24);
   PoolSettings nowhere = settings(2);
   nowhere.scratch_roots = {folder_.path() / "none"};
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), nowhere);
-  for (const auto& picture : pictures(pool, {view}, 3)) EXPECT_TRUE(picture);
-  EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per picture: no folder for pictures"));
+  for (const auto& image : images(pool, {view}, 3)) EXPECT_TRUE(image);
+  EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per image: no folder for images"));
 }
 
-// As a full disk: POV-Ray cannot write the picture. Nothing is lost.
-TEST_F(PoolRendererTest, WithoutRoomForAPictureEachHasItsProcess) {
+// POV-Ray cannot write the image, as on a full disk. No image is lost.
+TEST_F(PoolRendererTest, WithoutSpaceForAnImageEachHasItsProcess) {
   const View view(scene("tiny.pov"), "lower", 320, 240);
   rlimit old{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
@@ -316,23 +317,22 @@ TEST_F(PoolRendererTest, WithoutRoomForAPictureEachHasItsProcess) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &tight), 0);
   {
     PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
-    for (const auto& picture : pictures(pool, {view}, 3)) EXPECT_TRUE(picture) << picture.error().message;
-    EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per picture: POV-Ray cannot write to"));
+    for (const auto& image : images(pool, {view}, 3)) EXPECT_TRUE(image) << image.error().message;
+    EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per image: POV-Ray cannot write to"));
     EXPECT_TRUE(ordered(pool, view.job(3)).get());
   }
   ::setrlimit(RLIMIT_FSIZE, &old);
 }
 
-TEST_F(PoolRendererTest, AMouldThatMustNotBeHeldIsNot) {
+TEST_F(PoolRendererTest, AViewTemplateThatMustNotBeHeldGetsNoHeldProcess) {
   View view(scene("tiny.pov"), "lower", 32, 24);
-  Mould mould = view.mould();
-  mould.one_shot = "the scene says frame_number";
-  view.set(mould);
+  ViewTemplate view_template = view.view_template();
+  view_template.one_shot = "the scene says frame_number";
+  view.set(view_template);
   PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
   EXPECT_TRUE(ordered(pool, view.job(0)).get());
   EXPECT_TRUE(scratch_is_empty());
-  EXPECT_EQ(pool.describe(),
-            std::string(kHeld) + "; one POV-Ray process per picture where the scene says frame_number");
+  EXPECT_EQ(pool.describe(), std::string(kHeld) + "; one POV-Ray process per image where the scene says frame_number");
 }
 
 }  // namespace

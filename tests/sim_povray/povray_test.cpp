@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of POV-Ray, with shell scripts in its place that misbehave in every way we could think of.
-#include "drivers/sim_povray/render/povray.h"
+// One run of POV-Ray. Shell scripts replace POV-Ray and misbehave in many ways.
+#include "drivers/sim_povray/render/povray/povray.h"
 
 #include <filesystem>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/render/povray_answer.h"
+#include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -20,20 +20,20 @@ using testing::HasSubstr;
 constexpr auto kLong = 30s;
 constexpr auto kShort = 300ms;
 
-// A picture of 2 x 1 pixels.
-constexpr const char* kPicture = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
+// An image of 2 x 1 pixels.
+constexpr const char* kImage = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
 
 class PovrayTest : public testing::Test {
  protected:
-  /// What comes of a job when `commands` stand for POV-Ray.
+  /// Returns the result of a job for which `commands` replace POV-Ray.
   ImageResult render(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
     const Povray povray(folder_.script("povray", commands), folder_.path() / "lab.pov", timeout);
-    return povray.render(plain_picture("frame 12, view lower", "the scene", 2, 1, 1), -1);
+    return povray.render(plain_image("frame 12, view lower", "the scene", 2, 1, 1), -1);
   }
   Error error_of(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
     auto result = render(commands, timeout);
     if (result) {
-      ADD_FAILURE() << "a picture came of: " << commands;
+      ADD_FAILURE() << "an image resulted from: " << commands;
       return {ErrorCode::kInvalidState, ""};
     }
     return result.error();
@@ -45,14 +45,14 @@ class PovrayTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(PovrayTest, TakesThePicture) {
-  const auto image = render(kPicture);
+TEST_F(PovrayTest, ReturnsTheImage) {
+  const auto image = render(kImage);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(**image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
 }
 
-TEST_F(PovrayTest, GivesTheSceneInMemoryAndWorksInItsFolder) {
-  ASSERT_TRUE(render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kPicture)));
+TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
+  ASSERT_TRUE(render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kImage)));
   EXPECT_EQ(read_file(folder_.path() / "got"), "the scene");
   EXPECT_THAT(read_file(folder_.path() / "arguments"),
               AllOf(HasSubstr("+I/proc/self/fd/3"), HasSubstr("+W2 +H1"), HasSubstr("-A"), HasSubstr("+WT1")));
@@ -60,31 +60,32 @@ TEST_F(PovrayTest, GivesTheSceneInMemoryAndWorksInItsFolder) {
               AllOf(HasSubstr("LC_ALL=C"), HasSubstr("POVINI=/etc/povray/3.7/povray.ini")));
 }
 
-TEST_F(PovrayTest, ThePoseStandsInItsPlace) {
-  Mould mould;
-  mould.scene = "the scene";
-  mould.pose_offset = 3;
-  mould.width_px = 2;
-  mould.height_px = 1;
-  const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kPicture)),
+TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
+  ViewTemplate view_template;
+  view_template.scene = "the scene";
+  view_template.pose_offset = 3;
+  view_template.width_px = 2;
+  view_template.height_px = 1;
+  const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kImage)),
                       folder_.path() / "lab.pov", kLong);
-  ASSERT_TRUE(povray.render({"", std::make_shared<const Mould>(mould), "pose"}, -1));
+  ASSERT_TRUE(povray.render({"", std::make_shared<const ViewTemplate>(view_template), "pose"}, -1));
   EXPECT_EQ(read_file(folder_.path() / "got"), "the pose  scene");
 }
 
-TEST(PovrayArguments, SayWhatTheMouldSays) {
-  Mould mould;
-  mould.width_px = 20;
-  mould.height_px = 10;
-  EXPECT_THAT(povray_arguments(mould), testing::IsSupersetOf({"-A", "+Q9", "+BM2", "+W20", "+H10"}));
-  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains(HasSubstr("+SC"))));
-  mould.antialias = 4;
-  mould.quality = 3;
-  mould.window = Window{0, 18, 2, 9};
-  EXPECT_THAT(povray_arguments(mould), testing::IsSupersetOf({"+A0.03", "+AM1", "+R4", "-J", "+Q3", "+EC19", "+SR3"}));
-  // +SC1 would be all of the picture's width.
-  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains(testing::MatchesRegex("\\+(SC|ER).*"))));
-  EXPECT_THAT(povray_arguments(mould), testing::Not(testing::Contains("-A")));
+TEST(PovrayArguments, FollowTheViewTemplate) {
+  ViewTemplate view_template;
+  view_template.width_px = 20;
+  view_template.height_px = 10;
+  EXPECT_THAT(povray_arguments(view_template), testing::IsSupersetOf({"-A", "+Q9", "+BM2", "+W20", "+H10"}));
+  EXPECT_THAT(povray_arguments(view_template), testing::Not(testing::Contains(HasSubstr("+SC"))));
+  view_template.antialias = 4;
+  view_template.quality = 3;
+  view_template.window = Window{0, 18, 2, 9};
+  EXPECT_THAT(povray_arguments(view_template),
+              testing::IsSupersetOf({"+A0.03", "+AM1", "+R4", "-J", "+Q3", "+EC19", "+SR3"}));
+  // +SC1 would mean the whole width of the image.
+  EXPECT_THAT(povray_arguments(view_template), testing::Not(testing::Contains(testing::MatchesRegex("\\+(SC|ER).*"))));
+  EXPECT_THAT(povray_arguments(view_template), testing::Not(testing::Contains("-A")));
 }
 
 TEST_F(PovrayTest, ACrashNamesTheSignal) {
@@ -105,7 +106,7 @@ TEST_F(PovrayTest, ASilentFailure) {
   EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray stopped with exit status 1 and no message");
 }
 
-TEST_F(PovrayTest, AFailureOfAnotherKindGivesItsLastLine) {
+TEST_F(PovrayTest, AnotherFailureReportsItsLastLine) {
   const Error error = error_of("echo first >&2; printf 'no more room\\n\\n' >&2; exit 9");
   EXPECT_EQ(error.code, ErrorCode::kRefused);
   EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray stopped with exit status 9: no more room");
@@ -121,19 +122,19 @@ TEST_F(PovrayTest, AParseErrorIsOneLineWithTheScenesName) {
                                "found instead");
 }
 
-TEST_F(PovrayTest, ATruncatedPicture) {
+TEST_F(PovrayTest, ATruncatedImage) {
   const Error error = error_of("printf 'P6\\n2 1\\n255\\nabc'");
   EXPECT_EQ(error.code, ErrorCode::kBadData);
-  EXPECT_THAT(error.message, HasSubstr("frame 12, view lower: POV-Ray's picture: 3 bytes of pixels instead of 6"));
+  EXPECT_THAT(error.message, HasSubstr("frame 12, view lower: POV-Ray's image: 3 bytes of pixels instead of 6"));
 }
 
-TEST_F(PovrayTest, APictureOfAnotherSize) {
+TEST_F(PovrayTest, AnImageOfAnotherSize) {
   const Error error = error_of("printf 'P6\\n1 2\\n255\\nabcdef'");
   EXPECT_EQ(error.code, ErrorCode::kBadData);
   EXPECT_THAT(error.message, HasSubstr("1 x 2 pixels instead of 2 x 1"));
 }
 
-TEST_F(PovrayTest, NoPictureAtAll) { EXPECT_EQ(error_of("exit 0").code, ErrorCode::kBadData); }
+TEST_F(PovrayTest, NoImageAtAll) { EXPECT_EQ(error_of("exit 0").code, ErrorCode::kBadData); }
 
 TEST_F(PovrayTest, AHundredMegabytesOfMessages) {
   const Error error = error_of("head -c 100000000 /dev/zero | tr '\\0' x >&2; echo >&2; echo the end >&2; exit 1");
@@ -144,12 +145,12 @@ TEST_F(PovrayTest, AHundredMegabytesOfMessages) {
 TEST_F(PovrayTest, AFloodOnStandardOutput) {
   const Error error = error_of("cat /dev/zero");
   EXPECT_EQ(error.code, ErrorCode::kBadData);
-  EXPECT_THAT(error.message, HasSubstr("more than a picture of 2 x 1 pixels"));
+  EXPECT_THAT(error.message, HasSubstr("more than an image of 2 x 1 pixels"));
 }
 
-TEST_F(PovrayTest, AProgramThatWentAway) {
+TEST_F(PovrayTest, AMissingProgramIsReported) {
   const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kLong);
-  const auto result = povray.render(plain_picture("frame 12, view lower", "", 2, 1, 1), -1);
+  const auto result = povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));
@@ -157,7 +158,7 @@ TEST_F(PovrayTest, AProgramThatWentAway) {
 
 // ---- finding the program
 
-TEST(FindPovray, InThePathOrWhereItIsSaidToBe) {
+TEST(FindPovray, InPathOrAtAGivenPath) {
   const TemporaryFolder folder;
   const std::string program = folder.script("tracer", "");
   EXPECT_EQ(find_povray(program).value(), program);
@@ -174,7 +175,7 @@ TEST(FindPovray, InThePathOrWhereItIsSaidToBe) {
   EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
 }
 
-TEST(FindPovray, AFileThatIsNoProgram) {
+TEST(FindPovray, AFileThatIsNoProgramIsRefused) {
   const TemporaryFolder folder;
   const auto found = find_povray(folder.write("tracer", "text").string());
   ASSERT_FALSE(found);
@@ -182,7 +183,7 @@ TEST(FindPovray, AFileThatIsNoProgram) {
   EXPECT_FALSE(find_povray(folder.path().string())) << "a folder is executable, but no program";
 }
 
-// ---- the picture's format
+// ---- the image's format
 
 TEST(ParsePpm, HeadersOfEveryKind) {
   for (const char* header : {"P6\n2 1\n255\n", "P6 2 1 255 ", "P6\n# a comment 9 9\n2\n# another\n\n1\t255\r"}) {
@@ -192,7 +193,7 @@ TEST(ParsePpm, HeadersOfEveryKind) {
   }
 }
 
-TEST(ParsePpm, RefusesWhatIsNoWholePicture) {
+TEST(ParsePpm, RefusesIncompleteImages) {
   for (const char* bytes :
        {"", "P6", "P6\n2", "P6\n2 1\n255", "P6\n2 1\n255\nabcde", "P6\n2 1\n255\nabcdefg", "P5\n2 1\n255\nab",
         "P6\n-2 1\n255\nabcdef", "P6\n2 0\n255\n", "P6\n2 1\n65535\nabcdefabcdef", "P6\n2 x\n255\nabcdef",

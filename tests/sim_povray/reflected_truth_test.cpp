@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What POV-Ray says that a mirror shows, against the colours in the picture and against rays worked out by hand.
+// Compares the truth that POV-Ray renders with the colours in the image, and with rays that the test computes.
 #include "drivers/sim_povray/reflected_truth.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
@@ -22,11 +22,12 @@
 namespace twocone::sim_povray {
 namespace {
 
-// Levels of 16 bits over the lab's 5.2 m, of which a mirror that reflects 0.9 of a glow of 0.8 uses 47000: 0.11 mm
-// each, one and a half of them at most where three rounded levels make a position, in each of three axes.
+// Levels of 16 bits cover the lab's 5.2 m. A mirror that reflects 0.9 of an emission of 0.8 uses 47000 of them, so that
+// a level is 0.11 mm. Three rounded levels make a position, with an error of at most one and a half levels in each
+// axis.
 constexpr double kWithin_m = 0.0003;
-// Pixels whose centre sees the shell's edge but not the pillar's, or the other way: of a pillar's outline of a few
-// hundred pixels at 3 mm each, the shell's 0.1 mm covers some thirtieth.
+// Share of pixels whose centre sees the edge of the shell but not that of the landmark, or the reverse. A landmark's
+// outline has a few hundred pixels of 3 mm each, and the shell's 0.1 mm affects about a thirtieth of them.
 constexpr double kDifferent = 0.01;
 
 const std::filesystem::path kScenes = std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes";
@@ -34,23 +35,23 @@ const std::filesystem::path kScenes = std::filesystem::path(TWOCONE_SOURCE_DIR) 
 PlaceSettings place(const char* scene) {
   PlaceSettings settings;
   settings.scene = kScenes / scene;
-  settings.scene_paths = {kScenes};  // as their maps name the folder parts
+  settings.scene_paths = {kScenes};  // their maps name the folder `parts` in the same way
   settings.unit_m = 0.05;
   return settings;
 }
 
-/// The lab's pillars, as lab.pov has them; their colours as bits: 1 red, 2 green, 4 blue.
-const std::vector<TrueLandmark> kLabPillars{{"red", -2.45, -0.35, 0.15, 0.9},    {"green", -1.40, 1.95, 0.15, 0.9},
-                                            {"blue", 1.50, 1.95, 0.15, 0.9},     {"cyan", 2.45, 0.30, 0.15, 0.9},
-                                            {"magenta", 1.30, -1.95, 0.15, 0.9}, {"yellow", -1.50, -1.95, 0.15, 0.9}};
-const std::vector<TrueLandmark> kRoomPillars{{"red", -2.10, -0.40, 0.12, 0.8},    {"green", -1.20, 1.70, 0.12, 0.8},
-                                             {"blue", 1.10, 1.70, 0.12, 0.8},     {"cyan", 2.10, 0.30, 0.12, 0.8},
-                                             {"magenta", 1.40, -1.70, 0.12, 0.8}, {"yellow", -1.60, -1.70, 0.12, 0.8}};
+/// The landmarks of lab.pov, and in kColourBits their colours as bits: 1 red, 2 green, 4 blue.
+const std::vector<TrueLandmark> kLabLandmarks{{"red", -2.45, -0.35, 0.15, 0.9},    {"green", -1.40, 1.95, 0.15, 0.9},
+                                              {"blue", 1.50, 1.95, 0.15, 0.9},     {"cyan", 2.45, 0.30, 0.15, 0.9},
+                                              {"magenta", 1.30, -1.95, 0.15, 0.9}, {"yellow", -1.50, -1.95, 0.15, 0.9}};
+const std::vector<TrueLandmark> kRoomLandmarks{
+    {"red", -2.10, -0.40, 0.12, 0.8}, {"green", -1.20, 1.70, 0.12, 0.8},   {"blue", 1.10, 1.70, 0.12, 0.8},
+    {"cyan", 2.10, 0.30, 0.12, 0.8},  {"magenta", 1.40, -1.70, 0.12, 0.8}, {"yellow", -1.60, -1.70, 0.12, 0.8}};
 constexpr std::array<int, 6> kColourBits{1, 2, 4, 6, 5, 3};
 
-/// Which pillar's colour a pixel has: no light makes a surface of another saturation, and without anti-aliasing no
-/// pixel mixes two.
-std::optional<std::size_t> pillar_colour(const DeepImage& image, int column, int row) {
+/// Returns the index of the landmark whose colour a pixel has. Light does not change the saturation of a surface, and
+/// without anti-aliasing no pixel mixes two colours.
+std::optional<std::size_t> landmark_colour(const DeepImage& image, int column, int row) {
   const std::size_t at = (std::size_t(row) * std::size_t(image.width_px) + std::size_t(column)) * 3;
   const auto [least, greatest] = std::minmax({image.levels[at], image.levels[at + 1], image.levels[at + 2]});
   if (double(least) > 0.1 * double(greatest)) return std::nullopt;
@@ -61,7 +62,8 @@ std::optional<std::size_t> pillar_colour(const DeepImage& image, int column, int
   return std::size_t(found - kColourBits.begin());
 }
 
-/// Where a ray first meets an upright cylinder: horizontal distance from the axis of the body frame, and height.
+/// Returns where a ray first meets an upright cylinder: horizontal distance from the axis of the body frame, and
+/// height.
 std::optional<Eigen::Vector2d> meets(const vision::Ray& ray, const Eigen::Vector2d& centre_m, double radius_m,
                                      double top_m) {
   const Eigen::Vector2d from = ray.origin_m.head<2>() - centre_m;
@@ -103,25 +105,25 @@ class ReflectedTruthTest : public testing::TestWithParam<ConeCase> {
 
 INSTANTIATE_TEST_SUITE_P(
     Cones, ReflectedTruthTest,
-    testing::Values(ConeCase{"lab.pov", cone(std::numbers::pi / 2, 0.06, 0.12), &kLabPillars, {0.413, -0.287, 2.1}},
+    testing::Values(ConeCase{"lab.pov", cone(std::numbers::pi / 2, 0.06, 0.12), &kLabLandmarks, {0.413, -0.287, 2.1}},
                     ConeCase{"mirrors/cone120.pov",
                              cone(2 * std::numbers::pi / 3, 0.09, 0.04),
-                             &kRoomPillars,
+                             &kRoomLandmarks,
                              {-0.317, 0.229, -0.73}}),
     [](const auto& test) { return test.index == 0 ? "Lab" : "Cone120"; });
 
-// Catches a shell that is not where its pillar is, and a position that is read off wrongly: two ways to the same truth
-// that share nothing but the scene.
-TEST_P(ReflectedTruthTest, AgreesWithThePicturesColoursAndWithRays) {
+// Catches a shell that is not at the place of its landmark, and a position that is decoded wrongly: the two
+// computations of the truth share only the scene.
+TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   const ConeCase& c = GetParam();
   const auto settings = place(c.scene);
   const auto truth = reflected_truth(settings, {"robot", {}, c.pose}, view_, *c.landmarks);
   ASSERT_TRUE(truth) << truth.error().message;
-  std::map<std::pair<int, int>, std::size_t> told;
-  for (const TruePixel& pixel : *truth) told[{pixel.column_px, pixel.row_px}] = pixel.landmark;
-  ASSERT_EQ(told.size(), truth->size()) << "a pixel came twice";
+  std::map<std::pair<int, int>, std::size_t> known_pixels;
+  for (const TruePixel& pixel : *truth) known_pixels[{pixel.column_px, pixel.row_px}] = pixel.landmark;
+  ASSERT_EQ(known_pixels.size(), truth->size()) << "a pixel occurs twice";
 
-  // Colours, where the picture shows the mirror.
+  // Colours are compared where the image shows the mirror.
   const auto scene = Scene::read(settings.scene);
   ASSERT_TRUE(scene);
   const auto robot = scene->object("robot");
@@ -129,25 +131,25 @@ TEST_P(ReflectedTruthTest, AgreesWithThePicturesColoursAndWithRays) {
   ASSERT_TRUE(robot && camera);
   const auto motion = motion_between({}, c.pose);
   const Povray povray(*find_povray("povray"), settings.scene, std::chrono::minutes(1));
-  const auto picture = povray.render_deep(
-      "picture", scene->seen({{*robot, motion}}, {*camera, motion}, settings.unit_m), view_.width_px, view_.height_px);
-  ASSERT_TRUE(picture) << picture.error().message;
+  const auto image = povray.render_deep("image", scene->seen({{*robot, motion}}, {*camera, motion}, settings.unit_m),
+                                        view_.width_px, view_.height_px);
+  ASSERT_TRUE(image) << image.error().message;
   int coloured = 0;
   int different = 0;
   for (int row = 0; row < view_.height_px; ++row) {
     for (int column = 0; column < view_.width_px; ++column) {
       const Eigen::Vector2d offset = Eigen::Vector2d(column, row) - c.mirror.centre_px;
       if (offset.norm() > c.mirror.rim_radius_px) continue;
-      const auto seen = pillar_colour(*picture, column, row);
-      const auto known = told.find({column, row});
+      const auto seen = landmark_colour(*image, column, row);
+      const auto known = known_pixels.find({column, row});
       coloured += seen ? 1 : 0;
-      if (seen.has_value() != (known != told.end()) || (seen && *seen != known->second)) ++different;
+      if (seen.has_value() != (known != known_pixels.end()) || (seen && *seen != known->second)) ++different;
     }
   }
-  EXPECT_GE(coloured, 1000) << "six pillars fill more of the picture";
+  EXPECT_GE(coloured, 1000) << "six landmarks cover more of the image";
   EXPECT_LE(different, kDifferent * coloured);
 
-  // Rays.
+  // Rays are compared for every pixel of the truth.
   const vision::MirrorView mirror(c.mirror);
   int compared = 0;
   double worst_m = 0;
@@ -162,7 +164,7 @@ TEST_P(ReflectedTruthTest, AgreesWithThePicturesColoursAndWithRays) {
     const auto met = meets(*ray, centre_m, landmark.radius_m, landmark.top_m);
     if (!met) continue;  // the shell's own edge
     const double off_m = std::hypot(met->x() - pixel.distance_m, met->y() - pixel.height_m);
-    // Where the ray grazes the pillar, the shell's 0.1 mm is met that much earlier: sqrt(2 * 0.15 m * 0.1 mm) = 5 mm.
+    // A grazing ray meets the shell of 0.1 mm earlier than the landmark, by sqrt(2 * 0.15 m * 0.1 mm) = 5 mm.
     const auto outer = meets(*ray, centre_m, landmark.radius_m + 1e-4, landmark.top_m + 1e-4);
     ASSERT_TRUE(outer);
     const double off_shell_m = std::hypot(outer->x() - pixel.distance_m, outer->y() - pixel.height_m);
@@ -172,22 +174,22 @@ TEST_P(ReflectedTruthTest, AgreesWithThePicturesColoursAndWithRays) {
     ++compared;
   }
   EXPECT_GE(compared, 0.98 * double(truth->size()));
-  fmt::print("{}: {} coloured pixels, {} told differently; {} rays compared, worst {:.3f} mm\n", c.scene, coloured,
-             different, compared, worst_m * 1000);
+  fmt::print("{}: {} coloured pixels, {} different; {} rays compared, worst {:.3f} mm\n", c.scene, coloured, different,
+             compared, worst_m * 1000);
 }
 
-// The hyperbolic mirror of the vision against POV-Ray's: within a pixel is what is asked for; no raster is between
-// them, since the truth is that of the pixel's centre.
+// Compares the hyperbolic mirror of the vision code with that of POV-Ray. The requirement is one pixel. No raster
+// limits the comparison, because the truth is that of the pixel's centre.
 TEST(ReflectedTruth, AgreesWithTheHyperboloidsProjection) {
-  // The truth's 0.3 mm at 1.2 m, seen by a picture of 118 px for the rim's slope of 0.68.
+  // The truth's error of 0.3 mm at 1.2 m, in an image with 118 px for the rim's slope of 0.68.
   constexpr double kWithin_px = 0.0003 / 1.2 * 118 / 0.68;
-  // As mirrors/hyperboloid.pov has them.
+  // These are the values of mirrors/hyperboloid.pov.
   const vision::HyperboloidMirror mirror({.half_axis_m = 0.03, .half_focal_m = 0.05, .rim_radius_m = 0.08});
   constexpr double kRim_px = 118;
   constexpr double kLensHeight_m = 0.25;
   const Pose2 pose{0.211, -0.347, 0.9};
   const auto truth =
-      reflected_truth(place("mirrors/hyperboloid.pov"), {"robot", {}, pose}, {"lower", 320, 240}, kRoomPillars);
+      reflected_truth(place("mirrors/hyperboloid.pov"), {"robot", {}, pose}, {"lower", 320, 240}, kRoomLandmarks);
   ASSERT_TRUE(truth) << truth.error().message;
   EXPECT_GE(truth->size(), 1000U);
   double worst_px = 0;
@@ -195,7 +197,7 @@ TEST(ReflectedTruth, AgreesWithTheHyperboloidsProjection) {
     const auto slope = mirror.slope(pixel.distance_m, pixel.height_m - kLensHeight_m);
     const double radius_px = std::hypot(pixel.column_px - 159.5, pixel.row_px - 119.5);
     if (!slope) {
-      EXPECT_GT(radius_px, kRim_px - 1) << "only the rim's outermost pixels";
+      EXPECT_GT(radius_px, kRim_px - 1) << "only the outermost pixels of the rim";
       continue;
     }
     worst_px = std::max(worst_px, std::abs(*slope / mirror.rim_slope() * kRim_px - radius_px));
@@ -204,14 +206,14 @@ TEST(ReflectedTruth, AgreesWithTheHyperboloidsProjection) {
   fmt::print("{} pixels, worst {:.3f} px\n", truth->size(), worst_px);
 }
 
-// Catches a view that takes the other robots and what moves where the scene shows them.
-TEST(ReflectedTruth, TakesWhatElseMovesAsItStandsNow) {
+// Catches a view that takes other robots and moving things at their places in the scene file.
+TEST(ReflectedTruth, TakesMovingThingsAtTheirPresentPoses) {
   const auto settings = place("pair/pair.pov");
   const Pose2 first{-0.80, -0.45, 17 * std::numbers::pi / 180};
   const Pose2 trolley{-0.90, 1.10, 0};
-  const Pose2 before_red{-1.60, -0.42, 1.3};  // between robot 1 and the red pillar
+  const Pose2 before_red{-1.60, -0.42, 1.3};  // between robot 1 and the red landmark
   const auto pixels_of_red = [&](const Pose2& trolley_now) {
-    const auto truth = reflected_truth(settings, {"robot.1", first, first}, {"lower.1", 160, 120}, kRoomPillars,
+    const auto truth = reflected_truth(settings, {"robot.1", first, first}, {"lower.1", 160, 120}, kRoomLandmarks,
                                        {{"moving.trolley", trolley, trolley_now}});
     EXPECT_TRUE(truth) << truth.error().message;
     return std::count_if(truth->begin(), truth->end(), [](const TruePixel& pixel) { return pixel.landmark == 0; });
@@ -228,16 +230,16 @@ TEST(ReflectedTruth, NoLandmarksNeedNoRendering) {
   EXPECT_TRUE(truth->empty());
 }
 
-TEST(ReflectedTruth, SaysWhatTheSceneLacks) {
+TEST(ReflectedTruth, ReportsWhatTheSceneLacks) {
   const auto without = [](const std::string& robot, const std::string& camera) {
-    const auto truth = reflected_truth(place("lab.pov"), {robot, {}, {}}, {camera, 320, 240}, kLabPillars);
+    const auto truth = reflected_truth(place("lab.pov"), {robot, {}, {}}, {camera, 320, 240}, kLabLandmarks);
     return truth ? std::string() : truth.error().message;
   };
   EXPECT_THAT(without("robot.3", "lower"), testing::HasSubstr("no object 'robot.3'"));
   EXPECT_THAT(without("robot", "lower.3"), testing::HasSubstr("no camera 'lower.3'"));
 }
 
-TEST(ReflectedTruth, RefusesArgumentsNamingAllThatAreWrong) {
+TEST(ReflectedTruth, NamesEveryBadArgument) {
   auto settings = place("lab.pov");
   settings.unit_m = -0.05;
   try {
@@ -252,8 +254,8 @@ TEST(ReflectedTruth, RefusesArgumentsNamingAllThatAreWrong) {
   }
 }
 
-// Catches bytes taken in the machine's order instead of the format's.
-TEST(ReflectedTruth, DeepPicturesAreBigEndian) {
+// Catches bytes that are read in the machine's order instead of that of the format.
+TEST(ReflectedTruth, DeepImagesAreBigEndian) {
   using namespace std::string_literals;
   const auto image = parse_deep_ppm("P6\n1 1\n65535\n\x01\x02\xff\xfe\x00\x80"s);
   ASSERT_TRUE(image) << image.error().message;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// POV-Ray itself behind the HAL. Fails where it is not installed: `apt install povray`.
+// These tests run POV-Ray itself behind the HAL. They fail where it is not installed: `apt install povray`.
 #include <sys/wait.h>
 
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-// One picture takes 0.7 s, mostly asleep; a loaded machine many times that.
+// One image takes 0.7 s, in which POV-Ray mostly sleeps; on a loaded machine it takes many times that.
 constexpr auto kLong = 60s;
 constexpr double kUnit_m = 0.05;
 
@@ -29,11 +29,11 @@ std::filesystem::path scene(const std::string& name) {
 
 struct Settings {
   PlaceSettings place;
-  SeatSettings seat;
+  SessionSettings session;
 };
 
 std::unique_ptr<Simulation> opened(const Settings& settings) {
-  auto simulation = Simulation::open(settings.place, settings.seat);
+  auto simulation = Simulation::open(settings.place, settings.session);
   if (!simulation) throw std::runtime_error(simulation.error().message);
   return std::move(*simulation);
 }
@@ -58,25 +58,25 @@ Image pixels(const Frame& frame) {
   return **image;
 }
 
-/// The first picture of a scene's lower camera.
-ImageResult first_picture(const std::filesystem::path& path, const CameraSettings& size = {32, 24, 15}) {
+/// Returns the first image of a scene's lower camera.
+ImageResult first_image(const std::filesystem::path& path, const CameraSettings& size = {32, 24, 15}) {
   Settings settings;
   settings.place.scene = path;
-  auto simulation = Simulation::open(settings.place, settings.seat);
+  auto simulation = Simulation::open(settings.place, settings.session);
   if (!simulation) return simulation.error();
   return grabbed(*streaming(**simulation, {"lower", 1, {}}, size)).image(kLong);
 }
 
 // ---- the same pixels
 
-/// A short run: all pictures, both views in turn.
+/// Returns all images of a short run, both views in turn.
 std::vector<Image> run(int processes, int run_ahead_frames) {
   Settings settings;
   settings.place.scene = scene("tiny.pov");
-  settings.seat.body.wheels.slip = 0.05;
-  settings.seat.body.seed = 3;
+  settings.session.body.wheels.slip = 0.05;
+  settings.session.body.seed = 3;
   settings.place.render.processes = processes;
-  settings.seat.run_ahead_frames = run_ahead_frames;
+  settings.session.run_ahead_frames = run_ahead_frames;
   const auto simulation = opened(settings);
   auto lower = streaming(*simulation, {"lower", 1, {}}, {64, 48, 15});
   auto upper = streaming(*simulation, {"upper", 2, {}}, {64, 48, 15});
@@ -92,16 +92,16 @@ std::vector<Image> run(int processes, int run_ahead_frames) {
   return images;
 }
 
-TEST(RenderTest, PixelsDoNotDependOnHowTheyWereRendered) {
+TEST(RenderTest, PixelsDoNotDependOnTheWayOfRendering) {
   const auto one_by_one = run(1, 1);
   const auto ahead = run(4, 6);
   ASSERT_EQ(one_by_one.size(), ahead.size());
-  for (std::size_t i = 0; i < ahead.size(); ++i) EXPECT_TRUE(one_by_one[i] == ahead[i]) << "picture " << i;
+  for (std::size_t i = 0; i < ahead.size(); ++i) EXPECT_TRUE(one_by_one[i] == ahead[i]) << "image " << i;
   EXPECT_FALSE(ahead[0] == ahead[2]) << "the robot does not move";
-  EXPECT_FALSE(ahead[0] == ahead[1]) << "the two views are one";
+  EXPECT_FALSE(ahead[0] == ahead[1]) << "the two views are the same";
 }
 
-TEST(RenderTest, AStampOnePeriodLateShowsThePreviousPicture) {
+TEST(RenderTest, AStampOnePeriodLateShowsThePreviousImage) {
   Settings settings;
   settings.place.scene = scene("tiny.pov");
   const auto simulation = opened(settings);
@@ -118,38 +118,37 @@ TEST(RenderTest, AStampOnePeriodLateShowsThePreviousPicture) {
     then.push_back(grabbed(*late));
     EXPECT_EQ(then.back().header().captured.since_zero, now.back().header().captured.since_zero);
   }
-  EXPECT_TRUE(pixels(then[0]) == pixels(now[0])) << "before the beginning it stands";
+  EXPECT_TRUE(pixels(then[0]) == pixels(now[0])) << "before time 0 the robot stands";
   for (std::size_t i = 1; i < now.size(); ++i) {
-    EXPECT_TRUE(pixels(then[i]) == pixels(now[i - 1])) << "picture " << i;
-    EXPECT_FALSE(pixels(then[i]) == pixels(now[i])) << "picture " << i << ": the robot does not move";
+    EXPECT_TRUE(pixels(then[i]) == pixels(now[i - 1])) << "image " << i;
+    EXPECT_FALSE(pixels(then[i]) == pixels(now[i])) << "image " << i << ": the robot does not move";
   }
 }
 
-TEST(RenderTest, SoftShadowsRepeatToo) {
-  // Threads would share out blocks of 32 x 32 pixels: here are 35.
+TEST(RenderTest, SoftShadowsAreReproducible) {
+  // Threads would share blocks of 32 x 32 pixels; this image has 35 of them.
   constexpr CameraSettings kManyBlocks{200, 150, 15};
-  const auto first = first_picture(scene("soft_shadow.pov"), kManyBlocks);
-  const auto second = first_picture(scene("soft_shadow.pov"), kManyBlocks);
+  const auto first = first_image(scene("soft_shadow.pov"), kManyBlocks);
+  const auto second = first_image(scene("soft_shadow.pov"), kManyBlocks);
   ASSERT_TRUE(first) << first.error().message;
   ASSERT_TRUE(second) << second.error().message;
   EXPECT_TRUE(**first == **second);
 }
 
-// Catches a picture that depends on who is logged in: POV-Ray takes defaults from ./povray.ini, the home folder and
-// POVINI.
-TEST(RenderTest, NobodysSettingsChangeThePicture) {
+// Catches an image that depends on the user: POV-Ray takes defaults from ./povray.ini, the home folder and POVINI.
+TEST(RenderTest, SettingsOfTheUserDoNotChangeTheImage) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(scene("tiny.pov"), folder.path() / "tiny.pov");
   std::filesystem::create_directories(folder.path() / ".povray/3.7");
   for (const char* name : {"povray.ini", ".povray/3.7/povray.ini", "mine.ini"}) {
     (void)folder.write(name, "Antialias=On\nQuality=0\nStart_Row=5\n");
   }
-  const auto expected = first_picture(scene("tiny.pov"));
+  const auto expected = first_image(scene("tiny.pov"));
   const std::optional<std::string> home =
       ::getenv("HOME") == nullptr ? std::nullopt : std::optional<std::string>(::getenv("HOME"));
   ::setenv("HOME", folder.path().c_str(), 1);
   ::setenv("POVINI", (folder.path() / "mine.ini").c_str(), 1);
-  const auto got = first_picture(folder.path() / "tiny.pov");
+  const auto got = first_image(folder.path() / "tiny.pov");
   ::unsetenv("POVINI");
   home ? ::setenv("HOME", home->c_str(), 1) : ::unsetenv("HOME");
   ASSERT_TRUE(expected) << expected.error().message;
@@ -171,46 +170,46 @@ TEST(RenderTest, TheSceneIsReadOnce) {
 
 TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
   const auto path = scene("syntax_error.pov");
-  const auto image = first_picture(path);
+  const auto image = first_image(path);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kRefused);
   EXPECT_EQ(image.error().message,
             path.string() + ":10: POV-Ray: Parse Error: Expected '>', undeclared identifier 'Bogus' found instead");
 }
 
-TEST(RenderTest, MistakesInOtherFilesAreNamedThere) {
+TEST(RenderTest, MistakesInIncludedFilesAreNamedThere) {
   const TemporaryFolder folder;
   const std::string robot = read_file(scene("tiny.pov"));
   (void)folder.write("parts.inc", "\n\nsphere { 0, Nothing }\n");
-  const auto in_include = first_picture(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
+  const auto in_include = first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
   ASSERT_FALSE(in_include);
   EXPECT_EQ(in_include.error().code, ErrorCode::kRefused);
   EXPECT_THAT(in_include.error().message, testing::StartsWith("parts.inc:3: POV-Ray: Parse Error: "));
 
   const auto missing =
-      first_picture(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot));
+      first_image(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kRefused);
   EXPECT_THAT(missing.error().message,
               HasSubstr("b.pov:2: POV-Ray: Possible Parse Error: Cannot find file 'none.png'"));
 }
 
-// `#declare H = 5` without its semicolon, which version 3.1 allows, right before the camera that gets a directive in
-// front: POV-Ray must still know H.
+// Version 3.1 allows `#declare H = 5` without a semicolon. Here it stands directly before the camera, in front of which
+// the program inserts a directive. POV-Ray must still parse H.
 TEST(RenderTest, OldScenesWithoutSemicolonsWork) {
   const TemporaryFolder folder;
-  const auto image = first_picture(folder.write("old.pov",
-                                                "#version 3.1;\nunion { //*PMName robot\n sphere { 0, 1 } }\n#declare "
-                                                "H = 5\ncamera { //*PMName lower\n location <0, H, 0> look_at z }\n"));
+  const auto image = first_image(folder.write("old.pov",
+                                              "#version 3.1;\nunion { //*PMName robot\n sphere { 0, 1 } }\n#declare "
+                                              "H = 5\ncamera { //*PMName lower\n location <0, H, 0> look_at z }\n"));
   EXPECT_TRUE(image) << image.error().message;
 }
 
-TEST(RenderTest, ScenesAsEditorsWriteThem) {
+TEST(RenderTest, ByteOrderMarkAndDosLineEndsAreAccepted) {
   const TemporaryFolder folder;
   std::string text = read_file(scene("tiny.pov"));
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
-  const auto expected = first_picture(scene("tiny.pov"));
-  const auto got = first_picture(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A"));
+  const auto expected = first_image(scene("tiny.pov"));
+  const auto got = first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A"));
   ASSERT_TRUE(got) << got.error().message;
   EXPECT_TRUE(**got == **expected);
 }
@@ -222,7 +221,7 @@ struct Pixel {
   double row_px = 0;
 };
 
-/// Middle of all pixels of one colour.
+/// Returns the centroid of all pixels of one colour.
 std::optional<Pixel> middle_of(const Image& image, std::array<int, 3> colour) {
   Pixel sum;
   int count = 0;
@@ -245,16 +244,16 @@ constexpr std::array<int, 3> kBlue{0, 0, 255};
 constexpr std::array<int, 3> kYellow{255, 255, 0};
 constexpr std::array<int, 3> kMagenta{255, 0, 255};
 
-// A disc of radius r pixels has 2 pi r pixels on its edge. Each is in or out by its centre, an error of 0.29 px^2 rms
-// with the arm r / sqrt 2, over an area of pi r^2: that moves the disc's middle by 0.164 / sqrt(r) px rms. Four times
-// that, for r >= 7.
+// A disc of radius r pixels has 2 pi r pixels on its edge. Each pixel belongs to the disc if its centre does, which is
+// an error of 0.29 px^2 rms with the lever arm r / sqrt 2, over an area of pi r^2. So the disc's centroid moves by
+// 0.164 / sqrt(r) px rms. The tolerance is four times that, for r >= 7.
 constexpr double kMiddle_px = 4 * 0.164 / 2.645;
 
-TEST(RenderTest, MarksAppearWhereTheGeometrySays) {
+TEST(RenderTest, MarksAppearAtTheComputedPlaces) {
   Settings settings;
   settings.place.scene = scene("marks.pov");
-  settings.seat.body.start = {0.31, -0.47, 0.83};
-  settings.seat.drive.max_speed_radps = 100;
+  settings.session.body.start = {0.31, -0.47, 0.83};
+  settings.session.drive.max_speed_radps = 100;
   const auto simulation = opened(settings);
   constexpr int kWidth_px = 320;
   constexpr int kHeight_px = 240;
@@ -289,35 +288,35 @@ TEST(RenderTest, MarksAppearWhereTheGeometrySays) {
     EXPECT_NEAR(red_seen->column_px, red.column_px, kMiddle_px) << "frame " << i;
     EXPECT_NEAR(red_seen->row_px, red.row_px, kMiddle_px) << "frame " << i;
     columns_px.push_back(red.column_px);
-    // What rides on the robot keeps its place in the robot's camera.
+    // A mark on the robot keeps its place in the robot's camera.
     const Pixel blue = seen_at(0.9, 0, 0.25, 0.03);
     const auto blue_seen = middle_of(image, kBlue);
     ASSERT_TRUE(blue_seen) << "frame " << i;
     EXPECT_NEAR(blue_seen->column_px, blue.column_px, kMiddle_px) << "frame " << i;
     EXPECT_NEAR(blue_seen->row_px, blue.row_px, kMiddle_px) << "frame " << i;
   }
-  // The poses are different enough for a picture of the wrong one to fail above.
+  // The poses differ enough that an image of a wrong pose fails the checks above.
   for (std::size_t i = 1; i < columns_px.size(); ++i) EXPECT_GT(std::abs(columns_px[i] - columns_px[i - 1]), 2) << i;
 }
 
-// Catches every mirrored or turned map: no two marks may change places.
+// Catches a mirrored or rotated map, in which marks would change places.
 TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   const OverheadView view{-2.5, 1.7, -1.9, 1.6, 1.0, 210};
   const auto image = render_overhead(scene("marks.pov"), kUnit_m, view, {});
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->width_px, 210);
-  EXPECT_EQ(image->height_px, 175) << "50 pixels a metre both ways";
+  EXPECT_EQ(image->height_px, 175) << "50 pixels per metre in both directions";
   const auto expect_at = [&](std::array<int, 3> colour, double x_m, double y_m, const char* name) {
     const auto middle = middle_of(*image, colour);
     ASSERT_TRUE(middle) << name;
-    // Edges fall on pixel borders to half a pixel.
+    // Edges agree with pixel borders within half a pixel.
     EXPECT_NEAR(middle->column_px, (x_m + 2.5) * 50 - 0.5, 0.5) << name;
     EXPECT_NEAR(middle->row_px, (1.6 - y_m) * 50 - 0.5, 0.5) << name;
   };
   expect_at(kGreen, -2.0, -1.2, "green box");
   expect_at(kMagenta, 1.1, -1.2, "magenta box");
   expect_at(kBlue, 0.31 + 0.9 * std::cos(0.83), -0.47 + 0.9 * std::sin(0.83),
-            "the robot's mark, where the scene shows it");
+            "the robot's mark at its place in the scene file");
   EXPECT_FALSE(middle_of(*image, kYellow)) << "it is above height_m";
 }
 
@@ -373,7 +372,7 @@ TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
 }
 
-// Catches a POV-Ray that goes on computing after its program was killed and could tidy up nothing.
+// Catches a POV-Ray process that continues after its program was killed and could not clean up.
 TEST(RenderTest, KillingTheProgramKillsItsPovRay) {
   const TemporaryFolder folder;
   Settings settings;

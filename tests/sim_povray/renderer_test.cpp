@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/process_renderer.h"
+#include "drivers/sim_povray/render/povray/process_renderer.h"
 
 #include <chrono>
 
@@ -16,52 +16,51 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLong = 30s;
-constexpr const char* kPicture = "printf 'P6 1 1 255\\nabc'";
+constexpr const char* kImage = "printf 'P6 1 1 255\\nabc'";
 
 class RendererTest : public testing::Test {
  protected:
   [[nodiscard]] Povray povray(const std::string& commands) const {
     return {folder_.script("povray", commands), folder_.path() / "lab.pov", kLong};
   }
-  static RenderJob job(const std::string& scene) { return plain_picture("frame 0, view lower", scene, 1, 1, 1); }
+  static RenderJob job(const std::string& scene) { return plain_image("frame 0, view lower", scene, 1, 1, 1); }
   void TearDown() override { EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped"; }
 
   TemporaryFolder folder_;
 };
 
 TEST_F(RendererTest, OneProcessWorksInOrder) {
-  ProcessRenderer renderer(povray("cat /proc/self/fd/3 >> order; " + std::string(kPicture)), 1);
-  std::vector<std::future<ImageResult>> pictures;
-  for (int i = 0; i < 9; ++i) pictures.push_back(ordered(renderer, job(std::to_string(i))));
-  for (auto& picture : pictures) EXPECT_TRUE(picture.get());
+  ProcessRenderer renderer(povray("cat /proc/self/fd/3 >> order; " + std::string(kImage)), 1);
+  std::vector<std::future<ImageResult>> images;
+  for (int i = 0; i < 9; ++i) images.push_back(ordered(renderer, job(std::to_string(i))));
+  for (auto& image : images) EXPECT_TRUE(image.get());
   EXPECT_EQ(read_file(folder_.path() / "order"), "012345678");
 }
 
-// Each script waits until three have begun: with fewer at one time, none would end.
+// Each script waits until three have started; if fewer ran at once, none would end.
 TEST_F(RendererTest, SeveralProcessesWorkAtOneTime) {
   ProcessRenderer renderer(
-      povray("touch begun.$$; while [ $(ls begun.* | wc -l) -lt 3 ]; do sleep 0.01; done; " + std::string(kPicture)),
-      3);
-  std::vector<std::future<ImageResult>> pictures;
-  for (int i = 0; i < 3; ++i) pictures.push_back(ordered(renderer, job("")));
-  for (auto& picture : pictures) EXPECT_TRUE(picture.get());
+      povray("touch begun.$$; while [ $(ls begun.* | wc -l) -lt 3 ]; do sleep 0.01; done; " + std::string(kImage)), 3);
+  std::vector<std::future<ImageResult>> images;
+  for (int i = 0; i < 3; ++i) images.push_back(ordered(renderer, job("")));
+  for (auto& image : images) EXPECT_TRUE(image.get());
 }
 
-TEST_F(RendererTest, AFailedPictureDoesNotHinderTheNext) {
-  ProcessRenderer renderer(povray("grep -q bad /proc/self/fd/3 && exit 1; " + std::string(kPicture)), 1);
+TEST_F(RendererTest, AFailedImageDoesNotAffectTheNext) {
+  ProcessRenderer renderer(povray("grep -q bad /proc/self/fd/3 && exit 1; " + std::string(kImage)), 1);
   auto bad = ordered(renderer, job("bad"));
   auto good = ordered(renderer, job("good"));
   EXPECT_FALSE(bad.get());
   EXPECT_TRUE(good.get());
 }
 
-// Catches a promise that is dropped (std::future_error in whoever waits) and a process that lives on.
-TEST_F(RendererTest, ClosingKillsWhatRunsAndAnswersWhatWaits) {
-  std::vector<std::future<ImageResult>> pictures;
+// Catches a promise that is dropped (the waiting thread gets std::future_error) and a process that continues to run.
+TEST_F(RendererTest, ClosingKillsProcessesAndAnswersWaitingJobs) {
+  std::vector<std::future<ImageResult>> images;
   const auto begin = std::chrono::steady_clock::now();
   {
     ProcessRenderer renderer(povray("touch begun.$$; exec sleep 1000"), 2);
-    for (int i = 0; i < 5; ++i) pictures.push_back(ordered(renderer, job("")));
+    for (int i = 0; i < 5; ++i) images.push_back(ordered(renderer, job("")));
     ASSERT_TRUE(eventually([&] {
       int begun = 0;
       for (const auto& file : std::filesystem::directory_iterator(folder_.path())) {
@@ -71,9 +70,9 @@ TEST_F(RendererTest, ClosingKillsWhatRunsAndAnswersWhatWaits) {
     }));
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong);
-  for (auto& picture : pictures) {
-    ASSERT_EQ(picture.wait_for(0s), std::future_status::ready);
-    const ImageResult result = picture.get();
+  for (auto& image : images) {
+    ASSERT_EQ(image.wait_for(0s), std::future_status::ready);
+    const ImageResult result = image.get();
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::kDisconnected);
     EXPECT_THAT(result.error().message, testing::HasSubstr("frame 0, view lower: the simulation was closed"));

@@ -31,8 +31,8 @@ SceneCalls calls_of(std::string_view text, const Files& files = {}) {
   });
 }
 
-/// `FILE:LINE WORD` of each.
-std::vector<std::string> told(std::string_view text, const Files& files = {}) {
+/// Returns `FILE:LINE WORD` of each call.
+std::vector<std::string> words_of(std::string_view text, const Files& files = {}) {
   std::vector<std::string> result;
   for (const Call& call : calls_of(text, files).all) result.push_back(fmt::format("{} {}", call.place(), call.word));
   return result;
@@ -73,7 +73,7 @@ TEST(SceneCalls, FindsEachWordOfEachFeature) {
   }
 }
 
-TEST(SceneCalls, WhatIsNotThereCallsForNothing) {
+TEST(SceneCalls, TextWithoutEffectRequiresNoFeature) {
   for (const char* text : {
            "// media fog clock",
            "/* photons { /* fog */ radiosity } */",
@@ -89,20 +89,21 @@ TEST(SceneCalls, WhatIsNotThereCallsForNothing) {
            "sphere { 0, 1 radiosity { importance 0.5 } }",
            "no_reflection media_interaction radiosity_x Fog",
        }) {
-    std::vector<std::string> words = told(text);
+    std::vector<std::string> words = words_of(text);
     std::erase(words, "a.pov:1 photons");
     EXPECT_THAT(words, IsEmpty()) << text;
   }
 }
 
-TEST(SceneCalls, ALightIsShadowlessOnlyByAWordThatIsItsOwnForSure) {
-  EXPECT_THAT(told("light_source { 0 rgb 1\n#if (X) shadowless #end }"), ElementsAre("a.pov:1 light_source"));
-  EXPECT_THAT(told("light_source { 0 rgb 1\nlooks_like { light_source { 0 shadowless } } }"),
+TEST(SceneCalls, ALightIsShadowlessOnlyByAWordThatCertainlyBelongsToIt) {
+  EXPECT_THAT(words_of("light_source { 0 rgb 1\n#if (X) shadowless #end }"), ElementsAre("a.pov:1 light_source"));
+  EXPECT_THAT(words_of("light_source { 0 rgb 1\nlooks_like { light_source { 0 shadowless } } }"),
               ElementsAre("a.pov:1 light_source"));
-  EXPECT_THAT(told("light_source { 0 rgb 1 #if (X) } #else shadowless } #end"), ElementsAre("a.pov:1 light_source"));
+  EXPECT_THAT(words_of("light_source { 0 rgb 1 #if (X) } #else shadowless } #end"),
+              ElementsAre("a.pov:1 light_source"));
 }
 
-TEST(SceneCalls, WhatIsDeclaredCallsOnlyWhenLiveTextNamesIt) {
+TEST(SceneCalls, ADeclarationCountsOnlyIfActiveTextNamesIt) {
   const std::string declared =
       "#declare Smoke = media { emission 1 }\n"
       "#declare Glass = texture { pigment { rgbt 1 } } texture { pigment { rgbf 1 } }\n"
@@ -112,16 +113,16 @@ TEST(SceneCalls, WhatIsDeclaredCallsOnlyWhenLiveTextNamesIt) {
       "#declare Now = function(x, y) { x + clock }\n"
       "#declare C = Red filter 0.5;\n"
       "#local D[2] = C;\n";
-  EXPECT_THAT(told(declared), IsEmpty());
-  EXPECT_THAT(told(declared + "sphere { 0, 1 interior { Smoke } }"), ElementsAre("a.pov:1 media"));
-  EXPECT_THAT(told(declared + "object { Room }"), ElementsAre("a.pov:2 rgbt", "a.pov:2 rgbf")) << "by way of Room";
-  EXPECT_THAT(told(declared + "Lamp(x)"), ElementsAre("a.pov:3 light_source"));
-  EXPECT_THAT(told(declared + "#if (Now(1, 2) > 3) #end"), ElementsAre("a.pov:5 clock"));
-  EXPECT_THAT(told(declared + "pigment { D[1] }"), ElementsAre("a.pov:6 filter"));
-  EXPECT_THAT(told(declared + "#declare Smoke = 1; #if (0) Smoke #end // Smoke"), IsEmpty());
+  EXPECT_THAT(words_of(declared), IsEmpty());
+  EXPECT_THAT(words_of(declared + "sphere { 0, 1 interior { Smoke } }"), ElementsAre("a.pov:1 media"));
+  EXPECT_THAT(words_of(declared + "object { Room }"), ElementsAre("a.pov:2 rgbt", "a.pov:2 rgbf")) << "through Room";
+  EXPECT_THAT(words_of(declared + "Lamp(x)"), ElementsAre("a.pov:3 light_source"));
+  EXPECT_THAT(words_of(declared + "#if (Now(1, 2) > 3) #end"), ElementsAre("a.pov:5 clock"));
+  EXPECT_THAT(words_of(declared + "pigment { D[1] }"), ElementsAre("a.pov:6 filter"));
+  EXPECT_THAT(words_of(declared + "#declare Smoke = 1; #if (0) Smoke #end // Smoke"), IsEmpty());
 }
 
-TEST(SceneCalls, ADeclarationEndsRatherTooEarly) {
+TEST(SceneCalls, ADeclarationEndsTooEarlyRatherThanTooLate) {
   for (const char* text : {
            "#declare A = 5\nmedia { }",
            "#declare A = 5;\nmedia { }",
@@ -141,7 +142,7 @@ TEST(SceneCalls, ADeclarationEndsRatherTooEarly) {
            "#declare A = (1 media { }",
            "#declare A = <1, 2 media { }",
        }) {
-    std::vector<std::string> words = told(text);
+    std::vector<std::string> words = words_of(text);
     ASSERT_THAT(words, testing::SizeIs(1)) << text;
     EXPECT_THAT(words.front(), HasSubstr("media")) << text;
   }
@@ -151,17 +152,17 @@ TEST(SceneCalls, ReadsIncludes) {
   const Files files{{"a.inc", "#include \"b.inc\"\n#declare T = texture { rgbt 1 }"},
                     {"b.inc", "#ifndef (B)\n#declare B = 1;\nlight_source { 0 }\n#include \"a.inc\"\n#end"},
                     {"open.inc", "}"}};
-  EXPECT_THAT(told("#include \"a.inc\"\n", files), ElementsAre("b.inc:3 light_source"));
-  EXPECT_THAT(told("#include \"a.inc\"\nT", files), ElementsAre("b.inc:3 light_source", "a.inc:2 rgbt"));
-  EXPECT_THAT(told("#if (0)\n#include \"a.inc\"\n#end", files), IsEmpty());
-  EXPECT_THAT(told("#macro M()\n#include \"a.inc\"\n#end", files), IsEmpty());
-  EXPECT_THAT(told("#macro M()\n#include \"a.inc\"\n#end\nM()", files), ElementsAre("b.inc:3 light_source"));
-  EXPECT_THAT(told("#declare X = union {\n#include \"open.inc\"\nmedia { }", files), ElementsAre("a.pov:3 media"));
+  EXPECT_THAT(words_of("#include \"a.inc\"\n", files), ElementsAre("b.inc:3 light_source"));
+  EXPECT_THAT(words_of("#include \"a.inc\"\nT", files), ElementsAre("b.inc:3 light_source", "a.inc:2 rgbt"));
+  EXPECT_THAT(words_of("#if (0)\n#include \"a.inc\"\n#end", files), IsEmpty());
+  EXPECT_THAT(words_of("#macro M()\n#include \"a.inc\"\n#end", files), IsEmpty());
+  EXPECT_THAT(words_of("#macro M()\n#include \"a.inc\"\n#end\nM()", files), ElementsAre("b.inc:3 light_source"));
+  EXPECT_THAT(words_of("#declare X = union {\n#include \"open.inc\"\nmedia { }", files), ElementsAre("a.pov:3 media"));
   EXPECT_TRUE(calls_of("#include \"a.inc\"", files).all.front().included);
   EXPECT_FALSE(calls_of("fog { }").all.front().included);
 }
 
-TEST(SceneCalls, TellsWhatItCouldNotRead) {
+TEST(SceneCalls, ReportsFilesThatItCouldNotRead) {
   EXPECT_THAT(calls_of("\n#include \"c.inc\"\n#include \"c.inc\"").unread,
               ElementsAre("a.pov:2: \"c.inc\" cannot be read"));
   EXPECT_THAT(calls_of("#include Name").unread, ElementsAre(HasSubstr("has to be evaluated")));
@@ -170,9 +171,9 @@ TEST(SceneCalls, TellsWhatItCouldNotRead) {
   EXPECT_THAT(calls_of("#include \"d.inc\"", {{"d.inc", "\nfog { } /*"}}).unread, ElementsAre(HasSubstr("d.inc:2")));
 }
 
-TEST(SceneCalls, AnIncludeThatIncludesItselfComesToAnEnd) {
-  EXPECT_THAT(told("#include \"a.inc\"", {{"a.inc", "fog { }\n#include \"a.inc\"\n"}}), ElementsAre("a.inc:1 fog"));
-  // A chain longer than POV-Ray's.
+TEST(SceneCalls, AnIncludeThatIncludesItselfEnds) {
+  EXPECT_THAT(words_of("#include \"a.inc\"", {{"a.inc", "fog { }\n#include \"a.inc\"\n"}}), ElementsAre("a.inc:1 fog"));
+  // A chain of includes that is longer than POV-Ray allows.
   int files = 0;
   const SceneCalls calls = find_calls("#include \"0\"", "a.pov", [&](const std::string&) {
     ++files;
@@ -189,8 +190,8 @@ TEST(SceneCalls, TheLastLiteralReflectionDepthCounts) {
   EXPECT_EQ(calls_of("#if (0) global_settings { max_trace_level 4 } #end").max_trace_level, std::nullopt);
 }
 
-/// Of POV-Ray's own files a scene mostly wants a colour or two, and they declare hundreds of textures.
-TEST(SceneCalls, PovRaysOwnIncludesCallForNothingByThemselves) {
+/// A scene often needs only a few colours from POV-Ray's own files, which declare hundreds of textures.
+TEST(SceneCalls, PovRaysOwnIncludesRequireNothingByThemselves) {
   for (const char* name : {"colors", "textures", "glass", "metals", "woods", "stones", "skies", "shapes", "functions",
                            "transforms", "math", "rand", "stdinc", "rad_def"}) {
     const auto scene = Scene::parse(fmt::format("#include \"{}.inc\"\nsphere {{ 0, 1 }}\n", name), "a.pov");
@@ -217,8 +218,8 @@ constexpr auto kNo = [](auto member) {
   return switches;
 };
 
-TEST(SceneSwitches, LeaveEverythingElseWhereItIs) {
-  // What goes stands between [[ and ]].
+TEST(SceneSwitches, KeepEverythingElseAtItsPlace) {
+  // The text between [[ and ]] is removed.
   const struct {
     bool SceneSwitches::*member;
     std::string text;
@@ -238,14 +239,14 @@ TEST(SceneSwitches, LeaveEverythingElseWhereItIs) {
   for (const auto& c : cases) {
     std::string text;
     std::string expected;
-    bool goes = false;
+    bool removed = false;
     for (std::size_t i = 0; i < c.text.size(); ++i) {
       if (c.text.compare(i, 2, "[[") == 0 || c.text.compare(i, 2, "]]") == 0) {
-        goes = c.text[i++] == '[';
+        removed = c.text[i++] == '[';
         continue;
       }
       text += c.text[i];
-      expected += goes && c.text[i] != '\n' ? ' ' : c.text[i];
+      expected += removed && c.text[i] != '\n' ? ' ' : c.text[i];
     }
     const auto result = switch_off(text, kNo(c.member));
     ASSERT_TRUE(result) << text << ": " << result.error().message;
@@ -253,13 +254,13 @@ TEST(SceneSwitches, LeaveEverythingElseWhereItIs) {
   }
 }
 
-TEST(SceneSwitches, EveryLightThatIsNotYetShadowlessBecomesSo) {
+TEST(SceneSwitches, EveryLightBecomesShadowless) {
   EXPECT_EQ(
       switch_off("light_source {\n 0 rgb 1 }\n#declare L = light_source { x }", kNo(&SceneSwitches::shadows)).value(),
       "light_source {\n 0 rgb 1  shadowless }\n#declare L = light_source { x  shadowless }");
 }
 
-TEST(SceneSwitches, RefuseWhatCannotBeDoneWithFileAndLine) {
+TEST(SceneSwitches, RefuseWithFileAndLineWhereTheyCannotSwitch) {
   const struct {
     bool SceneSwitches::*member;
     std::string text;
@@ -292,7 +293,7 @@ TEST(SceneSwitches, ReflectionDepthComesLast) {
 
 // ---- choice
 
-TEST(RenderChoice, PaysForNothingThatTheSceneDoesNotCallFor) {
+TEST(RenderChoice, EnablesOnlyWhatTheSceneRequires) {
   const auto choose = [](const std::string& text, const SceneSwitches& switches) {
     return choose_rendering(*Scene::parse(text, "a.pov"), switches, SceneAccess("a.pov", {})).value();
   };
@@ -316,10 +317,10 @@ TEST(RenderChoice, PaysForNothingThatTheSceneDoesNotCallFor) {
   EXPECT_THAT(choose("#include X", {}).one_shot, Not(IsEmpty()));
 }
 
-/// What is read over and over grows with the square of the text: none of these may take longer than a moment.
-TEST(SceneCalls, WorkStaysInProportionToTheText) {
-  // Each takes some 50 ms; by the square of 50 000 it would be minutes.
-  constexpr std::chrono::seconds kMoment{5};
+/// Repeated reading would make the time grow with the square of the text.
+TEST(SceneCalls, TimeIsProportionalToTheText) {
+  // Each text takes about 50 ms; a time that grows with the square of 50 000 would be minutes.
+  constexpr std::chrono::seconds kLimit{5};
   for (const char* word : {"area_light <", "area_light + ", "light_source { ", "#declare A = union { ", "#if (X) { ",
                            "( ", "< ", "#declare A = - ", "reflection { ", "#macro A() { "}) {
     std::string text;
@@ -327,7 +328,7 @@ TEST(SceneCalls, WorkStaysInProportionToTheText) {
     const auto begin = std::chrono::steady_clock::now();
     static_cast<void>(calls_of(text));
     static_cast<void>(Scene::parse(text, "a.pov"));
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, kMoment) << word;
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, kLimit) << word;
   }
 }
 

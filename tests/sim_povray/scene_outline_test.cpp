@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A line per token, to compare at one glance.
+/// Returns one line of text per token.
 std::vector<std::string> tokens(std::string_view text) {
   std::vector<std::string> result;
   Lexer lexer(text);
@@ -38,7 +38,7 @@ struct TextCase {
   std::vector<std::string> expected;
 };
 
-TEST(Lexer, PassesOverComments) {
+TEST(Lexer, SkipsComments) {
   for (const TextCase& c : std::vector<TextCase>{
            {"a /* b */ c", {"1:1 a", "1:11 c"}},
            {"a /* b /* c */ d */ e", {"1:1 a", "1:21 e"}},
@@ -80,7 +80,7 @@ TEST(Lexer, ByteOrderMarkAndUtf8) {
   EXPECT_THAT(tokens("\xEF\xBB\xBF"
                      "a \"\xC3\xA9\" b"),
               testing::ElementsAre("1:1 a", "1:3 \"\xC3\xA9\"", "1:7 b"))
-      << "columns count characters, and the mark is none";
+      << "columns count characters, and the mark is not counted";
 }
 
 TEST(Lexer, NameComments) {
@@ -91,12 +91,12 @@ TEST(Lexer, NameComments) {
   EXPECT_THAT(tokens("\"//*PMName robot\""), testing::ElementsAre("1:1 \"//*PMName robot\""));
 }
 
-TEST(Lexer, DirectivesMayStandApart) {
+TEST(Lexer, ADirectiveMayBeSeparateFromItsHash) {
   EXPECT_THAT(tokens("# /* x */ \n if"), testing::ElementsAre("1:1 #if"));
   EXPECT_THAT(tokens("#"), testing::ElementsAre("1:1 #"));
 }
 
-TEST(Lexer, NothingMakesNoToken) {
+TEST(Lexer, EmptyTextHasNoToken) {
   EXPECT_THAT(tokens(""), testing::IsEmpty());
   EXPECT_THAT(tokens("\xEF\xBB\xBF"), testing::IsEmpty());
 }
@@ -147,7 +147,7 @@ TEST(Outline, FaultsAreFoundAtTheirPlace) {
   }
 }
 
-/// The one block of a text.
+/// Returns the only block of a text.
 NamedBlock only_block(const std::string& text) {
   const SceneOutline found = outline(text);
   if (found.blocks.size() != 1) {
@@ -171,10 +171,10 @@ TEST(Outline, FindsKeywordNameAndBrace) {
 
 struct SceneCase {
   const char* text;
-  const char* obstacle;  // "": found and free
+  const char* obstacle;  // "" if the block is found and may be used
 };
 
-TEST(Outline, SeesThroughWhatPovRaySeesThrough) {
+TEST(Outline, EvaluatesDirectivesAsPovRayDoes) {
   for (const char* text : {
            "#if (1) union { //*PMName robot\n } #end",
            "#if (0) } \" { \" #else union { //*PMName robot\n } #end",
@@ -205,7 +205,7 @@ TEST(Outline, SeesThroughWhatPovRaySeesThrough) {
   }
 }
 
-TEST(Outline, SaysWhatStandsInTheWay) {
+TEST(Outline, NamesTheObstacle) {
   for (const SceneCase& c : std::vector<SceneCase>{
            {"\n#if (X)\nunion { //*PMName robot\n } #end", "under a condition that needs evaluating (#if in line 2)"},
            {"#if (X) #else union { //*PMName robot\n } #end",
@@ -233,7 +233,7 @@ TEST(Outline, SaysWhatStandsInTheWay) {
   }
 }
 
-TEST(Outline, NamesThatAreNotFirstNameNothing) {
+TEST(Outline, ANameThatIsNotFirstNamesNoBlock) {
   for (const char* text : {"//*PMName robot\nunion { }", "union { sphere { } //*PMName robot\n }",
                            "union //*PMName robot\n { }", "union { #if (1) //*PMName robot\n #end }"}) {
     const SceneOutline found = outline(text);
@@ -250,7 +250,7 @@ std::string repeated(std::string_view text, int times) {
   return result;
 }
 
-/// Without bounds the work grows with the square of the text, or for macros doubles with each.
+/// Without limits the time would grow with the square of the text, or double with each macro.
 TEST(Outline, NestingIsBounded) {
   const auto fault_of = [](const std::string& text) -> std::string {
     try {
@@ -260,7 +260,7 @@ TEST(Outline, NestingIsBounded) {
     }
     return "";
   };
-  EXPECT_EQ(fault_of(repeated("#if (X) ", 199) + repeated("#end ", 199)), "") << "as deep as POV-Ray goes";
+  EXPECT_EQ(fault_of(repeated("#if (X) ", 199) + repeated("#end ", 199)), "") << "POV-Ray allows this depth";
   EXPECT_THAT(fault_of(repeated("#if (X) ", 200) + repeated("#end ", 200)), HasSubstr("more than 199"));
   EXPECT_EQ(fault_of(repeated("union { ", 256) + repeated("} ", 256)), "");
   EXPECT_THAT(fault_of(repeated("union { ", 257) + repeated("} ", 257)), HasSubstr("more than 256"));

@@ -66,14 +66,14 @@ TEST(Scene, KeepsEveryByteOfTheFile) {
   EXPECT_EQ(scene->text(), text);
 }
 
-TEST(Scene, SaysWhatItLookedFor) {
+TEST(Scene, ReportsWhatItSearchedFor) {
   EXPECT_THAT(why_no_object("sphere { 0, 1 }"), AllOf(StartsWith("dir/lab.pov: no object 'robot'"),
                                                       HasSubstr("'//*PMName robot' as the first line inside"),
                                                       HasSubstr("not in files that it includes")));
   EXPECT_THAT(why_no_object(""), AllOf(HasSubstr("no object 'robot'"), HasSubstr("nothing in this file has a name")));
   EXPECT_THAT(why_no_object("union { //*PMName robto\n }\ncamera { //*PMName lower\n }"),
               HasSubstr("names in this file: robto, lower"))
-      << "a misspelt name must be seen";
+      << "a misspelt name must be visible";
   EXPECT_THAT(why_no_camera(kScene, "upper"), AllOf(HasSubstr("no camera 'upper'"), HasSubstr("//*PMName upper")));
 }
 
@@ -95,7 +95,7 @@ TEST(Scene, RefusesTwoOfOneName) {
   EXPECT_THAT(why_no_camera(two), AllOf(StartsWith("dir/lab.pov:6:3: "), HasSubstr("lines 2, 6")));
 }
 
-TEST(Scene, NamesNobodyAsksForDoNoHarm) {
+TEST(Scene, UnusedNamesDoNoHarm) {
   EXPECT_EQ(why_no_object("union { //*PMName robot\n sphere { //*PMName wheel\n } sphere { //*PMName wheel\n } }\n"
                           "#while (X) box { //*PMName crate\n } #end"),
             "found");
@@ -105,7 +105,8 @@ TEST(Scene, MatrixIsTheIdentityAtTheStart) {
   EXPECT_EQ(matrix(motion_between({0.1, -0.7, 2.9}, {0.1, -0.7, 2.9}), 0.05), "matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0>");
 }
 
-// World (x, y, z) is POV-Ray <x, z, y> / unit, and POV-Ray multiplies rows: catches a transposed or mirrored rotation.
+// World (x, y, z) is POV-Ray <x, z, y> / unit, and POV-Ray multiplies row vectors. Catches a transposed or mirrored
+// rotation.
 TEST(Scene, MatrixMovesPointsAsTheWorldDoes) {
   const FloorMotion motion = motion_between({0.31, -0.47, 0.83}, {-1.2, 0.6, -2.1});
   constexpr double kUnit_m = 0.05;
@@ -140,7 +141,7 @@ TEST(Scene, FrameKeepsEveryLineAndPutsTheViewLast) {
                        "camera { location x } // the default, no newline\n"
                        "camera { Twocone_View }\n");
   EXPECT_EQ(std::count(frame.begin(), frame.end(), '\n'), std::count(kScene, kScene + std::strlen(kScene), '\n') + 2)
-      << "lines are added behind the end only";
+      << "lines are added only after the end";
 }
 
 TEST(Scene, TheIdentifierIsOneThatTheSceneDoesNotUse) {
@@ -150,31 +151,32 @@ TEST(Scene, TheIdentifierIsOneThatTheSceneDoesNotUse) {
   EXPECT_THAT(frame, testing::EndsWith("\ncamera { Twocone__View }\n"));
 }
 
-TEST(Scene, AMouldLeavesThePosesOpen) {
+TEST(Scene, AViewTemplateContainsNoPoses) {
   const Scene scene = parsed(kScene);
-  const Mould mould = scene.mould({*scene.object("robot")}, *scene.camera("lower"), "sphere { 0, 1 }");
-  EXPECT_EQ(mould.scene,
+  const ViewTemplate view_template =
+      scene.view_template({*scene.object("robot")}, *scene.camera("lower"), "sphere { 0, 1 }");
+  EXPECT_EQ(view_template.scene,
             "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n transform { Twocone_X0 } }\n"
             "object { sphere { 0, 1 } transform { Twocone_V } } #declare Twocone_View = camera {\n  //*PMName lower\n  "
             "location y // eye\n transform { Twocone_V } }\n"
             "camera { location x } // the default, no newline\n"
             "camera { Twocone_View }\n");
-  EXPECT_EQ(mould.scene.substr(mould.pose_offset, 27), " transform { Twocone_X0 } }")
-      << "poses go before the first use";
+  EXPECT_EQ(view_template.scene.substr(view_template.pose_offset, 27), " transform { Twocone_X0 } }")
+      << "poses are inserted before their first use";
   const FloorMotion away = motion_between({0, 0, 0}, {1, 0, 0});
   EXPECT_EQ(scene.pose_text({away}, {}, 0.05),
             "#declare Twocone_X0 = transform { matrix <1,0,0, 0,1,0, 0,0,1, 20,0,0> } "
             "#declare Twocone_V = transform { matrix <1,0,0, 0,1,0, 0,0,1, 0,0,0> }");
 }
 
-TEST(Scene, AMouldWhoseCameraStandsFirst) {
+TEST(Scene, AViewTemplateWhoseCameraComesFirst) {
   const Scene scene = parsed("camera { //*PMName lower\n}\nunion { //*PMName robot\n}\n");
-  const Mould mould = scene.mould({*scene.object("robot")}, *scene.camera("lower"), "");
-  EXPECT_EQ(mould.pose_offset, 0U);
-  EXPECT_THAT(mould.scene, testing::StartsWith("#declare Twocone_View = camera {"));
+  const ViewTemplate view_template = scene.view_template({*scene.object("robot")}, *scene.camera("lower"), "");
+  EXPECT_EQ(view_template.pose_offset, 0U);
+  EXPECT_THAT(view_template.scene, testing::StartsWith("#declare Twocone_View = camera {"));
 }
 
-TEST(Scene, MovesWhicheverStandsFirst) {
+TEST(Scene, MovesRobotAndCameraInAnyOrder) {
   const Scene scene = parsed("camera { //*PMName lower\n}\nunion { //*PMName robot\n}\n");
   const FloorMotion away = motion_between({0, 0, 0}, {1, 0, 0});
   const std::string frame = scene.seen({{*scene.object("robot"), away}}, {*scene.camera("lower"), {}}, 1);

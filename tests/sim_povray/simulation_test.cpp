@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lock-step of cameras, drive and world, with pictures that come when the test says so.
+// The lock-step of cameras, drive and world, with images that the test finishes.
 #include "drivers/sim_povray/simulation.h"
 
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/hall.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
 
@@ -22,9 +22,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr const char* kScene = "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
-// Nothing here takes as long unless it is broken.
+// Only a broken implementation takes this long.
 constexpr auto kLong = 10s;
-// Long enough to be told from "at once", and what a test that waits for a time-out costs.
+// The duration of a test that waits for a time-out. It is clearly longer than an immediate return.
 constexpr auto kShort = 50ms;
 
 class SimulationTest : public testing::Test {
@@ -38,11 +38,11 @@ class SimulationTest : public testing::Test {
 
   void open() {
     desk_ = std::make_shared<HandRenderer::Desk>();
-    auto hall = Hall::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-    ASSERT_TRUE(hall) << hall.error().message;
-    auto seat = (*hall)->take_seat(settings_);
-    ASSERT_TRUE(seat) << seat.error().message;
-    simulation_ = make_simulation(*std::move(seat), settings_);
+    auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
+    ASSERT_TRUE(host) << host.error().message;
+    auto session = (*host)->join(settings_);
+    ASSERT_TRUE(session) << session.error().message;
+    simulation_ = make_simulation(*std::move(session), settings_);
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
@@ -55,7 +55,7 @@ class SimulationTest : public testing::Test {
     return std::move(*camera);
   }
 
-  /// Grabs and finishes the picture, so that the run-ahead bound is out of the way.
+  /// Grabs a frame and finishes its image, so that the run-ahead limit has no effect.
   Frame::Header grab(Camera& camera) {
     auto frame = camera.grab(kLong);
     if (!frame) throw std::runtime_error(frame.error().message);
@@ -65,29 +65,29 @@ class SimulationTest : public testing::Test {
 
   const Scene scene_ = *Scene::parse(kScene, "lab.pov");
   PlaceSettings place_;
-  SeatSettings settings_;
+  SessionSettings settings_;
   std::shared_ptr<HandRenderer::Desk> desk_;
   std::unique_ptr<Simulation> simulation_;
 };
 
-TEST_F(SimulationTest, TwoCamerasInTurnSeeOneInstant) {
+TEST_F(SimulationTest, TwoCamerasInTurnSeeOneStep) {
   auto lower = streaming("lower");
   auto upper = streaming("upper");
-  for (std::uint64_t tick = 0; tick < 5; ++tick) {
+  for (std::uint64_t step = 0; step < 5; ++step) {
     const auto a = grab(*lower);
     const auto b = grab(*upper);
-    EXPECT_EQ(a.sequence, tick);
-    EXPECT_EQ(b.sequence, tick);
+    EXPECT_EQ(a.sequence, step);
+    EXPECT_EQ(b.sequence, step);
     EXPECT_EQ(a.captured, b.captured);
     EXPECT_EQ(a.captured.clock, ClockKind::kSimulated);
-    EXPECT_EQ(a.captured.since_zero.count(), std::llround(double(tick) * 1e9 / 15));
+    EXPECT_EQ(a.captured.since_zero.count(), std::llround(double(step) * 1e9 / 15));
     EXPECT_EQ(a.lost_before, 0U);
     EXPECT_EQ(b.lost_before, 0U);
   }
 }
 
-// Catches frames that belong to one instant and show another: both texts must have one matrix.
-TEST_F(SimulationTest, BothViewsShowThePoseOfTheirInstant) {
+// Catches frames that belong to one step and show another: both texts must contain the same matrix.
+TEST_F(SimulationTest, BothViewsShowThePoseOfTheirStep) {
   auto lower = streaming("lower");
   auto upper = streaming("upper");
   auto drive = simulation_->open_drive();
@@ -100,15 +100,15 @@ TEST_F(SimulationTest, BothViewsShowThePoseOfTheirInstant) {
   const FloorMotion motion = motion_between(settings_.body.start, truth->true_pose());
   EXPECT_NE(truth->true_pose(), settings_.body.start);
   EXPECT_EQ(desk_->jobs[4].pose, desk_->jobs[5].pose);
-  EXPECT_EQ(desk_->jobs[4].pose, scene_.pose_text({motion}, motion, place_.unit_m)) << "robot and camera move as one";
+  EXPECT_EQ(desk_->jobs[4].pose, scene_.pose_text({motion}, motion, place_.unit_m)) << "robot and camera move together";
   EXPECT_EQ(desk_->jobs[0].pose, scene_.pose_text({FloorMotion{}}, FloorMotion{}, place_.unit_m));
   EXPECT_EQ(desk_->jobs[4].label, "frame 2, view lower");
   EXPECT_EQ(desk_->jobs[5].label, "frame 2, view upper");
-  EXPECT_EQ(desk_->jobs[5].mould->width_px, 64);
-  EXPECT_EQ(desk_->jobs[5].mould->height_px, 48);
+  EXPECT_EQ(desk_->jobs[5].view_template->width_px, 64);
+  EXPECT_EQ(desk_->jobs[5].view_template->height_px, 48);
 }
 
-TEST_F(SimulationTest, GrabbingOneCameraTwiceLosesAnInstantOfTheOther) {
+TEST_F(SimulationTest, GrabbingOneCameraTwiceLosesAStepOfTheOther) {
   auto lower = streaming("lower");
   auto upper = streaming("upper");
   grab(*lower);
@@ -121,13 +121,13 @@ TEST_F(SimulationTest, GrabbingOneCameraTwiceLosesAnInstantOfTheOther) {
   EXPECT_EQ(grab(*upper).lost_before, 0U);
 }
 
-TEST_F(SimulationTest, AfterARestartTheStreamGoesOn) {
+TEST_F(SimulationTest, AfterARestartTheStreamContinues) {
   auto lower = streaming("lower");
   auto upper = streaming("upper");
   EXPECT_EQ(grab(*lower).sequence, 0U);
   lower->stop();
   ASSERT_TRUE(lower->start());
-  EXPECT_EQ(grab(*lower).sequence, 1U) << "an instant is handed out once";
+  EXPECT_EQ(grab(*lower).sequence, 1U) << "a step is returned once";
   lower->stop();
   for (int i = 0; i < 4; ++i) grab(*upper);
   ASSERT_TRUE(lower->start());
@@ -152,15 +152,15 @@ TEST_F(SimulationTest, OnlyAGrabMovesTheWorld) {
 
 // ---- run-ahead
 
-TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfInstants) {
+TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
   auto lower = streaming("lower");
   auto upper = streaming("upper");
   auto truth = simulation_->open_truth();
   auto drive = simulation_->open_drive();
   (void)drive->set_speeds({3, 3});
   for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(lower->grab(0ms)) << "instant " << i;
-    ASSERT_TRUE(upper->grab(0ms)) << "instant " << i;
+    ASSERT_TRUE(lower->grab(0ms)) << "step " << i;
+    ASSERT_TRUE(upper->grab(0ms)) << "step " << i;
   }
   const Pose2 before = truth->true_pose();
   const auto fourth = lower->grab(kShort);
@@ -171,7 +171,7 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfInstants) {
   EXPECT_EQ(desk_->jobs.size(), 6U);
 
   desk_->finish(0);
-  EXPECT_FALSE(lower->grab(kShort)) << "instant 0 has one picture, not both";
+  EXPECT_FALSE(lower->grab(kShort)) << "step 0 has one image, not both";
   desk_->finish(1);
   const auto later = lower->grab(0ms);
   ASSERT_TRUE(later);
@@ -179,12 +179,12 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfInstants) {
   EXPECT_EQ(later->header().lost_before, 0U);
 }
 
-TEST_F(SimulationTest, AWaitingGrabGoesOnWhenThePictureComes) {
+TEST_F(SimulationTest, AWaitingGrabContinuesWhenTheImageArrives) {
   auto lower = streaming("lower");
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(lower->grab(0ms));
   std::thread worker([this] {
     std::this_thread::sleep_for(kShort);
-    desk_->finish(1);  // a newer one first: the grab waits for the oldest
+    desk_->finish(1);  // a newer image is finished first: the grab waits for the oldest
     desk_->finish(0);
   });
   const auto frame = lower->grab(kLong);
@@ -192,8 +192,8 @@ TEST_F(SimulationTest, AWaitingGrabGoesOnWhenThePictureComes) {
   ASSERT_TRUE(frame) << frame.error().message;
 }
 
-// Catches a bound that counts failed pictures as unfinished: it would lock up.
-TEST_F(SimulationTest, AFailedPictureMakesRoomAndKeepsItsError) {
+// Catches a limit that counts failed images as unfinished: the simulation would lock up.
+TEST_F(SimulationTest, AFailedImageFreesItsPlaceAndKeepsItsError) {
   settings_.run_ahead_frames = 1;
   open();
   auto lower = streaming("lower");
@@ -207,7 +207,7 @@ TEST_F(SimulationTest, AFailedPictureMakesRoomAndKeepsItsError) {
   EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
 }
 
-TEST_F(SimulationTest, PixelsMayComeLater) {
+TEST_F(SimulationTest, PixelsMayArriveLater) {
   auto lower = streaming("lower");
   const auto frame = lower->grab(0ms);
   ASSERT_TRUE(frame);
@@ -231,7 +231,7 @@ TEST_F(SimulationTest, OneRateForAllCameras) {
   EXPECT_EQ((*upper)->state(), Camera::State::kClosed);
   EXPECT_TRUE((*upper)->configure({32, 24, 15})) << "sizes may differ";
   (*upper).reset();
-  EXPECT_TRUE((*lower)->configure({64, 48, 40})) << "nobody else is left to disagree";
+  EXPECT_TRUE((*lower)->configure({64, 48, 40})) << "no other camera has another rate";
 }
 
 TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
@@ -247,7 +247,7 @@ TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
   EXPECT_EQ(pair->lower.header().captured.since_zero, 50ms);
 }
 
-TEST_F(SimulationTest, AStoppedCameraCannotComeBackAtAnOldRate) {
+TEST_F(SimulationTest, AStoppedCameraCannotRestartAtAnOldRate) {
   auto lower = streaming("lower");
   lower->stop();
   auto upper = streaming("upper", 30);
@@ -256,7 +256,7 @@ TEST_F(SimulationTest, AStoppedCameraCannotComeBackAtAnOldRate) {
   EXPECT_EQ(again.error().code, ErrorCode::kRefused);
 }
 
-TEST_F(SimulationTest, RefusesWhatCannotBeRendered) {
+TEST_F(SimulationTest, RefusesSettingsThatCannotBeRendered) {
   auto camera = simulation_->open_camera({"lower", 1, {}});
   for (const CameraSettings& bad :
        {CameraSettings{64, 48, 1e-9}, CameraSettings{64, 48, 1e12}, CameraSettings{100000, 48, 15}}) {
@@ -264,10 +264,10 @@ TEST_F(SimulationTest, RefusesWhatCannotBeRendered) {
     ASSERT_FALSE(applied);
     EXPECT_EQ(applied.error().code, ErrorCode::kRefused);
   }
-  EXPECT_EQ((*camera)->configure({63, 47, 12.5}).value(), (CameraSettings{63, 47, 12.5})) << "applied as asked";
+  EXPECT_EQ((*camera)->configure({63, 47, 12.5}).value(), (CameraSettings{63, 47, 12.5})) << "applied as requested";
 }
 
-TEST_F(SimulationTest, RefusesCamerasThatAreNotThere) {
+TEST_F(SimulationTest, RefusesMissingCameras) {
   const auto camera = simulation_->open_camera({"rear", 1, {}});
   ASSERT_FALSE(camera);
   EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
@@ -278,7 +278,7 @@ TEST_F(SimulationTest, RefusesCamerasThatAreNotThere) {
 
 // ---- drive
 
-TEST_F(SimulationTest, AnglesCountFromTheDrivesOpening) {
+TEST_F(SimulationTest, AnglesCountFromTheOpeningOfTheDrive) {
   settings_.body.wheels.encoder_counts_per_turn = 100;
   open();
   auto lower = streaming("lower");
@@ -289,7 +289,7 @@ TEST_F(SimulationTest, AnglesCountFromTheDrivesOpening) {
   const auto angles = first->read_angles();
   ASSERT_TRUE(angles);
   constexpr double kCount_rad = 2 * std::numbers::pi / 100;
-  // A fifteenth of a second: 1.379 counts forward, 2.228 backward, rounded down.
+  // In a fifteenth of a second the wheels turn 1.379 counts forward and 2.228 backward, rounded down.
   EXPECT_DOUBLE_EQ(angles->left_rad, 1 * kCount_rad);
   EXPECT_DOUBLE_EQ(angles->right_rad, -3 * kCount_rad);
   auto second = simulation_->open_drive();
@@ -306,7 +306,7 @@ TEST_F(SimulationTest, DestroyingTheDriveStopsTheWheels) {
   EXPECT_EQ(truth->true_pose(), settings_.body.start);
 }
 
-TEST_F(SimulationTest, WhatWasOpenedOutlivesTheSimulation) {
+TEST_F(SimulationTest, OpenedDevicesOutliveTheSimulation) {
   auto lower = streaming("lower");
   auto drive = simulation_->open_drive();
   auto truth = simulation_->open_truth();
@@ -331,7 +331,7 @@ TEST(SettingsCheck, NamesEveryBadField) {
   place.render.povray = "";
   place.render.processes = 0;
   place.render.timeout = 0ms;
-  SeatSettings s;
+  SessionSettings s;
   s.body.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
   s.body.begin = Pose2{std::numeric_limits<double>::infinity(), 0, 0};
   s.body.radius_m = -0.2;
@@ -348,7 +348,7 @@ TEST(SettingsCheck, NamesEveryBadField) {
   view.effects.gain = 0;
   view.effects.read_noise_electrons = 2;
   view.effects.vignetting = 1.5;
-  view.effects.exposures = 1;
+  view.effects.shutter_samples = 1;
   view.effects.distortion = {0.1};
   view.effects.drop_probability = 1;
   view.effects.stamp_late_s = 0.501;
@@ -374,8 +374,8 @@ TEST(SettingsCheck, NamesEveryBadField) {
   }
   for (const char* field :
        {"camera_name is empty", "antialias is 10, must be 1 to 9", "gain is 0", "needs full_well_electrons",
-        "vignetting is 1.5", "exposures is 1, must be 2 to 64", "distortion has 1 terms", "distortion_focal_px is 0",
-        "drop_probability is 1", "stamp_late_s is 0.501 s, must be 0 to 0.5"}) {
+        "vignetting is 1.5", "shutter_samples is 1, must be 2 to 64", "distortion has 1 terms",
+        "distortion_focal_px is 0", "drop_probability is 1", "stamp_late_s is 0.501 s, must be 0 to 0.5"}) {
     EXPECT_THAT(complaint(view), HasSubstr(field));
   }
 }
@@ -396,7 +396,7 @@ TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   EXPECT_EQ(no_povray.error().message,
             "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray");
 
-  // A scene can be put right without POV-Ray, so what is wrong with it is told first.
+  // A user can correct a scene without POV-Ray, so an error of the scene is reported first.
   place.scene = folder.write("open.pov", "union { //*PMName robot\n");
   const auto open_brace = Simulation::open(place, {});
   ASSERT_FALSE(open_brace);

@@ -27,7 +27,7 @@ inline std::string read_file(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// State letter and parent of a process, as /proc tells; state 'X' if there is none.
+/// State letter and parent of a process, from /proc; state 'X' if there is no such process.
 struct ProcessState {
   char state = 'X';
   pid_t parent = 0;
@@ -40,7 +40,7 @@ inline ProcessState process_state(pid_t pid) {
   std::istringstream(stat.substr(name_end + 1)) >> result.state >> result.parent;
   return result;
 }
-/// Dead also means a zombie that only its new parent could reap.
+/// Returns whether a process runs. A zombie, which only its new parent could reap, counts as dead.
 inline bool is_running(pid_t pid) {
   const char state = process_state(pid).state;
   return state != 'X' && state != 'Z';
@@ -57,7 +57,7 @@ inline std::vector<pid_t> children_of(pid_t parent) {
   return result;
 }
 
-/// Waits until `condition` holds, ten seconds at most: far more than anything here takes.
+/// Waits until `condition` holds, for at most ten seconds. Every operation of these tests takes far less.
 template <typename Condition>
 bool eventually(Condition condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);

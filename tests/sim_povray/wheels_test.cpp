@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a wheel does by chance, and what its encoder makes of it.
+// The random slip of a wheel, and the reading of its encoder.
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -27,12 +27,12 @@ Sample statistics(const std::vector<double>& values) {
 }
 
 constexpr int kDraws = 20000;
-constexpr int kSeeds = 4000;  // seeding costs more than drawing
-// Five standard deviations: with fixed seeds these tests fail always or never, and a right process fails once in 2e6
-// seeds.
+constexpr int kSeeds = 4000;  // seeding takes longer than drawing
+// Five standard deviations: the seeds are fixed, so that these tests fail always or never. A correct process fails with
+// one of 2e6 seeds.
 constexpr double kSigmas = 5;
 
-TEST(Slip, HasTheStatedDeviationFromTheFirstInstantOn) {
+TEST(Slip, HasTheStatedDeviationFromTheFirstStepOn) {
   std::vector<double> first;
   for (int seed = 0; seed < kSeeds; ++seed) {
     first.push_back(Slip(0.03, 2.0, engine_for(std::uint64_t(seed), Purpose::kLeftSlip)).value());
@@ -43,7 +43,7 @@ TEST(Slip, HasTheStatedDeviationFromTheFirstInstantOn) {
 }
 
 // Catches a wrong driving noise (1 - a for 1 - a^2, or a forgotten root): the deviation would drift from sigma.
-TEST(Slip, KeepsItsDeviationWhateverTheStep) {
+TEST(Slip, KeepsItsDeviationForEveryStep) {
   for (const double dt_s : {0.03, 0.7, 9.0}) {
     Slip slip(0.03, 2.0, engine_for(5, Purpose::kLeftSlip));
     std::vector<double> values;
@@ -51,7 +51,7 @@ TEST(Slip, KeepsItsDeviationWhateverTheStep) {
       slip.advance(dt_s);
       values.push_back(slip.value());
     }
-    // Of a process with correlation a from draw to draw, n draws know the mean like n (1 - a) / (1 + a) independent
+    // If a is the correlation of successive draws, n draws determine the mean like n (1 - a) / (1 + a) independent
     // ones, and the variance like n (1 - a^2) / (1 + a^2).
     const double a = std::exp(-dt_s / 2.0);
     const double for_mean = kDraws * (1 - a) / (1 + a);
@@ -62,7 +62,7 @@ TEST(Slip, KeepsItsDeviationWhateverTheStep) {
   }
 }
 
-TEST(Slip, ForgetsWithItsTimeConstant) {
+TEST(Slip, DecaysWithItsTimeConstant) {
   constexpr double kStep_s = 0.9;
   const double a = std::exp(-kStep_s / 2.0);
   Slip slip(1.0, 2.0, engine_for(6, Purpose::kLeftSlip));
@@ -86,7 +86,7 @@ TEST(Slip, TheTwoWheelsAreIndependent) {
   EXPECT_NEAR(products / kSeeds, 0, kSigmas / std::sqrt(double(kSeeds)));
 }
 
-TEST(Slip, NoneIsExactlyNone) {
+TEST(Slip, ZeroIsExactlyZero) {
   Slip slip(0, 2.0, engine_for(1, Purpose::kLeftSlip));
   slip.advance(0.1);
   EXPECT_EQ(slip.value(), 0);

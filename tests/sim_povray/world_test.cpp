@@ -47,8 +47,8 @@ struct Alone {
 
 double between(const Pose2& a, const Pose2& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
 
-// Catches a clock that adds up rounded periods: 1/15 s is not a whole number of nanoseconds.
-TEST(World, InstantsAreRoundedOneByOne) {
+// Catches a clock that sums rounded periods: 1/15 s is not a whole number of nanoseconds.
+TEST(World, TheTimeOfEachStepIsRoundedSeparately) {
   World world{PlaceSettings{}};
   world.set_rate(15);
   EXPECT_EQ(world.now(), nanoseconds(0));
@@ -56,21 +56,21 @@ TEST(World, InstantsAreRoundedOneByOne) {
   EXPECT_EQ(world.now(), nanoseconds(66'666'667));
   world.step();
   EXPECT_EQ(world.now(), nanoseconds(133'333'333));
-  while (world.tick() < 450) world.step();
+  while (world.step_number() < 450) world.step();
   EXPECT_EQ(world.now(), nanoseconds(30'000'000'000));
 }
 
-TEST(World, ANewRateHoldsFromThePresentInstantOn) {
+TEST(World, ANewRateAppliesFromThePresentStepOn) {
   World world{PlaceSettings{}};
   world.set_rate(15);
   for (int i = 0; i < 3; ++i) world.step();
   world.set_rate(40);
   world.step();
   EXPECT_EQ(world.now(), nanoseconds(200'000'000 + 25'000'000));
-  EXPECT_EQ(world.tick(), 4U);
+  EXPECT_EQ(world.step_number(), 4U);
 }
 
-TEST(World, StandsWhileNothingIsCommanded) {
+TEST(World, StandsWithoutACommand) {
   Alone a(body(), 15);
   for (int i = 0; i < 5; ++i) a.step();
   EXPECT_EQ(a.pose(), body().start);
@@ -82,7 +82,7 @@ TEST(World, DrivesTheArcOfItsWheels) {
   a.command({2.3, 3.1});
   a.step();
   const Pose2 expected = advance(body().start, body_speeds({2.3 * 0.043, 3.1 * 0.043}, 0.27), 0.25);
-  // The same few operations in the same order but for one product.
+  // The operations and their order are the same except for one product.
   EXPECT_NEAR(a.pose().x_m, expected.x_m, 4 * kEps);
   EXPECT_NEAR(a.pose().y_m, expected.y_m, 4 * kEps);
   EXPECT_NEAR(a.pose().heading_rad, expected.heading_rad, 4 * kEps);
@@ -90,8 +90,9 @@ TEST(World, DrivesTheArcOfItsWheels) {
   EXPECT_DOUBLE_EQ(a.turned().right_rad, 3.1 * 0.25);
 }
 
-// A run is byte-equal to what it was before there were many robots, contacts and lag: the very same operations, written
-// out here. Catches every "harmless" change of their order, and a body or a wall that changes a path it does not touch.
+// A run must stay byte-equal to the first version, which had one robot, no contact and no lag. Its operations are
+// repeated here. Catches every "harmless" change of their order, and a body or a wall that changes a path without
+// contact.
 TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
   RobotBody b = body();
   b.seed = 7;
@@ -112,7 +113,7 @@ TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
     nanoseconds commanded_at{0};
     WheelSpeeds speeds;
     for (int i = 0; i < 200; ++i) {
-      if (i % 11 < 2) {  // so that the dead-man time ends inside the eighth step after
+      if (i % 11 < 2) {  // so that the dead-man time ends within the eighth step after it
         speeds = {2 + 0.01 * i, 2.5 - 0.02 * i};
         world.command(robot, speeds);
         commanded_at = now;
@@ -140,7 +141,7 @@ TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
   }
 }
 
-// Catches a dead-man rule that acts at the next instant only: 0.5 s end inside the eighth period of 1/15 s.
+// Catches a dead-man rule that acts only at the next step: 0.5 s end within the eighth period of 1/15 s.
 TEST(World, WheelsStopExactlyWhenTheCommandIsTooOld) {
   Alone a(body(), 15);
   a.command({1.7, 1.7});
@@ -149,7 +150,7 @@ TEST(World, WheelsStopExactlyWhenTheCommandIsTooOld) {
   a.step();
   constexpr double kExact_rad = 1.7 * 0.5;
   EXPECT_NEAR(a.turned().left_rad, kExact_rad, 8 * 8 * kEps);
-  // Half a period ago the wheels stood already.
+  // Half a period ago the wheels already stood.
   EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(33'333'333)), a.pose());
   EXPECT_NE(a.world.pose_before(a.robot, nanoseconds(33'333'335)), a.pose());
   for (int i = 0; i < 20; ++i) a.step();
@@ -160,7 +161,7 @@ TEST(World, WheelsStopExactlyWhenTheCommandIsTooOld) {
 TEST(World, ACommandLastsToTheEndOfItsTimeAndNoLonger) {
   RobotBody b = body();
   b.command_timeout = nanoseconds(250'000'000);
-  Alone a(b, 4);  // the dead-man instant is an instant of the world
+  Alone a(b, 4);  // the dead-man time ends at a step of the world
   a.command({1, 1});
   a.step();
   EXPECT_DOUBLE_EQ(a.turned().left_rad, 0.25);
@@ -171,7 +172,7 @@ TEST(World, ACommandLastsToTheEndOfItsTimeAndNoLonger) {
   EXPECT_DOUBLE_EQ(a.turned().left_rad, 0.5);
 }
 
-TEST(World, EachCommandStartsTheTimeAnew) {
+TEST(World, EachCommandRestartsTheDeadManTime) {
   Alone a(body(), 4);
   for (int i = 0; i < 10; ++i) {
     a.command({1, -1});
@@ -199,7 +200,7 @@ TEST(World, HaltStopsAtOnce) {
   EXPECT_EQ(a.pose(), body().start);
 }
 
-// Slip is the way over the floor against the wheel's turning: the encoder does not see it.
+// Slip is the difference between the way over the floor and the wheel's rotation. The encoder does not measure it.
 TEST(World, SlipMovesTheBodyAndNotTheEncoder) {
   RobotBody b = body();
   Alone exact(b, 15);
@@ -216,8 +217,8 @@ TEST(World, SlipMovesTheBodyAndNotTheEncoder) {
   EXPECT_GT(between(slipping.pose(), exact.pose()), 1e-3);
 }
 
-// Catches one slip for both wheels: commanded straight, the robot would go straight.
-TEST(World, EachWheelSlipsByItself) {
+// Catches one slip for both wheels: a robot that is commanded straight would drive straight.
+TEST(World, EachWheelSlipsIndependently) {
   RobotBody b = body();
   b.wheels.slip = 0.05;
   Alone a(b, 15);
@@ -228,7 +229,7 @@ TEST(World, EachWheelSlipsByItself) {
   EXPECT_GT(std::abs(a.pose().heading_rad - b.start.heading_rad), 1e-3);
 }
 
-TEST(World, TheSeedDecidesThePath) {
+TEST(World, TheSeedDeterminesThePath) {
   RobotBody b = body();
   b.wheels.slip = 0.02;
   const auto end_of_path = [&b](std::uint64_t seed) {
@@ -245,9 +246,9 @@ TEST(World, TheSeedDecidesThePath) {
   EXPECT_NE(end_of_path(7), end_of_path(7 + (std::uint64_t(1) << 32))) << "the seed's upper half counts too";
 }
 
-// ---- where it was
+// ---- earlier poses
 
-// The picture of a moving camera is made of poses within the step: they have to lie on the arc that was driven.
+// The image of a moving camera consists of poses within the step, which must lie on the arc that was driven.
 TEST(World, PosesWithinTheLastStepLieOnItsArc) {
   Alone a(body(), 4);
   EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(0)), body().start) << "before the first step";
@@ -262,9 +263,9 @@ TEST(World, PosesWithinTheLastStepLieOnItsArc) {
   EXPECT_NEAR(there.heading_rad, expected.heading_rad, 4 * kEps);
 }
 
-// A late stamp asks for older poses: they have to be the very ones that were there, at the instants and between them,
-// and reach back kMaxStampLate_s beyond the last step.
-TEST(World, PosesOfEarlierStepsAreThoseThatWereThere) {
+// A late stamp requires older poses. They must equal the poses at their time, at the steps and between them, and reach
+// back kMaxStampLate_s beyond the last step.
+TEST(World, PosesOfEarlierStepsAreKept) {
   RobotBody plain = body();
   plain.wheels.slip = 0.03;
   plain.begin = Pose2{-0.4, 0.1, -2};
@@ -272,38 +273,38 @@ TEST(World, PosesOfEarlierStepsAreThoseThatWereThere) {
   lags.wheels.lag_s = 0.17;
   for (const auto& [name, robot] : {std::pair("plain", plain), std::pair("lagging", lags)}) {
     Alone a(robot, 14.3);
-    std::vector<std::pair<nanoseconds, Pose2>> were;
+    std::vector<std::pair<nanoseconds, Pose2>> history;
     nanoseconds last{0};
     for (int i = 0; i < 25; ++i) {
       const nanoseconds step = a.world.now() - last;
       last = a.world.now();
       for (const nanoseconds before : {step / 3, nanoseconds(0)}) {
-        were.emplace_back(a.world.now() - before, a.world.pose_before(a.robot, before));
+        history.emplace_back(a.world.now() - before, a.world.pose_before(a.robot, before));
       }
-      int looked = 0;
-      for (const auto& [time, pose] : were) {
+      int compared = 0;
+      for (const auto& [time, pose] : history) {
         const nanoseconds before = a.world.now() - time;
         if (before > nanoseconds(500'000'000) + step) continue;
         ASSERT_EQ(a.world.pose_before(a.robot, before), pose) << name << ", step " << i << ", " << before.count();
-        ++looked;
+        ++compared;
       }
-      // 0.5 s are 7.15 steps: those and the last, each looked at twice.
+      // 0.5 s are 7.15 steps: these and the last one, each with two poses.
       if (i > 8) {
-        EXPECT_GE(looked, 2 * 8) << name << ", step " << i;
+        EXPECT_GE(compared, 2 * 8) << name << ", step " << i;
       }
       if (i < 7) {
-        EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(500'000'000)), *robot.begin) << "before the beginning";
+        EXPECT_EQ(a.world.pose_before(a.robot, nanoseconds(500'000'000)), *robot.begin) << "before time 0";
       }
       a.command({2.3 + 0.3 * i, 5.1 - 0.4 * i});
       a.step();
     }
-    EXPECT_GT(between(were.front().second, were.back().second), 0.1) << "it has to move for this to tell anything";
+    EXPECT_GT(between(history.front().second, history.back().second), 0.1) << "this test requires a robot that moves";
   }
 }
 
 // ---- many robots
 
-TEST(World, ARobotsPathDependsOnNoOther) {
+TEST(World, ARobotsPathDoesNotDependOnOtherRobots) {
   RobotBody b = body();
   b.wheels.slip = 0.03;
   b.radius_m = 0.2;
@@ -340,8 +341,8 @@ TEST(World, ARobotThatJoinsLaterStartsAtItsStart) {
   EXPECT_EQ(a.world.turned(late).left_rad, 0);
 }
 
-// The next run has to see what a world of its own would show it: the same times, ids and draws.
-TEST(World, BegunAnewItRepeatsItself) {
+// The next run must see the same as in a new world: the same times, identifiers and random draws.
+TEST(World, AResetWorldRepeatsItself) {
   RobotBody b = body();
   b.wheels.slip = 0.03;
   PlaceSettings place;
@@ -354,12 +355,12 @@ TEST(World, BegunAnewItRepeatsItself) {
       world.command(robot, {2, 2.5});
       world.step();
     }
-    return std::tuple(robot, world.now(), world.tick(), world.pose(robot), world.moving_pose(0));
+    return std::tuple(robot, world.now(), world.step_number(), world.pose(robot), world.moving_pose(0));
   };
   const auto first = run();
   world.begin_anew();
   EXPECT_EQ(world.now(), nanoseconds(0));
-  EXPECT_EQ(world.tick(), 0U);
+  EXPECT_EQ(world.step_number(), 0U);
   EXPECT_EQ(world.moving_pose(0), (Pose2{0, 1, 0}));
   EXPECT_EQ(run(), first);
 }
@@ -372,7 +373,8 @@ RobotBody lagging() {
   return b;
 }
 
-// w = u (1 - e^(-t/lag)), so the angle is u (t - lag (1 - e^(-t/lag))); exact though the path is made of pieces.
+// w = u (1 - e^(-t/lag)), so the angle is u (t - lag (1 - e^(-t/lag))). It is exact although the path consists of
+// pieces.
 TEST(Lag, AnglesAreThoseOfTheClosedForm) {
   Alone a(lagging(), 15);
   double time_s = 0;
@@ -381,24 +383,25 @@ TEST(Lag, AnglesAreThoseOfTheClosedForm) {
     a.step();
     time_s = std::chrono::duration<double>(a.world.now()).count();
     const double angle = time_s - 0.17 * (1 - std::exp(-time_s / 0.17));
-    // Per step a few roundings of angles below 6 rad.
+    // Each step has a few roundings of angles below 6 rad.
     ASSERT_NEAR(a.turned().left_rad, 3 * angle, (i + 1) * 20 * kEps) << "step " << i;
     ASSERT_NEAR(a.turned().right_rad, -1.1 * angle, (i + 1) * 20 * kEps) << "step " << i;
   }
 }
 
-// Catches lag that only begins at an instant of the world, and a dead-man time that cuts wheels off.
+// Catches lag that begins only at a step of the world, and a dead-man time that stops the wheels abruptly.
 TEST(Lag, WheelsRunOutAfterTheDeadManTime) {
   Alone a(lagging(), 15);
   a.command({3, 3});
   for (int i = 0; i < 8; ++i) a.step();
-  EXPECT_GT(a.turned().left_rad, 3 * (0.5 - 0.17 * (1 - std::exp(-0.5 / 0.17))) + 0.01) << "they run on at 0.5 s";
+  EXPECT_GT(a.turned().left_rad, 3 * (0.5 - 0.17 * (1 - std::exp(-0.5 / 0.17))) + 0.01)
+      << "the wheels still turn at 0.5 s";
   for (int i = 0; i < 200; ++i) a.step();
-  // In all u times the time driven: what is lost in the beginning is made up for at the end.
+  // The total angle is u times the driven time: the end compensates the loss at the beginning.
   EXPECT_NEAR(a.turned().left_rad, 3 * 0.5, 1e-12);
   const Pose2 standing = a.pose();
   a.step();
-  EXPECT_EQ(a.pose(), standing) << "they do come to stand";
+  EXPECT_EQ(a.pose(), standing) << "the wheels must stop";
 }
 
 TEST(Lag, HaltLetsTheWheelsRunOut) {
@@ -412,7 +415,7 @@ TEST(Lag, HaltLetsTheWheelsRunOut) {
   EXPECT_NEAR(a.turned().left_rad - before_rad, speed_radps * 0.17 * (1 - std::exp(-0.1 / 0.17)), 20 * kEps);
 }
 
-/// Runge-Kutta of fourth order on x' = v cos h, y' = v sin h with the wheels' closed form, from standing.
+/// Integrates x' = v cos h, y' = v sin h by fourth-order Runge-Kutta, with the wheels' closed form from standstill.
 Pose2 fine_reference(const Pose2& start, const WheelSpeeds& u, double lag_s, double time_s, int steps) {
   const auto slope = [&](double t, double heading_rad) {
     const double w = 1 - std::exp(-t / lag_s);
@@ -434,13 +437,13 @@ Pose2 fine_reference(const Pose2& start, const WheelSpeeds& u, double lag_s, dou
   return p;
 }
 
-// The bound that moving_robot.h states, for time constants far above, at and far below the pieces' length.
+// Checks the bound that moving_robot.h states, for time constants far above, at and far below the length of the pieces.
 TEST(Lag, ThePathAgreesWithAFineReferenceWithinTheStatedBound) {
   const WheelSpeeds u{4, 23};
   const BodySpeeds most = body_speeds({u.left_radps * 0.043, u.right_radps * 0.043}, 0.27);
   constexpr double kArc_s = 0.25e-3;
   const double bound_m = kArc_s * kArc_s / 2 * 2 * most.speed_mps * most.turn_radps;
-  // The reference's own: Simpson's rule on e^(-t/lag) in steps of a quarter of the shortest lag errs by
+  // Error of the reference: Simpson's rule on e^(-t/lag) with steps of a quarter of the shortest lag is wrong by
   // (1/4)^4 / 2880 of turn x lag, 3 rad/s x 1e-5 s.
   constexpr double kHeading_rad = 1e-10;
   for (const double lag_s : {0.17, 0.01, 0.25e-3, 1e-5}) {
@@ -452,7 +455,7 @@ TEST(Lag, ThePathAgreesWithAFineReferenceWithinTheStatedBound) {
     const Pose2 expected = fine_reference(b.start, u, lag_s, 0.25, 100'000);
     EXPECT_LT(between(a.pose(), expected), bound_m) << "lag " << lag_s << " s";
     EXPECT_NEAR(wrap_angle(a.pose().heading_rad - expected.heading_rad), 0, kHeading_rad) << "lag " << lag_s << " s";
-    // Within the step likewise.
+    // The bound also holds within the step.
     EXPECT_LT(between(a.world.pose_before(a.robot, nanoseconds(100'000'000)),
                       fine_reference(b.start, u, lag_s, 0.15, 100'000)),
               bound_m)
@@ -460,7 +463,7 @@ TEST(Lag, ThePathAgreesWithAFineReferenceWithinTheStatedBound) {
   }
 }
 
-TEST(Lag, WithoutItNothingLags) {
+TEST(Lag, ZeroLagHasNoEffect) {
   WheelCourse course{99, 2, 0.3, 0};
   EXPECT_EQ(course.turned_rad(0.2), 2 * 0.2);
   EXPECT_EQ(course.turned_rad(0.5), 2 * 0.3);

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "tests/support/synthetic_view.h"
-#include "vision/full_ranging.h"
 #include "vision/mirror_view.h"
+#include "vision/outline_ranging.h"
 
-/// A room with six pillars and the lab's rig, in pictures whose every pixel is known (tests/support/synthetic_view.h).
+/// A room with six landmarks and the lab's rig, in images with exactly known pixels (tests/support/synthetic_view.h).
 namespace twocone::vision::testing_support {
 
 using twocone::testing_support::seen_from;
@@ -22,7 +22,7 @@ using twocone::testing_support::SyntheticShading;
 using twocone::testing_support::SyntheticStrip;
 using twocone::testing_support::SyntheticView;
 
-inline const cv::Size kPicture(640, 480);
+inline const cv::Size kImage(640, 480);
 
 inline MirrorViewSettings lab_view(double lens_height_m) {
   return {.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
@@ -32,41 +32,41 @@ inline MirrorViewSettings lab_view(double lens_height_m) {
 }
 inline Rig lab_rig() { return {MirrorView(lab_view(0.25)), MirrorView(lab_view(0.55))}; }
 
-inline SyntheticLandmark pillar(double x_m, double y_m, const Eigen::Vector3d& colour, double radius_m = 0.15) {
+inline SyntheticLandmark landmark(double x_m, double y_m, const Eigen::Vector3d& colour, double radius_m = 0.15) {
   return {{x_m, y_m}, radius_m, 0.9, colour};
 }
 
-/// World frame.
-inline std::vector<SyntheticLandmark> six_pillars() {
-  return {pillar(-2.45, -0.35, {0.60, 0.02, 0.02}), pillar(-1.40, 1.95, {0.02, 0.60, 0.02}),
-          pillar(1.50, 1.95, {0.02, 0.02, 0.60}),   pillar(2.45, 0.30, {0.02, 0.60, 0.60}),
-          pillar(1.30, -1.95, {0.60, 0.02, 0.60}),  pillar(-1.50, -1.95, {0.60, 0.60, 0.02})};
+/// The landmarks in the world frame.
+inline std::vector<SyntheticLandmark> six_landmarks() {
+  return {landmark(-2.45, -0.35, {0.60, 0.02, 0.02}), landmark(-1.40, 1.95, {0.02, 0.60, 0.02}),
+          landmark(1.50, 1.95, {0.02, 0.02, 0.60}),   landmark(2.45, 0.30, {0.02, 0.60, 0.60}),
+          landmark(1.30, -1.95, {0.60, 0.02, 0.60}),  landmark(-1.50, -1.95, {0.60, 0.60, 0.02})};
 }
 
 inline std::vector<Target> targets_of(const std::vector<SyntheticLandmark>& landmarks) {
   std::vector<Target> targets;
   for (const SyntheticLandmark& l : landmarks) {
-    targets.push_back({"pillar " + std::to_string(targets.size() + 1), l.colour, l.radius_m, l.top_m});
+    targets.push_back({"landmark " + std::to_string(targets.size() + 1), l.colour, l.radius_m, l.top_m});
   }
   return targets;
 }
 
-/// Both mirrors of a rig, in one background.
+/// Both mirrors of a rig, with one background.
 struct SyntheticRig {
   Rig rig;
   SyntheticView lower;
   SyntheticView upper;
 
   explicit SyntheticRig(const Rig& r, const SyntheticBackground& background = {})
-      : rig(r), lower(r.lower, kPicture, background), upper(r.upper, kPicture, background) {}
+      : rig(r), lower(r.lower, kImage, background), upper(r.upper, kImage, background) {}
 
   struct Pair {
     cv::Mat lower, upper;
   };
   [[nodiscard]] Pair take(const SyntheticScene& scene, const SyntheticCamera& camera, std::mt19937_64& random) const {
     Pair pair;
-    pair.lower = lower.picture(scene, camera, random);
-    pair.upper = upper.picture(scene, camera, random);
+    pair.lower = lower.image(scene, camera, random);
+    pair.upper = upper.image(scene, camera, random);
     return pair;
   }
 };

@@ -18,9 +18,10 @@ using PlanRay = SyntheticView::PlanRay;
 
 enum Kind : std::int8_t { kOutside, kInside, kOnRim, kAtTip };
 
-// The rays' cone goes on a little further than the mirror, so that pixels on its rim have all their corners.
+// The cone for rays is a little wider than the mirror, so that pixels on its rim have all their corners.
 constexpr double kWider = 1.05;
-// Cells across a pixel that an outline crosses; the most, for thin tops; and samples across one at the tip or rim.
+// Cells across a pixel that an outline crosses; the greatest number of them, for thin tops; and samples across a pixel
+// at the tip and at the rim.
 constexpr int kCells = 4;
 constexpr int kMostCells = 16;
 constexpr int kTipSamples = 32;
@@ -37,7 +38,7 @@ vision::MirrorView widened(const vision::MirrorView& view) {
   return vision::MirrorView(s);
 }
 
-/// Where the camera's picture has the tip: between two pixels of the picture without distortion.
+/// The tip's position in the camera's image: the middle between two points of the image without distortion.
 Eigen::Vector2d tip_of(const vision::MirrorView& view) {
   vision::MirrorViewSettings plain = view.settings();
   if (!plain.distortion) return plain.centre_px;
@@ -53,29 +54,29 @@ Eigen::Vector2d tip_of(const vision::MirrorView& view) {
   return sum;
 }
 
-/// The part of the square of side 1 about the origin in which f0 + gx x + gy y > 0.
+/// The share of the square of side 1 about the origin in which f0 + gx x + gy y > 0.
 double half_plane_share(double f0, double gx, double gy) {
   gx = std::abs(gx);
   gy = std::abs(gy);
   if (gx < gy) std::swap(gx, gy);
-  const double reach = (gx + gy) / 2;  // of f over the square, either way
+  const double reach = (gx + gy) / 2;  // greatest change of f from the middle of the square
   if (f0 >= reach) return 1;
   if (f0 <= -reach) return 0;
   const bool mostly = f0 > 0;
-  const double depth = reach - std::abs(f0);  // how far the corner is beyond the line
-  // The smaller part is a triangle while the line cuts the short side's corner only, then a trapezium.
+  const double depth = reach - std::abs(f0);  // distance of the corner beyond the line
+  // The smaller part is a triangle while the line cuts off only a corner of the short side, and then a trapezium.
   const double part = depth < gy ? depth * depth / (2 * gx * gy) : (depth - gy / 2) / gx;
   return mostly ? 1 - part : part;
 }
 
-/// Values of a function at a cell's corners and middle.
+/// The values of a function at a cell's corners and middle.
 struct Five {
   double c00, c10, c01, c11, middle;
 };
 
-/// The part of the cell in which the function is positive. For a straight outline the value at the middle is the
-/// corners' mean; a curved one bulges, and over its way through a cell the mean of the bulge is a third of that at the
-/// corners.
+/// The share of the cell in which the function is positive. For a straight outline the value at the middle is the
+/// corners' mean. A curved outline bulges, and over its path through a cell the mean of the bulge is a third of that at
+/// the corners.
 double positive_share(const Five& f) {
   const double mean = (f.c00 + f.c10 + f.c01 + f.c11) / 4;
   return half_plane_share((2 * f.middle + mean) / 3, (f.c10 + f.c11 - f.c00 - f.c01) / 2,
@@ -86,7 +87,7 @@ double coded(double linear) {
   return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
 }
 
-/// sRGB codes of light, by straight lines between this many points: off by less than 1e-3 of a code.
+/// sRGB codes of light, by linear interpolation between kSteps points; the error is less than 1e-3 of a code.
 class SrgbTable {
  public:
   SrgbTable() {
@@ -104,14 +105,14 @@ class SrgbTable {
   std::array<float, kSteps + 2> codes_;
 };
 
-/// Quantiles of the normal distribution at the middles of 65536 equal parts: one is drawn with 16 random bits.
+/// Quantiles of the normal distribution at the middles of 65536 equal parts: 16 random bits draw one of them.
 class NormalTable {
  public:
   NormalTable() {
     double z = 0;
     for (int i = kSize / 2; i < kSize; ++i) {
       const double above = (kSize - i - 0.5) / kSize;
-      for (int step = 0; step < 8; ++step) {  // Newton, from the quantile before
+      for (int step = 0; step < 8; ++step) {  // Newton's method, from the previous quantile
         const double tail = std::erfc(z / std::numbers::sqrt2) / 2;
         z += (tail - above) * std::sqrt(2 * std::numbers::pi) * std::exp(z * z / 2);
       }
@@ -128,10 +129,10 @@ class NormalTable {
 
 }  // namespace
 
-/// What can hide something: a landmark or a strip, with the functions of a ray whose signs say whether it is hit.
+/// An object that can hide others: a landmark or a strip, with functions of a ray whose signs show whether it is hit.
 struct SyntheticView::Surface {
   bool is_strip = false;
-  Eigen::Vector2d centre_m;  // a strip's: of its foot
+  Eigen::Vector2d centre_m;  // for a strip, of its foot
   Eigen::Vector2d outwards;  // a strip's bearing
   double half_m = 0;         // a landmark's radius
   double top_m = std::numeric_limits<double>::infinity();
@@ -139,7 +140,7 @@ struct SyntheticView::Surface {
   Eigen::Vector3d colour;
   SyntheticShading shading;
 
-  /// How far to the left of the middle the ray passes, in plan.
+  /// The distance by which the ray passes to the left of the middle, in plan view.
   [[nodiscard]] double left_m(const PlanRay& ray) const {
     if (!is_strip) return cross(centre_m - ray.from_m, ray.along);
     const double ahead = ray.along.dot(outwards);
@@ -147,14 +148,14 @@ struct SyntheticView::Surface {
     const double way_m = (centre_m - ray.from_m).dot(outwards) / ahead;
     return cross(outwards, ray.from_m + way_m * ray.along - centre_m);
   }
-  /// Whether the ray is still below the top where it is nearest to the axis and `beyond_m` further on.
+  /// Returns whether the ray is still below the top at `beyond_m` behind its point nearest to the axis.
   [[nodiscard]] bool passes_below_top(const PlanRay& ray, double beyond_m = 0) const {
     if (is_strip) return true;
     const double nearest_m = (centre_m - ray.from_m).dot(ray.along);
     return nearest_m > 0 && ray.from_up_m + ray.climb * (nearest_m + beyond_m) <= top_m;
   }
-  /// The radius less the distance from the axis at which the ray passes, as long as it is below the top: positive where
-  /// it hits. Smooth but for a strip's or a landmark's middle line.
+  /// The radius minus the distance from the axis at which the ray passes while it is below the top: positive where the
+  /// ray hits. It is smooth except at the middle line of a strip or landmark.
   [[nodiscard]] double depth_m(const PlanRay& ray) const {
     if (is_strip) return half_m - std::abs(left_m(ray));
     double way_m = std::max(0.0, (centre_m - ray.from_m).dot(ray.along));
@@ -188,7 +189,7 @@ SyntheticView::SyntheticView(const vision::MirrorView& view, const cv::Size& siz
     : view_(view), wider_(widened(view)), size_(size), background_(background), centre_px_(tip_of(view)) {
   if (size.width <= 0 || size.height <= 0) {
     throw std::invalid_argument(
-        fmt::format("SyntheticView: the picture is {} x {} px, must be positive", size.width, size.height));
+        fmt::format("SyntheticView: the image is {} x {} px, must be positive", size.width, size.height));
   }
   const PlanRay none{Eigen::Vector2d::Zero(), 0, Eigen::Vector2d::Zero(), 0};
   const auto pixels = std::size_t(size.width) * std::size_t(size.height);
@@ -231,8 +232,8 @@ SyntheticView::SyntheticView(const vision::MirrorView& view, const cv::Size& siz
       if (in_mirror == 0 || !has_rays || !centre) continue;
       kind_[i] = in_mirror == 4 ? kInside : kOnRim;
       centres_[i] = *centre;
-      // A corner's bearing differs from the middle's by 0.71 px of h at most, a lens's distortion and a tilt included
-      // by less than half as much again.
+      // A corner's bearing differs from the middle's by at most 0.71 px over h. A lens's distortion and a tilt add less
+      // than half of that.
       breadth_rad_[i] = static_cast<float>(1.1 / (Eigen::Vector2d(column, row) - centre_px_).norm());
     }
   }
@@ -339,7 +340,7 @@ void SyntheticView::paint_pixel(const std::vector<const Surface*>& crossing, int
                                 cv::Vec3f& pixel) const {
   const std::size_t pixel_index = std::size_t(row) * std::size_t(size_.width) + std::size_t(column);
   const bool is_on_rim = kind_[pixel_index] == kOnRim;
-  // A top that is only a few cells wide needs smaller ones. A pixel's width at the landmark is about distance / h.
+  // A top that is only a few cells wide needs smaller cells. A pixel's width at the landmark is about distance / h.
   const double h_px = (Eigen::Vector2d(column, row) - centre_px_).norm();
   int n = kCells;
   for (const Surface* s : crossing) {
@@ -347,7 +348,7 @@ void SyntheticView::paint_pixel(const std::vector<const Surface*>& crossing, int
     const double half_px = s->half_m / s->distance_m * h_px;
     n = std::max(n, static_cast<int>(std::ceil(std::min<double>(kMostCells, kCells / half_px))));
   }
-  if (is_on_rim) n = kRimSamples;  // as in the empty picture
+  if (is_on_rim) n = kRimSamples;  // as in the empty image
   std::array<PlanRay, (kMostCells + 1) * (kMostCells + 1)> nodes;
   for (int j = 0; j <= n; ++j) {
     for (int i = 0; i <= n; ++i) {
@@ -412,14 +413,14 @@ void SyntheticView::paint(const std::vector<Surface>& surfaces, cv::Mat& light) 
         if (is_hidden) break;
         const Eigen::Vector2d to_centre = s.centre_m - centre.from_m;
         const double ahead = to_centre.dot(centre.along);
-        // Far aside, by more than the pixel's own breadth there.
+        // Skip surfaces that are aside by more than the pixel's own width there.
         const double aside_m = std::abs(cross(to_centre, centre.along));
         if (ahead < -s.half_m || aside_m > s.half_m + (s.half_m + std::abs(ahead)) * double(breadth_rad_[i])) continue;
         const double depth_m = s.depth_m(centre);
         std::array<double, 4> at{};
         std::transform(corners.begin(), corners.end(), at.begin(), [&](const PlanRay* r) { return s.depth_m(*r); });
         const auto [least, most] = std::minmax_element(at.begin(), at.end());
-        // How much it can change within the pixel, and half as much again: beyond that, no outline is near.
+        // The greatest change within the pixel, and half as much again: beyond that, no outline is near.
         const double reach_m = 1.5 * std::max(std::abs(*most - depth_m), std::abs(*least - depth_m));
         if (depth_m < -reach_m && *most < 0) continue;
         crossing.push_back(&s);
@@ -447,7 +448,7 @@ cv::Mat SyntheticView::light(const SyntheticScene& scene) const {
 }
 
 cv::Mat SyntheticView::coverage(const SyntheticScene& scene, std::size_t k) const {
-  // A picture in which that landmark alone shines, before a black sky.
+  // Render an image in which only that landmark shines, in front of a black sky.
   SyntheticScene lit = scene;
   lit.shading = {.ambient = 1, .diffuse = 0, .light_bearing_rad = 0};
   for (SyntheticLandmark& landmark : lit.landmarks) landmark.colour.setZero();
@@ -461,19 +462,19 @@ cv::Mat SyntheticView::coverage(const SyntheticScene& scene, std::size_t k) cons
   return share;
 }
 
-cv::Mat SyntheticView::picture(const SyntheticScene& scene, const SyntheticCamera& camera,
-                               std::mt19937_64& random) const {
+cv::Mat SyntheticView::image(const SyntheticScene& scene, const SyntheticCamera& camera,
+                             std::mt19937_64& random) const {
   static const SrgbTable srgb;
   static const NormalTable normal;
   const cv::Mat light = this->light(scene);
-  cv::Mat picture(size_, CV_8UC3);
+  cv::Mat image(size_, CV_8UC3);
   const auto gain = static_cast<float>(camera.gain);
   const auto noise = static_cast<float>(camera.noise_grey_levels);
   std::uint64_t bits = 0;
   int left = 0;
   for (int row = 0; row < size_.height; ++row) {
     const float* in = light.ptr<float>(row);
-    auto* out = picture.ptr<std::uint8_t>(row);
+    auto* out = image.ptr<std::uint8_t>(row);
     for (int k = 0; k < 3 * size_.width; ++k) {
       float code = srgb(gain * in[k]);
       if (noise > 0) {
@@ -488,7 +489,7 @@ cv::Mat SyntheticView::picture(const SyntheticScene& scene, const SyntheticCamer
       out[k] = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0L, 255L));
     }
   }
-  return picture;
+  return image;
 }
 
 }  // namespace twocone::testing_support

@@ -11,8 +11,9 @@
 
 #include "vision/mirror_view.h"
 
-/// Pictures of upright cylinders in a mirror, made without POV-Ray: exact in what each pixel is covered by, so that an
-/// edge's place is known far better than any method under test can find it, and quick enough for thousands.
+/// Images of upright cylinders in a mirror, made without POV-Ray. The coverage of each pixel is exact, so that an
+/// edge's position is known far more accurately than any method under test can find it. They are fast enough for
+/// thousands of images.
 namespace twocone::testing_support {
 
 /// An upright cylinder on the floor, body frame.
@@ -23,7 +24,8 @@ struct SyntheticLandmark {
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb, 0 to 1
 };
 
-/// A flat upright strip that hides what is behind it, as a mast does: square to its bearing, from floor to sky.
+/// A flat upright strip that hides the objects behind it, as a mast does: at a right angle to its bearing, from floor
+/// to sky.
 struct SyntheticStrip {
   double bearing_rad = 0;   ///< body frame
   double distance_m = 0;    ///< from the body's origin, > 0
@@ -31,10 +33,10 @@ struct SyntheticStrip {
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();
 };
 
-/// What is behind it all, infinitely far; a function of the ray's bearing and elevation, linear grey:
+/// The background, infinitely far away; a function of the ray's bearing and elevation, linear grey:
 ///
-///     level (1 + swing cos(bearing - swing_bearing)) + rise tan(elevation), and times (1 - contrast) in every other
-///     cell of a chequer of `cells` pairs round the horizon, square where the elevation is low.
+///     level (1 + swing cos(bearing - swing_bearing)) + rise tan(elevation), times (1 - contrast) in every other
+///     cell of a chequer of `cells` pairs round the horizon, whose cells are square where the elevation is low.
 struct SyntheticBackground {
   double level = 0.55;
   double swing = 0;
@@ -57,24 +59,25 @@ struct SyntheticScene {
   SyntheticShading shading;
 };
 
-/// The landmarks in the frame of a body at that pose.
+/// Returns the landmarks in the frame of a body at that pose.
 std::vector<SyntheticLandmark> seen_from(const std::vector<SyntheticLandmark>& in_world, const Eigen::Vector2d& body_m,
                                          double heading_rad);
 
-/// What a camera makes of light: clips `gain` times the light at 1, codes it by sRGB, adds noise, rounds to 8 bits.
+/// The camera's model: it clips `gain` times the light at 1, codes it by sRGB, adds noise and rounds to 8 bits.
 struct SyntheticCamera {
   double gain = 1;
   double noise_grey_levels = 0;  ///< standard deviation, of each of r, g and b, after coding
 };
 
-/// One mirror with its camera and background, and all that is the same in every picture of it.
+/// One mirror with its camera and background, and the data that are the same in every image of it.
 ///
-/// Coverage: a pixel that an outline may cross is cut into cells of a quarter of a pixel or less. In each, the outline
-/// is taken for the straight line that the distance of rays to it gives (two for the sides, so that a landmark narrower
-/// than a cell is right too), moved by what its curvature adds. Error: below 1/512 of a pixel for outlines whose radius
-/// of curvature is at least a pixel (SyntheticView.CoverageIsThatOfManySamples). Within kTipZone_px of the tip, where
-/// all bearings meet, 32 x 32 samples are taken instead. Shading and background are sampled at the cells' middles,
-/// elsewhere once a pixel; a chequer 4 x 4 times. Beyond the rim all is black, and pixels on the rim are shared.
+/// Coverage: a pixel that an outline may cross is cut into cells of a quarter of a pixel or less. In each cell, the
+/// outline is approximated by the straight line that follows from the distances of rays to it (two lines for the sides,
+/// so that a landmark narrower than a cell is correct too), shifted by the effect of its curvature. The error is below
+/// 1/512 of a pixel for outlines whose radius of curvature is at least a pixel (Coverage.IsThatOfManySamples). Within
+/// kTipZone_px of the tip, where all bearings meet, 32 x 32 samples are taken instead. Shading and background are
+/// sampled at the cells' middles, elsewhere once per pixel, a chequer 4 x 4 times. Beyond the rim all is black, and
+/// pixels on the rim are mixtures.
 class SyntheticView {
  public:
   static constexpr double kTipZone_px = 3;
@@ -82,18 +85,18 @@ class SyntheticView {
   /// @throws std::invalid_argument for a size that is not positive
   SyntheticView(const vision::MirrorView& view, const cv::Size& size, const SyntheticBackground& background = {});
 
-  /// Mean light of each pixel: CV_32FC3, linear r g b, 1 is full scale. @throws std::invalid_argument for a landmark or
-  /// strip outside its domain, and one that reaches over the mirror
+  /// Mean light of each pixel: CV_32FC3, linear r g b, 1 is full scale.
+  /// @throws std::invalid_argument for a landmark or strip outside its domain, and for one that extends over the mirror
   [[nodiscard]] cv::Mat light(const SyntheticScene& scene) const;
 
-  /// The share of each pixel that shows landmark `k`, hidden parts left out: CV_32F.
+  /// The share of each pixel that shows landmark `k`, without hidden parts: CV_32F.
   [[nodiscard]] cv::Mat coverage(const SyntheticScene& scene, std::size_t k) const;
 
-  /// The picture, CV_8UC3, r g b, sRGB-coded. The noise is Gaussian up to 4.3 times its deviation, where it ends.
-  [[nodiscard]] cv::Mat picture(const SyntheticScene& scene, const SyntheticCamera& camera,
-                                std::mt19937_64& random) const;
+  /// The image, CV_8UC3, r g b, sRGB-coded. The noise is Gaussian, cut off at 4.3 times its deviation.
+  [[nodiscard]] cv::Mat image(const SyntheticScene& scene, const SyntheticCamera& camera,
+                              std::mt19937_64& random) const;
 
-  /// A ray in plan: from `from_m`, along the unit vector `along`, rising `climb` metres a metre.
+  /// A ray in plan view: from `from_m`, along the unit vector `along`, rising by `climb` metres per metre.
   struct PlanRay {
     Eigen::Vector2d from_m;
     double from_up_m;
@@ -111,16 +114,16 @@ class SyntheticView {
   void paint_pixel(const std::vector<const Surface*>& crossing, int column, int row, cv::Vec3f& pixel) const;
   void paint_tip_pixel(const std::vector<Surface>& surfaces, std::size_t tip_pixel, cv::Vec3f& pixel) const;
 
-  vision::MirrorView view_;   ///< as given
+  vision::MirrorView view_;   ///< the view given to the constructor
   vision::MirrorView wider_;  ///< the same cone and lens with a wider rim, for rays just beyond it
   cv::Size size_;
   SyntheticBackground background_;
-  Eigen::Vector2d centre_px_;       ///< of the tip in the camera's picture
-  cv::Mat empty_;                   ///< CV_32FC3: the picture without landmarks
+  Eigen::Vector2d centre_px_;       ///< of the tip in the camera's image
+  cv::Mat empty_;                   ///< CV_32FC3: the image without landmarks
   std::vector<std::int8_t> kind_;   ///< of each pixel: outside, inside, on the rim, at the tip
   std::vector<PlanRay> centres_;    ///< of each pixel
   std::vector<PlanRay> corners_;    ///< (width + 1) x (height + 1)
-  std::vector<float> breadth_rad_;  ///< of each pixel: half the bearings that it spans, at least
+  std::vector<float> breadth_rad_;  ///< of each pixel: an upper bound of half the range of bearings that it spans
   std::vector<PlanRay> tip_rays_;   ///< of the pixels at the tip, sample by sample
 };
 

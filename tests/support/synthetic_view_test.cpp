@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Synthetic pictures against what is known without them: lines whose share of a pixel is plain, projection, symmetry,
-// and very many samples.
+// Compares synthetic images with independent results: lines whose share of a pixel is simple, projection, symmetry, and
+// very many samples.
 #include "tests/support/synthetic_view.h"
 
 #include <algorithm>
@@ -21,12 +21,12 @@ namespace {
 using vision::MirrorView;
 using vision::MirrorViewSettings;
 
-// Of a pixel's area: what the header states.
+// Share of a pixel's area, as the header states.
 constexpr double kCoverage = 1.0 / 512;
 // Sums of some ten floats of size 1.
 constexpr double kFloat = 1e-5;
 
-/// The lab's upper mirror in a small picture; the tip is at no nice place.
+/// The lab's upper mirror in a small image; the tip has no round coordinates.
 MirrorViewSettings small_view() {
   return {.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
           .lens_height_m = 0.55,
@@ -46,7 +46,8 @@ MirrorViewSettings skewed_view() {
 
 const Eigen::Vector3d kRed(0.8, 0.03, 0.03);
 
-/// What the ray of a place in the picture meets, by a ray's quadratic equation: an independent and slow answer.
+/// Whether the ray of a place in the image hits the landmark, by a ray's quadratic equation: an independent and slow
+/// answer.
 bool hits(const MirrorView& view, const SyntheticLandmark& landmark, const Eigen::Vector2d& pixel) {
   const auto ray = view.back_project(pixel);
   if (!ray) return false;
@@ -62,7 +63,7 @@ bool hits(const MirrorView& view, const SyntheticLandmark& landmark, const Eigen
 }
 
 TEST(SyntheticView, AStraightEdgeCoversWhatGeometrySays) {
-  // The strip's edge is a straight line from the tip outwards, at this angle to the picture's x axis.
+  // The strip's edge is a straight line from the tip outwards, at this angle to the image's x axis.
   const MirrorView view(small_view());
   const SyntheticView synthetic(view, {320, 240}, {.level = 0});
   for (const double angle_rad : {0.0, 0.3, 1.2, -2.2}) {
@@ -81,11 +82,11 @@ TEST(SyntheticView, AStraightEdgeCoversWhatGeometrySays) {
       for (int column = 0; column < 320; ++column) {
         const Eigen::Vector2d p = Eigen::Vector2d(column, row) - view.settings().centre_px;
         const Eigen::Vector2d along(std::cos(angle_rad), std::sin(angle_rad));
-        // Near this edge, far from the other, off the tip and the rim
+        // Test pixels near this edge, far from the other one, the tip and the rim.
         if (p.dot(along) < 10 || p.norm() > 115) continue;
         const double beside_px = along.x() * p.y() - along.y() * p.x();  // towards higher angles: off the strip
         if (std::abs(beside_px) > 3) continue;
-        // The share of a unit square on one side of a line, by counting columns of it: exact for each.
+        // The share of a unit square on one side of a line is a sum over its columns, each of which is exact.
         double share = 0;
         constexpr int kColumns = 200;
         for (int k = 0; k < kColumns; ++k) {
@@ -129,7 +130,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
   const MirrorView view(GetParam().view);
   const SyntheticView synthetic(view, {320, 240});
   const cv::Mat share = synthetic.coverage({{GetParam().landmark}, {}, {}}, 0);
-  // Samples off a lattice: their mean is off by the outline's length times 1/(n^2) or so.
+  // The samples are on a lattice: the error of their mean is about the outline's length times 1/(n^2).
   constexpr int kSide = 64;
   double worst = 0;
   double sum = 0;
@@ -140,7 +141,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
       const double h_px = (p - view.settings().centre_px).norm();
       if (h_px <= SyntheticView::kTipZone_px || h_px > view.settings().rim_radius_px - 2) continue;
       const double got = double(share.at<float>(row, column));
-      // Where nothing is near, nine samples in and round the pixel show it.
+      // Nine samples in and round the pixel show where no outline is near.
       int few = 0;
       for (int k = 0; k < 9; ++k) {
         few += hits(view, GetParam().landmark, p + 0.67 * Eigen::Vector2d(k % 3 - 1, k / 3 - 1));
@@ -152,7 +153,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
       if (few == 0 && got == 0) continue;
       int hit = 0;
       for (int k = 0; k < kSide * kSide; ++k) {
-        // a lattice turned by the golden ratio
+        // The lattice is turned by the golden ratio.
         const double x = (k + 0.5) / (kSide * kSide) - 0.5;
         const double y = std::fmod(k * (std::numbers::phi - 1), 1.0) - 0.5;
         hit += hits(view, GetParam().landmark, p + Eigen::Vector2d(x, y));
@@ -169,7 +170,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
 }
 
 TEST(SyntheticView, TheTopEndsWhereProjectionSaysIt) {
-  // Of the pixel's area again, along an edge of three rows.
+  // A share of the pixel's area again, along an edge of three rows.
   constexpr double kWithin_px = 0.02;
   for (const double distance_m : {1.07, 1.37, 2.61}) {
     MirrorViewSettings settings = small_view();
@@ -179,8 +180,8 @@ TEST(SyntheticView, TheTopEndsWhereProjectionSaysIt) {
     const auto near = view.project({distance_m - landmark.radius_m, 0, landmark.top_m});
     ASSERT_TRUE(near);
     const cv::Mat share = SyntheticView(view, {320, 240}).coverage({{landmark}, {}, {}}, 0);
-    // The row through the tip: covered from some way off the tip to the near point. The outline is curved there, so the
-    // row's edge lies nearer to the tip than the near point by the mean of y^2 / (2 radius) over the row.
+    // The row through the tip is covered up to the near point. The outline is curved there, so the row's edge is nearer
+    // to the tip than the near point by the mean of y^2 / (2 radius) over the row.
     const auto end_at = [&](double across_m) {
       const double x = distance_m - std::sqrt(landmark.radius_m * landmark.radius_m - across_m * across_m);
       return *view.project({x, across_m, landmark.top_m});
@@ -231,13 +232,13 @@ TEST(SyntheticView, TheNearerHidesTheFarther) {
       << "other cells, so not the same to the last digit";
   const SyntheticScene behind_mast{
       {near}, {{.bearing_rad = std::atan2(0.3, 0.9), .distance_m = 0.13, .half_width_m = 0.004}}, {}};
-  // The mast's half angle is 0.031 rad, the landmark's 0.106: so much of it is hidden.
+  // The mast's half angle is 0.031 rad, the landmark's 0.106: the ratio is the hidden share.
   const double seen = cv::sum(synthetic.coverage(behind_mast, 0))[0] / cv::sum(alone)[0];
   EXPECT_NEAR(seen, 1 - 0.004 / 0.13 / std::asin(0.1 / std::hypot(0.9, 0.3)), 0.02);
 }
 
 TEST(SyntheticView, SharesAddUpToTheWhole) {
-  // Landmarks of one colour before a sky of that colour cannot be seen, whatever the outlines cut.
+  // Landmarks in front of a sky of their own colour cannot be seen, wherever the outlines cut pixels.
   const SyntheticView synthetic(MirrorView(skewed_view()), {320, 240}, {.level = 0.37});
   const Eigen::Vector3d grey = Eigen::Vector3d::Constant(0.37);
   SyntheticScene scene{{{{0.9, 0.3}, 0.1, 1.2, grey}, {{1.8, 0.7}, 0.1, 1.2, grey}}, {}, {}};
@@ -259,7 +260,7 @@ TEST(SyntheticView, BrightnessGoesWithTheNormal) {
   for (int row = 100; row < 160; ++row) {
     for (int column = 205; column < 235; ++column) {
       if (share.at<float>(row, column) < 1) continue;
-      // Where the ray enters, by the quadratic equation
+      // The ray's point of entry follows from the quadratic equation.
       const auto ray = view.back_project({column, row});
       const Eigen::Vector2d o = ray->origin_m.head<2>() - landmark.centre_m;
       const Eigen::Vector2d d = ray->direction.head<2>();
@@ -269,7 +270,8 @@ TEST(SyntheticView, BrightnessGoesWithTheNormal) {
       if (normal.dot(d.normalized()) > -0.5) continue;  // near the side's outline a pixel spans many normals
       const double facing = std::cos(std::atan2(normal.y(), normal.x()) - shading.light_bearing_rad);
       const double wanted = shading.ambient + shading.diffuse * std::max(0.0, facing);
-      // A pixel that is wholly inside though an outline may be near is the mean of its cells: curvature's second order.
+      // A pixel that is wholly inside, with an outline near, is the mean of its cells: the curvature's second order
+      // remains.
       EXPECT_NEAR(double(light.at<cv::Vec3f>(row, column)[0]), wanted, 0.01) << column << ", " << row;
       EXPECT_NEAR(double(light.at<cv::Vec3f>(row, column)[2]), wanted / 4, 0.01) << column << ", " << row;
       darkest = std::min(darkest, wanted);
@@ -289,9 +291,9 @@ TEST(SyntheticView, NoiseIsAsAskedAndTheSeedDecidesIt) {
   const SyntheticView synthetic(view, {640, 480}, {.level = 0.2140});  // code 127.5 or so
   std::mt19937_64 random(7);
   std::mt19937_64 same(7);
-  const cv::Mat quiet = synthetic.picture({}, {}, random);
-  const cv::Mat noisy = synthetic.picture({}, {.noise_grey_levels = kSigma}, random);
-  EXPECT_EQ(cv::norm(noisy, synthetic.picture({}, {.noise_grey_levels = kSigma}, same), cv::NORM_INF), 0);
+  const cv::Mat quiet = synthetic.image({}, {}, random);
+  const cv::Mat noisy = synthetic.image({}, {.noise_grey_levels = kSigma}, random);
+  EXPECT_EQ(cv::norm(noisy, synthetic.image({}, {.noise_grey_levels = kSigma}, same), cv::NORM_INF), 0);
   cv::Mat difference;
   cv::subtract(noisy, cv::Scalar::all(0), difference, cv::noArray(), CV_64F);
   cv::Scalar mean;
@@ -299,7 +301,7 @@ TEST(SyntheticView, NoiseIsAsAskedAndTheSeedDecidesIt) {
   cv::meanStdDev(difference, mean, deviation);
   const double code = 255 * (1.055 * std::pow(0.2140, 1 / 2.4) - 0.055);
   for (int c = 0; c < 3; ++c) {
-    // Five sigmas of a mean and of a deviation of so many; rounding adds a twelfth to the variance.
+    // Five sigmas of a mean and of a deviation of that many pixels; rounding adds a twelfth to the variance.
     EXPECT_NEAR(mean[c], code, 5 * kSigma / std::sqrt(kPixels));
     EXPECT_NEAR(deviation[c], std::sqrt(kSigma * kSigma + 1.0 / 12), 5 * kSigma / std::sqrt(2.0 * kPixels));
   }
@@ -308,9 +310,9 @@ TEST(SyntheticView, NoiseIsAsAskedAndTheSeedDecidesIt) {
 TEST(SyntheticView, GainSaturates) {
   const SyntheticView synthetic(MirrorView(small_view()), {320, 240}, {.level = 0.55});
   std::mt19937_64 random(1);
-  const cv::Mat picture = synthetic.picture({}, {.gain = 1.9}, random);
-  EXPECT_EQ(picture.at<cv::Vec3b>(60, 160), cv::Vec3b(255, 255, 255));
-  EXPECT_EQ(picture.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0)) << "beyond the rim";
+  const cv::Mat image = synthetic.image({}, {.gain = 1.9}, random);
+  EXPECT_EQ(image.at<cv::Vec3b>(60, 160), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(image.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0)) << "beyond the rim";
 }
 
 TEST(SyntheticView, LandmarksAreSeenFromWhereTheBodyStands) {

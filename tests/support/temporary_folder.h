@@ -11,7 +11,7 @@
 
 namespace twocone::testing_support {
 
-/// A folder of its own for a test, gone afterwards.
+/// A temporary folder for a test, which is removed afterwards.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -31,8 +31,8 @@ class TemporaryFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;
   }
-  /// A program: a shell script. To be called while nothing is being started: a file that is still open for writing in a
-  /// child forked meanwhile cannot be executed.
+  /// Writes a program as a shell script. Call it while no process is being started: a file cannot be executed while a
+  /// child that was forked meanwhile still has it open for writing.
   [[nodiscard]] std::string script(const std::string& name, const std::string& commands) const {
     const auto path = write(name, "#!/bin/sh\n" + commands + "\n");
     std::filesystem::permissions(path, std::filesystem::perms::owner_all);

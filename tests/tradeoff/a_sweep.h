@@ -7,7 +7,7 @@
 #include "apps/tradeoff/frontier.h"
 #include "apps/tradeoff/sweep.h"
 
-/// A sweep that never was, with numbers like the lab's: 82 settings, frontiers marked.
+/// An invented sweep with numbers like the lab's: 82 settings, frontiers marked.
 namespace twocone::tradeoff::testing_support {
 
 inline Interval around(double value, double share) { return {value, value * (1 - share), value * (1 + share)}; }
@@ -16,12 +16,12 @@ inline TimeFigures times(double median_s) {
   return {around(median_s, 0.02), 0.06 * median_s, around(1.15 * median_s, 0.05)};
 }
 
-/// Rough laws of growth through what the lab's runs took and gave.
+/// Returns a result by rough laws of growth, fitted to times and errors of the lab's runs.
 inline SettingResult a_result(const Setting& setting, std::size_t number) {
-  const double pixels = double(setting.pictures.width_px) * setting.pictures.height_px / (320.0 * 240.0);
-  const int rays = setting.pictures.antialias;
-  const double wobble = 1 + 0.11 * std::sin(2.399 * double(number));  // settings differ by luck too
-  const bool flat = setting.pictures.effects == Effects::kFlat;
+  const double pixels = double(setting.images.width_px) * setting.images.height_px / (320.0 * 240.0);
+  const int rays = setting.images.antialias;
+  const double wobble = 1 + 0.11 * std::sin(2.399 * double(number));  // settings also differ by chance
+  const bool flat = setting.images.effects == Effects::kFlat;
   const double render_s =
       (flat ? 0.5 : 1.0) * (0.04 + 0.16 * std::pow(pixels, 0.93)) * (1 + 1.25 * (rays - 1)) * wobble;
 
@@ -47,10 +47,10 @@ inline SettingResult a_result(const Setting& setting, std::size_t number) {
       vision_s *= 0.72;
       break;
   }
-  if (setting.pictures.effects == Effects::kNoise) error_m *= 1.7;
+  if (setting.images.effects == Effects::kNoise) error_m *= 1.7;
   if (!setting.bearings) error_m *= 1.6;
   error_m *= std::sqrt(6.0 / setting.landmarks) / std::sqrt(double(setting.frames)) * wobble;
-  if (setting.pictures.width_px < 200 && setting.level != Level::kPaper) error_m *= 1.4;
+  if (setting.images.width_px < 200 && setting.level != Level::kPaper) error_m *= 1.4;
 
   SettingResult result;
   result.setting = setting;
@@ -86,9 +86,9 @@ inline Sweep a_sweep() {
   sweep.commit = "0123abc";
   sweep.compiler = "GNU 12.2.0, Release";
   sweep.machine = "a processor, 2 cores";
-  sweep.repeat = "twocone tradeoff --robot robots/lab.yaml --seed 1 --legs 24 --out tradeoff";
+  sweep.repeat = "twocone tradeoff --robot robots/lab.yaml --seed 1 --episodes 24 --out tradeoff";
   sweep.seed = 1;
-  sweep.legs = 24;
+  sweep.episodes = 24;
   sweep.landmarks = {"red", "green", "blue", "cyan", "magenta", "yellow"};
   const auto add = [&](const Setting& setting) { sweep.settings.push_back(a_result(setting, sweep.settings.size())); };
   struct Size {
@@ -96,15 +96,15 @@ inline Sweep a_sweep() {
   };
   for (const Size size : {Size{160, 120, 2}, {320, 240, 3}, {480, 360, 2}, {640, 480, 3}, {1280, 960, 2}}) {
     for (int rays = 1; rays <= size.most_rays; ++rays) {
-      const Pictures pictures{size.width_px, size.height_px, rays, Effects::kScene};
+      const Images images{size.width_px, size.height_px, rays, Effects::kScene};
       for (const Level level : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kFine}) {
-        add({pictures, level, 0, 6, true, 15, 1});
+        add({images, level, 0, 6, true, 15, 1});
       }
-      add({pictures, Level::kFine, 0, 6, true, 15, 4});
+      add({images, Level::kFine, 0, 6, true, 15, 4});
       if (size.width_px == 640 && rays == 1) sweep.as_is = sweep.settings.size() - 2;
     }
   }
-  const Pictures usual{640, 480, 1, Effects::kScene};
+  const Images usual{640, 480, 1, Effects::kScene};
   for (const double enough_m : {0.0005, 0.001, 0.002, 0.005}) add({usual, Level::kAdaptive, enough_m, 6, true, 15, 1});
   for (const int landmarks : {3, 4, 5}) add({usual, Level::kFine, 0, landmarks, true, 15, 1});
   for (const int frames : {2, 4, 8}) add({usual, Level::kAdaptive, 0.001, 6, true, 15, frames});
@@ -116,7 +116,7 @@ inline Sweep a_sweep() {
       add({{640, 480, 2, effects}, Level::kFine, 0, 6, true, 15, frames});
     }
   }
-  // One that never answers.
+  // A setting that never answers.
   add({{80, 60, 1, Effects::kScene}, Level::kFine, 0, 6, true, 15, 1});
   SettingResult& blind = sweep.settings.back();
   blind.answered = 0;

@@ -20,14 +20,14 @@ using ::testing::Not;
 using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
-/// Setting i looks for 3 + i landmarks, so that a check can tell which one it is asked for.
+/// Setting i searches for 3 + i landmarks, so that a check can recognise it.
 Setting numbered(int i) {
   Setting s = usual_setting();
   s.landmarks = 3 + i;
   return s;
 }
 
-/// Errors 12, 6, 4, 2 and 1 mm at 1, 2, 4, 8 and 16 ms; not in that order.
+/// Returns settings with errors of 12, 6, 4, 2 and 1 mm at 1, 2, 4, 8 and 16 ms; not in that order.
 Sweep five_settings() {
   Sweep sweep;
   const double errors_m[] = {0.004, 0.012, 0.001, 0.002, 0.006}, times_s[] = {0.004, 0.001, 0.016, 0.008, 0.002};
@@ -35,13 +35,13 @@ Sweep five_settings() {
   return sweep;
 }
 
-constexpr int kLegs = 40;
-/// Fresh legs whose errors and times lie within a hundredth of the sweep's mean, but for the factors.
+constexpr int kEpisodes = 40;
+/// Returns fresh episodes whose errors and times are within one per cent of the sweep's mean, times the factors.
 Check like_the_sweep(const Setting& setting, double error_factor = 1, double time_factor = 1) {
   const SettingResult s = five_settings().settings[std::size_t(setting.landmarks - 3)];
   Check fresh;
-  for (int leg = 0; leg < kLegs; ++leg) {
-    const double off = 1 + 0.01 * std::sin(leg);
+  for (int episode = 0; episode < kEpisodes; ++episode) {
+    const double off = 1 + 0.01 * std::sin(episode);
     fresh.position_errors_m.push_back({error_factor * s.position_m->mean.value * off});
     fresh.robot_times_s.push_back({time_factor * s.robot_time_s().value * off});
   }
@@ -49,10 +49,10 @@ Check like_the_sweep(const Setting& setting, double error_factor = 1, double tim
   return fresh;
 }
 
-constexpr Wish target(double m) { return {.target_m = m, .budget_s = {}}; }
-constexpr Wish budget(double s) { return {.target_m = {}, .budget_s = s}; }
+constexpr Requirement target(double m) { return {.target_m = m, .budget_s = {}}; }
+constexpr Requirement budget(double s) { return {.target_m = {}, .budget_s = s}; }
 
-TEST(Candidates, AreWhatIsWithinTheWishInOrder) {
+TEST(Candidates, AreTheSettingsWithinTheRequirementInOrder) {
   const Sweep sweep = five_settings();
   EXPECT_THAT(candidates(sweep, target(0.005)), ElementsAre(0, 3, 2));
   EXPECT_THAT(candidates(sweep, budget(0.005)), ElementsAre(0, 4, 1));
@@ -70,8 +70,8 @@ TEST(Candidates, OfEqualOnesTakeTheBetterInTheOtherFirst) {
 
 TEST(Candidates, AreSettingsThatARobotCanHave) {
   Sweep sweep = five_settings();
-  sweep.settings[0].setting.pictures.effects = Effects::kFlat;
-  sweep.settings[3].setting.pictures.effects = Effects::kNoise;
+  sweep.settings[0].setting.images.effects = Effects::kFlat;
+  sweep.settings[3].setting.images.effects = Effects::kNoise;
   sweep.settings[2].answered = 89;
   EXPECT_THAT(candidates(sweep, target(0.007)), ElementsAre(4));
   sweep.settings[4].position_m.reset();
@@ -86,20 +86,20 @@ TEST(Candidates, LeaveOutWhatIsNotANumber) {
   EXPECT_THAT(candidates(sweep, budget(0.02)), ElementsAre(2, 4, 1));
 }
 
-TEST(Candidates, RefuseAWishThatIsNone) {
+TEST(Candidates, RejectAnInvalidRequirement) {
   const Sweep sweep = five_settings();
-  const auto refused = [&](const Wish& wish, const char* text) {
-    EXPECT_THAT([&] { candidates(sweep, wish); }, ThrowsMessage<std::invalid_argument>(HasSubstr(text)));
+  const auto rejects = [&](const Requirement& requirement, const char* text) {
+    EXPECT_THAT([&] { candidates(sweep, requirement); }, ThrowsMessage<std::invalid_argument>(HasSubstr(text)));
   };
-  refused({}, "must be a target or a budget");
-  refused({.target_m = 0.005, .budget_s = 0.04}, "must be a target or a budget");
-  refused(target(0), "target_m is 0, must be positive");
-  refused(target(std::numeric_limits<double>::quiet_NaN()), "target_m is nan");
-  refused(budget(-0.04), "budget_s is -0.04, must be positive");
-  refused(budget(std::numeric_limits<double>::infinity()), "budget_s is inf");
+  rejects({}, "must be either a target or a time budget");
+  rejects({.target_m = 0.005, .budget_s = 0.04}, "must be either a target or a time budget");
+  rejects(target(0), "target_m is 0, must be positive");
+  rejects(target(std::numeric_limits<double>::quiet_NaN()), "target_m is nan");
+  rejects(budget(-0.04), "budget_s is -0.04, must be positive");
+  rejects(budget(std::numeric_limits<double>::infinity()), "budget_s is inf");
 }
 
-TEST(Choose, TakesTheCheapestThatHoldsItsTarget) {
+TEST(Choose, TakesTheCheapestThatIsConfirmed) {
   const Sweep sweep = five_settings();
   int checks = 0;
   const auto choice = choose(sweep, target(0.005), [&](const Setting& s) -> Result<Check> {
@@ -109,34 +109,35 @@ TEST(Choose, TakesTheCheapestThatHoldsItsTarget) {
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->setting, 0u);
   EXPECT_EQ(checks, 1);
-  ASSERT_EQ(choice->trials.size(), 1u);
-  const Trial& trial = choice->trials[0];
-  EXPECT_TRUE(trial.holds);
-  EXPECT_EQ(trial.legs, kLegs);
-  EXPECT_EQ(trial.upper_limit_m, mean_upper_limit(like_the_sweep(numbered(0)).position_errors_m, 1 - 0.05 / 5));
+  ASSERT_EQ(choice->validations.size(), 1u);
+  const Validation& validation = choice->validations[0];
+  EXPECT_TRUE(validation.is_confirmed);
+  EXPECT_EQ(validation.episodes, kEpisodes);
+  EXPECT_EQ(validation.upper_limit_m, mean_upper_limit(like_the_sweep(numbered(0)).position_errors_m, 1 - 0.05 / 5));
   EXPECT_EQ(choice->why,
             describe(numbered(0)) +
-                ": 4 mm on 40 fresh legs, upper limit 4.01 mm (1 - 0.05/5) below 5 mm, 4.04 ms a frame; of "
+                ": 4 mm on 40 fresh episodes, upper limit 4.01 mm (1 - 0.05/5) below 5 mm, 4.04 ms per frame; of "
                 "the others that are cheaper, 2 have a mean of 5 mm or more");
 }
 
-TEST(Choose, GoesOnWhereTheFirstDoesNotHoldOnFreshPoses) {
+TEST(Choose, ContinuesWhereTheFirstIsNotConfirmedOnFreshEpisodes) {
   const Sweep sweep = five_settings();
   const auto choice = choose(sweep, target(0.005), [](const Setting& s) -> Result<Check> {
     return like_the_sweep(s, s == numbered(0) ? 1.249 : 1.2);  // 4.996 mm: the mean is below 5 mm, its limit is not
   });
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->setting, 3u);
-  ASSERT_EQ(choice->trials.size(), 2u);
-  EXPECT_EQ(choice->trials[0].setting, 0u);
-  EXPECT_FALSE(choice->trials[0].holds);
-  EXPECT_LT(choice->trials[0].mean_m.value, 0.005);
-  EXPECT_TRUE(choice->trials[1].holds);
-  EXPECT_THAT(choice->why, HasSubstr("; 1 setting was tried before it, from the cheapest on, and did not hold; of the "
-                                     "others that are cheaper, 2 have a mean of 5 mm or more"));
+  ASSERT_EQ(choice->validations.size(), 2u);
+  EXPECT_EQ(choice->validations[0].setting, 0u);
+  EXPECT_FALSE(choice->validations[0].is_confirmed);
+  EXPECT_LT(choice->validations[0].mean_m.value, 0.005);
+  EXPECT_TRUE(choice->validations[1].is_confirmed);
+  EXPECT_THAT(choice->why,
+              HasSubstr("; 1 setting was tested before it, beginning with the cheapest, and not confirmed; of the "
+                        "others that are cheaper, 2 have a mean of 5 mm or more"));
 }
 
-TEST(Choose, WantsAnswersOnFreshPosesToo) {
+TEST(Choose, RequiresAnswersOnFreshEpisodesToo) {
   const auto choice = choose(five_settings(), target(0.005), [](const Setting& s) -> Result<Check> {
     Check fresh = like_the_sweep(s);
     if (s == numbered(0)) fresh.answered_share = 0.89;
@@ -145,70 +146,72 @@ TEST(Choose, WantsAnswersOnFreshPosesToo) {
   });
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->setting, 2u);
-  ASSERT_EQ(choice->trials.size(), 3u);
-  EXPECT_EQ(choice->trials[1].legs, 0);
-  EXPECT_TRUE(std::isinf(choice->trials[1].upper_limit_m));
-  EXPECT_TRUE(std::isinf(choice->trials[1].robot_time_s.high));
+  ASSERT_EQ(choice->validations.size(), 3u);
+  EXPECT_EQ(choice->validations[1].episodes, 0);
+  EXPECT_TRUE(std::isinf(choice->validations[1].upper_limit_m));
+  EXPECT_TRUE(std::isinf(choice->validations[1].robot_time_s.high));
 }
 
 TEST(Choose, TakesTheMostAccurateWithinABudget) {
-  // The time of setting 3 has its upper limit above 10 ms on fresh legs, though its value is below.
+  // The time of setting 3 has its upper limit above 10 ms on fresh episodes, though its value is below.
   const auto choice = choose(five_settings(), budget(0.010), [](const Setting& s) -> Result<Check> {
     return like_the_sweep(s, 1, s == numbered(3) ? 1.2377 : 1);
   });
   ASSERT_TRUE(choice);
-  ASSERT_EQ(choice->trials.size(), 2u);
-  EXPECT_EQ(choice->trials[0].setting, 3u);
-  EXPECT_LT(choice->trials[0].mean_m.value, choice->trials[1].mean_m.value);
-  EXPECT_LT(choice->trials[0].robot_time_s.value, 0.010);
+  ASSERT_EQ(choice->validations.size(), 2u);
+  EXPECT_EQ(choice->validations[0].setting, 3u);
+  EXPECT_LT(choice->validations[0].mean_m.value, choice->validations[1].mean_m.value);
+  EXPECT_LT(choice->validations[0].robot_time_s.value, 0.010);
   EXPECT_EQ(choice->setting, 0u);
   EXPECT_THAT(choice->why,
-              StartsWith(describe(numbered(0)) + ": 4.04 ms a frame (95 % quantile) on 40 fresh legs, upper "
+              StartsWith(describe(numbered(0)) + ": 4.04 ms per frame (95 % quantile) on 40 fresh episodes, upper "
                                                  "limit 4.04 ms below 10 ms, 4 mm ("));
   EXPECT_THAT(choice->why,
-              HasSubstr("1 setting was tried before it, from the most accurate on, and did not hold; of the "
+              HasSubstr("1 setting was tested before it, beginning with the most accurate, and not confirmed; of the "
                         "others that are more accurate, 1 takes 10 ms or more"));
 }
 
-TEST(Choose, CountsAsCheaperOnlyWhatIsSoByMoreThanBothIntervals) {
+TEST(Choose, CountsAsCheaperOnlyBeyondBothIntervals) {
   Sweep sweep = five_settings();
   // 5 % apart from setting 0 (4 ms, 5 %): neither cheaper nor dearer.
   sweep.settings.push_back(result_of(numbered(5), 0.009, 0.0038, 1));
   sweep.settings.push_back(result_of(numbered(6), 0.001, 0.0001, 1));
   sweep.settings.back().answered = 50;
   sweep.settings.push_back(result_of(numbered(7), 0.001, 0.0001, 1));
-  sweep.settings.back().setting.pictures.effects = Effects::kFlat;
+  sweep.settings.back().setting.images.effects = Effects::kFlat;
   const auto choice = choose(sweep, target(0.005), [](const Setting& s) -> Result<Check> { return like_the_sweep(s); });
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->setting, 0u);
   EXPECT_THAT(choice->why, HasSubstr("cheaper, 2 have a mean of 5 mm or more, 1 answers less often than in 90 % of the "
-                                     "frames, 1 is for pictures of another world than the scene's"));
+                                     "frames, 1 is for images with other effects than the scene's"));
 }
 
-TEST(Choose, SaysWhatComesNearestWhereNoneHolds) {
+TEST(Choose, NamesTheNearestSettingWhereNoneIsConfirmed) {
   const auto like = [](const Setting& s) -> Result<Check> { return like_the_sweep(s, 3); };
   const auto tried = choose(five_settings(), target(0.0021), like);
   ASSERT_TRUE(tried);
   EXPECT_FALSE(tried->setting);
-  EXPECT_EQ(tried->trials.size(), 2u);
-  EXPECT_THAT(tried->why, StartsWith("none holds: of 2 settings tried, nearest comes " + describe(numbered(2)) +
-                                     ": 3 mm on 40 fresh legs, upper limit 3.01 mm (1 - 0.05/5) not below 2.1 mm"));
+  EXPECT_EQ(tried->validations.size(), 2u);
+  EXPECT_THAT(tried->why,
+              StartsWith("no setting is confirmed: of 2 settings tested, the nearest is " + describe(numbered(2)) +
+                         ": 3 mm on 40 fresh episodes, upper limit 3.01 mm (1 - 0.05/5) not below 2.1 mm"));
   const auto untried = choose(five_settings(), target(0.0005), like);
   ASSERT_TRUE(untried);
-  EXPECT_TRUE(untried->trials.empty());
-  EXPECT_EQ(untried->why, "none holds: no mean position error of the sweep is below 0.5 mm; nearest comes " +
-                              describe(numbered(2)) + " with 1 mm (0.952 to 1.05)");
+  EXPECT_TRUE(untried->validations.empty());
+  EXPECT_EQ(untried->why,
+            "no setting is confirmed: no mean position error of the sweep is below 0.5 mm; the nearest is " +
+                describe(numbered(2)) + " with 1 mm (0.952 to 1.05)");
   const auto slow = choose(five_settings(), budget(0.0005), like);
   ASSERT_TRUE(slow);
-  EXPECT_THAT(slow->why, HasSubstr("no time of a frame of the sweep is below 0.5 ms; nearest comes " +
+  EXPECT_THAT(slow->why, HasSubstr("no time of a frame of the sweep is below 0.5 ms; the nearest is " +
                                    describe(numbered(1)) + " with 1 ms"));
   const auto empty = choose({}, target(0.005), like);
   ASSERT_TRUE(empty);
-  EXPECT_THAT(empty->why, StartsWith("none holds: no setting of the scene's own world answers in 90 %"));
+  EXPECT_THAT(empty->why, StartsWith("no setting is confirmed: none with the scene's own effects answers in 90 %"));
   EXPECT_THAT(empty->why, Not(HasSubstr("inf")));
 }
 
-TEST(Choose, EndsWithTheChecksError) {
+TEST(Choose, EndsWithTheErrorOfTheCheck) {
   int checks = 0;
   const auto choice = choose(five_settings(), target(0.005), [&](const Setting&) -> Result<Check> {
     ++checks;

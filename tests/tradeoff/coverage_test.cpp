@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often the intervals hold what they should, for values as hard as a sweep's: few legs, skewed, alike within a leg.
-// apps/tradeoff/statistics.h states the shares that are measured here; each limit is one of them, rounded down, less
-// three standard deviations of this number of trials.
+// Measures how often the intervals contain the true value, for values as hard as a sweep's: few episodes, skewed,
+// correlated within an episode. apps/tradeoff/statistics.h states the shares that are measured here; each limit is one
+// of them, rounded down, minus three standard deviations of this number of trials.
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <random>
@@ -15,18 +15,19 @@ namespace twocone::tradeoff {
 namespace {
 
 constexpr double kOneSided = 1 - 0.05 / 70;
-constexpr double kWithin = 0.4;  ///< sigma of the logarithm of a leg's own scatter, whose mean is 1
+constexpr double kWithin = 0.4;  ///< sigma of the logarithm of an episode's own scatter, whose mean is 1
 
-/// Two to four values a leg about the leg's own mean, which is lognormal with sigma `between` of its logarithm.
-ByLeg draw(std::mt19937_64& engine, int legs, double between) {
+/// Returns two to four values for each episode about the episode's own mean, which is lognormal with sigma `between` of
+/// its logarithm.
+ByEpisode draw(std::mt19937_64& engine, int episodes, double between) {
   std::normal_distribution<double> normal;
-  ByLeg values(static_cast<std::size_t>(legs));
-  for (auto& leg : values) {
+  ByEpisode values(static_cast<std::size_t>(episodes));
+  for (auto& episode : values) {
     const double mean = std::exp(between * normal(engine));
-    const std::size_t lost = engine() % 6;  // frames without an answer: 2 of 4 in one leg of six, 1 in another
+    const std::size_t lost = engine() % 6;  // frames without an answer: 2 of 4 in one episode of six, 1 in another
     const std::size_t count = lost == 0 ? 2 : lost == 1 ? 3 : 4;
     for (std::size_t i = 0; i < count; ++i) {
-      leg.push_back(mean * std::exp(kWithin * normal(engine) - kWithin * kWithin / 2));
+      episode.push_back(mean * std::exp(kWithin * normal(engine) - kWithin * kWithin / 2));
     }
   }
   return values;
@@ -35,47 +36,48 @@ ByLeg draw(std::mt19937_64& engine, int legs, double between) {
 double three_sigma(double share, int trials) { return 3 * std::sqrt(share * (1 - share) / trials); }
 
 struct Case {
-  int legs;
+  int episodes;
   double between;
-  double two_sided, one_sided;          ///< least share, of many trials
-  double students, students_one_sided;  ///< greatest share of the usual interval: why there is another
+  double two_sided, one_sided;          ///< smallest share, of many trials
+  double students, students_one_sided;  ///< largest share of the usual interval, which shows why another one is needed
   double limit;                         ///< mean upper limit over the mean
 };
-/// A limit scatters by about its own size, its mean over 3000 trials by 2 %: three such deviations and the rounding.
+/// A limit scatters by about its own size, and its mean over 3000 trials by 2 %. The tolerance is three such deviations
+/// and the rounding.
 constexpr double kLimit = 0.1;
 
 struct Usual {
   double mean, standard_error;
 };
-Usual usual(const ByLeg& values) {
+Usual usual(const ByEpisode& values) {
   double sum = 0, count = 0, squares = 0;
-  for (const auto& leg : values) {
-    for (const double x : leg) sum += x;
-    count += double(leg.size());
+  for (const auto& episode : values) {
+    for (const double x : episode) sum += x;
+    count += double(episode.size());
   }
-  for (const auto& leg : values) {
+  for (const auto& episode : values) {
     double residual = 0;
-    for (const double x : leg) residual += x - sum / count;
+    for (const double x : episode) residual += x - sum / count;
     squares += residual * residual;
   }
   const double k = double(values.size());
   return {sum / count, std::sqrt(squares * k / (k - 1)) / count};
 }
-void PrintTo(const Case& c, std::ostream* os) { *os << c.legs << " legs, sigma " << c.between; }
+void PrintTo(const Case& c, std::ostream* os) { *os << c.episodes << " episodes, sigma " << c.between; }
 
 class MeanCoverage : public ::testing::TestWithParam<Case> {};
 
 TEST_P(MeanCoverage, IsAsStated) {
   constexpr int kTrials = 3000;
-  const auto [legs, between, two_sided, one_sided, students, students_one_sided, limit] = GetParam();
-  const boost::math::students_t t(legs - 1);
+  const auto [episodes, between, two_sided, one_sided, students, students_one_sided, limit] = GetParam();
+  const boost::math::students_t t(episodes - 1);
   const double t_two = quantile(t, 0.975), t_one = quantile(t, kOneSided);
   const double truth = std::exp(between * between / 2);
   std::mt19937_64 engine(2006);
   int held = 0, below = 0, usual_held = 0, usual_below = 0;
   double limits = 0;
   for (int i = 0; i < kTrials; ++i) {
-    const ByLeg values = draw(engine, legs, between);
+    const ByEpisode values = draw(engine, episodes, between);
     const Interval interval = mean_interval(values, 0.95);
     held += interval.low <= truth && truth <= interval.high;
     const double upper = mean_upper_limit(values, kOneSided);
@@ -87,15 +89,15 @@ TEST_P(MeanCoverage, IsAsStated) {
   }
   const double held_share = double(held) / kTrials, below_share = double(below) / kTrials;
   fmt::print(
-      "{:2} legs, sigma {}: 95 % interval {:.4f}, upper limit 1 - 0.05/70 {:.4f}, {:.2f} times the mean; Student's "
+      "{:2} episodes, sigma {}: 95 % interval {:.4f}, upper limit 1 - 0.05/70 {:.4f}, {:.2f} times the mean; Student's "
       "{:.4f}, {:.4f}\n",
-      legs, between, held_share, below_share, limits, double(usual_held) / kTrials, double(usual_below) / kTrials);
+      episodes, between, held_share, below_share, limits, double(usual_held) / kTrials, double(usual_below) / kTrials);
   EXPECT_GE(held_share, two_sided - three_sigma(two_sided, kTrials));
   EXPECT_GE(below_share, one_sided - three_sigma(one_sided, kTrials));
   EXPECT_LE(double(usual_held) / kTrials, students + three_sigma(students, kTrials));
   EXPECT_LE(double(usual_below) / kTrials, students_one_sided + three_sigma(students_one_sided, kTrials));
   EXPECT_LE(limits, limit * (1 + kLimit));
-  // Nor wider than 95 % calls for.
+  // The interval is not wider than 95 % requires.
   EXPECT_LE(held_share, 0.95 + three_sigma(0.95, kTrials));
 }
 
@@ -111,45 +113,48 @@ TEST(QuantileCoverage, IsAsStated) {
   const double sigma = std::hypot(kBetween, kWithin);
   struct Level {
     double q, normal_quantile;
-    int legs;
+    int episodes;
     double least_share, least_below;
   };
-  for (const auto& [q, z, legs, least_share, least_below] :
+  for (const auto& [q, z, episodes, least_share, least_below] :
        {Level{0.5, 0, 24, 0.96, 0.98}, Level{0.95, 1.644853627, 8, 0.62, 0.64},
         Level{0.95, 1.644853627, 24, 0.92, 0.95}, Level{0.95, 1.644853627, 40, 0.96, 0.99}}) {
     const double truth = std::exp(-kWithin * kWithin / 2 + z * sigma);
     std::mt19937_64 engine(2005);
     int held = 0, below = 0;
     for (int i = 0; i < kTrials; ++i) {
-      const Interval interval = quantile_interval(draw(engine, legs, kBetween), q, 0.95);
+      const Interval interval = quantile_interval(draw(engine, episodes, kBetween), q, 0.95);
       held += interval.low <= truth && truth <= interval.high;
       below += truth <= interval.high;
     }
     const double held_share = double(held) / kTrials, below_share = double(below) / kTrials;
-    fmt::print("{:2} legs, quantile {}: 95 % interval {:.3f}, upper end {:.3f}\n", legs, q, held_share, below_share);
-    EXPECT_GE(held_share, least_share - three_sigma(least_share, kTrials)) << "q " << q << ", " << legs << " legs";
-    EXPECT_GE(below_share, least_below - three_sigma(least_below, kTrials)) << "q " << q << ", " << legs << " legs";
+    fmt::print("{:2} episodes, quantile {}: 95 % interval {:.3f}, upper end {:.3f}\n", episodes, q, held_share,
+               below_share);
+    EXPECT_GE(held_share, least_share - three_sigma(least_share, kTrials))
+        << "q " << q << ", " << episodes << " episodes";
+    EXPECT_GE(below_share, least_below - three_sigma(least_below, kTrials))
+        << "q " << q << ", " << episodes << " episodes";
   }
 }
 
-/// A fifth of the legs have a share of 0.75, the others of 1: 0.95 in all.
+/// A fifth of the episodes have a share of 0.75, the others of 1: 0.95 in all.
 TEST(ShareCoverage, IsAsStated) {
   constexpr int kTrials = 4000;
-  for (const auto& [legs, least_share] : {std::pair{8, 0.96}, {24, 0.96}}) {
+  for (const auto& [episodes, least_share] : {std::pair{8, 0.96}, {24, 0.96}}) {
     std::mt19937_64 engine(1998);
     int held = 0;
     for (int i = 0; i < kTrials; ++i) {
-      ByLeg values(static_cast<std::size_t>(legs));
-      for (auto& leg : values) {
+      ByEpisode values(static_cast<std::size_t>(episodes));
+      for (auto& episode : values) {
         const bool is_hard = engine() % 5 == 0;
-        for (int k = 0; k < 4; ++k) leg.push_back(is_hard && engine() % 4 == 0 ? 0 : 1);
+        for (int k = 0; k < 4; ++k) episode.push_back(is_hard && engine() % 4 == 0 ? 0 : 1);
       }
       const Interval interval = share_interval(values, 0.95);
       held += interval.low <= 0.95 && 0.95 <= interval.high;
     }
     const double held_share = double(held) / kTrials;
-    fmt::print("{:2} legs, share 0.95: 95 % interval {:.4f}\n", legs, held_share);
-    EXPECT_GE(held_share, least_share - three_sigma(least_share, kTrials)) << legs << " legs";
+    fmt::print("{:2} episodes, share 0.95: 95 % interval {:.4f}\n", episodes, held_share);
+    EXPECT_GE(held_share, least_share - three_sigma(least_share, kTrials)) << episodes << " episodes";
   }
 }
 

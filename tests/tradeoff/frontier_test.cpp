@@ -21,35 +21,35 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::size_t> frontier(const std::vector<CostAndError>& points) { return pareto_frontier(points); }
 
-TEST(ParetoFrontier, GoesByRisingCost) {
+TEST(ParetoFrontier, IsSortedByRisingCost) {
   EXPECT_THAT(frontier({{3, 1}, {1, 9}, {2, 4}, {2.5, 5}, {9, 1.5}}), ElementsAre(1, 2, 0));
 }
 
-TEST(ParetoFrontier, OfNothingIsEmptyOfOnePointThatPoint) {
+TEST(ParetoFrontier, OfNoPointIsEmptyAndOfOnePointThatPoint) {
   EXPECT_THAT(frontier({}), IsEmpty());
   EXPECT_THAT(frontier({{7, 7}}), ElementsAre(0));
 }
 
-TEST(ParetoFrontier, OfEqualPointsHoldsTheFirst) {
+TEST(ParetoFrontier, OfEqualPointsContainsTheFirst) {
   EXPECT_THAT(frontier({{5, 5}, {2, 3}, {2, 3}, {2, 3}}), ElementsAre(1));
 }
 
-TEST(ParetoFrontier, OfEqualCostOrErrorHoldsTheBetter) {
+TEST(ParetoFrontier, OfEqualCostOrErrorContainsTheBetter) {
   EXPECT_THAT(frontier({{2, 4}, {2, 3}}), ElementsAre(1));
   EXPECT_THAT(frontier({{4, 2}, {3, 2}}), ElementsAre(1));
 }
 
-TEST(ParetoFrontier, HoldsOnlyFinitePoints) {
+TEST(ParetoFrontier, ContainsOnlyFinitePoints) {
   EXPECT_THAT(frontier({{kNan, 0}, {0, kNan}, {-kInfinity, 0}, {1, -kInfinity}, {kInfinity, 1}, {3, 3}}),
               ElementsAre(5));
   EXPECT_THAT(frontier({{kNan, kNan}, {kInfinity, kInfinity}}), IsEmpty());
 }
 
-TEST(ParetoFrontier, IsWhatTheDefinitionSays) {
+TEST(ParetoFrontier, FollowsTheDefinition) {
   std::mt19937_64 engine(31);
   for (int round = 0; round < 50; ++round) {
     std::vector<CostAndError> points;
-    // Few values: many ties.
+    // Few different values give many ties.
     for (int i = 0; i < 30; ++i) points.push_back({double(engine() % 7), double(engine() % 7)});
     std::vector<bool> expected(points.size(), true), found(points.size(), false);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -64,20 +64,20 @@ TEST(ParetoFrontier, IsWhatTheDefinitionSays) {
   }
 }
 
-TEST(MarkFrontiers, TakesEitherCostAndLeavesOutWhatAnswersSeldom) {
+TEST(MarkFrontiers, UsesEitherCostAndLeavesOutSettingsThatSeldomAnswer) {
   const Setting s = usual_setting();
   std::vector<SettingResult> all{
-      result_of(s, 0.004, 0.010, 0.1),   // on both
-      result_of(s, 0.002, 0.030, 0.9),   // on the robot's alone
-      result_of(s, 0.0015, 0.040, 0.3),  // on both
-      result_of(s, 0.0001, 0.001, 0.1),  // answers in 89 % only
+      result_of(s, 0.004, 0.010, 0.1),   // on both frontiers
+      result_of(s, 0.002, 0.030, 0.9),   // on the robot's frontier only
+      result_of(s, 0.0015, 0.040, 0.3),  // on both frontiers
+      result_of(s, 0.0001, 0.001, 0.1),  // answers in only 89 %
       result_of(s, 0.0001, 0.001, 0.1),  // no answer
   };
   all[0].on_robot_frontier = false;
   all[3].answered = 89;
   all[4].answered = 0;
   all[4].position_m.reset();
-  all[3].on_robot_frontier = all[3].on_simulation_frontier = true;  // of an earlier marking
+  all[3].on_robot_frontier = all[3].on_simulation_frontier = true;  // as after an earlier marking
   mark_frontiers(all);
   std::vector<bool> robot, simulation;
   for (const SettingResult& r : all) {

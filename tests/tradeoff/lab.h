@@ -3,15 +3,15 @@
 
 #include <filesystem>
 
-#include "apps/files/map_file.h"
-#include "apps/files/robot_file.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
 
 namespace twocone::tradeoff {
 
-/// The robot and the map of robots/lab_sim.yaml.
+/// The robot of robots/lab_sim.yaml, and its map.
 struct Lab {
-  files::Robot robot = files::read_robot(std::filesystem::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml");
-  files::Map map = files::read_map(robot.map);
+  config::Robot robot = config::read_robot(std::filesystem::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml");
+  config::Map map = config::read_map(robot.map);
 };
 
 }  // namespace twocone::tradeoff

@@ -20,20 +20,20 @@ using ::testing::ThrowsMessage;
 
 constexpr double kDigits = 1e-12;  ///< a few additions of numbers below 1000
 
-/// Three settings: two of the same pictures, of which the second fuses two frames, and one of other pictures.
+/// Three settings: two of the same images, of which the second fuses two frames, and one of other images.
 Plan three_settings() {
   Plan plan;
   Setting fused = usual_setting(), small = usual_setting();
   fused.frames = 2;
-  small.pictures = {320, 240, 2, Effects::kScene};
+  small.images = {320, 240, 2, Effects::kScene};
   plan.settings = {usual_setting(), fused, small};
   return plan;
 }
 
-FrameRow row(int setting, int leg, int instant, std::optional<double> error_m, double vision_s) {
+FrameRow row(int setting, int episode, int step, std::optional<double> error_m, double vision_s) {
   return {.setting = setting,
-          .leg = leg,
-          .instant = instant,
+          .episode = episode,
+          .step = step,
           .verdict = error_m ? "ok" : "too_few",
           .error_m = error_m,
           .heading_error_rad = {},
@@ -43,12 +43,12 @@ FrameRow row(int setting, int leg, int instant, std::optional<double> error_m, d
           .localisation_s = 0.5};
 }
 
-TEST(Merge, GroupsErrorsByLeg) {
+TEST(Merge, GroupsErrorsByEpisode) {
   ShardRecord all;
-  // Rows in the order in which shards end.
+  // The rows are in the order in which shards end.
   all.frames = {row(0, 2, 0, 0.005, 1), row(0, 0, 0, 0.001, 2), row(0, 0, 1, 0.003, 3), row(0, 1, 0, std::nullopt, 4),
                 row(0, 3, 1, 0.004, 5)};
-  const ByLeg errors = position_errors(all, 0);
+  const ByEpisode errors = position_errors(all, 0);
   EXPECT_THAT(errors, ElementsAre(ElementsAre(0.001, 0.003), IsEmpty(), ElementsAre(0.005), ElementsAre(0.004)));
   EXPECT_THAT(robot_times(all, 0),
               ElementsAre(ElementsAre(2.5, 3.5), ElementsAre(4.5), ElementsAre(1.5), ElementsAre(5.5)));
@@ -65,7 +65,7 @@ TEST(Merge, GroupsErrorsByLeg) {
   EXPECT_EQ(r.position_m->mean.high, mean_interval(errors, 0.95).high);
   EXPECT_NEAR(r.position_m->rmse.value, std::sqrt((1 + 9 + 25 + 16) / 4.0) / 1000, kDigits);
   EXPECT_EQ(r.position_m->p95.value, 0.005);
-  // Nobody stated a heading, a range, a covariance or a bound.
+  // No row has a heading, a range, a covariance or a bound.
   EXPECT_FALSE(r.heading_rad || r.range_m || r.coverage || r.bound_m);
 }
 
@@ -83,15 +83,15 @@ TEST(Merge, TimesAreOfAllFramesAndVisionWithLocalisationOfEach) {
   EXPECT_EQ(r.robot_time_s().high, quantile_interval(robot_times(all, 0), 0.95, 0.95).high);
 }
 
-TEST(Merge, FramesOnTheWayCountForTimesOnly) {
+TEST(Merge, IntermediateFramesCountForTimesOnly) {
   ShardRecord all;
-  for (int leg = 0; leg < 4; ++leg) {
-    FrameRow on_the_way = row(1, leg, 0, std::nullopt, 8);
+  for (int episode = 0; episode < 4; ++episode) {
+    FrameRow on_the_way = row(1, episode, 0, std::nullopt, 8);
     on_the_way.verdict.clear();
     on_the_way.bound_m = 99;
     all.frames.push_back(on_the_way);
-    all.frames.push_back(row(1, leg, 1, 0.002, 1));
-    all.frames.back().bound_m = leg == 0 ? 0.003 : 0.004;
+    all.frames.push_back(row(1, episode, 1, 0.002, 1));
+    all.frames.back().bound_m = episode == 0 ? 0.003 : 0.004;
   }
   const SettingResult r = merge(three_settings(), all).settings[1];
   EXPECT_EQ(r.frames, 4);
@@ -102,12 +102,12 @@ TEST(Merge, FramesOnTheWayCountForTimesOnly) {
   EXPECT_NEAR(*r.bound_m, std::sqrt((9 + 3 * 16) / 4.0) / 1000, kDigits);
 }
 
-TEST(Merge, RenderingIsThatOfThePictures) {
+TEST(Merge, RenderingIsThatOfTheImages) {
   ShardRecord all;
-  for (int leg = 0; leg < 3; ++leg) {
-    for (int setting = 0; setting < 3; ++setting) all.frames.push_back(row(setting, leg, 0, 0.001, 1));
-    all.renders.push_back({.setting = 0, .leg = leg, .instant = 0, .cpu_s = 2.0 + leg});
-    all.renders.push_back({.setting = 2, .leg = leg, .instant = 0, .cpu_s = 0.5});
+  for (int episode = 0; episode < 3; ++episode) {
+    for (int setting = 0; setting < 3; ++setting) all.frames.push_back(row(setting, episode, 0, 0.001, 1));
+    all.renders.push_back({.setting = 0, .episode = episode, .step = 0, .cpu_s = 2.0 + episode});
+    all.renders.push_back({.setting = 2, .episode = episode, .step = 0, .cpu_s = 0.5});
   }
   all.memory = {{0, 100}, {0, 300}, {0, 200}, {1, 50}};
   all.render_memory = {{0, 7000}, {0, 6000}, {2, 900}};
@@ -122,7 +122,7 @@ TEST(Merge, RenderingIsThatOfThePictures) {
   EXPECT_EQ(settings[1].render_bytes, 7000);
   EXPECT_EQ(settings[2].render_bytes, 900);
   EXPECT_EQ(settings[0].simulation_time_s().value, 1.5 + 3);
-  // Marked: of the same errors and robot times the first, and the one whose pictures are cheap.
+  // Marked are the first of those with equal errors and robot times, and the one with cheap images.
   EXPECT_TRUE(settings[0].on_robot_frontier);
   EXPECT_FALSE(settings[1].on_robot_frontier || settings[2].on_robot_frontier);
   EXPECT_TRUE(settings[2].on_simulation_frontier);
@@ -131,12 +131,12 @@ TEST(Merge, RenderingIsThatOfThePictures) {
 
 TEST(Merge, HeadingsRangesAndCoverage) {
   ShardRecord all;
-  for (int leg = 0; leg < 5; ++leg) {
-    all.frames.push_back(row(2, leg, 0, 0.001, 1));
-    all.frames.back().heading_error_rad = 0.01 * leg;
-    if (leg > 0) all.frames.back().in_ellipse = leg != 3;
-    all.ranges.push_back({.setting = 2, .leg = leg, .instant = 0, .error_m = 0.02});
-    all.ranges.push_back({.setting = 2, .leg = leg, .instant = 0, .error_m = 0.04});
+  for (int episode = 0; episode < 5; ++episode) {
+    all.frames.push_back(row(2, episode, 0, 0.001, 1));
+    all.frames.back().heading_error_rad = 0.01 * episode;
+    if (episode > 0) all.frames.back().in_ellipse = episode != 3;
+    all.ranges.push_back({.setting = 2, .episode = episode, .step = 0, .error_m = 0.02});
+    all.ranges.push_back({.setting = 2, .episode = episode, .step = 0, .error_m = 0.04});
   }
   const SettingResult r = merge(three_settings(), all).settings[2];
   ASSERT_TRUE(r.heading_rad && r.range_m && r.coverage);
@@ -153,21 +153,21 @@ TEST(Merge, OfASettingWithoutRowsHasNoFigures) {
   EXPECT_FALSE(r.position_m || r.on_robot_frontier);
 }
 
-TEST(Merge, RefusesRowsThatThePlanHasNot) {
-  const auto refused = [](const ShardRecord& all, const char* text) {
+TEST(Merge, RejectsRowsThatAreNotInThePlan) {
+  const auto rejects = [](const ShardRecord& all, const char* text) {
     EXPECT_THAT([&] { merge(three_settings(), all); }, ThrowsMessage<std::invalid_argument>(HasSubstr(text)));
   };
   ShardRecord all;
   all.frames = {row(3, 0, 0, 0.001, 1)};
-  refused(all, "of setting 3, but the plan has 0 to 2");
+  rejects(all, "of setting 3, but the plan has 0 to 2");
   all = {};
   all.memory = {{-1, 100}};
-  refused(all, "of setting -1");
+  rejects(all, "of setting -1");
   all = {};
   all.frames = {row(0, -2, 0, 0.001, 1)};
-  refused(all, "leg is -2, must be >= 0");
+  rejects(all, "episode is -2, must be >= 0");
   all.frames = {row(0, 0, 0, std::numeric_limits<double>::quiet_NaN(), 1)};
-  refused(all, "must be finite and >= 0");
+  rejects(all, "must be finite and >= 0");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ std::vector<Row> rows_of(const std::string& csv) {
   return rows;
 }
 
-/// Cells of a row by the head's names; empty if two columns have one name.
+/// Returns the cells of a row by the names in the head; empty if two columns have the same name.
 std::map<std::string, std::string> named(const std::vector<Row>& rows, std::size_t row) {
   std::map<std::string, std::string> cells;
   for (std::size_t i = 0; i < rows[0].size(); ++i) {
@@ -43,10 +43,10 @@ std::map<std::string, std::string> named(const std::vector<Row>& rows, std::size
   return cells;
 }
 
-TEST(Csv, HasTheColumnsThatTheHeaderTells) {
+TEST(Csv, HasTheColumnsThatOutputHStates) {
   const std::string csv = errors_csv(a_sweep());
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
-            "width_px,height_px,antialias,effects,estimator,enough_m,landmarks,bearings,rate_hz,frames,frames_looked,"
+            "width_px,height_px,antialias,effects,estimator,enough_m,landmarks,bearings,rate_hz,frames,frames_observed,"
             "answered,position_mean_m,position_mean_low_m,position_mean_high_m,position_rmse_m,position_rmse_low_m,"
             "position_rmse_high_m,position_p95_m,position_p95_low_m,position_p95_high_m,position_max_m,"
             "heading_mean_rad,heading_mean_low_rad,heading_mean_high_rad,heading_rmse_rad,heading_rmse_low_rad,"
@@ -96,7 +96,7 @@ TEST(Csv, BearingsOfMethodPaperAreNotUsed) {
   EXPECT_EQ(fine["bearings"], "1");
 }
 
-TEST(Csv, WhatIsNotThereIsEmpty) {
+TEST(Csv, AMissingNumberIsEmpty) {
   Sweep sweep = a_sweep();
   sweep.settings[0].position_m->mean.high = std::numeric_limits<double>::infinity();
   sweep.settings[0].position_m->rmse.value = std::numeric_limits<double>::quiet_NaN();
@@ -129,7 +129,7 @@ TEST(Csv, ErrorsDoNotDependOnTheMachinesSpeed) {
   EXPECT_NE(tradeoff_csv(slower), tradeoff_csv(sweep));
 }
 
-TEST(Csv, TellsFrontiersAndAdaptive) {
+TEST(Csv, ContainsFrontiersAndAdaptive) {
   const Sweep sweep = a_sweep();
   const std::vector<Row> rows = rows_of(tradeoff_csv(sweep));
   for (std::size_t i = 0; i < sweep.settings.size(); ++i) {

@@ -30,14 +30,14 @@ void expect_plain_and_narrow(const std::string& text) {
   }
 }
 
-/// The line after the one that is `head`.
+/// Returns the line after `head`.
 std::string line_after(const std::string& text, const std::string& head) {
   const std::vector<std::string> lines = lines_of(text);
   const auto found = std::find(lines.begin(), lines.end(), head);
   return found == lines.end() || found + 1 == lines.end() ? "no line is " + head : *(found + 1);
 }
 
-/// Rows of the frontier, between the heads and the baseline.
+/// Returns the rows of the frontier, between the heads and the baseline.
 std::vector<std::string> frontier_rows(const std::string& text) {
   std::vector<std::string> rows;
   bool inside = false;
@@ -49,15 +49,16 @@ std::vector<std::string> frontier_rows(const std::string& text) {
   return rows;
 }
 
-TEST(Table, BeginsWithWhatRepeatsItAndTheRule) {
+TEST(Table, BeginsWithTheCommandThatRepeatsItAndTheRule) {
   const std::string text = table(a_sweep());
-  EXPECT_THAT(text, StartsWith("twocone 0.7.0, commit 0123abc, GNU 12.2.0, Release\n"
-                               "robot robots/lab.yaml, map scenes/lab.yaml, seed 1, 24 legs, 82 settings\n"
-                               "machine: a processor, 2 cores\n"
-                               "repeat: twocone tradeoff --robot robots/lab.yaml --seed 1 --legs 24 --out tradeoff\n"));
+  EXPECT_THAT(text,
+              StartsWith("twocone 0.7.0, commit 0123abc, GNU 12.2.0, Release\n"
+                         "robot robots/lab.yaml, map scenes/lab.yaml, seed 1, 24 episodes, 82 settings\n"
+                         "machine: a processor, 2 cores\n"
+                         "repeat: twocone tradeoff --robot robots/lab.yaml --seed 1 --episodes 24 --out tradeoff\n"));
   EXPECT_LT(text.find("Rule: a setting is on a frontier if it answers at least 90 %"), text.find("size"));
   EXPECT_THAT(text, HasSubstr("exact to 1e-9 m"));
-  EXPECT_THAT(text, HasSubstr("frames of one leg are not independent"));
+  EXPECT_THAT(text, HasSubstr("Frames of one episode are not"));
   expect_plain_and_narrow(text);
 }
 
@@ -75,8 +76,8 @@ TEST(Table, ShowsEverySettingOfAFrontierByRisingSimulationTime) {
     const Setting& setting = wanted[i]->setting;
     EXPECT_EQ(rows[i].substr(0, 2),
               std::string(wanted[i]->on_robot_frontier ? "R" : " ") + (wanted[i]->on_simulation_frontier ? "S" : " "));
-    EXPECT_THAT(rows[i].substr(3), StartsWith(std::to_string(setting.pictures.width_px) + "x" +
-                                              std::to_string(setting.pictures.height_px)));
+    EXPECT_THAT(rows[i].substr(3),
+                StartsWith(std::to_string(setting.images.width_px) + "x" + std::to_string(setting.images.height_px)));
     EXPECT_THAT(rows[i], HasSubstr(" " + significant(wanted[i]->position_m->mean.value * 1e3) + " "));
   }
 }
@@ -85,20 +86,20 @@ TEST(Table, BearingsOfMethodPaperAreNotUsed) {
   EXPECT_THAT(line_after(table(a_sweep()), "method paper, as measured here:"), HasSubstr("scene paper     6  no "));
 }
 
-TEST(Table, ShowsTheBaselineAtTheRobotsOwnSizeAndTheRobotFileAsItIs) {
+TEST(Table, ShowsTheBaselineAtTheRobotsOwnSizeAndTheUnchangedRobotFile) {
   Sweep sweep = a_sweep();
   const std::string text = table(sweep);
   EXPECT_THAT(line_after(text, "method paper, as measured here:"), HasSubstr("640x480   -   scene paper"));
   EXPECT_EQ(
-      line_after(text, "the robot file as it is:"),
+      line_after(text, "the robot file, unchanged:"),
       "   640x480   -   scene fine      6 yes  15x1  0.313   0.285-0.341  0.719   1.06  100 94.0  0.252 1.84 0.01 "
       "2.13 0.62 113");
-  sweep.settings[*sweep.as_is].setting.pictures.effects = Effects::kNoise;  // not swept with method paper
+  sweep.settings[*sweep.as_is].setting.images.effects = Effects::kNoise;  // not swept with method paper
   EXPECT_THAT(line_after(table(sweep), "method paper, as measured here:"), HasSubstr(" 640x480 ")) << "its own size";
   sweep.as_is = std::nullopt;
   EXPECT_THAT(line_after(table(sweep), "method paper, as measured here:"), HasSubstr("1280x960  +R2 scene paper"))
       << "the most accurate";
-  EXPECT_EQ(table(sweep).find("the robot file as it is"), std::string::npos);
+  EXPECT_EQ(table(sweep).find("the robot file, unchanged"), std::string::npos);
 }
 
 TEST(Table, CountsSettingsAxesAndSpans) {
@@ -138,7 +139,7 @@ TEST(Table, StaysNarrowWhateverTheNumbersAndNames) {
               HasSubstr("repeat: twocone tradeoff --robot " + std::string(60, 'r') + " \\\n          --out"));
 }
 
-TEST(Table, SaysWhenNothingIsOnAFrontier) {
+TEST(Table, ReportsWhenNothingIsOnAFrontier) {
   Sweep sweep = a_sweep();
   sweep.settings.erase(sweep.settings.begin(), sweep.settings.end() - 1);  // the one that never answers
   sweep.as_is = std::nullopt;
@@ -158,7 +159,7 @@ TEST(Wording, ANumberFitsItsColumn) {
   EXPECT_EQ(fitting(1234567, 5), "1e+06");
 }
 
-TEST(Wording, AShortNameSaysOnlyWhatIsUnusual) {
+TEST(Wording, AShortNameContainsOnlyUnusualValues) {
   const Usual usual{6, 15};
   EXPECT_EQ(short_name({{320, 240, 2, Effects::kScene}, Level::kFine, 0, 6, true, 15, 4}, usual),
             "320x240 +R2 fine x4");

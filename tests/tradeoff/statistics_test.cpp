@@ -16,14 +16,14 @@ using ::testing::ThrowsMessage;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-/// Hand-computed numbers are given to 9 digits.
+/// Numbers computed by hand have 9 digits.
 constexpr double kDigits = 1e-8;
-/// Student's t of 2 degrees of freedom at 0.975: sqrt(2) 0.95 / sqrt(1 - 0.95^2) in closed form.
+/// Student's t with 2 degrees of freedom at 0.975: sqrt(2) 0.95 / sqrt(1 - 0.95^2) in closed form.
 const double kT2 = std::sqrt(2.0) * 0.95 / std::sqrt(1 - 0.95 * 0.95);
 
 /// Sums of 4, 4 and 18 over 2, 1 and 3 values: mean 26/6; z = -14/6, -1/6, 15/6.
-const ByLeg kUnequal{{1, 3}, {4}, {5, 6, 7}};
-const ByLeg kSkewed{{0.31}, {0.28}, {0.33, 0.29}, {0.35}, {2.9, 3.1}, {0.4}, {0.27, 0.31}, {0.9}};
+const ByEpisode kUnequal{{1, 3}, {4}, {5, 6, 7}};
+const ByEpisode kSkewed{{0.31}, {0.28}, {0.33, 0.29}, {0.35}, {2.9, 3.1}, {0.4}, {0.27, 0.31}, {0.9}};
 
 TEST(MeanInterval, WithoutSkewnessIsStudents) {
   const Interval i = mean_interval({{11}, {12}, {13}}, 0.95);
@@ -33,7 +33,7 @@ TEST(MeanInterval, WithoutSkewnessIsStudents) {
   EXPECT_NEAR(i.high, 12 + half, kDigits);
 }
 
-TEST(MeanInterval, IsHallsOfTheRatioEstimatorForUnequalLegs) {
+TEST(MeanInterval, IsHallsOfTheRatioEstimatorForUnequalEpisodes) {
   const double z[3] = {-14 / 6.0, -1 / 6.0, 15 / 6.0};
   double squares = 0, cubes = 0;
   for (const double x : z) {
@@ -47,21 +47,21 @@ TEST(MeanInterval, IsHallsOfTheRatioEstimatorForUnequalLegs) {
   // Clipped: Hall's own lower end lies below 0.
   EXPECT_GT(g((26 / 6.0) / se), -kT2);
   EXPECT_NEAR(g((i.value - i.high) / se), -kT2, kDigits);
-  // At a level whose lower end is above 0; Student's t of 2 degrees at 0.75 is sqrt(2) 0.5 / sqrt(1 - 0.5^2).
+  // At a level whose lower end is above 0; Student's t with 2 degrees at 0.75 is sqrt(2) 0.5 / sqrt(1 - 0.5^2).
   const Interval half = mean_interval(kUnequal, 0.5);
   EXPECT_NEAR(g((half.value - half.low) / se), std::sqrt(2.0) * 0.5 / std::sqrt(0.75), kDigits);
 }
 
-TEST(MeanInterval, OfSkewedErrorsReachesFurtherUp) {
+TEST(MeanInterval, OfSkewedErrorsExtendsFurtherUp) {
   const Interval i = mean_interval(kSkewed, 0.95);
   EXPECT_GT(i.high - i.value, 2 * (i.value - i.low)) << i.low << " " << i.value << " " << i.high;
   EXPECT_GE(i.low, 0);
 }
 
-TEST(MeanInterval, GrowsWithTheValuesAndIgnoresEmptyLegs) {
-  ByLeg more = kSkewed;
-  for (auto& leg : more) {
-    for (double& x : leg) x *= 8;
+TEST(MeanInterval, GrowsWithTheValuesAndIgnoresEmptyEpisodes) {
+  ByEpisode more = kSkewed;
+  for (auto& episode : more) {
+    for (double& x : episode) x *= 8;
   }
   more.insert(more.begin() + 2, std::vector<double>{});
   const Interval a = mean_interval(kSkewed, 0.95), b = mean_interval(more, 0.95);
@@ -77,8 +77,8 @@ TEST(MeanInterval, OfEqualValuesIsThatValue) {
   EXPECT_EQ(i.high, 0.25);
 }
 
-TEST(MeanInterval, OfFewLegsIsOpen) {
-  for (const ByLeg& few : {ByLeg{{1, 2, 6}}, ByLeg{{1, 2}, {}, {6}}}) {
+TEST(MeanInterval, OfFewEpisodesIsOpen) {
+  for (const ByEpisode& few : {ByEpisode{{1, 2, 6}}, ByEpisode{{1, 2}, {}, {6}}}) {
     for (const Interval& i : {mean_interval(few, 0.95), quantile_interval(few, 0.5, 0.95), rmse_interval(few, 0.95)}) {
       EXPECT_EQ(i.low, 0);
       EXPECT_EQ(i.high, kInfinity);
@@ -101,45 +101,46 @@ TEST(RmseInterval, IsTheRootOfTheMeanOfSquares) {
   const Interval rmse = rmse_interval({{3, 3}, {4}, {5}}, 0.95), squares = mean_interval({{9, 9}, {16}, {25}}, 0.95);
   EXPECT_NEAR(rmse.value, std::sqrt(59 / 4.0), kDigits);
   EXPECT_NEAR(rmse.low * rmse.low, squares.low, kDigits);
-  EXPECT_NEAR(rmse.high * rmse.high, squares.high, 1e-6);  // a wide one: about 80
+  EXPECT_NEAR(rmse.high * rmse.high, squares.high, 1e-6);  // the interval is wide: about 80
 }
 
 TEST(QuantileInterval, IsTheNearestRank) {
-  ByLeg legs(5);
-  for (int i = 1; i <= 20; ++i) legs[std::size_t(i % 5)].push_back(i);
+  ByEpisode episodes(5);
+  for (int i = 1; i <= 20; ++i) episodes[std::size_t(i % 5)].push_back(i);
   for (const auto& [q, expected] :
        {std::pair{0.95, 19.0}, {0.951, 20.0}, {0.5, 10.0}, {1.0, 20.0}, {0.05, 1.0}, {0.001, 1.0}}) {
-    EXPECT_EQ(quantile_interval(legs, q, 0.95).value, expected) << "q " << q;
+    EXPECT_EQ(quantile_interval(episodes, q, 0.95).value, expected) << "q " << q;
   }
 }
 
-/// 40 values in 10 legs, 1 to 40 dealt in turns: the share up to 20 is 0.5 in each leg, so the design effect is 1 and
-/// half a width is t(9) sqrt(0.25 / 40) = 2.262157 * 0.0790569 = 0.178839, in ranks 7.15: from 12 to 28 + 1.
-TEST(QuantileInterval, OfLegsThatAreAlikeCountsValues) {
-  ByLeg legs(10);
-  for (int i = 0; i < 40; ++i) legs[std::size_t(i % 10)].push_back(i + 1);
-  const Interval i = quantile_interval(legs, 0.5, 0.95);
+/// 40 values in 10 episodes, 1 to 40 distributed in turns: the share up to 20 is 0.5 in each episode, so the design
+/// effect is 1 and the half-width is t(9) sqrt(0.25 / 40) = 2.262157 * 0.0790569 = 0.178839, in ranks 7.15: from 12 to
+/// 28 + 1.
+TEST(QuantileInterval, OfEpisodesThatAreAlikeCountsValues) {
+  ByEpisode episodes(10);
+  for (int i = 0; i < 40; ++i) episodes[std::size_t(i % 10)].push_back(i + 1);
+  const Interval i = quantile_interval(episodes, 0.5, 0.95);
   EXPECT_EQ(i.low, 12);
   EXPECT_EQ(i.value, 20);
   EXPECT_EQ(i.high, 29);
 }
 
-/// The same values, each leg's four the same but for their order: 5 legs up to 20, 5 above. The share's variance is
-/// 10/9 * 10 * 2^2 / 40^2 = 1/36, its binomial one 0.25 / 39; so there are 40 * 36 * 0.25 / 39 = 9.2308 trials, and
-/// half a width is 2.262157 sqrt(0.25 / 9.2308) = 0.372287, in ranks 14.9: from 5 to 35 + 1.
-TEST(QuantileInterval, OfLegsThatAgreeWithinCountsLegs) {
-  ByLeg legs(10);
-  for (int i = 0; i < 40; ++i) legs[std::size_t(i / 4)].push_back(i + 1);
-  const Interval i = quantile_interval(legs, 0.5, 0.95);
+/// The same values, sorted into the episodes: 5 episodes are up to 20, 5 above. The share's variance is
+/// 10/9 * 10 * 2^2 / 40^2 = 1/36, its binomial one 0.25 / 39; so there are 40 * 36 * 0.25 / 39 = 9.2308 trials, and the
+/// half-width is 2.262157 sqrt(0.25 / 9.2308) = 0.372287, in ranks 14.9: from 5 to 35 + 1.
+TEST(QuantileInterval, OfEpisodesWithEqualValuesCountsEpisodes) {
+  ByEpisode episodes(10);
+  for (int i = 0; i < 40; ++i) episodes[std::size_t(i / 4)].push_back(i + 1);
+  const Interval i = quantile_interval(episodes, 0.5, 0.95);
   EXPECT_EQ(i.low, 5);
   EXPECT_EQ(i.value, 20);
   EXPECT_EQ(i.high, 36);
 }
 
 TEST(QuantileInterval, EndsAtTheLastValue) {
-  const ByLeg legs{{4, 1}, {2, 2}, {3, 1}, {9, 1}};
-  for (const double q : {0.9, 1.0}) EXPECT_EQ(quantile_interval(legs, q, 0.95).high, 9) << "q " << q;
-  const Interval equal = quantile_interval(ByLeg(4, {0.5, 0.5}), 0.95, 0.95);
+  const ByEpisode episodes{{4, 1}, {2, 2}, {3, 1}, {9, 1}};
+  for (const double q : {0.9, 1.0}) EXPECT_EQ(quantile_interval(episodes, q, 0.95).high, 9) << "q " << q;
+  const Interval equal = quantile_interval(ByEpisode(4, {0.5, 0.5}), 0.95, 0.95);
   EXPECT_EQ(equal.low, 0.5);
   EXPECT_EQ(equal.high, 0.5);
 }
@@ -147,51 +148,51 @@ TEST(QuantileInterval, EndsAtTheLastValue) {
 TEST(ShareInterval, OfSingleTrialsIsWilsons) {
   // 8 of 10, as in tables of Wilson's interval: 0.4902 to 0.9433.
   constexpr double kTable = 5e-5;
-  ByLeg legs(10, {1});
-  legs[3] = legs[7] = {0};
-  const Interval i = share_interval(legs, 0.95);
+  ByEpisode episodes(10, {1});
+  episodes[3] = episodes[7] = {0};
+  const Interval i = share_interval(episodes, 0.95);
   EXPECT_DOUBLE_EQ(i.value, 0.8);
   EXPECT_NEAR(i.low, 0.4902, kTable);
   EXPECT_NEAR(i.high, 0.9433, kTable);
 }
 
-TEST(ShareInterval, CountsLegsWhereALegsValuesAgree) {
-  ByLeg agreeing(10, {1, 1, 1, 1}), mixed(10, {1, 1, 1, 1});
+TEST(ShareInterval, CountsEpisodesWhereAnEpisodesValuesAgree) {
+  ByEpisode agreeing(10, {1, 1, 1, 1}), mixed(10, {1, 1, 1, 1});
   agreeing[3] = agreeing[7] = {0, 0, 0, 0};
-  for (std::size_t leg : {0, 1, 2, 3, 4, 5, 6, 7}) mixed[leg][leg % 4] = 0;
+  for (std::size_t episode : {0, 1, 2, 3, 4, 5, 6, 7}) mixed[episode][episode % 4] = 0;
   const Interval wide = share_interval(agreeing, 0.95), narrow = share_interval(mixed, 0.95);
   EXPECT_EQ(wide.value, narrow.value);
-  // Ten trials instead of forty: twice the width, nearly.
+  // Ten trials instead of forty give nearly twice the width.
   EXPECT_GT(wide.high - wide.low, 1.8 * (narrow.high - narrow.low));
-  // The design effect is at least 1: legs that are more alike than chance do not help.
+  // The design effect is at least 1: episodes that are more alike than by chance do not narrow the interval.
   constexpr double kZ = 1.959963985, kTrials = 40, kShare = 0.8;
   const double half =
       kZ / (1 + kZ * kZ / kTrials) * std::sqrt(kShare * (1 - kShare) / kTrials + kZ * kZ / (4 * kTrials * kTrials));
   EXPECT_NEAR(narrow.high - narrow.low, 2 * half, kDigits);
 }
 
-TEST(ShareInterval, OfAllOnesCountsLegs) {
-  const Interval i = share_interval(ByLeg(10, {1, 1, 1, 1}), 0.95);
+TEST(ShareInterval, OfAllOnesCountsEpisodes) {
+  const Interval i = share_interval(ByEpisode(10, {1, 1, 1, 1}), 0.95);
   constexpr double kZ = 1.959963985;
   EXPECT_EQ(i.value, 1);
   EXPECT_NEAR(i.low, 1 / (1 + kZ * kZ / 10), kDigits);
   EXPECT_EQ(i.high, 1);
-  const Interval none = share_interval(ByLeg(10, {0, 0}), 0.95);
+  const Interval none = share_interval(ByEpisode(10, {0, 0}), 0.95);
   EXPECT_EQ(none.low, 0);
   EXPECT_NEAR(none.high, 1 - i.low, kDigits);
 }
 
-TEST(Statistics, RefuseWhatIsNoErrorOrTime) {
+TEST(Statistics, RejectInvalidErrorsAndTimes) {
   const auto message = [](const char* text) { return ThrowsMessage<std::invalid_argument>(HasSubstr(text)); };
   for (const double bad : {kNan, kInfinity, -0.5}) {
-    const ByLeg values{{1, 2}, {3}, {4, bad}};
-    EXPECT_THAT([&] { mean_interval(values, 0.95); }, message("mean_interval: a value of leg 2 is"));
+    const ByEpisode values{{1, 2}, {3}, {4, bad}};
+    EXPECT_THAT([&] { mean_interval(values, 0.95); }, message("mean_interval: a value of episode 2 is"));
     EXPECT_THAT([&] { mean_upper_limit(values, 0.95); }, message("must be finite and >= 0"));
-    EXPECT_THAT([&] { rmse_interval(values, 0.95); }, message("rmse_interval: a value of leg 2 is"));
-    EXPECT_THAT([&] { quantile_interval(values, 0.5, 0.95); }, message("quantile_interval: a value of leg 2 is"));
+    EXPECT_THAT([&] { rmse_interval(values, 0.95); }, message("rmse_interval: a value of episode 2 is"));
+    EXPECT_THAT([&] { quantile_interval(values, 0.5, 0.95); }, message("quantile_interval: a value of episode 2 is"));
   }
-  EXPECT_THAT([] { share_interval({{1, 0.5}, {1}, {0}}, 0.95); }, message("leg 0 is 0.5, must be 0 or 1"));
-  for (const ByLeg& empty : {ByLeg{}, ByLeg{{}, {}, {}}}) {
+  EXPECT_THAT([] { share_interval({{1, 0.5}, {1}, {0}}, 0.95); }, message("episode 0 is 0.5, must be 0 or 1"));
+  for (const ByEpisode& empty : {ByEpisode{}, ByEpisode{{}, {}, {}}}) {
     EXPECT_THAT([&] { mean_interval(empty, 0.95); }, message("there is no value"));
     EXPECT_THAT([&] { mean_upper_limit(empty, 0.95); }, message("there is no value"));
     EXPECT_THAT([&] { rmse_interval(empty, 0.95); }, message("there is no value"));

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/files/file_error.h"
+#include "apps/config/yaml/file_error.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"
 
@@ -13,7 +13,7 @@ namespace twocone::tradeoff {
 namespace {
 
 struct SmallSweep : Lab {
-  Plan plan = make_plan(robot, map, {.legs = 3});
+  Plan plan = make_plan(robot, map, {.episodes = 3});
 };
 
 ShardRecord a_record(int setting) {
@@ -33,7 +33,7 @@ ShardRecord a_record(int setting) {
   return record;
 }
 
-TEST(SweepFolder, GivesBackWhatWasPutIn) {
+TEST(SweepFolder, ReturnsTheRowsThatWereAdded) {
   const SmallSweep lab;
   const testing_support::TemporaryFolder folder;
   const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
@@ -52,16 +52,16 @@ TEST(SweepFolder, GivesBackWhatWasPutIn) {
   EXPECT_EQ(all.render_memory[1].peak_bytes, 2e9);
 }
 
-TEST(SweepFolder, GoesOnWithItsOwnSweepAndRefusesAnother) {
+TEST(SweepFolder, ContinuesItsOwnSweepAndRejectsAnother) {
   const SmallSweep lab;
   const testing_support::TemporaryFolder folder;
   SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).add(0, a_record(0));
   EXPECT_TRUE(SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).has(0));
-  const Plan other = make_plan(lab.robot, lab.map, {.seed = 2, .legs = 3});
+  const Plan other = make_plan(lab.robot, lab.map, {.seed = 2, .episodes = 3});
   try {
     SweepFolder(folder.path(), lab.robot, lab.map, other);
-    FAIL() << "another seed's sweep was taken for this one";
-  } catch (const files::FileError& error) {
+    FAIL() << "another seed's sweep was accepted";
+  } catch (const config::FileError& error) {
     EXPECT_NE(std::string(error.what()).find("seed: 1' where this one has 'seed: 2'"), std::string::npos)
         << error.what();
   }
@@ -76,8 +76,8 @@ TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
   }
   try {
     (void)sweep.read_all();
-    FAIL() << "a missing shard was not missed";
-  } catch (const files::FileError& error) {
+    FAIL() << "a missing shard was not noticed";
+  } catch (const config::FileError& error) {
     EXPECT_NE(std::string(error.what()).find("1 of"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("missing: 3"), std::string::npos) << error.what();
   }
@@ -85,9 +85,9 @@ TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
   std::ofstream(folder.path() / "shards/0003/renders.csv", std::ios::app) << "3,1,2\n";
   try {
     (void)sweep.read_all();
-    FAIL() << "half a row was taken";
-  } catch (const files::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("renders.csv:3: '3,1,2' is no row"), std::string::npos) << error.what();
+    FAIL() << "half a row was accepted";
+  } catch (const config::FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("renders.csv:3: '3,1,2' is not a row"), std::string::npos) << error.what();
   }
 }
 

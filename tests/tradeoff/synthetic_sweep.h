@@ -5,21 +5,21 @@
 
 namespace twocone::tradeoff {
 
-/// `value` with an interval of `percent` to either side.
+/// Returns `value` with an interval of `percent` to either side.
 inline Interval about(double value, double percent) {
   return {value, value / (1 + percent / 100), value * (1 + percent / 100)};
 }
 
-/// 640x480, +R2, full fine, 6 landmarks, ranges and bearings, 15 Hz, single frames.
+/// Returns 640x480, +R2, outline fine, 6 landmarks, ranges and bearings, 15 Hz, single frames.
 inline Setting usual_setting() {
   Setting s;
-  s.pictures = {640, 480, 2, Effects::kScene};
+  s.images = {640, 480, 2, Effects::kScene};
   s.landmarks = 6;
   s.rate_hz = 15;
   return s;
 }
 
-/// Figures that choosing and concluding look at, all with intervals of `percent`; every frame of 100 was answered.
+/// Returns the figures that choices and conclusions use, all with intervals of `percent`; all 100 frames have answers.
 inline SettingResult result_of(const Setting& setting, double error_m, double robot_s, double render_s,
                                double percent = 5) {
   SettingResult r;

@@ -23,18 +23,18 @@ using testing::AllOf;
 using testing::HasSubstr;
 using Progress = std::function<void(double)>;
 
-// Far above what fake work takes, also on a loaded machine under a sanitizer: it only ends a test that hangs.
+// Far more than the fake work takes, also on a loaded machine under a sanitizer: it only ends a test that hangs.
 constexpr auto kLong = 30s;
 constexpr auto kNap = 5ms;
 
-/// Fake shards: each leaves a file that tells which process did it.
+/// Runs fake shards: each writes a file that names its process.
 class WorkTest : public testing::Test {
  protected:
   using Fake = std::function<Status(std::size_t shard, const Progress& progress, const std::atomic<bool>& stop)>;
 
   Result<std::size_t> run(const std::vector<Piece>& pieces, const Fake& fake) {
     return run_in_children(
-        pieces, options_, [&](const Tell&) -> DoShard { return fake; }, stop_);
+        pieces, options_, [&](const Notify&) -> DoShard { return fake; }, stop_);
   }
   void TearDown() override {
     EXPECT_TRUE(::waitpid(-1, nullptr, WNOHANG) < 0 && errno == ECHILD) << "a child was not reaped";
@@ -59,7 +59,7 @@ class WorkTest : public testing::Test {
 TEST_F(WorkTest, AllShardsAreDoneByOtherProcesses) {
   double last = 0;
   options_.progress = [&](double share) {
-    EXPECT_GE(share, last) << "progress goes back";
+    EXPECT_GE(share, last) << "progress decreases";
     last = share;
   };
   const auto done =
@@ -79,15 +79,16 @@ TEST_F(WorkTest, AllShardsAreDoneByOtherProcesses) {
   EXPECT_EQ(processes.count(""), 0U) << "a shard was not done";
 }
 
-TEST_F(WorkTest, NothingToDoIsDone) {
+TEST_F(WorkTest, WithoutPiecesTheWorkIsFinished) {
   const auto done = run({}, [](std::size_t, const Progress&, const std::atomic<bool>&) -> Status { std::abort(); });
   ASSERT_TRUE(done);
   EXPECT_EQ(*done, 0U);
 }
 
-// Catches pieces dealt in turn: each process would start each kind's pictures. Nothing here depends on who is quicker:
-// shard 0 ends only after the other two kinds were gone on with, and nobody is out of work before the last is dealt.
-TEST_F(WorkTest, AProcessGoesOnWithItsKind) {
+// Catches pieces distributed in turn: each process would start the renderer for each kind. Nothing here depends on
+// which process is quicker: shard 0 ends only after the other two kinds have continued, and no process is idle before
+// the last piece is given out.
+TEST_F(WorkTest, AProcessContinuesWithItsKind) {
   const auto wait_for = [&](int seconds_dealt) {
     const auto until = std::chrono::steady_clock::now() + kLong;
     const auto dealt = [&] { return !noted(3).empty() + !noted(4).empty() + !noted(5).empty(); };
@@ -103,17 +104,17 @@ TEST_F(WorkTest, AProcessGoesOnWithItsKind) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(noted(i), noted(i + 3)) << "kind " << i;
 }
 
-TEST_F(WorkTest, AFailureIsToldWithItsShardAndTheOthersFinishTheirs) {
+TEST_F(WorkTest, AFailureIsReportedWithItsShardAndTheOthersFinishTheirs) {
   const auto done = run(pieces(100), [&](std::size_t shard, const Progress&, const std::atomic<bool>&) -> Status {
-    if (shard == 4) return Error{ErrorCode::kBadData, "no picture came"};
+    if (shard == 4) return Error{ErrorCode::kBadData, "no image came"};
     std::this_thread::sleep_for(kNap);
     put_away(shard);
     return {};
   });
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().code, ErrorCode::kBadData);
-  EXPECT_EQ(done.error().message, "shard 4: no picture came");
-  EXPECT_EQ(noted(99), "") << "shards were dealt after the failure";
+  EXPECT_EQ(done.error().message, "shard 4: no image came");
+  EXPECT_EQ(noted(99), "") << "shards were given out after the failure";
 }
 
 TEST_F(WorkTest, AnExceptionIsAFailure) {
@@ -136,7 +137,7 @@ TEST_F(WorkTest, AKilledProcessIsReportedWithItsShard) {
   EXPECT_NE(noted(0), "");
 }
 
-// A grandchild that keeps the socket open, as POV-Ray's janitor does: the death must be noticed all the same.
+// A grandchild keeps the socket open, as POV-Ray's janitor does; the death must be noticed nevertheless.
 TEST_F(WorkTest, ADeathIsNoticedThoughTheSocketStaysOpen) {
   const auto done = run(pieces(1), [&](std::size_t shard, const Progress&, const std::atomic<bool>&) -> Status {
     const pid_t grandchild = ::fork();
@@ -159,11 +160,11 @@ TEST_F(WorkTest, ASilentProcessIsKilled) {
     return {};
   });
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().message, "shard 0: its process told nothing for 0.3 s and was killed");
+  EXPECT_EQ(done.error().message, "shard 0: its process was silent for 0.3 s and was killed");
 }
 
-TEST_F(WorkTest, StopEndsThePresentShardsAndIsNoFailure) {
-  // Set once a shard of each process is on its way: one that has not begun by then never does.
+TEST_F(WorkTest, StopEndsThePresentShardsAndIsNotAFailure) {
+  // Set when each process has begun a shard; a shard that has not begun by then never does.
   const double all_begun = 0.5 * options_.jobs / 50;
   options_.progress = [&](double share) {
     if (share > 0.99 * all_begun) stop_ = true;
@@ -177,11 +178,11 @@ TEST_F(WorkTest, StopEndsThePresentShardsAndIsNoFailure) {
       });
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(*done, 0U);
-  EXPECT_EQ(noted(0), "stopped") << "the process was not let end";
+  EXPECT_EQ(noted(0), "stopped") << "the process was not allowed to end";
   EXPECT_EQ(noted(10), "");
 }
 
-TEST_F(WorkTest, WhoDoesNotStopIsKilled) {
+TEST_F(WorkTest, AProcessThatDoesNotStopIsKilled) {
   options_.patience = 200ms;
   stop_ = false;
   options_.progress = [&](double share) { stop_ = share > 0; };
@@ -194,23 +195,23 @@ TEST_F(WorkTest, WhoDoesNotStopIsKilled) {
   EXPECT_EQ(*done, 0U);
 }
 
-TEST_F(WorkTest, LinesAreToldAndWhatWorkHoldsIsDestroyed) {
+TEST_F(WorkTest, LinesAreReportedAndTheWorkIsDestroyed) {
   struct Holder {
-    Tell tell;
-    ~Holder() { tell("destroyed"); }
+    Notify notify;
+    ~Holder() { notify("destroyed"); }
   };
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   options_.jobs = 1;
-  options_.tell = [&](const std::string& line) { told.push_back(line); };
-  const auto start = [](const Tell& tell) -> DoShard {
-    tell("started");
-    auto holder = std::make_shared<Holder>(Holder{tell});
+  options_.tell = [&](const std::string& line) { reported.push_back(line); };
+  const auto start = [](const Notify& notify) -> DoShard {
+    notify("started");
+    auto holder = std::make_shared<Holder>(Holder{notify});
     return [holder](std::size_t, const Progress&, const std::atomic<bool>&) -> Status { return {}; };
   };
   ASSERT_TRUE(run_in_children(pieces(2), options_, start, stop_));
-  ASSERT_GE(told.size(), 2U);
-  EXPECT_EQ(told.front(), "started");
-  EXPECT_EQ(told.back(), "destroyed");
+  ASSERT_GE(reported.size(), 2U);
+  EXPECT_EQ(reported.front(), "started");
+  EXPECT_EQ(reported.back(), "destroyed");
 }
 
 // Catches children that outlive a killed parent.
@@ -231,7 +232,7 @@ TEST_F(WorkTest, ChildrenDieWithTheirParent) {
   const auto child = pid_t(std::stol(noted(0)));
   ::kill(parent, SIGKILL);
   ASSERT_EQ(::waitpid(parent, nullptr, 0), parent);
-  // Whoever adopts it may leave it a zombie: dead all the same.
+  // Its new parent may leave it a zombie, which also is dead.
   const auto alive = [&] {
     std::ifstream file("/proc/" + std::to_string(child) + "/stat");
     std::string pid, name, state;

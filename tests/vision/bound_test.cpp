@@ -17,7 +17,7 @@ namespace twocone::vision {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const Target kPillar = {.name = "pillar", .radius_m = 0.15, .top_m = 0.9};
+const Target kLandmark = {.name = "landmark", .radius_m = 0.15, .top_m = 0.9};
 
 MirrorViewSettings odd_view() {
   MirrorViewSettings s = lab_view(0.25);
@@ -30,7 +30,7 @@ MirrorViewSettings odd_view() {
   return s;
 }
 
-/// Sees the floor; its virtual viewpoint is above a low landmark's top.
+/// A view that sees the floor; its virtual viewpoint is above a low landmark's top.
 MirrorViewSettings view_of_the_floor() {
   MirrorViewSettings s = lab_view(0.55);
   s.cone.apex_rad = 2.0;
@@ -41,21 +41,21 @@ Eigen::Vector2d place(double range_m, double bearing_rad) {
   return range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
 }
 
-/// Greatest difference of two information matrices, each entry against the diagonal's scale.
+/// Greatest difference of two information matrices, each entry relative to the diagonal's scale.
 double difference(const Eigen::Matrix2d& a, const Eigen::Matrix2d& b) {
   const Eigen::Array2d scale = b.diagonal().array().sqrt();
   return ((a - b).array() / (scale.matrix() * scale.matrix().transpose()).array()).abs().maxCoeff();
 }
 
-/// Of an upright 90 degree view on the body's axis: its own closed form, differences in long double, ten thousand
-/// steps of the midpoint rule.
+/// The information of an upright 90 degree view on the body's axis: by its own closed form, differences in long double,
+/// and ten thousand steps of the midpoint rule.
 Eigen::Matrix2d upright_reference(double focal_px, double tip_m, double d_m, const Target& target, double range_m) {
   using Real = long double;
   using Pixel = Eigen::Matrix<Real, 2, 1>;
   constexpr int kSteps = 10000;
   constexpr Real kStep = 1e-6L;
   const Real radius = target.radius_m;
-  // Bearing 0 for the axis: the information does not depend on it. `around` from the near point.
+  // The axis has bearing 0, since the information does not depend on it. `around` is counted from the near point.
   const auto pixel = [&](Real around, Real z, Real r, Real b) {
     const Real x = r * std::cos(b) - radius * std::cos(around + b);
     const Real y = r * std::sin(b) - radius * std::sin(around + b);
@@ -92,10 +92,10 @@ Eigen::Matrix2d upright_reference(double focal_px, double tip_m, double d_m, con
 }
 
 TEST(SightingInformation, AgreesWithASlowIntegralForUprightViews) {
-  // What the header promises of Gauss's rule; the midpoint rule of the reference is good to 1e-8.
+  // The header's accuracy of Gauss's rule; the midpoint rule of the reference is accurate to 1e-8.
   constexpr double kTolerance = 1e-6;
   for (const double range_m : {1.7, 2.6, 5.3}) {
-    for (const Target& target : {kPillar, Target{.name = "thin", .radius_m = 0.011, .top_m = 0.813}}) {
+    for (const Target& target : {kLandmark, Target{.name = "thin", .radius_m = 0.011, .top_m = 0.813}}) {
       const MirrorView view(lab_view(0.25));
       const auto information = sighting_information(view, target, place(range_m, 0.83), 0.1);
       ASSERT_TRUE(information);
@@ -108,15 +108,16 @@ TEST(SightingInformation, AgreesWithASlowIntegralForUprightViews) {
 }
 
 TEST(SightingInformation, OfAThinLandmarkIsThatOfTwoLinesAndACap) {
-  // Half width w = r / D in bearing, top at radius h: two radial lines, which turn with the bearing by their radius and
-  // spread with the range by w / D of it. The cap is half an ellipse, h w wide either way and h r / (D + d) deep, that
-  // the range moves along its depth by h / (D + d), of which the share along the normal counts.
+  // The half width is w = r / D in bearing, the top is at radius h. There are two radial lines: the bearing moves each
+  // point by its radius, and the range spreads the lines by w / D of that. The cap is half an ellipse, h w wide to
+  // either side and h r / (D + d) deep. The range moves it along its depth by h / (D + d), of which the component along
+  // the normal counts.
   const double radius_m = 1e-4;
   const double range_m = 2.317;
   const double sigma_px = 0.07;
   const MirrorView view(lab_view(0.25));
   const auto information =
-      sighting_information(view, {.name = "wire", .radius_m = radius_m, .top_m = 0.9}, place(range_m, -1.1), sigma_px);
+      sighting_information(view, {.name = "thin", .radius_m = radius_m, .top_m = 0.9}, place(range_m, -1.1), sigma_px);
   ASSERT_TRUE(information);
   const double h = 708 * (0.9 - 0.37) / (range_m + 0.12);
   const double w = radius_m / range_m;
@@ -130,20 +131,20 @@ TEST(SightingInformation, OfAThinLandmarkIsThatOfTwoLinesAndACap) {
   }
   const double bearing = 2 * std::pow(h, 3) / 3;
   const double range = 2 * std::pow(w / range_m, 2) * std::pow(h, 3) / 3 + cap * std::pow(h / (range_m + 0.12), 2);
-  // Left out are terms of the radius over the range, and of the cap's width over the sides' length.
+  // The formula neglects terms of the radius over the range, and of the cap's width over the sides' length.
   const double tolerance = 5 * w;
   EXPECT_NEAR((*information)(1, 1) * sigma_px * sigma_px / bearing, 1, tolerance);
   EXPECT_NEAR((*information)(0, 0) * sigma_px * sigma_px / range, 1, tolerance);
   EXPECT_NEAR((*information)(0, 1) / std::sqrt((*information)(0, 0) * (*information)(1, 1)), 0, 1e-9);
 }
 
-/// The landmark as rays meet it: the whole solid from the floor to its top.
+/// The landmark as a solid that rays meet, from the floor to its top.
 struct Solid {
   Eigen::Vector2d p_BL_m;
   double radius_m;
   double top_m;
 
-  /// Height at which the ray meets the solid first.
+  /// The height at which the ray first meets the solid.
   [[nodiscard]] std::optional<double> hit_height_m(const Ray& ray) const {
     const Eigen::Vector2d o = ray.origin_m.head<2>() - p_BL_m;
     const Eigen::Vector2d d = ray.direction.head<2>();
@@ -160,11 +161,11 @@ struct Solid {
   }
 };
 
-/// Everything about the outline from nothing but "does this pixel see the landmark": the outline is found by bisection
-/// from a pixel inside, its displacement by bisection along its normal with the landmark moved.
+/// A reference that uses only the test "does this pixel see the landmark": the outline is found by bisection from a
+/// pixel inside, its displacement by bisection along its normal with the landmark moved.
 struct CoverageReference {
   Eigen::Matrix2d along_the_outline = Eigen::Matrix2d::Zero();
-  /// The same of pixels that average over their square: what a picture holds.
+  /// The same for pixels that average over their square, as in an image.
   Eigen::Matrix2d of_pixels = Eigen::Matrix2d::Zero();
 };
 
@@ -172,7 +173,7 @@ CoverageReference coverage_reference(const MirrorView& view, const Target& targe
   constexpr int kDirections = 1500;
   constexpr double kMove = 1e-4;  // m and rad: moves the outline by some hundredths of a pixel
   constexpr double kReach_px = 0.05;
-  constexpr double kPart_px = 0.05;  // what is told apart by pixel
+  constexpr double kPart_px = 0.05;  // resolution of the sum over pixels
   constexpr double kFoot_m = 1e-3;
   const auto solid = [&](double range, double bearing) {
     return Solid{place(range, bearing), target.radius_m, *target.top_m};
@@ -181,7 +182,7 @@ CoverageReference coverage_reference(const MirrorView& view, const Target& targe
     const auto ray = view.back_project(pixel);
     return ray && s.hit_height_m(*ray).has_value();
   };
-  /// Where along from + t * way, between an inside and an outside t, the solid's picture ends.
+  /// The point of from + t * way, between an inside and an outside t, where the solid's image ends.
   const auto edge = [&](const Solid& s, const Eigen::Vector2d& from, const Eigen::Vector2d& way, double in,
                         double out) {
     for (int i = 0; i < 30; ++i) {
@@ -192,7 +193,7 @@ CoverageReference coverage_reference(const MirrorView& view, const Target& targe
   };
   const Solid still = solid(range_m, bearing_rad);
   const Eigen::Vector2d near = place(range_m - target.radius_m, bearing_rad);
-  // Inside: on the near side, between the horizon or the floor and the top.
+  // The point inside is on the near side, between the horizon or the floor and the top.
   Eigen::Vector2d inside = Eigen::Vector2d::Zero();
   for (const double share : {0.5, 0.6, 0.7, 0.8}) {
     if (const auto pixel = view.project({near.x(), near.y(), share * *target.top_m})) inside = *pixel;
@@ -216,7 +217,7 @@ CoverageReference coverage_reference(const MirrorView& view, const Target& targe
     const auto ray = view.back_project(middle - 1e-3 * normal);
     const auto height_m = ray ? still.hit_height_m(*ray) : std::nullopt;
     if (!height_m || *height_m < kFoot_m) continue;  // the foot, or the very tip
-    // Next to the tip the wedge is thinner than that, and of no weight.
+    // Next to the tip the wedge is thinner than that, and has no weight.
     if (!covers(still, middle - kReach_px * normal) || covers(still, middle + kReach_px * normal)) continue;
     const auto moved = [&](double range, double bearing) {
       return edge(solid(range, bearing), middle, normal, -kReach_px, kReach_px);
@@ -245,8 +246,8 @@ struct CoverageCase {
 };
 class CoverageTest : public testing::TestWithParam<CoverageCase> {};
 INSTANTIATE_TEST_SUITE_P(Views, CoverageTest,
-                         testing::Values(CoverageCase{"Upright", lab_view(0.25), kPillar, 2.37},
-                                         CoverageCase{"TiltedOffTheAxisBehindALens", odd_view(), kPillar, 2.83},
+                         testing::Values(CoverageCase{"Upright", lab_view(0.25), kLandmark, 2.37},
+                                         CoverageCase{"TiltedOffTheAxisBehindALens", odd_view(), kLandmark, 2.83},
                                          CoverageCase{"FromAboveDownToTheFloor",
                                                       view_of_the_floor(),
                                                       {.name = "stump", .radius_m = 0.15, .top_m = 0.31},
@@ -254,7 +255,8 @@ INSTANTIATE_TEST_SUITE_P(Views, CoverageTest,
                          [](const auto& one) { return std::string(one.param.name); });
 
 TEST_P(CoverageTest, AgreesWithWhatTheRaysSee) {
-  // The polygon of 1500 corners cuts those of the outline (between top and sides), and its displacement there is askew.
+  // The polygon of 1500 corners cuts off the outline's corners (between top and sides), and its displacement there is
+  // inaccurate.
   constexpr double kTolerance = 5e-3;
   const auto& [name, settings, target, range_m] = GetParam();
   const MirrorView view(settings);
@@ -265,8 +267,9 @@ TEST_P(CoverageTest, AgreesWithWhatTheRaysSee) {
   EXPECT_LT(difference(*information, expected.along_the_outline), kTolerance) << "got\n"
                                                                               << *information << "\nwanted\n"
                                                                               << expected.along_the_outline;
-  // A pixel's box keeps all of an edge along the rows or columns and 2 sqrt 2 / 3 of a diagonal one, so the bound is
-  // met to some per cent and never passed, but by what the bends of the outline within a pixel leave open.
+  // A pixel's box keeps all information of an edge along the rows or columns and 2 sqrt 2 / 3 of that of a diagonal
+  // one. So the bound is reached to some per cent and never exceeded, except for the error from the outline's curvature
+  // within a pixel.
   for (const int k : {0, 1}) {
     const double kept = expected.of_pixels(k, k) / (*information)(k, k);
     EXPECT_LT(kept, 1.01) << (k == 0 ? "range" : "bearing");
@@ -276,26 +279,26 @@ TEST_P(CoverageTest, AgreesWithWhatTheRaysSee) {
 
 TEST(SightingInformation, GrowsWithTheSquareOfOneOverTheNoise) {
   const MirrorView view(odd_view());
-  const Eigen::Matrix2d once = *sighting_information(view, kPillar, place(2.2, 0.3), 0.1);
-  const Eigen::Matrix2d thrice = *sighting_information(view, kPillar, place(2.2, 0.3), 0.3);
+  const Eigen::Matrix2d once = *sighting_information(view, kLandmark, place(2.2, 0.3), 0.1);
+  const Eigen::Matrix2d thrice = *sighting_information(view, kLandmark, place(2.2, 0.3), 0.3);
   EXPECT_LT(difference(9 * thrice, once), 1e-14);
   EXPECT_GT(once.determinant(), 0);
 }
 
 TEST(SightingInformation, OfWhatIsNotShownIsNothing) {
   const MirrorView view(lab_view(0.25));
-  EXPECT_FALSE(sighting_information(view, kPillar, place(1.5, 0.3), 0.1)) << "outside the rim";
+  EXPECT_FALSE(sighting_information(view, kLandmark, place(1.5, 0.3), 0.1)) << "outside the rim";
   EXPECT_FALSE(sighting_information(view, {.name = "low", .radius_m = 0.1, .top_m = 0.3}, place(2, 0.3), 0.1));
-  EXPECT_FALSE(sighting_information(view, kPillar, {0.1, 0}, 0.1)) << "around the axis";
-  EXPECT_FALSE(sighting_information(view, kPillar, {0, 0}, 0.1));
-  EXPECT_FALSE(sighting_information(view, kPillar, {std::numeric_limits<double>::quiet_NaN(), 2}, 0.1));
-  EXPECT_FALSE(sighting_information(view, kPillar, {std::numeric_limits<double>::infinity(), 2}, 0.1));
+  EXPECT_FALSE(sighting_information(view, kLandmark, {0.1, 0}, 0.1)) << "around the axis";
+  EXPECT_FALSE(sighting_information(view, kLandmark, {0, 0}, 0.1));
+  EXPECT_FALSE(sighting_information(view, kLandmark, {std::numeric_limits<double>::quiet_NaN(), 2}, 0.1));
+  EXPECT_FALSE(sighting_information(view, kLandmark, {std::numeric_limits<double>::infinity(), 2}, 0.1));
 }
 
 TEST(SightingInformation, RefusesWhatMakesNoBound) {
   const MirrorView view(lab_view(0.25));
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), double(INFINITY)}) {
-    EXPECT_THROW((void)sighting_information(view, kPillar, {2, 0}, bad), std::invalid_argument) << bad;
+    EXPECT_THROW((void)sighting_information(view, kLandmark, {2, 0}, bad), std::invalid_argument) << bad;
     EXPECT_THROW((void)sighting_information(view, {.name = "a", .radius_m = bad, .top_m = 0.9}, {2, 0}, 0.1),
                  std::invalid_argument)
         << bad;

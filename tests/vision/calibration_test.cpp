@@ -27,11 +27,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 CalibrationProblem problem_of(const DriveSettings& world) {
   CalibrationProblem problem{lab_rig(), WheelBelief{0.05, 0.30}, world.landmarks, drive_among_landmarks(world), {}, {}};
-  problem.systematic_px = 0;  // this world has none
+  problem.systematic_px = 0;  // this world has no systematic error
   return problem;
 }
 
-/// A rig that is wrong in everything the issue names.
+/// A rig with an error in every parameter named in the issue.
 Rig planted_rig() {
   MirrorViewSettings lower = lab_view(0.25);
   MirrorViewSettings upper = lab_view(0.55);
@@ -47,14 +47,18 @@ Rig planted_rig() {
   return {MirrorView(lower), MirrorView(upper)};
 }
 
-/// The rims as a good look at them would tell, 0.05 px.
+/// Adds rims as an accurate measurement would give them, 0.05 px.
 void give_rims(CalibrationProblem& problem, const Rig& rig, std::uint64_t seed) {
-  std::mt19937_64 dice(seed + 1000);
+  std::mt19937_64 random(seed + 1000);
   std::normal_distribution<> noise(0, 0.05);
   const auto rim_of = [&](const MirrorView& view) {
     const MirrorViewSettings& s = view.settings();
-    return RimMeasurement{
-        s.centre_px + Eigen::Vector2d(noise(dice), noise(dice)), s.rim_radius_px + noise(dice), 0.05, 0.05, 0.3, 1};
+    return RimMeasurement{s.centre_px + Eigen::Vector2d(noise(random), noise(random)),
+                          s.rim_radius_px + noise(random),
+                          0.05,
+                          0.05,
+                          0.3,
+                          1};
   };
   problem.lower_rim = rim_of(rig.lower);
   problem.upper_rim = rim_of(rig.upper);
@@ -115,7 +119,7 @@ std::string as_text(const CalibrationResult& result, const std::map<std::string,
   return text;
 }
 
-/// Within so many of its stated sigmas each parameter must be found: one in 370 of a Gaussian is not, so with fixed
+/// Each parameter must be found within this many of its stated sigmas. One in 370 of a Gaussian is not, so with fixed
 /// seeds a failure is a change of the answer.
 constexpr double kSigmas = 3;
 
@@ -140,7 +144,7 @@ TEST(Calibration, FindsEachPlantedErrorWithinThreeSigmas) {
   give_rims(problem, world.rig, 1);
   const CalibrationResult result = calibrate(problem);
   expect_found(result, world);
-  // And the sigmas are small against what was planted, so that finding says something.
+  // The sigmas are small against the planted errors, so that finding them is significant.
   for (const char* name : {"centre_px.column", "centre_px.row", "rim_radius_px", "tilt_rad.x", "tilt_rad.y"}) {
     for (const char* view : {"lower.", "upper."}) {
       const CalibratedParameter& p = parameter(result, std::string(view) + name);
@@ -153,7 +157,7 @@ TEST(Calibration, FindsEachPlantedErrorWithinThreeSigmas) {
     EXPECT_TRUE(p.observed) << p.name;
     EXPECT_GE(std::abs(p.after - p.before), 3 * p.sigma) << p.name << " sigma " << p.sigma;
   }
-  // Each frame's pose takes 3 of its some 16 numbers: what is left of the noise is sqrt(1 - 3 / 16) of it, 0.09 px.
+  // Each frame's pose uses 3 of its some 16 numbers: the residuals have sqrt(1 - 3 / 16) of the noise, 0.09 px.
   for (const int view : {0, 1}) {
     EXPECT_GT(result.rms_before_px[view], 2) << view;
     EXPECT_GT(result.rms_after_px[view], 0.8 * world.noise_px) << view;
@@ -162,7 +166,7 @@ TEST(Calibration, FindsEachPlantedErrorWithinThreeSigmas) {
   EXPECT_NEAR(result.sighting_scale, 1, 0.07);  // 3 sigmas of 1 / sqrt(2 * 1100 degrees of freedom)
 }
 
-/// The rig that comes out, not only the list, shows the landmarks where they are seen.
+/// Not only the list, but also the resulting rig projects the landmarks to where they are seen.
 TEST(Calibration, GivesTheRigItself) {
   DriveSettings world = planted_world();
   world.noise_px = 0.001;
@@ -174,7 +178,8 @@ TEST(Calibration, GivesTheRigItself) {
   EXPECT_NEAR(result.rig->upper.settings().azimuth_rad, parameter(result, "upper.azimuth_rad").after, 1e-15);
   EXPECT_NEAR(result.rig->mirror_separation_m(), parameter(result, "mirror_separation_m").after, 1e-15);
   EXPECT_DOUBLE_EQ(result.wheels->radius_m, parameter(result, "wheel_radius_m").after);
-  // The common part of both views' azimuths is the wheels' affair and a thousand times less sharp than these pixels.
+  // Only the wheels determine the common part of both views' azimuths, a thousand times less accurately than these
+  // pixels.
   const double turn = parameter(result, "lower.azimuth_rad").after;
   const Eigen::Vector2d shift(parameter(result, "lower.axis_offset_m.x").after,
                               parameter(result, "lower.axis_offset_m.y").after);
@@ -186,27 +191,27 @@ TEST(Calibration, GivesTheRigItself) {
   }
 }
 
-/// Truth of the sigmas: what a ruler leaves open is drawn anew too.
+/// Checks that the sigmas are true. The errors of the ruler are drawn again for each seed too.
 TEST(Calibration, SigmasAreTrueOverTwentySeeds) {
   constexpr int kSeeds = 20;
-  // Of 20 squares of a Gaussian the mean exceeds 2.62 once in 10,000 times (chi-squared with 20 degrees of
-  // freedom: 52.4).
+  // The mean of 20 squares of a Gaussian exceeds 2.62 once in 10,000 times (chi-squared with 20 degrees of freedom:
+  // 52.4).
   constexpr double kMostRms = 1.62;
   std::map<std::string, double> squares;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     DriveSettings world = planted_world();
     world.seed = std::uint64_t(seed);
-    std::mt19937_64 dice(std::uint64_t(seed) + 77);
+    std::mt19937_64 random(std::uint64_t(seed) + 77);
     std::normal_distribution<> ruler(0, CalibrationPriors{}.length_m);
     MirrorViewSettings lower = world.rig.lower.settings();
     MirrorViewSettings upper = world.rig.upper.settings();
-    lower.cone.rim_radius_m += ruler(dice);
-    upper.cone.rim_radius_m += ruler(dice);
-    lower.cone.lens_to_tip_m += ruler(dice);
-    upper.cone.lens_to_tip_m += ruler(dice);
-    lower.lens_height_m += ruler(dice);
+    lower.cone.rim_radius_m += ruler(random);
+    upper.cone.rim_radius_m += ruler(random);
+    lower.cone.lens_to_tip_m += ruler(random);
+    upper.cone.lens_to_tip_m += ruler(random);
+    lower.lens_height_m += ruler(random);
     upper.lens_height_m =
-        lower.lens_height_m + lower.cone.lens_to_tip_m + 0.30 + ruler(dice) - upper.cone.lens_to_tip_m;
+        lower.lens_height_m + lower.cone.lens_to_tip_m + 0.30 + ruler(random) - upper.cone.lens_to_tip_m;
     world.rig = {MirrorView(lower), MirrorView(upper)};
     CalibrationProblem problem = problem_of(world);
     give_rims(problem, world.rig, world.seed);
@@ -226,13 +231,13 @@ TEST(Calibration, SigmasAreTrueOverTwentySeeds) {
     if (std::getenv("TWOCONE_SHOW") != nullptr) fmt::print("{:40} {:.2f}\n", name, std::sqrt(square));
     all += square / double(squares.size());
   }
-  // Some 12 independent numbers of each seed: 240 squares, whose mean scatters by 9 % about 1; the wheels' floor is on
-  // the safe side.
+  // Each seed gives some 12 independent numbers: 240 squares, whose mean scatters by 9 % about 1. The lower limit of
+  // the wheels' noise is on the safe side.
   EXPECT_GT(std::sqrt(all), 0.75);
   EXPECT_LT(std::sqrt(all), 1.15);
 }
 
-TEST(Calibration, NamesWhatStandingStillDoesNotTell) {
+TEST(Calibration, NamesParametersThatStandingStillDoesNotDetermine) {
   DriveSettings world = planted_world();
   world.still = true;
   world.duration_s = 8;
@@ -245,7 +250,7 @@ TEST(Calibration, NamesWhatStandingStillDoesNotTell) {
     EXPECT_EQ(p.after, p.before) << p.name;
     EXPECT_DOUBLE_EQ(p.sigma, p.prior_sigma) << p.name;
   }
-  // Six landmarks all round do tell where the tips are and how the views are turned against each other.
+  // Six landmarks in all directions determine the tips and the azimuth between the views.
   EXPECT_TRUE(parameter(result, "lower.centre_px.column").observed);
   EXPECT_TRUE(parameter(result, "upper.azimuth_minus_lower_rad").observed);
   expect_found(result, world);
@@ -266,7 +271,7 @@ TEST(Calibration, WithoutWheelsTheBodyFrameIsNotObserved) {
   for (const CalibratedParameter& p : result.parameters) EXPECT_THAT(p.name, testing::Not(HasSubstr("wheel")));
 }
 
-/// r_m and R come in as one number; without a rim R is the one that keeps its prior, and r_m is only as good as R.
+/// r_m and R enter as one number. Without a rim R keeps its prior, and r_m is only as accurate as R.
 TEST(Calibration, WithoutRimsTheRimIsAsGoodAsTheRuler) {
   const DriveSettings world = planted_world();
   const CalibrationResult result = calibrate(problem_of(world));
@@ -289,7 +294,7 @@ TEST(Calibration, SurvivesOutliers) {
   EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
 }
 
-/// A sigma stated at half of what it is, or at three times, comes out as what it is.
+/// A sigma that is stated as half or three times the true one comes out as the true one.
 TEST(Calibration, ScalesStatedSigmasByTheResiduals) {
   const DriveSettings world = planted_world();
   const auto sigma_with = [&world](double factor, double& scale) {
@@ -309,7 +314,7 @@ TEST(Calibration, ScalesStatedSigmasByTheResiduals) {
   EXPECT_NEAR(scale, 1.0 / 3, 0.03);
 }
 
-TEST(Calibration, RefusesWhatCannotTell) {
+TEST(Calibration, RefusesProblemsThatDetermineNothing) {
   DriveSettings world;
   world.landmarks.resize(1);
   EXPECT_EQ(calibrate(problem_of(world)).verdict, CalibrationVerdict::kTooFewLandmarks);
@@ -323,7 +328,7 @@ TEST(Calibration, RefusesWhatCannotTell) {
   EXPECT_EQ(calibrate(nothing).verdict, CalibrationVerdict::kTooFewFrames);
 }
 
-/// A map with two landmarks swapped fits nothing: no numbers rather than wrong ones.
+/// A map with exchanged landmarks fits no views: the answer is no numbers rather than wrong ones.
 TEST(Calibration, RefusesAMapThatContradictsTheViews) {
   const DriveSettings world;
   CalibrationProblem problem = problem_of(world);
@@ -373,7 +378,7 @@ TEST(Calibration, RefusesBadArguments) {
   EXPECT_THAT(message(problem), HasSubstr("run backwards"));
 }
 
-/// A way that is not known between two frames (two runs put together) is no way.
+/// An unknown motion between two frames (two joined runs) is not used.
 TEST(Calibration, TakesGapsBetweenFrames) {
   const DriveSettings world = planted_world();
   CalibrationProblem problem = problem_of(world);
@@ -381,34 +386,34 @@ TEST(Calibration, TakesGapsBetweenFrames) {
   problem.frames[20].wheels.clear();
   problem.frames.erase(problem.frames.begin() + 40, problem.frames.begin() + 45);
   problem.frames[40].wheels.clear();
-  problem.frames[60].sightings.clear();  // dropped, its wheels count for the next one
+  problem.frames[60].sightings.clear();  // the frame is dropped, its wheels count for the next one
   const CalibrationResult result = calibrate(problem);
   EXPECT_EQ(result.frames_dropped, 1U);
   expect_found(result, world);
 }
 
-/// The solver's statement of the projection is MirrorView's.
+/// The solver's projection equals MirrorView's.
 TEST(CalibrationProjection, EqualsMirrorView) {
-  // Some twenty roundings of coordinates below 1,000 px, and the lens's condition: 1e-12 of them.
+  // Some twenty roundings of coordinates below 1,000 px, times the lens's condition: 1e-12 of the coordinates.
   constexpr double kTolerance_px = 1e-12 * 1000;
-  std::mt19937_64 dice(20);
+  std::mt19937_64 random(20);
   std::uniform_real_distribution<> any(-1, 1);
   int compared = 0;
   for (int i = 0; i < 400; ++i) {
     const auto view_settings = [&](double lens_height_m) {
       MirrorViewSettings s = lab_view(lens_height_m);
-      s.cone = {1.57 + 0.3 * any(dice), 0.06 + 0.01 * any(dice), 0.12 + 0.02 * any(dice)};
-      s.centre_px += 9 * Eigen::Vector2d(any(dice), any(dice));
-      s.rim_radius_px += 20 * any(dice);
-      s.azimuth_rad = 3 * any(dice);
-      s.mirrored = any(dice) > 0.5;
-      s.tilt_rad = 0.05 * Eigen::Vector2d(any(dice), any(dice));
-      s.axis_offset_m = 0.02 * Eigen::Vector2d(any(dice), any(dice));
-      if (any(dice) > 0) {
-        s.distortion = LensDistortion{{0.1 * any(dice), 0.1 * any(dice), 0.01 * any(dice), 0.01 * any(dice),
-                                       0.1 * any(dice), 0.1 * any(dice), 0.1 * any(dice), 0.1 * any(dice)},
-                                      {700 + 9 * any(dice), 710},
-                                      {320 + any(dice), 240}};
+      s.cone = {1.57 + 0.3 * any(random), 0.06 + 0.01 * any(random), 0.12 + 0.02 * any(random)};
+      s.centre_px += 9 * Eigen::Vector2d(any(random), any(random));
+      s.rim_radius_px += 20 * any(random);
+      s.azimuth_rad = 3 * any(random);
+      s.mirrored = any(random) > 0.5;
+      s.tilt_rad = 0.05 * Eigen::Vector2d(any(random), any(random));
+      s.axis_offset_m = 0.02 * Eigen::Vector2d(any(random), any(random));
+      if (any(random) > 0) {
+        s.distortion = LensDistortion{{0.1 * any(random), 0.1 * any(random), 0.01 * any(random), 0.01 * any(random),
+                                       0.1 * any(random), 0.1 * any(random), 0.1 * any(random), 0.1 * any(random)},
+                                      {700 + 9 * any(random), 710},
+                                      {320 + any(random), 240}};
       }
       return s;
     };
@@ -417,7 +422,7 @@ TEST(CalibrationProjection, EqualsMirrorView) {
     const calibration::SharedModel model(problem);
     for (const Side side : {Side::kLower, Side::kUpper}) {
       const MirrorView& view = side == Side::kLower ? problem.rig.lower : problem.rig.upper;
-      const Eigen::Vector3d p(3 * any(dice), 3 * any(dice), 0.9 + 0.2 * any(dice));
+      const Eigen::Vector3d p(3 * any(random), 3 * any(random), 0.9 + 0.2 * any(random));
       const auto expected = view.project(p);
       if (!expected) continue;
       ++compared;
@@ -426,7 +431,7 @@ TEST(CalibrationProjection, EqualsMirrorView) {
                            model.views[side == Side::kLower ? 0 : 1], p.x(), p.y(), p.z(), pixel);
       EXPECT_NEAR(pixel[0], expected->x(), kTolerance_px) << i << " " << to_string(side);
       EXPECT_NEAR(pixel[1], expected->y(), kTolerance_px) << i << " " << to_string(side);
-      // And back into a MirrorView nothing is lost.
+      // The conversion back into a MirrorView loses nothing.
       const MirrorView again = calibration::to_view(model, model.mean, view.settings(), side);
       EXPECT_NEAR((*again.project(p) - *expected).norm(), 0, kTolerance_px) << i;
     }
@@ -434,12 +439,12 @@ TEST(CalibrationProjection, EqualsMirrorView) {
   EXPECT_GT(compared, 300);
 }
 
-/// Reference: 200,000 means of a simulated process; their variance is known to 1 in 300.
+/// The reference is 200,000 means of a simulated process; their variance is known to 1 in 300.
 TEST(CalibrationWheels, MeanSlipVarianceIsThatOfTheProcess) {
   using calibration::mean_slip_variance;
   EXPECT_NEAR(mean_slip_variance(1e-12), 1, 1e-11);
   EXPECT_NEAR(mean_slip_variance(0.99e-4), mean_slip_variance(1.01e-4), 1e-6);
-  std::mt19937_64 dice(5);
+  std::mt19937_64 random(5);
   std::normal_distribution<> normal;
   for (const double x : {0.2, 1.7}) {
     constexpr int kMeans = 200'000;
@@ -447,10 +452,10 @@ TEST(CalibrationWheels, MeanSlipVarianceIsThatOfTheProcess) {
     const double decay = std::exp(-x / kSteps);
     double sum = 0;
     for (int i = 0; i < kMeans; ++i) {
-      double slip = normal(dice);
+      double slip = normal(random);
       double mean = slip / 2;
       for (int k = 1; k <= kSteps; ++k) {
-        slip = decay * slip + std::sqrt(1 - decay * decay) * normal(dice);
+        slip = decay * slip + std::sqrt(1 - decay * decay) * normal(random);
         mean += k == kSteps ? slip / 2 : slip;
       }
       sum += mean * mean / (kSteps * kSteps);

@@ -17,7 +17,7 @@ namespace twocone::vision {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// As in calibration_test.cpp: one in 370 of a Gaussian lies beyond, so with fixed seeds a failure is a change.
+/// As in calibration_test.cpp: one in 370 of a Gaussian is beyond it, so with fixed seeds a failure is a change.
 constexpr double kSigmas = 3;
 
 /// Half a loop, with all of its changes of speed.
@@ -29,7 +29,7 @@ CalibrationProblem timed_problem(DriveSettings world) {
   world.gives_twists = true;
   CalibrationProblem problem{
       lab_rig(), WheelBelief{0.05, 0.30}, DriveSettings{}.landmarks, drive_among_landmarks(world), {}, {}};
-  problem.systematic_px = 0;  // this world has none
+  problem.systematic_px = 0;  // this world has no systematic error
   problem.fit_timing = true;
   problem.height_px = {kDriveHeight_px, kDriveHeight_px};
   return problem;
@@ -73,12 +73,12 @@ DriveSettings with_rig_errors(DriveSettings world) {
   return world;
 }
 
-/// Each time alone over a quarter of a minute; all of them, and a rig that is off too, over half a one.
+/// Each time alone in a drive of a quarter of a minute; all of them, with a wrong rig too, in one of half a minute.
 TEST(CalibrationTiming, FindsEachPlantedTimeAndInventsNone) {
   struct Planted {
     const char* name;
     DriveSettings world;
-    std::map<std::string, double> most_ms;  ///< sigma: a seventh of what is planted here
+    std::map<std::string, double> most_ms;  ///< greatest sigma: a seventh of the value planted here
   };
   DriveSettings skew;
   DriveSettings readout;
@@ -108,11 +108,11 @@ TEST(CalibrationTiming, FindsEachPlantedTimeAndInventsNone) {
 
 TEST(CalibrationTiming, FindsNothingWhereNothingIsOverTwentySeeds) {
   constexpr int kSeeds = 20;
-  // Quantiles 1e-4 and 1 - 1e-4 of a mean of squares of a Gaussian: of 20, and of 80, chi-squared over its degrees.
+  // Quantiles 1e-4 and 1 - 1e-4 of the mean of 20 and of 80 squares of a Gaussian: chi-squared over its degrees.
   constexpr std::array<double, 2> kOfOne{0.220, 2.62};
   constexpr std::array<double, 2> kOfAll{0.516, 1.70};
   std::map<std::string, double> squares;
-  double joint = 0;  // of all four times at once: off the diagonal too the covariance must be true
+  double joint = 0;  // for all four times at once: the covariance must be true off the diagonal too
   double most = 0;   // of the landmarks' chi-squared
   double landmarks = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -150,7 +150,7 @@ TEST(CalibrationTiming, FindsNothingWhereNothingIsOverTwentySeeds) {
   EXPECT_LT(most, 23.4);
 }
 
-TEST(CalibrationTiming, NamesWhatStandingStillDoesNotTell) {
+TEST(CalibrationTiming, NamesParametersThatStandingStillDoesNotDetermine) {
   DriveSettings world;
   world.still = true;
   world.duration_s = 8;
@@ -188,7 +188,7 @@ TEST(CalibrationTiming, AsksOnlyForWhatThereIs) {
   EXPECT_THAT(names(problem), testing::IsEmpty());
 }
 
-/// A stamp is no skew: with it the views agree as they do when taken at once, without it skew is what is missing.
+/// A stamp is not skew: with it the views agree as if they were taken at the same time; without it skew is missing.
 TEST(CalibrationTiming, TakesStampsAtTheirWord) {
   DriveSettings world;
   world.duration_s = kShortDrive_s;
@@ -196,7 +196,7 @@ TEST(CalibrationTiming, TakesStampsAtTheirWord) {
   CalibrationProblem problem = timed_problem(world);
   expect_times(calibrate(problem), world);
   problem.fit_timing = false;
-  // 36 frames of 21 numbers each beyond the pose: 3 sigmas of 1 / sqrt(2 * 36 * 21).
+  // 36 frames have 21 numbers each beyond the pose: 3 sigmas of 1 / sqrt(2 * 36 * 21).
   EXPECT_NEAR(calibrate(problem).sighting_scale, 1, 0.08);
   for (CalibrationFrame& frame : problem.frames) {
     for (LandmarkSighting& s : frame.sightings) s.late_s = 0;
@@ -207,7 +207,8 @@ TEST(CalibrationTiming, TakesStampsAtTheirWord) {
   EXPECT_NEAR(skew.after, world.upper_late_s, kSigmas * skew.sigma);
 }
 
-/// Twists are by believed wheels: half as large again as they are, they would make every time a third too short.
+/// Twists are computed with believed wheels. If these are half as large again as the true ones, every time would come
+/// out a third too short.
 TEST(CalibrationTiming, IsRightUnderWheelsOfAnotherSize) {
   DriveSettings world;
   world.duration_s = kShortDrive_s;
@@ -218,7 +219,7 @@ TEST(CalibrationTiming, IsRightUnderWheelsOfAnotherSize) {
   expect_times(calibrate(problem), world);
 }
 
-/// Ways to and from a frame without a twist say nothing: taken without the latency they would pull it to 0.
+/// Motions to and from a frame without a twist give no information: used without the latency, they would bias it to 0.
 TEST(CalibrationTiming, LeavesOutWaysWithoutTwist) {
   DriveSettings world;
   world.latency_s = 0.025;
@@ -227,7 +228,7 @@ TEST(CalibrationTiming, LeavesOutWaysWithoutTwist) {
   expect_times(calibrate(problem), world);
 }
 
-TEST(CalibrationTiming, GivesPosesOfThePictures) {
+TEST(CalibrationTiming, GivesPosesOfTheImages) {
   DriveSettings world;
   world.duration_s = kShortDrive_s;
   world.latency_s = 0.025;
@@ -236,8 +237,8 @@ TEST(CalibrationTiming, GivesPosesOfThePictures) {
   const CalibrationResult result = calibrate(problem);
   ASSERT_EQ(result.poses.size(), problem.frames.size());
   EXPECT_FALSE(result.poses[20]);
-  // A sighting is good to 0.1 px of some 150 px from the tip at 2 m: 1.3 mm, a pose of twelve to half of it in each
-  // axis. The way of the latency is some 10 mm.
+  // A sighting is accurate to 0.1 px at some 150 px from the tip at 2 m, which is 1.3 mm; a pose from twelve of them is
+  // accurate to half of that in each axis. The motion during the latency is some 10 mm.
   constexpr double kMost_m = 0.004;
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
     if (i == 20) continue;
@@ -260,11 +261,11 @@ TEST(CalibrationTiming, CovarianceIsJoint) {
     EXPECT_GT(sigma, 0);
     EXPECT_DOUBLE_EQ(result.covariance(i, i), sigma * sigma);
   }
-  // The upper view's azimuth is the sum of two others, with whatever else.
+  // The upper view's azimuth is the sum of two others, in the covariance with every other parameter too.
   const auto row = [&](const char* name) { return result.covariance.row(Eigen::Index(index_of(result, name))); };
   const Eigen::RowVectorXd sum = row("lower.azimuth_rad") + row("upper.azimuth_minus_lower_rad");
   const Eigen::RowVectorXd of_sum = row("upper.azimuth_rad");
-  // Of central differences over 1e-3 of doubles.
+  // The rounding of central differences of doubles over a step of 1e-3.
   constexpr double kRelative = 1e-9;
   for (Eigen::Index i = 0; i < size; ++i) {
     const double unit = parameter(result, "upper.azimuth_rad").sigma * result.parameters[std::size_t(i)].sigma;
@@ -272,7 +273,7 @@ TEST(CalibrationTiming, CovarianceIsJoint) {
   }
 }
 
-/// At 3 sigmas of one Gaussian, two-sided: exp(-x / 2) = 0.0027.
+/// The level of 3 sigmas of one Gaussian, two-sided: exp(-x / 2) = 0.0027.
 constexpr double kChiSquaredLimit = 11.83;
 
 void expect_moved(const CalibrationResult& result, const std::vector<KnownLandmark>& map,
@@ -292,7 +293,7 @@ void expect_moved(const CalibrationResult& result, const std::vector<KnownLandma
     const Eigen::Vector2d truth = is_moved ? truth_m.at(s.shift.landmark) : Eigen::Vector2d::Zero();
     for (const int axis : {0, 1}) {
       EXPECT_NEAR(s.shift.shift_m[axis], truth[axis], kSigmas * sigma_m[axis]) << s.shift.landmark;
-      // Useful: a sixth of what is planted.
+      // A useful accuracy is a sixth of the planted shift.
       EXPECT_LT(sigma_m[axis], 0.02 / 6) << s.shift.landmark;
     }
   }
@@ -321,7 +322,7 @@ TEST(CalibrationMap, FindsTwoWithTimesAndSystematicErrorsAllowed) {
   expect_times(result, world);
 }
 
-/// A map that lies elsewhere as a whole, and measured with another rule, moves no landmark of it.
+/// A map that is shifted as a whole, and measured with another ruler, moves none of its landmarks.
 TEST(CalibrationMap, ACommonShiftTurnAndScaleIsNoLandmarks) {
   DriveSettings world;
   world.duration_s = 8;

@@ -14,7 +14,7 @@
 
 namespace twocone::vision {
 
-/// How the world really is, and how well it is seen.
+/// The true world, and the noise of its measurements.
 struct DriveSettings {
   std::vector<KnownLandmark> landmarks{{{-2.45, -0.35}, 0.15, 0.9}, {{-1.40, 1.95}, 0.15, 0.9},
                                        {{1.50, 1.95}, 0.15, 0.9},   {{2.45, 0.30}, 0.15, 0.9},
@@ -25,16 +25,16 @@ struct DriveSettings {
   double noise_px = 0.1;
   double outlier_share = 0;
   double duration_s = 30;
-  double every_s = 0.4;  ///< a frame
+  double every_s = 0.4;  ///< time between frames
   bool still = false;
   double latency_s = 0, upper_skew_s = 0;
   std::array<double, 2> readout_s{};  ///< lower, upper
-  double upper_late_s = 0;            ///< as stamped
+  double upper_late_s = 0;            ///< according to the stamp
   bool gives_twists = false;
   std::uint64_t seed = 1;
 };
 
-/// Loops of changing curvature about the lab's middle. x, y, heading.
+/// Pose (x, y, heading) on loops of changing curvature about the lab's middle.
 inline Eigen::Vector3d pose_on_loop(double t_s) {
   const double w = 0.31;
   const double dx = 1.3 * w * std::cos(w * t_s) - 0.25 * 2.7 * w * std::sin(2.7 * w * t_s);
@@ -45,7 +45,7 @@ inline Eigen::Vector3d pose_on_loop(double t_s) {
 
 constexpr int kDriveHeight_px = 480;
 
-/// The body's twist at a step, from the encoders' counts 1/15 s before and after; at an end from one side.
+/// The body's twist at a step, from the encoders' counts 1/15 s before and after; at either end from one side only.
 inline BodyTwist twist_at(std::size_t step, const std::vector<std::array<double, 2>>& angles, double count_rad,
                           double step_s) {
   constexpr std::size_t kReach = 67;
@@ -60,14 +60,14 @@ inline BodyTwist twist_at(std::size_t step, const std::vector<std::array<double,
   return {(ways_m[0] + ways_m[1]) / 2 / time_s, (ways_m[1] - ways_m[0]) / 0.30 / time_s};
 }
 
-/// The pixel of a landmark's near point at the time when the row it falls into is exposed; without noise.
+/// The pixel of a landmark's near point at the time when the row in which it appears is exposed; without noise.
 inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, const KnownLandmark& landmark,
                                                     Side side, double stamp_s) {
   const bool is_lower = side == Side::kLower;
   const MirrorView& view = is_lower ? world.rig.lower : world.rig.upper;
   double row = (kDriveHeight_px - 1) / 2.0;
   std::optional<Eigen::Vector2d> pixel;
-  // A row later moves the row by some 1e-4 of it: the third round is exact to rounding.
+  // One row more in the time moves the pixel's row by some 1e-4 of a row: the third round is exact to rounding.
   for (int round = 0; round < 3; ++round) {
     const double readout_s = world.readout_s[is_lower ? 0 : 1] * (row / (kDriveHeight_px - 1) - 0.5);
     const double skew_s = is_lower ? 0 : world.upper_skew_s;
@@ -82,10 +82,10 @@ inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, 
   return pixel;
 }
 
-/// What a robot on that loop sees and reads. The world here shares no formula with the solver: near points come from
-/// the definition, pixels from MirrorView, angles from the way of each wheel in steps of a millisecond.
+/// The sightings and readings of a robot on that loop. This world shares no formula with the solver: near points come
+/// from the definition, pixels from MirrorView, angles from the travel of each wheel in steps of a millisecond.
 inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& world) {
-  std::mt19937_64 dice(world.seed);
+  std::mt19937_64 random(world.seed);
   std::normal_distribution<> normal;
   std::uniform_real_distribution<> uniform(-1, 1);
   constexpr double kStep_s = 1e-3;
@@ -93,7 +93,7 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
   constexpr double kReading_s = 1.0 / 15;
   constexpr double kCount_rad = 2 * std::numbers::pi / 1024;
   const double decay = std::exp(-kStep_s / kCorrelation_s);
-  double slips[2] = {world.slip * normal(dice), world.slip * normal(dice)};
+  double slips[2] = {world.slip * normal(random), world.slip * normal(random)};
   double angles[2] = {0.3, 0.7};
   const auto reading = [&](double t_s) {
     return WheelReading{t_s, std::round(angles[0] / kCount_rad) * kCount_rad,
@@ -122,9 +122,9 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
           const double late_s = side == Side::kLower ? 0 : world.upper_late_s;
           auto pixel = pixel_on_loop(world, landmark, side, t_s + late_s);
           if (!pixel) continue;
-          *pixel += world.noise_px * Eigen::Vector2d(normal(dice), normal(dice));
-          if (std::abs(uniform(dice)) < world.outlier_share)
-            *pixel += 30 * Eigen::Vector2d(uniform(dice), uniform(dice));
+          *pixel += world.noise_px * Eigen::Vector2d(normal(random), normal(random));
+          if (std::abs(uniform(random)) < world.outlier_share)
+            *pixel += 30 * Eigen::Vector2d(uniform(random), uniform(random));
           const double variance = std::max(world.noise_px * world.noise_px, 1e-12);
           frame.sightings.push_back(
               {i, side, {*pixel, variance * Eigen::Matrix2d::Identity(), world.noise_px}, late_s});
@@ -132,7 +132,7 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
       }
     }
     if (world.still) continue;
-    // The wheels' way over this step, from the pose a step later.
+    // The wheels' travel over this step, from the pose one step later.
     const Eigen::Vector3d next = pose_on_loop(t_s + kStep_s);
     const double way = (next.head<2>() - pose.head<2>()).norm();
     const double turn = std::remainder(next.z() - pose.z(), 2 * std::numbers::pi);
@@ -140,7 +140,7 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
     const double radii[2] = {world.left_wheel_m, world.right_wheel_m};
     for (const int wheel : {0, 1}) {
       angles[wheel] += ways[wheel] / (radii[wheel] * (1 + slips[wheel]));
-      slips[wheel] = decay * slips[wheel] + world.slip * std::sqrt(1 - decay * decay) * normal(dice);
+      slips[wheel] = decay * slips[wheel] + world.slip * std::sqrt(1 - decay * decay) * normal(random);
     }
   }
   for (std::size_t i = 0; world.gives_twists && i < frames.size(); ++i) {

@@ -48,7 +48,7 @@ TEST(HueLabels, ALandmarkThatCoversMostOfAPixelCounts) {
   EXPECT_EQ(mixed(0.45), 0);
 }
 
-TEST(HueLabels, FindsColoursThatCannotBeToldApart) {
+TEST(HueLabels, FindsColoursThatCannotBeDistinguished) {
   const HueLabels hues({{1, 0, 0}, {0.9, 0.1, 0}, {0, 0, 1}});
   EXPECT_TRUE(hues.is_ambiguous(0));
   EXPECT_TRUE(hues.is_ambiguous(1));

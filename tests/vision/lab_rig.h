@@ -5,7 +5,7 @@
 
 namespace twocone::vision {
 
-/// The lab's mirror sizes (robots/lab_sim.yaml).
+/// A view with the lab's mirror sizes (robots/lab_sim.yaml).
 inline MirrorViewSettings lab_view(double lens_height_m) {
   return {.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
           .lens_height_m = lens_height_m,

@@ -18,7 +18,7 @@ const std::vector<double> kCoefficients[] = {
     {0.31, -0.12, 0.0013, -0.0021, 0.017, 0.52, -0.08, 0.023},
 };
 
-/// cv::projectPoints of OpenCV 4.6 on (x, y, 1), for the models above in turn.
+/// The results of cv::projectPoints of OpenCV 4.6 on (x, y, 1), for the models above in order.
 struct Reference {
   Eigen::Vector2d at;
   Eigen::Vector2d pixel[3];
@@ -39,7 +39,7 @@ const Reference kReferences[] = {
 };
 
 TEST(Lens, AgreesWithOpenCvBothWays) {
-  // Coordinates below 1024 are 1e-13 apart; some ten roundings, in OpenCV's order and in ours.
+  // Coordinates below 1024 are 1e-13 apart. There are some ten roundings, in OpenCV's order and in ours.
   constexpr double kRounding_px = 2e-12;
   for (const Reference& reference : kReferences) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -66,14 +66,14 @@ TEST(Lens, BothWaysMeet) {
     ASSERT_TRUE(seen) << pinhole.transpose();
     const auto back = lens.undistort(seen->pixel_px);
     ASSERT_TRUE(back) << pinhole.transpose();
-    // Roundings of 1e-13, spread by the inverse of the Jacobian, whose least singular value is above 0.6 here.
+    // Roundings of 1e-13, amplified by the inverse of the Jacobian, whose least singular value is above 0.6 here.
     EXPECT_LT((*back - pinhole).norm(), 2e-12) << pinhole.transpose() << ", model " << i % 3;
   }
 }
 
 TEST(Lens, TheJacobianIsThatOfTheDistortion) {
   constexpr double kStep_px = 0.01;
-  // step^2 times a third derivative of some 1e-6 / px^2, and rounding over the step.
+  // The error is step^2 times a third derivative of some 1e-6 / px^2, and rounding over the step.
   constexpr double kTolerance = 1e-8;
   const Lens lens({kCoefficients[2], kFocal_px, kPrincipal_px});
   const Eigen::Vector2d at(541.3, 88.7);
@@ -86,7 +86,7 @@ TEST(Lens, TheJacobianIsThatOfTheDistortion) {
 }
 
 TEST(Lens, BeyondTheFoldThereIsNothing) {
-  // x' = x (1 - x^2 / 4) turns back at x = sqrt(4 / 3), where x' is 0.7698: no straight line comes out farther.
+  // x' = x (1 - x^2 / 4) turns back at x = sqrt(4 / 3), where x' is 0.7698: no point is imaged farther out.
   const Lens barrel({{-0.25, 0, 0, 0}, {100, 100}, {0, 0}});
   const double fold_px = 100 * std::sqrt(4.0 / 3);
   EXPECT_TRUE(barrel.distort({0.999 * fold_px, 0}));

@@ -15,10 +15,10 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// The stated promise: forward then inverse to 1e-12 relative.
+// The stated accuracy: forward then inverse projection to 1e-12, relatively.
 constexpr double kRoundTrip = 1e-12;
 
-/// A view with nothing round about it: no angle of 0 or 45 degrees, no shared numbers.
+/// A view without round numbers: no angle of 0 or 45 degrees, no equal values.
 MirrorViewSettings odd_view(double apex_rad, bool mirrored) {
   return {.cone = {.apex_rad = apex_rad, .rim_radius_m = 0.053, .lens_to_tip_m = 0.117},
           .lens_height_m = 0.31,
@@ -28,13 +28,13 @@ MirrorViewSettings odd_view(double apex_rad, bool mirrored) {
           .mirrored = mirrored};
 }
 
-/// Where the lens's ray at `slope` meets the cone and where it goes from there, by the law of reflection in three
-/// dimensions: r = i - 2 (i.n) n. Shares no formula with MirrorView.
+/// The point where the lens's ray at `slope` meets the cone, and its direction from there, by the law of reflection in
+/// three dimensions: r = i - 2 (i.n) n. It shares no formula with MirrorView.
 Ray reflect(const MirrorViewSettings& s, double slope, double bearing_rad) {
   const double half = s.cone.apex_rad / 2;
   const Eigen::Vector3d incoming =
       Eigen::Vector3d(slope * std::cos(bearing_rad), slope * std::sin(bearing_rad), 1).normalized();
-  // Height z of the hit above the lens: slope z = (z - d) tan(half).
+  // The height z of the point above the lens follows from slope z = (z - d) tan(half).
   const double z = s.cone.lens_to_tip_m * std::sin(half) / (std::sin(half) - slope * std::cos(half));
   const Eigen::Vector3d normal(std::cos(half) * std::cos(bearing_rad), std::cos(half) * std::sin(bearing_rad),
                                -std::sin(half));
@@ -52,7 +52,7 @@ TEST(MirrorView, AgreesWithThePapersFormulasAt90Degrees) {
 }
 
 TEST(MirrorView, EveryRayObeysTheLawOfReflection) {
-  // A ray computed with a handful of roundings of values near 1.
+  // A ray is computed with a few roundings of values near 1.
   constexpr double kTolerance = 1e-14;
   std::mt19937_64 random(20061);
   std::uniform_real_distribution<double> apex(0.9, 2.4);
@@ -112,7 +112,7 @@ TEST(MirrorView, InverseThenForwardMeetsThePixel) {
     const auto ray = view.back_project(pixel);
     ASSERT_TRUE(ray) << "case " << i;
     const auto again = view.project(ray->origin_m + along(random) * ray->direction);
-    if (!again) {  // a pixel on the rim may be rounded out of it
+    if (!again) {  // a pixel on the rim may be rounded to outside it
       EXPECT_GT((pixel - s.centre_px).norm(), s.rim_radius_px * (1 - kRoundTrip)) << "case " << i;
       continue;
     }

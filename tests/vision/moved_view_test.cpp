@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// MirrorView with a tilted unit, off the axis, behind a lens.
+// Tests of MirrorView with a tilted unit, off the axis, behind a lens.
 #include <cmath>
 #include <limits>
 #include <random>
@@ -14,11 +14,12 @@ namespace twocone::vision {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Pixels near 600 are rounded to 1e-13; the ways through lens, turn and mirror are some fifty roundings, and the lens's
-// inverse may amplify them a few times.
+// Pixels near 600 are rounded to 1e-13. Lens, rotation and mirror add some fifty roundings, and the lens's inverse may
+// amplify them a few times.
 constexpr double kPixelRounding_px = 1e-11;
 
-/// Nothing zero, nothing equal. @param terms of the lens model, 0: none
+/// A view in which no parameter is zero and no two are equal. @param terms number of terms of the lens model, 0: no
+/// lens
 MirrorViewSettings odd_view(std::mt19937_64& random, int terms) {
   std::uniform_real_distribution<double> symmetric(-1, 1);
   MirrorViewSettings s{
@@ -37,11 +38,11 @@ MirrorViewSettings odd_view(std::mt19937_64& random, int terms) {
   return s;
 }
 
-/// What the pixel sees, traced step by step through a cone that stands askew in the body's frame: the lens's ray, its
-/// meeting with the quadric ((X - T).a)^2 = cos^2(half) |X - T|^2, the quadric's gradient there, r = i - 2 (i.n) n.
-/// Shares no formula with MirrorView but what an azimuth and a tilt are.
+/// The ray that the pixel sees, traced step by step through a tilted cone in the body's frame: the lens's ray, its
+/// intersection with the quadric ((X - T).a)^2 = cos^2(half) |X - T|^2, the quadric's gradient there, r = i - 2 (i.n)
+/// n. It shares no formula with MirrorView except the definitions of azimuth and tilt.
 Ray trace(const MirrorViewSettings& s, double focal_px, const Eigen::Vector2d& undistorted_px) {
-  // In long double, since the quadratic cancels some three digits near the tip.
+  // It computes in long double, since some three digits cancel in the quadratic near the tip.
   using Real = long double;
   using Vector = Eigen::Matrix<Real, 3, 1>;
   using Matrix = Eigen::Matrix<Real, 3, 3>;
@@ -81,7 +82,7 @@ Ray trace(const MirrorViewSettings& s, double focal_px, const Eigen::Vector2d& u
 }
 
 TEST(MovedView, EveryRayObeysTheLawOfReflectionAtATurnedCone) {
-  // A few roundings of values near 1; a pixel's rounding, 3e-14 of 300 px, over a focal length of some 600 px.
+  // A few roundings of values near 1, and a pixel's rounding, 3e-14 of 300 px, over a focal length of some 600 px.
   constexpr double kTolerance = 1e-14;
   std::mt19937_64 random(20071);
   std::uniform_real_distribution<double> fraction(0.05, 0.99);
@@ -132,7 +133,7 @@ TEST(MovedView, ForwardAndInverseMeetThroughTurnOffsetAndLens) {
     ASSERT_TRUE(again) << "case " << i;
     EXPECT_LT((*again - *pixel).norm(), kPixelRounding_px) << "case " << i << ", " << radius_px << " px from the tip";
 
-    // And the ray of that pixel passes through the point: a pixel's rounding turns it by that over the radius.
+    // The ray of that pixel passes through the point too: a pixel's rounding turns it by that rounding over the radius.
     const auto second = view.back_project(*again);
     ASSERT_TRUE(second) << "case " << i;
     const Eigen::Vector3d from_origin = p - second->origin_m;
@@ -142,7 +143,7 @@ TEST(MovedView, ForwardAndInverseMeetThroughTurnOffsetAndLens) {
 }
 
 TEST(MovedView, TheJacobianIsThatOfTheProjection) {
-  // Central differences: step^2 curvature and rounding / step, both near 1e-6 of the largest entry at this step.
+  // Central differences have errors of step^2 curvature and rounding / step, both near 1e-6 of the largest entry here.
   constexpr double kStep_m = 1e-5;
   constexpr double kTolerance = 2e-6;
   std::mt19937_64 random(20073);

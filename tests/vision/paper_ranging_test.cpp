@@ -10,30 +10,30 @@
 namespace twocone::vision {
 namespace {
 
-const cv::Size kPicture(640, 480);
+const cv::Size kImage(640, 480);
 const cv::Scalar kWall(170, 170, 165);
 
-struct Pillar {
+struct Landmark {
   double distance_m;  // to the axis
   double bearing_rad;
   double top_m = 0.9;
   double radius_m = 0.1;
 };
 
-/// What a pixel-exact camera would see of one upright cylinder: each pixel's ray, by the inverse projection, meets the
-/// cylinder's side or not. Independent of the search under test.
-void paint(cv::Mat& picture, const MirrorView& view, const Pillar& pillar, const cv::Vec3b& colour) {
-  const Eigen::Vector2d axis(pillar.distance_m * std::cos(pillar.bearing_rad),
-                             pillar.distance_m * std::sin(pillar.bearing_rad));
-  // Only the strip from the tip to the rim about its bearing can show it.
+/// Paints one upright cylinder as a pixel-exact camera would see it: each pixel's ray, by the inverse projection, meets
+/// the cylinder's side or not. It is independent of the search under test.
+void paint(cv::Mat& image, const MirrorView& view, const Landmark& landmark, const cv::Vec3b& colour) {
+  const Eigen::Vector2d axis(landmark.distance_m * std::cos(landmark.bearing_rad),
+                             landmark.distance_m * std::sin(landmark.bearing_rad));
+  // Only the strip from the tip to the rim near its bearing can show it.
   const Eigen::Vector2d tip = view.settings().centre_px;
-  const Eigen::Vector2d rim = tip + view.offset_px(pillar.bearing_rad, view.settings().rim_radius_px);
-  constexpr int kHalfWidth_px = 40;  // of the strip; the widest pillar here spans 30 px
+  const Eigen::Vector2d rim = tip + view.offset_px(landmark.bearing_rad, view.settings().rim_radius_px);
+  constexpr int kHalfWidth_px = 40;  // of the strip; the widest landmark here spans 30 px
   const cv::Rect strip =
       cv::Rect(
           cv::Point(int(std::min(tip.x(), rim.x())) - kHalfWidth_px, int(std::min(tip.y(), rim.y())) - kHalfWidth_px),
           cv::Point(int(std::max(tip.x(), rim.x())) + kHalfWidth_px, int(std::max(tip.y(), rim.y())) + kHalfWidth_px)) &
-      cv::Rect({0, 0}, picture.size());
+      cv::Rect({0, 0}, image.size());
   for (int row = strip.y; row < strip.br().y; ++row) {
     for (int column = strip.x; column < strip.br().x; ++column) {
       const auto ray = view.back_project({column, row});
@@ -42,30 +42,30 @@ void paint(cv::Mat& picture, const MirrorView& view, const Pillar& pillar, const
       const Eigen::Vector2d d = ray->direction.head<2>();
       const double a = d.squaredNorm();
       const double b = d.dot(o - axis);
-      const double c = (o - axis).squaredNorm() - pillar.radius_m * pillar.radius_m;
+      const double c = (o - axis).squaredNorm() - landmark.radius_m * landmark.radius_m;
       const double discriminant = b * b - a * c;
       if (discriminant < 0) continue;
       const double t = (-b - std::sqrt(discriminant)) / a;
       const double z = ray->origin_m.z() + t * ray->direction.z();
-      if (t > 0 && z >= 0 && z <= pillar.top_m) picture.at<cv::Vec3b>(row, column) = colour;
+      if (t > 0 && z >= 0 && z <= landmark.top_m) image.at<cv::Vec3b>(row, column) = colour;
     }
   }
 }
 
 const std::vector<Target> kRed = {{"red", {1, 0, 0}, 0.1}};
 
-std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<Pillar>& pillars) {
-  cv::Mat lower(kPicture, CV_8UC3, kWall);
-  cv::Mat upper(kPicture, CV_8UC3, kWall);
-  for (const Pillar& pillar : pillars) {
-    paint(lower, rig.lower, pillar, {200, 20, 20});
-    paint(upper, rig.upper, pillar, {200, 20, 20});
+std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<Landmark>& landmarks) {
+  cv::Mat lower(kImage, CV_8UC3, kWall);
+  cv::Mat upper(kImage, CV_8UC3, kWall);
+  for (const Landmark& landmark : landmarks) {
+    paint(lower, rig.lower, landmark, {200, 20, 20});
+    paint(upper, rig.upper, landmark, {200, 20, 20});
   }
-  return PaperRanging(rig, kRed, kPicture, kPicture).measure(lower, upper);
+  return PaperRanging(rig, kRed, kImage, kImage).measure(lower, upper);
 }
 
-// Each match is a pixel's centre within one pixel of the edge, so the disparity is off by less than one pixel; a
-// sideways step of one pixel in it adds less than 1 / (2 * 60) px at these distances.
+// Each match is a pixel's centre within one pixel of the edge, so the disparity is off by less than one pixel; an error
+// of one pixel sideways adds less than 1 / (2 * 60) px at these distances.
 constexpr double kDisparityError_px = 1.02;
 
 TEST(PaperRanging, ErrsByLessThanAPixelOfDisparity) {
@@ -78,7 +78,7 @@ TEST(PaperRanging, ErrsByLessThanAPixelOfDisparity) {
       const double bound_m =
           reach_m * reach_m / (708 * 0.3) * kDisparityError_px * 1.1;  // 1.1: the curve's second order
       EXPECT_NEAR(*m.range_m, distance_m, bound_m) << "bearing " << bearing_rad;
-      // The match is some pixel of the pillar.
+      // The match is a pixel of the landmark.
       const double radius_px = (*m.lower_px - rig.lower.settings().centre_px).norm();
       EXPECT_LT(std::abs(std::remainder(*m.bearing_rad - bearing_rad, 2 * std::numbers::pi)),
                 std::asin(0.1 / distance_m) + 0.5 / radius_px);
@@ -96,7 +96,7 @@ TEST(PaperRanging, IsEquationOnePlusTheRadius) {
 }
 
 TEST(PaperRanging, HardCaseR1) {
-  // 81.06870229007633 px of disparity is 2500 mm to the near edge: the nearest whole-pixel distance lies within half a
+  // A disparity of 81.06870229007633 px is 2500 mm to the near edge: the nearest whole-pixel distance is within half a
   // pixel.
   const auto m = measure(lab_rig(), {{2.6, 0.0}}).front();
   ASSERT_EQ(m.verdict, RangeVerdict::kOk);
@@ -112,17 +112,17 @@ TEST(PaperRanging, SaysWhyThereIsNoRange) {
 
 TEST(PaperRanging, RefusesToChooseBetweenLandmarksOfOneColour) {
   const std::vector<Target> twins = {{"a", {1, 0, 0}, 0.1}, {"b", {1, 0.05, 0}, 0.1}};
-  const cv::Mat blank(kPicture, CV_8UC3, kWall);
-  for (const auto& m : PaperRanging(lab_rig(), twins, kPicture, kPicture).measure(blank, blank)) {
+  const cv::Mat blank(kImage, CV_8UC3, kWall);
+  for (const auto& m : PaperRanging(lab_rig(), twins, kImage, kImage).measure(blank, blank)) {
     EXPECT_EQ(m.verdict, RangeVerdict::kSameColour);
   }
 }
 
 TEST(PaperRanging, EqualViewsHaveNoDisparity) {
   const Rig rig = lab_rig();
-  cv::Mat lower(kPicture, CV_8UC3, kWall);
+  cv::Mat lower(kImage, CV_8UC3, kWall);
   paint(lower, rig.lower, {2.5, 0.4}, {200, 20, 20});
-  const auto m = PaperRanging(rig, kRed, kPicture, kPicture).measure(lower, lower).front();
+  const auto m = PaperRanging(rig, kRed, kImage, kImage).measure(lower, lower).front();
   EXPECT_EQ(m.verdict, RangeVerdict::kBeyondLimit);
   EXPECT_FALSE(m.range_m);
 }
@@ -136,7 +136,7 @@ TEST(PaperRanging, ViewsMayDifferInCentreScaleAndAzimuth) {
   const Rig rig{MirrorView(lab_view(0.25)), MirrorView(above)};
   const auto m = measure(rig, {{2.41, 1.31}}).front();
   ASSERT_EQ(m.verdict, RangeVerdict::kOk);
-  // The upper pixel is 236 / 221 times coarser and its centre is no pixel's: another half pixel.
+  // The upper pixel is 236 / 221 times coarser, and the view's centre is not a pixel's centre: another half pixel.
   EXPECT_NEAR(*m.range_m, 2.41, 2.43 * 2.43 / (708 * 0.3) * (kDisparityError_px + 0.5) * 1.1);
 }
 
@@ -150,15 +150,15 @@ TEST(PaperRanging, RefusesARigThatTheEquationsDoNotHoldFor) {
   MirrorViewSettings wide = lab_view(0.25);
   wide.cone.apex_rad = 2.1;
   const Rig wrong_apex{MirrorView(wide), MirrorView(lab_view(0.55))};
-  EXPECT_THROW(PaperRanging(wrong_apex, kRed, kPicture, kPicture), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(wrong_apex, kRed, kImage, kImage), std::invalid_argument);
   MirrorViewSettings large = lab_view(0.55);
   large.cone.rim_radius_m = 0.07;
   const Rig two_sizes{MirrorView(lab_view(0.25)), MirrorView(large)};
-  EXPECT_THROW(PaperRanging(two_sizes, kRed, kPicture, kPicture), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(two_sizes, kRed, kImage, kImage), std::invalid_argument);
   const Rig upside_down{MirrorView(lab_view(0.55)), MirrorView(lab_view(0.25))};
-  EXPECT_THROW(PaperRanging(upside_down, kRed, kPicture, kPicture), std::invalid_argument);
-  EXPECT_THROW(PaperRanging(lab_rig(), kRed, {-4, 480}, kPicture), std::invalid_argument);
-  EXPECT_THROW(PaperRanging(lab_rig(), kRed, kPicture, {640, 0}), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(upside_down, kRed, kImage, kImage), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(lab_rig(), kRed, {-4, 480}, kImage), std::invalid_argument);
+  EXPECT_THROW(PaperRanging(lab_rig(), kRed, kImage, {640, 0}), std::invalid_argument);
 }
 
 TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {
@@ -168,7 +168,7 @@ TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {
   aside.axis_offset_m = {0.002, 0};
   aside.distortion = {{0.1, 0, 0, 0}, {700, 700}, {320, 240}};
   try {
-    PaperRanging ranging({MirrorView(tilted), MirrorView(aside)}, kRed, kPicture, kPicture);
+    PaperRanging ranging({MirrorView(tilted), MirrorView(aside)}, kRed, kImage, kImage);
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(
@@ -179,14 +179,14 @@ TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {
   }
   aside.axis_offset_m.setZero();
   aside.distortion->coefficients = {0, 0, 0, 0, 0};
-  EXPECT_NO_THROW(PaperRanging({MirrorView(lab_view(0.25)), MirrorView(aside)}, kRed, kPicture, kPicture));
+  EXPECT_NO_THROW(PaperRanging({MirrorView(lab_view(0.25)), MirrorView(aside)}, kRed, kImage, kImage));
 }
 
-TEST(PaperRanging, RefusesPicturesOfAnotherSizeOrType) {
-  const PaperRanging ranging(lab_rig(), kRed, kPicture, kPicture);
-  const cv::Mat good(kPicture, CV_8UC3, kWall);
+TEST(PaperRanging, RefusesImagesOfAnotherSizeOrType) {
+  const PaperRanging ranging(lab_rig(), kRed, kImage, kImage);
+  const cv::Mat good(kImage, CV_8UC3, kWall);
   EXPECT_THROW((void)ranging.measure(cv::Mat(480, 641, CV_8UC3), good), std::invalid_argument);
-  EXPECT_THROW((void)ranging.measure(good, cv::Mat(kPicture, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW((void)ranging.measure(good, cv::Mat(kImage, CV_8UC1)), std::invalid_argument);
 }
 
 }  // namespace

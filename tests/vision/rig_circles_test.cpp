@@ -19,7 +19,7 @@ std::uint8_t coded(double linear) {
 struct Drawing {
   Eigen::Vector2d tip{160.37, 118.81};
   double rim_px = 97.43;
-  int rays = 1;  ///< of a pixel's side
+  int rays = 1;  ///< number of rays along a pixel's side
   bool black_outside = false;
   double turn_rad = 0;
 };
@@ -45,12 +45,12 @@ cv::Mat draw(const Drawing& d) {
 }
 
 std::vector<cv::Mat> turning(Drawing d, int count) {
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
   for (int i = 0; i < count; ++i) {
     d.turn_rad = 0.0731 * i;
-    pictures.push_back(draw(d));
+    images.push_back(draw(d));
   }
-  return pictures;
+  return images;
 }
 
 TEST(RigCircles, RimIsFoundWithinItsSigmas) {
@@ -59,8 +59,8 @@ TEST(RigCircles, RimIsFoundWithinItsSigmas) {
       Drawing d;
       d.rays = rays;
       d.black_outside = black;
-      const auto pictures = turning(d, 9);
-      const auto rim = measure_rim(median_picture(pictures), {{162.5, 117}, 95, 0});
+      const auto images = turning(d, 9);
+      const auto rim = measure_rim(median_image(images), {{162.5, 117}, 95, 0});
       ASSERT_TRUE(rim) << rays << black;
       EXPECT_NEAR(rim->centre_px.x(), d.tip.x(), 3 * rim->sigma_centre_px) << rays << black;
       EXPECT_NEAR(rim->centre_px.y(), d.tip.y(), 3 * rim->sigma_centre_px) << rays << black;
@@ -71,7 +71,7 @@ TEST(RigCircles, RimIsFoundWithinItsSigmas) {
   }
 }
 
-TEST(RigCircles, NoRimInAnEvenPicture) {
+TEST(RigCircles, NoRimInAnEvenImage) {
   EXPECT_FALSE(measure_rim(cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 90, 90)), {{160, 120}, 95, 0}));
 }
 
@@ -88,12 +88,12 @@ TEST(RigCircles, TipIsWhereUprightEdgesMeet) {
 }
 
 TEST(RigCircles, MedianKeepsWhatStays) {
-  std::vector<cv::Mat> pictures;
-  for (const int grey : {10, 250, 40, 30, 0}) pictures.emplace_back(3, 4, CV_8UC3, cv::Scalar(grey, 7, 200 - grey / 2));
-  EXPECT_EQ(median_picture(pictures).at<cv::Vec3b>(2, 3), cv::Vec3b(30, 7, 185));
-  EXPECT_THROW((void)median_picture({}), std::invalid_argument);
-  pictures.emplace_back(4, 4, CV_8UC3);
-  EXPECT_THROW((void)median_picture(pictures), std::invalid_argument);
+  std::vector<cv::Mat> images;
+  for (const int grey : {10, 250, 40, 30, 0}) images.emplace_back(3, 4, CV_8UC3, cv::Scalar(grey, 7, 200 - grey / 2));
+  EXPECT_EQ(median_image(images).at<cv::Vec3b>(2, 3), cv::Vec3b(30, 7, 185));
+  EXPECT_THROW((void)median_image({}), std::invalid_argument);
+  images.emplace_back(4, 4, CV_8UC3);
+  EXPECT_THROW((void)median_image(images), std::invalid_argument);
 }
 
 }  // namespace

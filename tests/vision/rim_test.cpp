@@ -11,23 +11,23 @@
 namespace twocone::vision {
 namespace {
 
-// A soft edge drawn by coverage is known to a fraction of a pixel; noise of a few grey levels against a step of 90 adds
-// little.
+// A soft edge that is drawn by coverage can be located to a fraction of a pixel; noise of a few grey levels against a
+// step of 90 adds little.
 constexpr double kSharp_px = 0.1;
 
-/// A disc on a background with 4 grey levels of noise, its edge pixels shaded by how far the edge cuts into them.
+/// A disc on a background with 4 grey levels of noise. Its edge pixels are shaded by the share that the edge cuts off.
 cv::Mat disc(double column, double row, double radius_px, double inside, double outside) {
-  cv::Mat picture(480, 640, CV_8UC3);
+  cv::Mat image(480, 640, CV_8UC3);
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 4);
-  for (int r = 0; r < picture.rows; ++r) {
-    for (int c = 0; c < picture.cols; ++c) {
+  for (int r = 0; r < image.rows; ++r) {
+    for (int c = 0; c < image.cols; ++c) {
       const double cover = std::clamp(radius_px - std::hypot(c - column, r - row) + 0.5, 0.0, 1.0);
       const double value = std::clamp(cover * inside + (1 - cover) * outside + noise(random), 0.0, 255.0);
-      picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(static_cast<std::uint8_t>(value));
+      image.at<cv::Vec3b>(r, c) = cv::Vec3b::all(static_cast<std::uint8_t>(value));
     }
   }
-  return picture;
+  return image;
 }
 
 TEST(FindRim, FindsARimThatIsElsewhereThanExpected) {
@@ -40,52 +40,50 @@ TEST(FindRim, FindsARimThatIsElsewhereThanExpected) {
 }
 
 TEST(FindRim, IsNotLedAstrayByOtherEdges) {
-  cv::Mat picture = disc(319.5, 239.5, 220, 90, 180);
-  picture(cv::Rect(470, 0, 40, 480))
-      .setTo(cv::Scalar::all(255));  // a bright bar across a third of the rim's right side
-  picture(cv::Rect(120, 100, 20, 200)).setTo(cv::Scalar::all(0));
-  const auto rim = find_rim(picture, {{319.5, 239.5}, 225, 0});
+  cv::Mat image = disc(319.5, 239.5, 220, 90, 180);
+  image(cv::Rect(470, 0, 40, 480)).setTo(cv::Scalar::all(255));  // a bright bar across a third of the rim's right side
+  image(cv::Rect(120, 100, 20, 200)).setTo(cv::Scalar::all(0));
+  const auto rim = find_rim(image, {{319.5, 239.5}, 225, 0});
   ASSERT_TRUE(rim);
   EXPECT_NEAR(rim->radius_px, 220, kSharp_px);
 }
 
-// Catches a rim that is taken for the end of a picture which holds little more than the mirror.
-TEST(FindRim, IsNotLedAstrayByWhereThePictureEnds) {
-  cv::Mat picture = disc(319.5, 239.5, 220, 90, 110);
-  for (int r = 0; r < picture.rows; ++r) {
-    for (int c = 0; c < picture.cols; ++c) {
-      if (std::hypot(c - 319.5, r - 239.5) > 226) picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
+// Catches taking the end of an image that holds little more than the mirror for the rim.
+TEST(FindRim, IsNotLedAstrayByWhereTheImageEnds) {
+  cv::Mat image = disc(319.5, 239.5, 220, 90, 110);
+  for (int r = 0; r < image.rows; ++r) {
+    for (int c = 0; c < image.cols; ++c) {
+      if (std::hypot(c - 319.5, r - 239.5) > 226) image.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
     }
   }
-  const auto rim = find_rim(picture, {{319.5, 239.5}, 222, 0});
+  const auto rim = find_rim(image, {{319.5, 239.5}, 222, 0});
   ASSERT_TRUE(rim);
   // A step of 20 grey levels with a noise of 4: the edge of one direction is off by most of a pixel now and then.
   EXPECT_NEAR(rim->radius_px, 220, 5 * kSharp_px);
-  // Before black, the rim is where the black begins.
+  // In front of black, the rim is where the black begins.
   const auto before_black = find_rim(disc(319.5, 239.5, 220, 90, 0), {{319.5, 239.5}, 222, 0});
   ASSERT_TRUE(before_black);
   EXPECT_NEAR(before_black->radius_px, 220, 5 * kSharp_px);
 }
 
-/// The same, black beyond a jagged edge: between `inner_px` and 8 px farther, 53 teeth.
-cv::Mat jagged(cv::Mat picture, double inner_px) {
-  for (int r = 0; r < picture.rows; ++r) {
-    for (int c = 0; c < picture.cols; ++c) {
+/// The image, black beyond a jagged edge with 53 teeth between `inner_px` and 8 px farther out.
+cv::Mat jagged(cv::Mat image, double inner_px) {
+  for (int r = 0; r < image.rows; ++r) {
+    for (int c = 0; c < image.cols; ++c) {
       const double turn = std::atan2(r - 239.5, c - 319.5) / (2 * std::numbers::pi) * 53;
       const double tooth = 2 * std::abs(turn - std::round(turn));
-      if (std::hypot(c - 319.5, r - 239.5) > inner_px + 8 * tooth) picture.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
+      if (std::hypot(c - 319.5, r - 239.5) > inner_px + 8 * tooth) image.at<cv::Vec3b>(r, c) = cv::Vec3b::all(0);
     }
   }
-  return picture;
+  return image;
 }
 
-// Catches where a simulated picture ends (drivers/sim_povray/render/camera_mask.h) being taken for a rim that fog
-// hides.
+// Catches taking the end of a simulated image (drivers/sim_povray/render/camera_mask.h) for a rim that fog hides.
 TEST(FindRim, TakesNoJaggedEdgeForARim) {
   const RimCircle expected{{319.5, 239.5}, 118, 0};
   const cv::Mat fog = jagged(disc(319.5, 239.5, 118, 128, 128), 124);
   EXPECT_FALSE(find_rim(fog, expected));
-  EXPECT_FALSE(rim_may_show(fog, expected)) << "nothing but the picture's end";
+  EXPECT_FALSE(rim_may_show(fog, expected)) << "nothing but the image's end";
   for (const double outside : {110.0, 8.0}) {
     const cv::Mat room = jagged(disc(319.5, 239.5, 118, 128, outside), 124);
     EXPECT_TRUE(rim_may_show(room, expected));
@@ -93,14 +91,14 @@ TEST(FindRim, TakesNoJaggedEdgeForARim) {
     ASSERT_TRUE(rim) << outside;
     EXPECT_NEAR(rim->radius_px, 118, 5 * kSharp_px) << outside;
   }
-  // Dark surroundings that cannot be told from what was not rendered: the rim is where the dark begins.
+  // Dark surroundings cannot be distinguished from pixels that were not rendered: the rim is where the dark begins.
   const auto dark = find_rim(jagged(disc(319.5, 239.5, 118, 128, 2), 124), expected);
   ASSERT_TRUE(dark);
   EXPECT_NEAR(dark->radius_px, 118, 5 * kSharp_px);
 }
 
-// As a fisheye's circle in the middle of a picture.
-TEST(FindRim, FindsACircleThatThePictureCutsOffAndThatIsBlackOutside) {
+// The circle is like a fisheye's in the middle of an image.
+TEST(FindRim, FindsACircleThatTheImageCutsOffAndThatIsBlackOutside) {
   const auto rim = find_rim(disc(319.5, 239.5, 239.5, 120, 0), {{319.5, 239.5}, 239, 0});
   ASSERT_TRUE(rim);
   EXPECT_NEAR(rim->radius_px, 239.5, 5 * kSharp_px);
@@ -111,10 +109,10 @@ TEST(FindRim, FindsNothingWhereThereIsNothing) {
   EXPECT_FALSE(find_rim(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(7)), {{319.5, 239.5}, 200, 0}));
   EXPECT_FALSE(find_rim(disc(319.5, 239.5, 100, 90, 180), {{319.5, 239.5}, 200, 0})) << "far outside the search";
   EXPECT_FALSE(find_rim(disc(319.5, 239.5, 100, 90, 180), {{-900, 239.5}, 100, 0}))
-      << "the search lies outside the picture";
+      << "the search lies outside the image";
 }
 
-TEST(FindRim, RefusesWhatIsNoPictureOrNoCircle) {
+TEST(FindRim, RefusesWhatIsNoImageOrNoCircle) {
   EXPECT_THROW((void)find_rim(cv::Mat(10, 10, CV_8UC1), {{5, 5}, 3, 0}), std::invalid_argument);
   EXPECT_THROW((void)find_rim(cv::Mat(10, 10, CV_8UC3), {{5, 5}, 0, 0}), std::invalid_argument);
 }

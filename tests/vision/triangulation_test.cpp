@@ -23,11 +23,11 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRadius_m = 0.083;
 constexpr double kTop_m = 1.013;
 
-/// The lab's (hard-cases.md): v s = 708 px x 0.3 m.
+/// The lab's: v s = 708 px x 0.3 m.
 constexpr DisparityGeometry kLab = {
     .focal_length_px = 708, .mirror_separation_m = 0.3, .lens_to_tip_m = 0.12, .rim_radius_px = 236};
 
-/// Both mirrors off in every way, each in its own.
+/// A rig whose mirrors both differ from the ideal in every parameter, each by other values.
 Rig odd_rig() {
   MirrorViewSettings lower = lab_view(0.25);
   MirrorViewSettings upper = lab_view(0.553);
@@ -105,8 +105,8 @@ TEST(RangeFromDisparity, R6BeyondTheRimIsImpossible) {
   EXPECT_EQ(range_from_disparity(236, 0.1, close).verdict, RangeVerdict::kImpossible);
 }
 
-TEST(RangeFromDisparity, R8TheBudgetsNumbersFollow) {
-  // At 2.5 m the near edge's disparity is 81.07 px; the numbers of hard-cases.md are rounded to 1 mm.
+TEST(RangeFromDisparity, R8TheErrorBudgetsNumbersFollow) {
+  // At 2.5 m the near edge's disparity is 81.07 px; the numbers of the hard case R8 are rounded to 1 mm.
   const double disparity_px = 81.06870229007633;
   DisparityGeometry wrong = kLab;
   wrong.focal_length_px *= 1.01;
@@ -195,7 +195,7 @@ TEST_P(TriangulateTest, ExactSightingsGiveTheExactPlace) {
   }
 }
 
-/// Mean of e e^T and of e^T C^-1 e over noisy sightings.
+/// The means of e e^T and of e^T C^-1 e over noisy sightings.
 struct Spread {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
@@ -237,8 +237,8 @@ Spread monte_carlo(const Rig& rig, double range_m, double bearing_rad, bool has_
 }
 
 TEST_P(TriangulateTest, MonteCarloAgreesWithTheStatedCovariance) {
-  // Of n squares of normal numbers the mean has a relative sigma of sqrt(2 / n); five of them. The second order of the
-  // range in the noise, sigma / range, is below 1e-2 and enters squared.
+  // The mean of n squares of normal numbers has a relative sigma of sqrt(2 / n); five sigmas are allowed. The second
+  // order of the range in the noise, sigma / range, is below 1e-2 and enters squared.
   constexpr int kDraws = 2500;
   const double tolerance = 5 * std::sqrt(2.0 / kDraws);
   struct Case {
@@ -313,8 +313,8 @@ TEST(Triangulate, ParallelRaysOfAnUnknownTopAreBeyondTheLimitWithTheirBearing) {
   }
 }
 
-TEST(Triangulate, AKnownTopAtTheLevelOfTheTipTellsNoRange) {
-  // At that height every range is seen at the same radius, next to 0.
+TEST(Triangulate, AKnownTopAtTheLevelOfTheTipGivesNoRange) {
+  // At that height every range appears at the same radius, close to 0.
   const Rig rig = lab_rig();
   const double top_m = 0.37 + 1e-4;
   const Sighting lower = sighting_of(rig.lower, place(2.5, 0.6), 0.1, top_m);
@@ -343,7 +343,7 @@ TEST(Triangulate, ViewsThatContradictEachOtherAreInconsistent) {
   EXPECT_EQ(t.verdict, RangeVerdict::kInconsistent) << "the bearings contradict each other whatever the height";
 }
 
-// Catches a bearing between two that exclude each other, where the disparity tells no range.
+// Catches a bearing between two that exclude each other, where the disparity gives no range.
 TEST(Triangulate, BearingsThatContradictEachOtherAreInconsistentAtAnyDisparity) {
   const Rig rig = lab_rig();
   const Eigen::Vector2d centre = rig.lower.settings().centre_px;
@@ -398,7 +398,7 @@ TEST(Triangulate, TheLimitOfContradictionIsTheStatedQuantile) {
     EXPECT_EQ(t.verdict, factor < 1 ? RangeVerdict::kOk : RangeVerdict::kInconsistent) << t.chi_squared;
     EXPECT_NEAR(t.chi_squared, factor * factor * z * z, 1e-3 * z * z);
   }
-  // Two degrees: 1 - exp(-x / 2).
+  // Two degrees of freedom: 1 - exp(-x / 2).
   EXPECT_NEAR(std::exp(-27.63102111593 / 2), 1e-6, 1e-16);
 }
 

@@ -12,7 +12,7 @@
 namespace twocone::vision::calibration {
 namespace {
 
-// The posterior's sigma over the prior's where data and prior weigh alike: 1 / sqrt(2).
+// The posterior's sigma over the prior's where data and prior have equal weight: 1 / sqrt(2).
 constexpr double kObservedShare = 0.70710678118654752;
 
 std::vector<int> all_but(const std::vector<int>& held, Eigen::Index size) {
@@ -23,7 +23,7 @@ std::vector<int> all_but(const std::vector<int>& held, Eigen::Index size) {
   return free;
 }
 
-/// A number that follows from the shared ones.
+/// A parameter that is computed from the shared numbers.
 struct Derived {
   std::string name;
   std::function<double(const Shared&)> value;
@@ -49,8 +49,8 @@ std::vector<Derived> derived_numbers(bool has_wheels) {
   return all;
 }
 
-/// By the unknowns. The functions are smooth over a prior's sigma, so central differences over a thousandth of it are
-/// exact to some 1e-6 of themselves.
+/// The gradient by the unknowns. The functions are smooth over a prior's sigma, so central differences over a
+/// thousandth of it are exact to some 1e-6, relatively.
 Shared gradient(const Derived& derived, const SharedModel& model, const Shared& unknowns) {
   constexpr double kStep = 1e-3;
   Shared result;
@@ -92,7 +92,7 @@ Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const st
   const Eigen::MatrixXd block = information(free, free);
   const auto factor = block.ldlt();
   const Eigen::MatrixXd own = factor.solve(Eigen::MatrixXd::Identity(block.rows(), block.cols()));
-  // How the answer moves with what is held; a held prior's error is independent of the others.
+  // The derivative of the answer by the held numbers. The errors of held priors are independent of the others.
   const Eigen::MatrixXd pull = -factor.solve(Eigen::MatrixXd(information(free, held)));
   covariance(free, free) = own + pull * pull.transpose();
   covariance(free, held) = pull;
@@ -103,7 +103,7 @@ Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const st
 ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
                              const std::vector<int>& held) {
   ParameterList list;
-  std::vector<Shared> slopes;  // of each parameter by the unknowns
+  std::vector<Shared> slopes;  // gradient of each parameter by the unknowns
   const Shared after = model.numbers(unknowns);
   for (int i = 0; i < kSharedNumbers; ++i) {
     if (model.sigma[i] == 0) continue;

@@ -10,19 +10,20 @@
 
 namespace twocone::vision::calibration {
 
-/// The shared numbers to be held at their priors: the one that the data tell worst, against its prior, then the next
-/// with that one held, until the data tell each of the others at least as well as its prior does.
-/// @param information of shared_information(); landmarks behind the shared numbers are never held
+/// The shared numbers to hold at their priors: first the one that the data determine worst relative to its prior, then
+/// the next with that one held, until the data determine each of the others at least as well as its prior does.
+/// @param information from shared_information(); landmarks behind the shared numbers are never held
 std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedModel& model);
 
-/// Covariance of the unknowns when `held` stay at their priors, which are wrong by their own sigmas.
+/// Covariance of the unknowns when those of `held` stay at their priors, whose errors have their own sigmas.
 Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held);
 
 struct ParameterList {
   std::vector<CalibratedParameter> parameters;  ///< derived numbers last
   Eigen::MatrixXd covariance;
 };
-/// The list of CalibrationResult. @param covariance of the unknowns, landmarks allowed behind the shared numbers
+/// The parameters of CalibrationResult.
+/// @param covariance of the unknowns; landmarks may follow the shared numbers
 ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
                              const std::vector<int>& held);
 

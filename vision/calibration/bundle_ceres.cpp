@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only code that knows Ceres. The poses hang together in a chain (wheels), so they are no independent set that a
-// Schur solver could take; a sparse Cholesky factor with a fill-reducing order eliminates them before the shared
-// numbers all the same.
+// This is the only file that uses Ceres. The wheels link the poses in a chain, so they are not an independent set for a
+// Schur solver. A sparse Cholesky factor with a fill-reducing order eliminates them before the shared numbers
+// nevertheless.
 #include <ceres/ceres.h>
 
 #include <numeric>
@@ -54,7 +54,7 @@ struct BiasedSightingCost {
   }
 };
 
-/// Of a bias, px, or of a landmark's shift, in its own sigma.
+/// Prior of a bias, px, or of a landmark's shift, in units of its sigma.
 struct CentredCost {
   double sigma;
 
@@ -105,7 +105,7 @@ struct RimCost {
   }
 };
 
-/// An unknown is measured in sigmas of its prior, whose mean is 0.
+/// Prior of the unknowns: each is in sigmas of its prior, with mean 0.
 struct PriorCost {
   template <typename T>
   bool operator()(const T* unknowns, T* residual) const {
@@ -199,7 +199,7 @@ bool minimise(const BundleData& data, const BundleSettings& settings, BundleStat
   options.max_num_iterations = kIterations;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  // To where rounding of the sum of squares stops it: the answer must not depend on the start beyond that.
+  // Iterate until the rounding of the sum of squares stops it: beyond that, the answer must not depend on the start.
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;

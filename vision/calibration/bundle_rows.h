@@ -17,14 +17,14 @@ Numbers<T> numbers_of(const SharedModel& model, const T* unknowns) {
   return numbers;
 }
 
-/// Angles are told apart by whole turns only here.
+/// Subtracts whole turns from an angle. Whole turns matter only here.
 template <typename T, typename Plain>
 T within_half_a_turn(const T& angle, Plain plain) {
   return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
 }
 
-/// `pose` after `time_s` of that twist, along the arc's chord. A twist is by the wheels as they are believed; by those
-/// of `numbers` it goes with their radius, its turn also against their separation.
+/// Moves `pose` by `time_s` of that twist, along the arc's chord. The twist was computed with the believed wheels. For
+/// the wheels of `numbers` it is scaled by their radius, and its turn also by the inverse of their separation.
 template <typename T>
 void move_along(const SharedModel& model, const Numbers<T>& numbers, const BodyTwist& twist, const T& time_s,
                 const T* pose, T* moved) {
@@ -43,7 +43,7 @@ void move_along(const SharedModel& model, const Numbers<T>& numbers, const BodyT
   moved[2] = pose[2] + turn;
 }
 
-/// `shift`: of the landmark, in units of SharedModel::landmark_sigma_m.
+/// `shift` is that of the landmark, in units of SharedModel::landmark_sigma_m.
 template <typename T>
 void sighting_residual(const SharedModel& model, const SightingRow& row, const T* unknowns, const T* pose,
                        const T* shift, T* residual) {
@@ -62,7 +62,8 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
   residual[1] = row.pixel_px.y() - pixel[1];
 }
 
-/// Of the way, (x, y, heading), then of both slips; all whitened. `seen_from` and `seen_to` are the pictures' poses.
+/// Residuals of the motion, (x, y, heading), then of both slips; all whitened. `seen_from` and `seen_to` are the
+/// images' poses.
 template <typename T, typename Plain>
 void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* seen_from,
                     const T* seen_to, const T* last_slips, const T* slips, T* residual, Plain plain) {

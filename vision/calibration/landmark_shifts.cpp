@@ -8,13 +8,13 @@
 namespace twocone::vision {
 namespace {
 
-/// What of all shifts remains of `tested`'s against `others`: a linear function of them.
-/// @param tested,others index into the result's landmark_shifts
+/// The matrix that maps all shifts to the shift of `tested` relative to `others`.
+/// @param tested,others indices into the result's landmark_shifts
 Eigen::MatrixXd remainder_of(std::size_t tested, const std::vector<std::size_t>& others,
                              const std::vector<Eigen::Vector2d>& places_m) {
   Eigen::Vector2d middle_m = Eigen::Vector2d::Zero();
   for (const std::size_t i : others) middle_m += places_m[i] / double(others.size());
-  // Columns: how a common scale moves it, and how a common turn does.
+  // Columns: the motion of landmark i by a common scale, and by a common rotation.
   const auto motions = [&](std::size_t i) {
     const Eigen::Vector2d arm = places_m[i] - middle_m;
     Eigen::Matrix2d both;
@@ -28,7 +28,7 @@ Eigen::MatrixXd remainder_of(std::size_t tested, const std::vector<std::size_t>&
   for (const std::size_t i : others) {
     auto part = remainder.middleCols<2>(2 * Eigen::Index(i));
     part -= Eigen::Matrix2d::Identity() / double(others.size());
-    // Landmarks in one place have neither.
+    // Landmarks at one place determine neither.
     if (spread_m2 > 0) part -= motions(tested) * motions(i).transpose() / spread_m2;
   }
   return remainder;

@@ -7,11 +7,11 @@
 
 namespace twocone::vision::calibration {
 
-/// Those of which a sighting is used, in the map's order.
+/// The landmarks with at least one used sighting, in the map's order.
 std::vector<std::size_t> seen_landmarks(const BundleData& data);
 
-/// Fills in landmark_shifts and landmark_covariance. @param covariance of the unknowns, landmarks behind the shared
-/// ones
+/// Fills in landmark_shifts and landmark_covariance.
+/// @param covariance of the unknowns; the landmarks follow the shared numbers
 void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,
                           const std::vector<std::size_t>& seen, CalibrationResult& result);
 

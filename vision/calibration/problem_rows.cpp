@@ -15,7 +15,7 @@
 namespace twocone::vision::calibration {
 namespace {
 
-// Of the rim's radius: so many rings, in each of which sightings are taken to err alike.
+// Number of rings of the rim's radius. Sightings in one ring are taken to share an error.
 constexpr std::size_t kRings = 16;
 
 }  // namespace
@@ -79,7 +79,7 @@ void check(const CalibrationProblem& problem) {
 Bundle bundle_of(const CalibrationProblem& problem) {
   Bundle bundle{{SharedModel(problem), {}, {}, {}}, {}, {}, {}};
   std::vector<const CalibrationFrame*> frames;
-  // Where a frame is left out, its wheels still belong to the way of the next one.
+  // The wheel readings of a frame that is left out belong to the next frame's motion.
   std::vector<CalibrationFrame> kept;
   kept.reserve(problem.frames.size());
   std::vector<WheelReading> before;
@@ -88,7 +88,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
     const CalibrationFrame& frame = problem.frames[i];
     broken = broken || frame.wheels.size() < 2;
     std::vector<WheelReading> wheels = before;
-    // The first reading repeats the last one before.
+    // The first reading repeats the last one of the previous frame.
     wheels.insert(wheels.end(), frame.wheels.begin() + (before.empty() || frame.wheels.empty() ? 0 : 1),
                   frame.wheels.end());
     const auto pose = start_pose(problem.rig, problem.landmarks, frame);

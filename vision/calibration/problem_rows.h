@@ -8,10 +8,10 @@
 
 namespace twocone::vision::calibration {
 
-/// @throws std::invalid_argument as calibrate() says
+/// @throws std::invalid_argument as calibrate() states
 void check(const CalibrationProblem& problem);
 
-/// The problem as rows, and what they came from.
+/// The problem as rows, with their origins in the problem.
 struct Bundle {
   BundleData data;
   BundleState start;
@@ -19,7 +19,8 @@ struct Bundle {
   std::vector<std::size_t> frames;        ///< of start.poses: index into the problem's frames
 };
 
-/// Frames without a start pose are left out, their wheels then belong to the way of the next one.
+/// Makes the rows. Frames without a start pose are left out; their wheel readings then belong to the next frame's
+/// motion.
 Bundle bundle_of(const CalibrationProblem& problem);
 
 }  // namespace twocone::vision::calibration

@@ -7,8 +7,8 @@
 
 #include "vision/calibration/shared.h"
 
-/// MirrorView::project and near_top_point stated again for a number type that carries derivatives. One difference: it
-/// goes on smoothly beyond the rim, where MirrorView has no answer. A test holds the two equal.
+/// MirrorView::project and near_top_point for a number type that carries derivatives. One difference: the formulas
+/// continue smoothly beyond the rim, where MirrorView has no answer. A test checks that both agree.
 namespace twocone::vision::calibration {
 
 template <typename T>
@@ -39,7 +39,7 @@ T focal_length(const ViewNumbers<T>& n) {
   return (n.lens_to_tip / n.mirror_radius + T(1) / tan(n.apex / T(2))) * n.rim_px;
 }
 
-/// Undistorted pixel to the camera's, in place.
+/// Maps an undistorted pixel to the camera's pixel, in place.
 template <typename T>
 void distort(const ViewNumbers<T>& n, const ViewConstants& c, T* pixel) {
   if (!c.has_lens) return;
@@ -79,7 +79,7 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
   distort(n, c, pixel);
 }
 
-/// The pixel of the near point of a landmark's top, which stands at `place`, for the body at `pose` (x, y, heading) in
+/// The pixel of the near point of a landmark's top, for a landmark at `place` and the body at `pose` (x, y, heading) in
 /// the world.
 template <typename T>
 void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const KnownLandmark& landmark, const T* place,
@@ -97,7 +97,7 @@ void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const K
   project(n, c, bx - share * ox, by - share * oy, T(landmark.top_m), pixel);
 }
 
-/// The rim's circle in the camera's picture: centre and radius, as means over its points where a lens bends it.
+/// The rim's circle in the camera's image: centre and radius. Where a lens bends it, both are means over its points.
 template <typename T>
 void rim_circle(const ViewNumbers<T>& n, const ViewConstants& c, T* circle) {
   using std::sqrt;
@@ -123,15 +123,15 @@ void rim_circle(const ViewNumbers<T>& n, const ViewConstants& c, T* circle) {
   }
 }
 
-/// Where the wheels' increments lead from (0, 0, 0): exact arcs, one for each reading. `slips` are relative, left and
-/// right.
+/// The pose reached from (0, 0, 0) by the wheels' increments: exact arcs, one for each reading. `slips` are relative,
+/// left and right.
 template <typename T>
 void drive(const T& radius, const T& ratio, const T& separation, const T* slips,
            const std::vector<Eigen::Vector2d>& turns_rad, T* pose) {
   using std::abs;
   using std::cos;
   using std::sin;
-  // The mean of both radii is `radius`, the right one over the left one `ratio`.
+  // The mean of both radii is `radius`; the right one over the left one is `ratio`.
   const T left = T(2) * radius / (T(1) + ratio) * (T(1) + slips[0]);
   const T right = T(2) * radius * ratio / (T(1) + ratio) * (T(1) + slips[1]);
   pose[0] = pose[1] = pose[2] = T(0);

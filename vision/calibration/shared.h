@@ -11,15 +11,15 @@
 
 namespace twocone::vision::calibration {
 
-/// Where each of a view's numbers stands among those of its view.
+/// Index of a number among those of its view.
 enum ViewNumber : int {
   kColumn,
   kRow,
   kRim,
-  kAzimuth,  // of the upper view: less the lower one's
+  kAzimuth,  // of the upper view: minus the lower one's
   kTiltX,
   kTiltY,
-  kOffsetX,  // of the upper view: less the lower one's
+  kOffsetX,  // of the upper view: minus the lower one's
   kOffsetY,
   kApex,
   kMirrorRadius,
@@ -45,9 +45,9 @@ using Shared = Eigen::Matrix<double, kSharedNumbers, 1>;
 
 inline int index_of(Side side, int number) { return (side == Side::kLower ? 0 : kViewNumbers) + number; }
 
-/// What of a view stays as it is.
+/// The constants of a view, which are not estimated.
 struct ViewConstants {
-  double sense = 1;  ///< -1: mirrored
+  double sense = 1;  ///< -1 where the view is mirrored
   bool has_lens = false;
   Eigen::Vector2d focal_px = Eigen::Vector2d::Ones();
   Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
@@ -55,13 +55,14 @@ struct ViewConstants {
   std::size_t lens_terms = 4;
 };
 
-/// The prior of the shared numbers, and with it their scale: number = mean + sigma * unknown. A sigma of 0: a constant.
+/// The prior of the shared numbers, which also gives their scale: number = mean + sigma * unknown. A number with sigma
+/// 0 is a constant.
 struct SharedModel {
   Shared mean = Shared::Zero();
   Shared sigma = Shared::Zero();
   std::array<ViewConstants, 2> views;
   bool has_wheels = false;
-  WheelBelief wheels;  ///< their noise
+  WheelBelief wheels;  ///< used for the wheels' noise
   double landmark_sigma_m = 0;
 
   explicit SharedModel(const CalibrationProblem& problem);

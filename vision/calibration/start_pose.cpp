@@ -26,7 +26,7 @@ std::optional<Eigen::Vector2d> place_in_body(const MirrorView& view, const Known
   return near_m + landmark.radius_m * outwards;
 }
 
-/// Rigid motion of least squares (Umeyama without scale, in the plane).
+/// Least-squares rigid motion (Umeyama without scale, in the plane).
 Eigen::Vector3d best_pose(const std::vector<const Match*>& matches) {
   Eigen::Vector2d body = Eigen::Vector2d::Zero();
   Eigen::Vector2d world = Eigen::Vector2d::Zero();

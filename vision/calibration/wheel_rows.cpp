@@ -8,14 +8,15 @@
 namespace twocone::vision::calibration {
 namespace {
 
-// What the floor's unevenness and the arcs' approximation leave, in every direction: a tenth of a millimetre. It also
-// keeps the covariance of a single arc from being singular across it.
+// Error in every direction from the floor's unevenness and the approximation by arcs: a tenth of a millimetre. Without
+// it the covariance of a single arc would be singular across the arc.
 constexpr double kFloor_m = 1e-4;
 
 double mean_decay(double x) { return x < 1e-8 ? 1 - x / 2 : -std::expm1(-x) / x; }
 
-/// Of (x, y, heading) at the interval's end, seen from its beginning, by what the mean slips do not tell: the readings'
-/// steps at both ends, and slip that changes within the interval, taken as new with each reading.
+/// Covariance of (x, y, heading) at the interval's end relative to its beginning, from errors other than the mean
+/// slips: the resolution of the readings at both ends, and slip that changes within the interval, taken as independent
+/// for each reading.
 Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const WheelBelief& wheels) {
   const double radius = wheels.radius_m;
   std::vector<Eigen::Vector3d> middles;  // pose in the middle of each arc
@@ -27,16 +28,16 @@ Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const Whe
     middles.emplace_back(pose.x() + way / 2 * std::cos(heading), pose.y() + way / 2 * std::sin(heading), heading);
     pose += Eigen::Vector3d(way * std::cos(heading), way * std::sin(heading), turn);
   }
-  // The slip wanders off its mean by a variance of x / 3 within an interval of x time constants (first order in x).
+  // Within an interval of x time constants, the slip has a variance of x / 3 about its mean (first order in x).
   const double wander = wheels.slip * std::sqrt(std::min(1.0, duration_s / wheels.slip_correlation_s / 3));
-  const double step_m = radius * wheels.angle_step_rad / std::sqrt(12.0);  // of one reading, uniform
+  const double step_m = radius * wheels.angle_step_rad / std::sqrt(12.0);  // sigma of one reading: uniform over a step
   Eigen::Matrix3d covariance = Eigen::Vector3d(1, 1, 1 / wheels.separation_m).cwiseAbs2().asDiagonal();
   covariance *= kFloor_m * kFloor_m;
   for (std::size_t i = 0; i < middles.size(); ++i) {
     const double c = std::cos(middles[i].z());
     const double s = std::sin(middles[i].z());
     for (const int wheel : {0, 1}) {
-      // Half the wheel's way goes forward; the turn swings what is still ahead.
+      // Half of the wheel's travel goes forward; the turn rotates the rest of the motion.
       const double turn = (wheel == 1 ? 1 : -1) / wheels.separation_m;
       const Eigen::Vector3d effect(c / 2 - turn * (pose.y() - middles[i].y()),
                                    s / 2 + turn * (pose.x() - middles[i].x()), turn);
@@ -51,7 +52,7 @@ Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const Whe
 }  // namespace
 
 double mean_slip_variance(double x) {
-  // The closed form loses 2 digits for each one of x: below 1e-4 the series is better.
+  // The closed form loses 2 digits for each digit by which x is small: below 1e-4 the series is better.
   return x < 1e-4 ? 1 - x / 3 : 2 * (x + std::expm1(-x)) / (x * x);
 }
 

@@ -12,7 +12,7 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-/// A cell of one line for each component, so that the lines of a row's cells stand beside each other.
+/// Returns a cell with one line for each component, so that the lines of a row's cells are level.
 template <typename Line>
 std::string lines(const Source& source, Line line) {
   std::string cell;
@@ -41,8 +41,8 @@ std::string confusable_of(const Source& source) {
 }
 
 std::string table_of(const std::vector<const Source*>& sources, const std::string& caption, bool differs) {
-  std::vector<std::string> heads{"source", "what", "simulated", "real", "real \u2212 simulated", "p by chance"};
-  if (differs) heads.insert(heads.end(), {"explains", "hard to tell from"});
+  std::vector<std::string> heads{"source", "number", "simulated", "real", "real \u2212 simulated", "p-value"};
+  if (differs) heads.insert(heads.end(), {"explains", "hard to distinguish from"});
   html::Table table(caption, html::head_row(heads), "class=\"sources\"");
   for (const Source* source : sources) {
     std::vector<std::string> cells{
@@ -86,28 +86,27 @@ std::string test_sentence(const Comparison& comparison, std::size_t tested) {
 std::string causes_html(const Comparison& comparison) {
   const std::vector<const Source*> differing = sources_by_share(comparison);
   const std::vector<const Source*> agreeing = sources_of(comparison, SourceVerdict::kAgrees);
-  const std::vector<const Source*> untold = sources_of(comparison, SourceVerdict::kCannotTell);
+  const std::vector<const Source*> undetermined = sources_of(comparison, SourceVerdict::kCannotTell);
   std::string text = html::text("p", test_sentence(comparison, differing.size() + agreeing.size()));
   if (!differing.empty()) {
-    text += table_of(differing, "Sources that differ, the one that explains most of any gap first", true);
-    text +=
-        html::text("p",
-                   "\u00b1: standard deviation. Explains: the part of a gap that goes when this source is put right, "
-                   "shared out among the sources; negative where a source hides a part of another's.",
-                   "class=\"soft\"");
+    text += table_of(differing, "Sources that differ, sorted by the largest part of a gap that they explain", true);
+    text += html::text("p",
+                       "\u00b1: standard deviation. Explains: the part of a gap that disappears when this source is "
+                       "corrected, shared among the sources; negative where a source hides a part of another's effect.",
+                       "class=\"soft\"");
     text += advice_html(differing);
   }
   if (!agreeing.empty()) {
-    text += folded(fmt::format("Tested and not found to differ: {}", agreeing.size()),
-                   table_of(agreeing, "Sources whose difference is within its noise", false));
+    text += folded(fmt::format("Tested without a difference: {}", agreeing.size()),
+                   table_of(agreeing, "Sources whose difference is within the noise", false));
   }
-  if (!untold.empty()) {
+  if (!undetermined.empty()) {
     std::vector<std::string> reasons;
-    reasons.reserve(untold.size());
-    for (const Source* source : untold) {
+    reasons.reserve(undetermined.size());
+    for (const Source* source : undetermined) {
       reasons.push_back(source->name() + ": " + (source->reason.empty() ? "no reason is given" : source->reason));
     }
-    text += folded(fmt::format("Cannot be told: {}", untold.size()), html::list(reasons));
+    text += folded(fmt::format("Cannot be determined: {}", undetermined.size()), html::list(reasons));
   }
   return text;
 }

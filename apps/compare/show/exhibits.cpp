@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/compare/show/pictures.h"
+#include "apps/compare/show/images.h"
 #include "apps/report/markup.h"
 #include "apps/report/page/html.h"
 
@@ -18,12 +18,12 @@ namespace html = report::html;
 using report::escape;
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// Of all pictures as data URIs: what a page may weigh that is sent by mail.
+/// Limit for all images as data URIs, so that the page can be sent by mail.
 constexpr std::size_t kMostBytes = 4'500'000;
 
-std::string jpeg_uri(const cv::Mat& picture, int quality) {
+std::string jpeg_uri(const cv::Mat& image, int quality) {
   std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
   return report::data_uri("image/jpeg", jpeg);
 }
 
@@ -33,9 +33,9 @@ std::string svg(cv::Size size, const std::string& title, const std::string& inne
       size.width, size.height, escape(title), inner);
 }
 
-std::string image(const cv::Mat& picture, const std::string& id, int quality) {
-  return fmt::format("<image id=\"{}\" width=\"{}\" height=\"{}\" href=\"{}\"/>", id, picture.cols, picture.rows,
-                     jpeg_uri(picture, quality));
+std::string jpeg(const cv::Mat& image, const std::string& id, int quality) {
+  return fmt::format("<image id=\"{}\" width=\"{}\" height=\"{}\" href=\"{}\"/>", id, image.cols, image.rows,
+                     jpeg_uri(image, quality));
 }
 
 std::string captioned(const std::string& drawing, const std::string& words) {
@@ -44,15 +44,15 @@ std::string captioned(const std::string& drawing, const std::string& words) {
 
 std::string side_by_side(const ExhibitView& view, const std::string& prefix, int quality) {
   std::string inner;
-  for (const auto& [side, picture] : {std::pair{"simulated", &view.simulated}, std::pair{"real", &view.real}}) {
-    if (picture->empty()) continue;
+  for (const auto& [side, image] : {std::pair{"simulated", &view.simulated}, std::pair{"real", &view.real}}) {
+    if (image->empty()) continue;
     const std::string words = view.view + ", " + side;
-    inner += captioned(svg(picture->size(), words, image(*picture, prefix + side, quality)), words);
+    inner += captioned(svg(image->size(), words, jpeg(*image, prefix + side, quality)), words);
   }
   return inner;
 }
 
-/// The real picture over the simulated one: both are in the page already.
+/// Returns the real image over the simulated one. It refers to the images that the page already contains.
 std::string blended(const ExhibitView& view, const std::string& prefix) {
   if (view.simulated.empty() || view.real.empty()) return "";
   return captioned(svg(view.simulated.size(), view.view + ", blended",
@@ -70,12 +70,12 @@ std::string bearing_axis() {
 
 std::string strips(const ExhibitView& view, const std::string& prefix, int quality) {
   std::string inner;
-  for (const auto& [name, picture] : {std::pair{"simulated", &view.simulated_strip},
-                                      std::pair{"real", &view.real_strip}, std::pair{"difference", &view.difference}}) {
-    if (picture->empty()) continue;
+  for (const auto& [name, image] : {std::pair{"simulated", &view.simulated_strip}, std::pair{"real", &view.real_strip},
+                                    std::pair{"difference", &view.difference}}) {
+    if (image->empty()) continue;
     inner += html::text("span", name, "class=\"strip-name\"");
-    inner += svg(picture->size(), fmt::format("{}, {}, unrolled", view.view, name),
-                 image(*picture, prefix + name + "-strip", quality));
+    inner += svg(image->size(), fmt::format("{}, {}, unrolled", view.view, name),
+                 jpeg(*image, prefix + name + "-strip", quality));
   }
   if (inner.empty()) return "";
   std::string caption = fmt::format("{} mirror unrolled", view.view == "lower" ? "Lower" : "Upper");
@@ -106,15 +106,15 @@ std::string name_of(const Exhibit& exhibit) {
                      exhibit.real.t_s, exhibit.apart_m * 1000, exhibit.turned_rad / kDegree);
 }
 
-std::string exhibits_at(const Comparison& comparison, const std::vector<std::array<ExhibitView, 2>>& pictures,
+std::string exhibits_at(const Comparison& comparison, const std::vector<std::array<ExhibitView, 2>>& images,
                         int quality) {
   std::string text;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
+  for (std::size_t i = 0; i < images.size(); ++i) {
     std::string notes;
     std::string whole;
     std::string blends;
     std::string unrolled;
-    for (const ExhibitView& view : pictures[i]) {
+    for (const ExhibitView& view : images[i]) {
       const std::string prefix = fmt::format("e{}-{}-", i, view.view);
       for (const std::string& note : view.notes) notes += html::text("p", note, "class=\"warning\"");
       whole += html::element("div", side_by_side(view, prefix, quality), "class=\"pairs\"");
@@ -151,19 +151,19 @@ std::string sliders(const Comparison& comparison) {
 
 std::string exhibits_html(const Comparison& comparison, std::vector<std::string>& notes) {
   if (comparison.exhibits.empty()) return "";
-  std::vector<std::array<ExhibitView, 2>> pictures;
+  std::vector<std::array<ExhibitView, 2>> images;
   for (const Exhibit& exhibit : comparison.exhibits) {
-    pictures.push_back(read_pictures(comparison, exhibit));
-    for (const ExhibitView& view : pictures.back()) {
+    images.push_back(read_images(comparison, exhibit));
+    for (const ExhibitView& view : images.back()) {
       for (const std::string& note : view.notes) {
         if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
       }
     }
   }
-  // Noise makes large pictures: they get coarser until the page is as small as it should be.
+  // Noise makes large images, so their quality is lowered until the page is small enough.
   std::string frames;
   for (const int quality : {85, 75, 60, 45, 30}) {
-    frames = exhibits_at(comparison, pictures, quality);
+    frames = exhibits_at(comparison, images, quality);
     if (frames.size() <= kMostBytes) break;
   }
   return sliders(comparison) + frames + difference_legend();

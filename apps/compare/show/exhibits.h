@@ -8,8 +8,8 @@
 
 namespace twocone::compare {
 
-/// The frames' section, inner HTML: a slider through the exhibits (report::script()), one through the blend
-/// (page_script()). Empty without exhibits. @param notes what could not be shown is added. Private to
+/// Returns the section of the frames, inner HTML: a slider through the exhibits (report::script()) and one for the
+/// blend (page_script()). Empty without exhibits. @param notes receives what could not be shown. Private to
 /// apps/compare/show.
 std::string exhibits_html(const Comparison& comparison, std::vector<std::string>& notes);
 

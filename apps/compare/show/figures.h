@@ -10,7 +10,7 @@
 #include "apps/report/figures/figure.h"
 #include "drivers/sim_povray/sim_povray.h"
 
-/// Figures that gnuplot draws. One that fails has no SVG, and a note. Private to apps/compare/show.
+/// Figures that gnuplot draws. A figure that fails has no SVG and adds a note. Private to apps/compare/show.
 namespace twocone::compare {
 
 struct Drawing {
@@ -20,12 +20,12 @@ struct Drawing {
   std::vector<std::string>& notes;  ///< what could not be drawn and why
 };
 
-/// Range residuals against time and against range: simulated, real as it was, real put right, on one scale. Those for
-/// which there are no residuals are left out.
+/// Draws range residuals against time and against range, on one scale: simulated, real as measured, real corrected.
+/// Panels without residuals are left out.
 std::vector<report::Figure> draw_residuals(const Drawing& drawing);
 
-/// Both paths and the real odometry over the arena from above, or over its plan where there is no scene or it cannot be
-/// rendered. Nothing without a path.
+/// Draws both paths and the real odometry over the arena from above, or over its plan where there is no scene or it
+/// cannot be rendered. Returns nothing without a path.
 std::optional<report::Figure> draw_paths(const Drawing& drawing, const sim_povray::RenderSettings& render);
 
 }  // namespace twocone::compare

@@ -17,7 +17,7 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-// The drawing, in its own units.
+// Sizes in the drawing's own units.
 constexpr double kWidth = 1000, kNamesEnd = 250, kBarsEnd = 850;
 constexpr double kTop = 40, kBar = 14, kBarStep = 17, kGapStep = 2 * kBarStep + 20, kBottom = 8;
 
@@ -33,7 +33,7 @@ std::string svg_bar(double x, double y, double width, double height, std::string
 
 double drawable(double value) { return std::isfinite(value) ? std::max(value, 0.0) : 0; }
 
-/// Each gap on its own scale: their units differ.
+/// Returns the bars of one gap. Each gap has its own scale, because their units differ.
 std::string bars_of(const Gap& gap, double y) {
   const double floor = drawable(gap.floor.value_or(0));
   const double most = std::max({drawable(gap.before), drawable(gap.after), floor});
@@ -60,7 +60,7 @@ std::string legend() {
   double x = kNamesEnd;
   std::string svg;
   for (const auto& [word, colour] : {std::pair{"before", report::kFixColour},
-                                     std::pair{"after, with what was found put right", report::kOdometryColour}}) {
+                                     std::pair{"after correction of the differences", report::kOdometryColour}}) {
     svg += svg_bar(x, 10, kBar, kBar, colour) + svg_text(x + kBar + 6, 10 + kBar - 2, "start", word);
     x += word == std::string_view("before") ? 100 : 300;
   }
@@ -96,12 +96,12 @@ std::string gaps_html(const Comparison& comparison) {
     table.add({escape(gap.of), escape(gap.unit), escape(plain_number(gap.before)), escape(plain_number(gap.after)),
                escape(plain_number(gap.floor)), share(gap.unexplained), share(gap.unnamed)});
   }
-  const std::string caption =
-      html::text("strong", "How far the real run is from what it would be without any difference.") +
-      escape(
-          " Each gap has its own scale. Floor: what the simulation has, or what noise leaves. Unexplained: the "
-          "part of the gap that is left after the correction. Unnamed: the part that the correction takes away by "
-          "numbers that no source names as different.");
+  const std::string caption = html::text("strong", "Distance of the real run from a run without any difference.") +
+                              escape(
+                                  " Each gap has its own scale. Floor: the gap of the simulation, or of noise. "
+                                  "Unexplained: the part of the gap that remains after the correction. Unnamed: the "
+                                  "part that is corrected by numbers of the calibration that no source names as "
+                                  "different.");
   return html::element("figure", drawing_of(comparison.gaps) + html::element("figcaption", caption),
                        "class=\"wide\" id=\"gap-bars\"") +
          table.str();

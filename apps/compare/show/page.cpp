@@ -30,13 +30,13 @@ std::string what_html(const Comparison& comparison) {
                                comparison.is_rendered ? ", rendered at the real run's poses" : ""));
   add("real", fmt::format("{}, {} frames", named(comparison.real), comparison.real_frames));
   add("matched", fmt::format("{} frames by time, {} by pose", comparison.matched_by_time, comparison.matched_by_pose));
-  add("the real robot was taken to be at", comparison.reference.empty() ? "not known" : comparison.reference);
+  add("poses of the real robot", comparison.reference.empty() ? "unknown" : comparison.reference);
   std::string text = html::element("dl", rows);
   if (!comparison.notes.empty()) text += html::text("h3", "Notes") + html::list(comparison.notes);
   return html::section("what", "What was compared", text);
 }
 
-/// A section of the page and its link.
+/// A section of the page, with its link.
 struct Part {
   std::string id, title, inner;
 };
@@ -54,11 +54,11 @@ std::string page_of(const Comparison& comparison, const std::vector<Part>& parts
   const std::string title =
       fmt::format("twocone compare: {} against {}", named(comparison.simulated), named(comparison.real));
   const std::string verdict = headline(comparison);
-  constexpr std::size_t kLong = 160;  // characters that still look well in large letters
+  constexpr std::size_t kLong = 160;  // longer texts need a smaller type size
   std::string main =
       html::text("h1", title) +
       html::text("p", verdict, verdict.size() > kLong ? "class=\"headline long\"" : "class=\"headline\"");
-  if (const std::string rest = headline_rest(comparison); !rest.empty()) main += html::text("p", rest);
+  if (const std::string tests = headline_tests(comparison); !tests.empty()) main += html::text("p", tests);
   std::vector<std::pair<std::string, std::string>> places{{"what", "What was compared"}};
   std::string sections;
   for (const Part& part : parts) {
@@ -83,7 +83,7 @@ Status write_page(const Comparison& comparison, const std::filesystem::path& fol
 
   std::vector<std::string> notes;
   const Drawing drawing{comparison, gnuplot, figures, notes};
-  std::vector<Part> parts{{"why", "Why", causes_html(comparison)},
+  std::vector<Part> parts{{"why", "Causes", causes_html(comparison)},
                           {"gaps", "Gaps before and after", gaps_html(comparison)},
                           {"stages", "Stage by stage", stages_html(comparison)}};
   const auto add = [&](const char* id, const char* title, std::string inner, const char* missing) {
@@ -93,8 +93,7 @@ Status write_page(const Comparison& comparison, const std::filesystem::path& fol
       parts.push_back({id, title, std::move(inner)});
     }
   };
-  add("frames", "Frames", exhibits_html(comparison, notes),
-      "No frames are shown: there is no matched pair of pictures.");
+  add("frames", "Frames", exhibits_html(comparison, notes), "No frames are shown: there is no matched pair of images.");
   add("residuals", "Residuals", figures_html(draw_residuals(drawing)), "No range residuals are shown.");
   std::vector<report::Figure> paths;
   if (auto figure = draw_paths(drawing, render)) paths.push_back(std::move(*figure));

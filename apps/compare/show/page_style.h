@@ -5,10 +5,10 @@
 
 namespace twocone::compare {
 
-/// What the page's look has beyond the report's.
+/// Returns the styles that the page needs in addition to the report's.
 std::string_view page_style();
 
-/// The blend's slider. Without it both pictures show through each other at a half.
+/// Returns the script of the blend's slider. Without it the real image lies half transparent over the simulated one.
 std::string_view page_script();
 
 }  // namespace twocone::compare

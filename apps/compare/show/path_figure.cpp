@@ -19,7 +19,7 @@ constexpr int kJpegQuality = 82;
 struct Path {
   const char* name;  ///< of the data block
   std::string title;
-  const std::vector<runs::PoseRow>* poses;
+  const std::vector<runlog::PoseRow>* poses;
   std::string_view colour;
   const char* style;
 };
@@ -31,14 +31,14 @@ std::array<Path, 3> paths_of(const Comparison& comparison) {
            {"simulated", "simulated", &comparison.simulated_path, report::kFixColour, "dt (2,3)"}}};
 }
 
-/// The map's walls; where it has none, what holds all paths.
-files::Bounds world_of(const Comparison& comparison, const std::array<Path, 3>& paths) {
-  const files::Bounds& walls = comparison.map.bounds;
+/// Returns the map's walls; for a map without walls, a rectangle around all paths.
+config::Bounds world_of(const Comparison& comparison, const std::array<Path, 3>& paths) {
+  const config::Bounds& walls = comparison.map.bounds;
   if (walls.min_x_m < walls.max_x_m && walls.min_y_m < walls.max_y_m) return walls;
   constexpr double kMargin_m = 0.35;
-  std::optional<files::Bounds> box;
+  std::optional<config::Bounds> box;
   for (const Path& path : paths) {
-    for (const runs::PoseRow& pose : *path.poses) {
+    for (const runlog::PoseRow& pose : *path.poses) {
       if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m)) continue;
       if (!box) box = {pose.x_m, pose.x_m, pose.y_m, pose.y_m};
       box = {std::min(box->min_x_m, pose.x_m), std::max(box->max_x_m, pose.x_m), std::min(box->min_y_m, pose.y_m),
@@ -51,10 +51,10 @@ files::Bounds world_of(const Comparison& comparison, const std::array<Path, 3>& 
 
 std::optional<cv::Mat> arena_of(const Drawing& drawing, const sim_povray::RenderSettings& render) {
   if (!drawing.comparison.map.scene) return std::nullopt;
-  Result<cv::Mat> picture = report::overhead_picture(drawing.comparison.map, drawing.folder / "overhead.png", render);
-  if (picture) return std::move(*picture);
-  drawing.notes.push_back(fmt::format("The paths are drawn over a plan, not a picture of the arena from above: {}",
-                                      picture.error().message));
+  Result<cv::Mat> image = report::overhead_image(drawing.comparison.map, drawing.folder / "overhead.png", render);
+  if (image) return std::move(*image);
+  drawing.notes.push_back(fmt::format("The paths are drawn over a plan instead of an image of the arena from above: {}",
+                                      image.error().message));
   return std::nullopt;
 }
 
@@ -86,7 +86,7 @@ std::optional<report::Figure> draw_paths(const Drawing& drawing, const sim_povra
   for (const Path& path : paths) {
     if (path.poses->empty()) continue;
     plot.commands += report::pose_block(path.name, *path.poses);
-    // White below each line, so that it is seen on any floor.
+    // A white line below each line keeps it visible on any floor.
     plots.push_back(fmt::format("${} using 1:2 with lines lw 5 lc rgb '#ffffff' notitle", path.name));
   }
   for (const Path& path : paths) {
@@ -100,7 +100,7 @@ std::optional<report::Figure> draw_paths(const Drawing& drawing, const sim_povra
   figure.caption = fmt::format("{} Axes in metres.", arena ? "Over the arena from above as POV-Ray sees it."
                                                            : "Over the plan drawn from the map.");
   if (comparison.is_rendered) {
-    figure.caption += " The simulated pictures were rendered at the real run's poses, so there is one path.";
+    figure.caption += " The simulated images were rendered at the real run's poses, so there is one path.";
   }
   return report::drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
 }

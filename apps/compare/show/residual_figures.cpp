@@ -17,12 +17,12 @@ using report::gnuplot_string;
 using report::number;
 
 constexpr double kMmPerM = 1000;
-/// Of one panel; more make a page that no browser likes.
+/// Limit for one panel; a page with more points is too slow in browsers.
 constexpr std::size_t kMostPoints = 2000;
 
 enum class Axis { kTime, kRange };
 
-/// One of the three pictures beside each other.
+/// One of the three panels beside each other.
 struct Panel {
   std::string title;
   const std::vector<ResidualPoint>* points;
@@ -41,8 +41,8 @@ std::optional<double> place_of(const ResidualPoint& point, Axis axis) {
 
 std::array<Panel, 3> panels_of(const Comparison& comparison) {
   return {{{"simulated", &comparison.simulated_residuals, false},
-           {"real, as it was", &comparison.real_residuals, false},
-           {"real, with what was found", &comparison.real_residuals, true}}};
+           {"real, as measured", &comparison.real_residuals, false},
+           {"real, corrected", &comparison.real_residuals, true}}};
 }
 
 std::size_t stride_of(const Panel& panel) { return std::max<std::size_t>(1, panel.points->size() / kMostPoints); }
@@ -57,7 +57,7 @@ std::string colour_of(const Comparison& comparison, std::size_t landmark) {
                                                     : std::string(report::kPaperColour);
 }
 
-/// One landmark's points of a panel: place, residual in mm. Those beyond the limit lie on it.
+/// Returns one landmark's points of a panel: place, residual in mm. Points beyond the limit are drawn on it.
 std::string rows_of(const Panel& panel, std::size_t landmark, Axis axis, double limit_mm, bool beyond) {
   std::string rows;
   std::size_t count = 0;
@@ -71,12 +71,12 @@ std::string rows_of(const Panel& panel, std::size_t landmark, Axis axis, double 
   return rows;
 }
 
-/// Margins of the panels, in parts of the figure's width.
+/// Margins of the panels, as fractions of the figure's width.
 constexpr double kLeft = 0.07, kRight = 0.99, kBetween = 0.012;
 
 constexpr double kWidth_px = 1060, kPanels_px = 350, kKeyRow_px = 22;
 
-/// A landmark's name in the key above the panels: gnuplot's own key has the width of one panel only.
+/// A landmark's name in the key above the panels. gnuplot's own key has the width of one panel only.
 struct KeyEntry {
   std::size_t landmark;
   double x_px;
@@ -84,7 +84,7 @@ struct KeyEntry {
 };
 
 std::vector<KeyEntry> key_of(const Comparison& comparison, const std::set<std::size_t>& landmarks) {
-  constexpr double kLetter_px = 8, kMark_px = 34;  // of the figures' letters, on the generous side
+  constexpr double kLetter_px = 8, kMark_px = 34;  // of the figures' letters, rounded up
   std::vector<KeyEntry> key;
   double x_px = kLeft * kWidth_px;
   int row = 0;
@@ -183,12 +183,12 @@ std::optional<report::Figure> draw(const Drawing& drawing, Axis axis) {
   report::Figure figure{time ? "residuals_time" : "residuals_range", "",
                         time ? "Range residuals against time" : "Range residuals against range", "", ""};
   figure.caption =
-      "Each measured range less the distance to the reference pose; with what was found: after the differences found "
-      "were put right. All three on one scale.";
+      "Each measured range minus the distance to the reference pose. Corrected: after correction of the differences "
+      "that were found. All three panels have the same scale.";
   if (std::any_of(sizes_mm.begin(), sizes_mm.end(), [&](double mm) { return mm > limit_mm; })) {
-    figure.caption += " Triangles: beyond the axis.";
+    figure.caption += " Triangles mark points beyond the axis.";
   }
-  if (stride > 1) figure.caption += fmt::format(" Of long runs one in {} points is drawn.", stride);
+  if (stride > 1) figure.caption += fmt::format(" One in {} points is drawn.", stride);
   return report::drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
 }
 

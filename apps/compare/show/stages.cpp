@@ -39,21 +39,20 @@ std::string lights_sentence(const Comparison& comparison) {
   for (const auto& [light, meaning] : kMeanings) {
     text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ", light_html(light), count(light), meaning);
   }
-  return html::element("p",
-                       text + fmt::format("; {} without a limit or a number to hold against it.", count(Light::kNone)));
+  return html::element(
+      "p", text + fmt::format("; {} without a limit, or without a number to compare with it.", count(Light::kNone)));
 }
 
 }  // namespace
 
 std::string stages_html(const Comparison& comparison) {
   if (comparison.rows.empty()) return html::text("p", "No stage was compared.");
-  std::vector<std::string> stages;  // in the order in which they come
+  std::vector<std::string> stages;  // in order of appearance
   for (const Row& row : comparison.rows) {
     if (std::find(stages.begin(), stages.end(), row.stage) == stages.end()) stages.push_back(row.stage);
   }
   const std::vector<std::string> heads{"quantity", "unit", "simulated", "real", "gap", "limit", "light", "note"};
-  html::Table table("Both sides, how far they are apart, and how far they may be", html::head_row(heads),
-                    "class=\"stages\"");
+  html::Table table("Both sides, their gap and its limit", html::head_row(heads), "class=\"stages\"");
   for (const std::string& stage : stages) {
     std::vector<std::string> title(heads.size());
     title.front() = escape(stage);

@@ -11,13 +11,13 @@ namespace {
 
 constexpr std::string_view kNone = "\u2013";
 
-/// A minus sign instead of the hyphen that programs print.
+/// Uses a minus sign instead of the hyphen that programs print.
 std::string with_minus(std::string text) {
   if (text.starts_with('-')) text.replace(0, 1, "\u2212");
   return text;
 }
 
-/// Decimals that show one digit of `sigma`, and two where one would be coarse: 0.05, but 0.10.
+/// Returns the decimals that show one digit of `sigma`, or two where one would be coarse: 0.05, but 0.10.
 int decimals_of(double sigma) {
   constexpr int kMost = 9;
   constexpr double kCoarseBelow = 2.95;
@@ -36,7 +36,7 @@ double largest_share(const Source& source) {
   return most;
 }
 
-/// The component that is the most of its sigmas away from none.
+/// Returns the component whose difference is the largest in units of its sigma.
 const Component* most_certain(const Source& source) {
   const auto sigmas = [](const Component& c) {
     const double ratio = std::abs(c.difference()) / c.sigma;
@@ -51,7 +51,7 @@ std::string named_with_number(const Source& source) {
   const Component* component = most_certain(source);
   if (component == nullptr) return source.name();
   std::string what = short_name(source, *component);
-  // What the source is called already is not told again.
+  // Words of the source's name are not repeated.
   if (source.kind.find(what) != std::string::npos) what.clear();
   if (what.ends_with(" " + source.kind)) what.resize(what.size() - source.kind.size() - 1);
   const std::string unit = component->unit.empty() || component->unit == "1" ? "" : "\u00a0" + component->unit;
@@ -100,7 +100,8 @@ std::string short_name(const Source& source, const Component& component) {
     if (!front.empty() && name.starts_with(front)) name.erase(0, front.size());
   };
   drop_front(source.where + ".");
-  // A unit ends the name or a part of it: centre_px.column. Names have those of robot files, which are not those shown.
+  // A unit ends the name or a part of it: centre_px.column. Names have the units of robot files, which are not those
+  // shown.
   for (const std::string& unit :
        {component.unit, std::string("px"), std::string("rad"), std::string("m"), std::string("s")}) {
     const std::string suffix = "_" + unit;
@@ -141,17 +142,17 @@ std::string headline(const Comparison& comparison) {
   return text + ".";
 }
 
-std::string headline_rest(const Comparison& comparison) {
+std::string headline_tests(const Comparison& comparison) {
   const bool any = !sources_of(comparison, SourceVerdict::kDiffers).empty();
   const std::size_t agreeing = sources_of(comparison, SourceVerdict::kAgrees).size();
-  const std::size_t untold = sources_of(comparison, SourceVerdict::kCannotTell).size();
+  const std::size_t undetermined = sources_of(comparison, SourceVerdict::kCannotTell).size();
   std::string text;
   if (agreeing > 0) {
-    text = any ? fmt::format("{} other source{} tested and not found to differ", agreeing, agreeing == 1 ? "" : "s")
+    text = any ? fmt::format("{} other source{} tested without a difference", agreeing, agreeing == 1 ? "" : "s")
                : fmt::format("{} source{} tested", agreeing, agreeing == 1 ? "" : "s");
   }
-  if (untold > 0) {
-    text += fmt::format("{}{} cannot be told from these data", text.empty() ? "" : "; ", untold);
+  if (undetermined > 0) {
+    text += fmt::format("{}{} cannot be determined from these data", text.empty() ? "" : "; ", undetermined);
   }
   return text.empty() ? text : text + ".";
 }

@@ -10,27 +10,27 @@
 
 #include "apps/report/figures/palette.h"
 #include "apps/report/figures/series.h"
-#include "apps/runs/bounds.h"
+#include "apps/runlog/summary/bounds.h"
 
 namespace twocone::report {
 namespace {
 
 constexpr double kMmPerM = 1000;
 
-/// Errors of ranges in their own stated sigmas.
-std::vector<double> normalised_ranges(const runs::RunData& run) {
+/// Returns the errors of ranges in units of their own stated sigmas.
+std::vector<double> normalised_ranges(const runlog::RunData& run) {
   std::vector<double> errors;
-  for (const runs::RangeRow& row : run.ranges) {
+  for (const runlog::RangeRow& row : run.ranges) {
     if (!row.range_m || !row.true_range_m || !row.sigma_range_m || !(*row.sigma_range_m > 0)) continue;
     errors.push_back((*row.range_m - *row.true_range_m) / *row.sigma_range_m);
   }
   return errors;
 }
 
-/// Squared errors of positions by their own stated covariances, of fixes with one answer.
-std::vector<double> normalised_positions(const runs::RunData& run) {
+/// Returns the squared errors of positions in units of their own stated covariances, for fixes with one answer.
+std::vector<double> normalised_positions(const runlog::RunData& run) {
   std::vector<double> squares;
-  for (const runs::FixRow& row : run.fixes) {
+  for (const runlog::FixRow& row : run.fixes) {
     if (row.verdict == "weak" || row.verdict == "ambiguous" || is_out_of_bounds(row)) continue;
     if (!row.x_m || !row.y_m || !row.true_x_m || !row.true_y_m) continue;
     if (!row.var_x_m2 || !row.cov_xy_m2 || !row.var_y_m2) continue;
@@ -44,7 +44,8 @@ std::vector<double> normalised_positions(const runs::RunData& run) {
   return squares;
 }
 
-/// Bins of equal width from `from` to `to`, as densities; what lies beyond is counted in the whole but not drawn.
+/// Returns bins of equal width from `from` to `to`, as densities. Values outside are counted in the total and not
+/// drawn.
 std::string histogram(const std::vector<double>& values, double from, double to, int bins) {
   std::vector<int> counts(std::size_t(bins), 0);
   const double width = (to - from) / bins;
@@ -67,12 +68,12 @@ int count_outside(const std::vector<double>& values, double from, double to) {
 }  // namespace
 
 std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
+  const runlog::RunData& run = drawing.run;
   std::map<std::uint64_t, double> times_s;
-  for (const runs::FrameRow& frame : run.frames) times_s[frame.frame] = frame.t_s;
+  for (const runlog::FrameRow& frame : run.frames) times_s[frame.frame] = frame.t_s;
   std::string curve;
   bool any_bound = false;
-  for (const runs::FrameBound& bound : runs::bounds(run)) {
+  for (const runlog::FrameBound& bound : runlog::bounds(run)) {
     std::optional<double> sigma_mm;
     if (bound.covariance) sigma_mm = std::sqrt((*bound.covariance)(0, 0) + (*bound.covariance)(1, 1)) * kMmPerM;
     any_bound |= sigma_mm.has_value();
@@ -80,7 +81,7 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
   }
   std::string points;
   std::vector<double> errors_mm;
-  for (const runs::FixRow& fix : run.fixes) {
+  for (const runlog::FixRow& fix : run.fixes) {
     const auto time = times_s.find(fix.frame);
     if (!fix.error_m || time == times_s.end()) continue;
     errors_mm.push_back(*fix.error_m * kMmPerM);
@@ -110,12 +111,13 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
   plot.commands += fmt::format(
       "$bound using 1:2 with lines lw 2.5 lc rgb '{}' title 'bound, 1 sigma of the distance'\n", kBoundColour);
 
-  Figure figure{"bound_position", "", "The position's error beside its bound", "", ""};
+  Figure figure{"bound_position", "", "Position error and its Cram\u00e9r-Rao bound", "", ""};
   figure.caption =
-      "Line: the least standard deviation that the pictures of that frame allow (Cram\u00e9r and Rao), sqrt(var x + "
-      "var y), at the true pose with the measured noise of the outlines. Errors about it are as good as can be.";
+      "Line: the smallest standard deviation that the images of that frame allow (Cram\u00e9r-Rao bound), "
+      "sqrt(var x + var y), at the true pose with the measured noise of the outlines. No unbiased estimator has "
+      "smaller errors on average.";
   if (beyond > 0) {
-    figure.caption += fmt::format(" {} of the errors lie beyond the axis, up to {:.0f} mm.", beyond,
+    figure.caption += fmt::format(" {} of the errors lie beyond the axis; the largest is {:.0f} mm.", beyond,
                                   *std::max_element(errors_mm.begin(), errors_mm.end()));
   }
   return drawn(drawing, std::move(figure), std::move(plot));
@@ -155,14 +157,14 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
         "chi-squared");
   plot.commands += "unset multiplot\n";
 
-  Figure figure{"bound_normalised", "", "Whether the stated sigmas are true", "", ""};
+  Figure figure{"bound_normalised", "", "Errors compared with the stated sigmas", "", ""};
   figure.caption = fmt::format(
-      "Errors in units of the sigmas that the method states with them: {} ranges, {} positions. The lines are what "
-      "true "
-      "sigmas give: wider than the line, they are too small; narrower, too large.",
+      "Errors in units of the sigmas that the method states with them: {} ranges, {} positions. The lines are the "
+      "distributions that correct sigmas give. Where the histogram is wider than its line, the sigmas are too small; "
+      "where it is narrower, they are too large.",
       ranges.size(), positions.size());
   const int outside = count_outside(ranges, -kWidest, kWidest) + count_outside(positions, 0, kLargest);
-  if (outside > 0) figure.caption += fmt::format(" {} lie beyond the axes and count in the heights.", outside);
+  if (outside > 0) figure.caption += fmt::format(" {} of them lie beyond the axes; the densities count them.", outside);
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 

@@ -7,13 +7,13 @@
 
 namespace twocone::report {
 
-/// The position's error against the time, with the Cramer-Rao bound of each frame as a line: sqrt(var x + var y).
-/// Nothing without truth or bounds.
+/// Draws the position error against time, with the Cramer-Rao bound of each frame as a line: sqrt(var x + var y).
+/// Returns nothing without truth or bounds.
 std::optional<Figure> draw_error_and_bound(const Drawing& drawing);
 
-/// Whether the stated sigmas are true: how the normalised errors are distributed (range error over its sigma; position
-/// error squared in units of its covariance), with the distributions that true sigmas give: standard normal, and
-/// chi-squared with two degrees of freedom. Nothing where none are stated.
+/// Draws the distributions of the normalised errors (range error over its sigma; squared position error in units of its
+/// covariance), beside those that correct sigmas give: standard normal, and chi-squared with two degrees of freedom.
+/// Returns nothing for a method that states no sigmas.
 std::optional<Figure> draw_normalised_errors(const Drawing& drawing);
 
 }  // namespace twocone::report

@@ -22,9 +22,9 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// Far more than a figure of a long run; a program that writes without end must not fill the memory.
+/// Far more than a figure of a long run needs; a program that writes without end must not fill the memory.
 constexpr std::size_t kLargestOutput = 64U << 20U;
-/// How often a child that has closed its pipes is asked whether it has ended.
+/// How often a child that has closed its pipes is polled for its end.
 constexpr std::chrono::milliseconds kReapPeriod{2};
 
 class Descriptor {
@@ -56,7 +56,7 @@ struct Pipe {
   }
 };
 
-/// A started process: reaped by wait(), or killed and reaped at the latest by the destructor.
+/// A started process. It is reaped by wait(), or killed and reaped by the destructor.
 class Child {
  public:
   explicit Child(pid_t pid) : pid_(pid) {}
@@ -66,12 +66,12 @@ class Child {
     if (pid_ <= 0) return;
     ::kill(pid_, SIGKILL);
     int status = 0;
-    // Bounded: nothing survives SIGKILL.
+    // This loop ends, because no process survives SIGKILL.
     while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
     }
   }
 
-  /// The wait status, or nothing at the deadline.
+  /// Returns the wait status, or nothing at the deadline.
   std::optional<int> wait(SteadyTime deadline) {
     for (;;) {
       int status = 0;
@@ -89,7 +89,8 @@ class Child {
   pid_t pid_;
 };
 
-/// The spawn's file actions and attributes: standard streams set up, no signal blocked, SIGPIPE as a program expects.
+/// File actions and attributes of the spawn: standard streams set up, no signal blocked, SIGPIPE with its default
+/// action.
 class SpawnSetup {
  public:
   SpawnSetup(const Pipe& out, const Pipe& err) {
@@ -114,7 +115,7 @@ class SpawnSetup {
   SpawnSetup(const SpawnSetup&) = delete;
   SpawnSetup& operator=(const SpawnSetup&) = delete;
 
-  /// errno of the failure, 0 for none.
+  /// Returns the errno of a failure, 0 for success.
   int spawn(pid_t& pid, const std::string& program, const std::vector<std::string>& arguments) const {
     std::vector<std::string> words{program};
     words.insert(words.end(), arguments.begin(), arguments.end());

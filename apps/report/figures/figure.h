@@ -5,25 +5,25 @@
 #include <vector>
 
 #include "apps/report/figures/gnuplot.h"
-#include "apps/runs/run_data.h"
-#include "apps/runs/summary.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/summary/summary.h"
 
 namespace twocone::report {
 
 /// A drawn figure.
 struct Figure {
   std::string stem;    ///< figures/STEM.svg; also its identifier in the page
-  std::string number;  ///< which figure of the paper it stands for: "Figure 7"; empty for one of ours
+  std::string number;  ///< the figure of the paper that it corresponds to: "Figure 7"; empty for one of ours
   std::string title;
   std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone; empty: there is none
-  bool wide = true;     ///< needs the page's width; otherwise two stand side by side
+  std::string svg;      ///< stand-alone; empty: could not be drawn
+  bool wide = true;     ///< true: takes the page's width; false: two such figures stand side by side
 };
 
-/// What every figure is drawn from and with.
+/// The data and tools that every figure is drawn with.
 struct Drawing {
-  const runs::RunData& run;
-  const runs::Summary& summary;
+  const runlog::RunData& run;
+  const runlog::Summary& summary;
   const Gnuplot& gnuplot;
   std::filesystem::path folder;     ///< figures/
   std::vector<std::string>& notes;  ///< what could not be drawn and why

@@ -16,7 +16,7 @@
 namespace twocone::report {
 namespace {
 
-/// The look of every figure: two axes, light grid, no colour but the data's.
+/// The common style of every figure: two axes, a light grid, colour for data only.
 std::string preamble(const Plot& plot) {
   return fmt::format(
       "# Draw again by hand: gnuplot -d {0}.gp > {0}.svg\n"
@@ -37,9 +37,9 @@ void replace_between(std::string& text, std::string_view begin, std::string_view
   if (to != std::string::npos) text.replace(from + begin.size(), to - from - begin.size(), middle);
 }
 
-/// gnuplot would write a plotted picture as a file of its own beside the SVG, so it is put in afterwards.
+/// Inserts the image afterwards, because gnuplot would write a plotted image as a separate file beside the SVG.
 bool insert_underlay(std::string& svg, const Underlay& underlay) {
-  const std::size_t at = svg.find("<defs>");  // comes just after the background
+  const std::size_t at = svg.find("<defs>");  // follows the background
   if (at == std::string::npos) return false;
   svg.insert(at, fmt::format("<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
                              "preserveAspectRatio=\"none\" xlink:href=\"{}\"/>\n",
@@ -86,7 +86,8 @@ Result<std::string> Gnuplot::draw(const Plot& plot) const {
   }
   replace_between(svg, "<title>", "</title>", escape(plot.title));
   if (plot.underlay && !insert_underlay(svg, *plot.underlay)) {
-    return Error{ErrorCode::kBadData, fmt::format("gnuplot's SVG of {} is not as expected", script.string())};
+    return Error{ErrorCode::kBadData,
+                 fmt::format("gnuplot's SVG of {} has no <defs> element to insert the image before", script.string())};
   }
   if (const Status written = write_file(folder_ / (plot.stem + ".svg"), svg); !written) return written.error();
   return std::move(svg);

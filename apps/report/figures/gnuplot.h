@@ -13,39 +13,39 @@
 
 namespace twocone::report {
 
-/// A picture behind a plot, in the plot's own pixels from its upper left corner.
+/// An image behind a plot. Its place is in the plot's pixels from the upper left corner.
 struct Underlay {
   double x_px = 0, y_px = 0, width_px = 0, height_px = 0;
   std::vector<std::uint8_t> jpeg;
 };
 
-/// One figure to be drawn.
+/// A figure for gnuplot.
 struct Plot {
-  std::string stem;   ///< of the files' names
-  std::string title;  ///< for readers who hear the page
+  std::string stem;   ///< names the files: STEM.gp, STEM.svg
+  std::string title;  ///< for readers who use a screen reader
   int width_px = 900;
   int height_px = 420;
-  std::string commands;  ///< after the common style
+  std::string commands;  ///< appended to the common style
   std::optional<Underlay> underlay;
 };
 
-/// gnuplot as a child program. What it draws depends on the plot alone: the user's own start-up files are not read.
+/// gnuplot as a child program. Its drawing depends on the plot alone: the user's own start-up files are not read.
 class Gnuplot {
  public:
   /// @param program a path, or a name looked up in PATH
-  /// @param folder for the scripts, which stay beside the figures so that one can be redrawn by hand; draw() wants it
-  /// to exist
+  /// @param folder receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw()
+  /// requires that it exists
   /// @param timeout for one figure, > 0
   Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout);
 
-  /// It is there. Error kUnavailable: says what to install.
+  /// Returns success if gnuplot runs. Error kUnavailable: names the package to install.
   [[nodiscard]] Status check() const;
 
-  /// check(), and makes the folder. Error kUnavailable.
+  /// Calls check() and creates the folder. Error kUnavailable.
   [[nodiscard]] Status prepare() const;
 
   /// Writes STEM.gp, draws it and writes STEM.svg; returns the SVG's text.
-  /// Errors: those of run_program and write_file; kBadData with gnuplot's own words.
+  /// Errors: those of run_program and write_file; kBadData with gnuplot's own message.
   [[nodiscard]] Result<std::string> draw(const Plot& plot) const;
 
  private:
@@ -54,19 +54,19 @@ class Gnuplot {
   std::chrono::milliseconds timeout_;
 };
 
-/// `text` as a gnuplot string constant in which nothing is special; line breaks become blanks.
+/// Returns `text` as a gnuplot string constant without special characters; line breaks become blanks.
 std::string gnuplot_string(std::string_view text);
 
-/// A value of a data block; NaN, which gnuplot leaves out and breaks a line at, for none.
+/// Returns a value of a data block. No value becomes NaN, where gnuplot draws nothing and breaks a line.
 std::string number(std::optional<double> value);
 
-/// A data block that plots can name: "$name". @param rows each ended by a line break
+/// Returns a data block that plots can name: "$name". @param rows each ends with a line break
 std::string data_block(std::string_view name, std::string_view rows);
 
-/// One plot of all that is given; an empty one for nothing. @param plots as gnuplot's `plot` takes them
+/// Returns one plot of all `plots`; an empty plot if there are none. @param plots as gnuplot's `plot` takes them
 std::string plot_command(const std::vector<std::string>& plots);
 
-/// Writes the whole file or leaves the old one: a neighbour is written first and renamed.
+/// Writes the whole file or leaves the old one: a neighbouring file is written first and then renamed.
 /// Error kUnavailable: names the file and the reason.
 Status write_file(const std::filesystem::path& file, std::string_view content);
 

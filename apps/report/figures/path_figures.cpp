@@ -23,12 +23,12 @@ constexpr int kWidth_px = 640;
 constexpr int kTallest_px = 760;
 constexpr int kJpegQuality = 82;
 
-/// Grows to hold what is added; starts as nothing.
+/// A rectangle that grows to hold the points that are added; it starts empty.
 struct Extent {
-  files::Bounds box{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
-                    std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  void add(const std::vector<runs::PoseRow>& poses) {
-    for (const runs::PoseRow& pose : poses) {
+  config::Bounds box{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                     std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  void add(const std::vector<runlog::PoseRow>& poses) {
+    for (const runlog::PoseRow& pose : poses) {
       box = {std::min(box.min_x_m, pose.x_m), std::max(box.max_x_m, pose.x_m), std::min(box.min_y_m, pose.y_m),
              std::max(box.max_y_m, pose.y_m)};
     }
@@ -36,11 +36,11 @@ struct Extent {
   [[nodiscard]] bool empty() const { return box.min_x_m > box.max_x_m; }
 };
 
-/// Start and end of a path, named on sides that keep the two words apart.
-std::string ends(const std::vector<runs::PoseRow>& path, bool boxed) {
+/// Returns gnuplot commands that name the start and the end of a path, on sides that keep the two words apart.
+std::string ends(const std::vector<runlog::PoseRow>& path, bool boxed) {
   if (path.empty()) return "";
-  const runs::PoseRow& start = path.front();
-  const runs::PoseRow& end = path.back();
+  const runlog::PoseRow& start = path.front();
+  const runlog::PoseRow& end = path.back();
   const bool start_above = start.y_m >= end.y_m;
   const auto offset = [&](bool above) {
     return fmt::format("left offset 1,{}{}", above ? 0.9 : -0.9, boxed ? " boxed" : "");
@@ -57,7 +57,7 @@ std::string end_marks() {
          "$end using 1:2 with points pt 5 ps 0.9 lc rgb '#222222' notitle";
 }
 
-/// Its frame's mark in figure 17 or 18, with the reason when there is no position.
+/// The marks of frames in figures 17 and 18, with the reason where there is no position.
 struct FixData {
   std::string points;                          ///< frame, x, y, error in mm
   std::map<std::string, std::string> missing;  ///< frames without a position by verdict
@@ -65,9 +65,9 @@ struct FixData {
   std::vector<double> errors_mm;
 };
 
-FixData collect_fixes(const runs::RunData& run) {
+FixData collect_fixes(const runlog::RunData& run) {
   FixData data;
-  for (const runs::FixRow& fix : run.fixes) {
+  for (const runlog::FixRow& fix : run.fixes) {
     if (!fix.x_m || !fix.y_m || is_out_of_bounds(fix)) {
       data.missing[fix.verdict] += fmt::format("{} 1\n", fix.frame);
       continue;
@@ -83,10 +83,10 @@ FixData collect_fixes(const runs::RunData& run) {
 }  // namespace
 
 Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead) {
-  const runs::RunData& run = drawing.run;
+  const runlog::RunData& run = drawing.run;
   const bool truth = !run.truth.empty();
-  const bool wheels = runs::has_odometry(run);
-  const std::vector<runs::PoseRow>& path = truth ? run.truth : wheels ? run.odometry : run.estimate;
+  const bool wheels = runlog::has_odometry(run);
+  const std::vector<runlog::PoseRow>& path = truth ? run.truth : wheels ? run.odometry : run.estimate;
   const char* const by = wheels ? "odometry" : "the fixes";
   const Sheet sheet = lay_out(run.map.bounds, kWidth_px, kTallest_px);
 
@@ -95,9 +95,9 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   plot.height_px = sheet.height_px;
   plot.commands = sheet_commands(sheet, run.map.unit_m);
   if (overhead) {
-    Underlay picture{sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px, {}};
-    cv::imencode(".jpg", *overhead, picture.jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-    plot.underlay = std::move(picture);
+    Underlay image{sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px, {}};
+    cv::imencode(".jpg", *overhead, image.jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+    plot.underlay = std::move(image);
     plot.commands += "unset grid\n";
   } else {
     plot.commands += plan_commands(run.map);
@@ -118,17 +118,17 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
                 truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by), "", ""};
   figure.wide = false;
   figure.caption = fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
-                               truth    ? "Where the robot really drove."
-                               : wheels ? "Dead reckoning alone: there is no ground truth."
+                               truth    ? "The path that the robot really drove."
+                               : wheels ? "Dead reckoning alone, because there is no ground truth."
                                         : "There is neither ground truth nor odometry.",
                                overhead ? "The arena from above as POV-Ray sees it, with the robot at its start."
-                                        : "Plan drawn from the map: walls, obstacles, pillars.",
+                                        : "Plan drawn from the map: walls, obstacles, landmarks.",
                                run.map.unit_m * 100);
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
 std::optional<Figure> draw_position_error(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
+  const runlog::RunData& run = drawing.run;
   const std::vector<std::optional<double>> odometry_m = odometry_errors_m(run);
   const FixData fixes = collect_fixes(run);
   const bool any_odometry =
@@ -184,10 +184,10 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   }
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig17_error", "Figure 17", "Error of the position", "", ""};
+  Figure figure{"fig17_error", "Figure 17", "Position error", "", ""};
   figure.caption =
-      "Distance from the true position, frame by frame. Each fix stands alone (one stereo frame, the map and the "
-      "rig), so its error does not build up; odometry's does.";
+      "Distance from the true position, frame by frame. Each fix uses one stereo frame, the map and the rig only, so "
+      "its error does not grow with time; that of odometry does.";
   if (beyond > 0) {
     figure.caption += fmt::format(" {} of the errors lie beyond the axis, up to {:.0f} mm: triangles at its edge.",
                                   beyond, *std::max_element(fixes.errors_mm.begin(), fixes.errors_mm.end()));
@@ -197,22 +197,23 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
 }
 
 Figure draw_paths(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
+  const runlog::RunData& run = drawing.run;
   const FixData fixes = collect_fixes(run);
   Extent extent;
   extent.add(run.truth);
   extent.add(run.odometry);
-  files::Bounds world = run.map.bounds;
+  config::Bounds world = run.map.bounds;
   if (!extent.empty()) {
     constexpr double kMargin_m = 0.35;
-    const files::Bounds& box = extent.box;
+    const config::Bounds& box = extent.box;
     world = {box.min_x_m - kMargin_m, box.max_x_m + kMargin_m, box.min_y_m - kMargin_m, box.max_y_m + kMargin_m};
   }
-  const int outside = static_cast<int>(std::count_if(run.fixes.begin(), run.fixes.end(), [&](const runs::FixRow& fix) {
-    return fix.x_m && fix.y_m &&
-           !(*fix.x_m >= world.min_x_m && *fix.x_m <= world.max_x_m && *fix.y_m >= world.min_y_m &&
-             *fix.y_m <= world.max_y_m);
-  }));
+  const int outside =
+      static_cast<int>(std::count_if(run.fixes.begin(), run.fixes.end(), [&](const runlog::FixRow& fix) {
+        return fix.x_m && fix.y_m &&
+               !(*fix.x_m >= world.min_x_m && *fix.x_m <= world.max_x_m && *fix.y_m >= world.min_y_m &&
+                 *fix.y_m <= world.max_y_m);
+      }));
 
   const Sheet sheet = lay_out(world, kWidth_px, kTallest_px);
   Plot plot;
@@ -221,7 +222,7 @@ Figure draw_paths(const Drawing& drawing) {
   plot.commands = sheet_commands(sheet, run.map.unit_m) + plan_commands(run.map) + landmark_commands(run.map, false) +
                   "set key outside top center horizontal maxrows 1\n";
   std::vector<std::string> plots;
-  const auto path = [&](const char* name, const std::vector<runs::PoseRow>& poses, const std::string& style) {
+  const auto path = [&](const char* name, const std::vector<runlog::PoseRow>& poses, const std::string& style) {
     if (poses.empty()) return;
     plot.commands += pose_block(name, poses);
     plots.push_back(fmt::format("${} using 1:2 with lines {}", name, style));
@@ -233,7 +234,7 @@ Figure draw_paths(const Drawing& drawing) {
     plots.push_back(
         fmt::format("$fixes using 2:3 with points pt 7 ps 0.35 lc rgb '{}' title 'calculated'", kFixColour));
   }
-  const std::vector<runs::PoseRow>& marked = run.truth.empty() ? run.odometry : run.truth;
+  const std::vector<runlog::PoseRow>& marked = run.truth.empty() ? run.odometry : run.truth;
   if (!marked.empty()) {
     plot.commands += ends(marked, false);
     plots.push_back(end_marks());
@@ -244,8 +245,8 @@ Figure draw_paths(const Drawing& drawing) {
   figure.wide = false;
   figure.caption = fmt::format("{} positions from one stereo frame each{}{}.", fixes.count,
                                run.truth.empty() ? "" : " beside the true trajectory",
-                               runs::has_odometry(run) ? ", and the path by odometry alone" : "");
-  if (outside > 0) figure.caption += fmt::format(" {} of them lie outside this picture.", outside);
+                               runlog::has_odometry(run) ? ", and the path by odometry alone" : "");
+  if (outside > 0) figure.caption += fmt::format(" {} of them lie outside this figure.", outside);
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 

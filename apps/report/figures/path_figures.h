@@ -9,14 +9,15 @@
 
 namespace twocone::report {
 
-/// Figure 7: the true trajectory over the arena from above; without `overhead` (CV_8UC3 b g r, the map's bounds) over
-/// its plan, without truth the odometry's.
+/// Draws figure 7: the true trajectory (without ground truth: the one by odometry) over the arena from above, or over
+/// its plan if there is no `overhead` (CV_8UC3 b g r, covering the map's bounds).
 Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead);
 
-/// Figure 17: the position's error against the frame number, with the odometry's beside it. Nothing without truth.
+/// Draws figure 17: the position error and the error of odometry against the frame number. Returns nothing without
+/// truth.
 std::optional<Figure> draw_position_error(const Drawing& drawing);
 
-/// Figure 18: the true and the calculated trajectory, and the odometry's.
+/// Draws figure 18: the true and the calculated trajectory, and the one by odometry.
 Figure draw_paths(const Drawing& drawing);
 
 }  // namespace twocone::report

@@ -17,23 +17,23 @@
 namespace twocone::report {
 namespace {
 
-// Room for axis labels and tick marks around a plot.
+// Space for axis labels and tick marks around a plot.
 constexpr double kLeft_px = 76, kRight_px = 22, kTop_px = 44, kBottom_px = 58;
 constexpr int kOverheadWidth_px = 1000;
 
-std::string point(const files::Point& p) { return fmt::format("{:.6g},{:.6g}", p.x_m, p.y_m); }
+std::string point(const config::Point& p) { return fmt::format("{:.6g},{:.6g}", p.x_m, p.y_m); }
 
-std::string outline(const files::Obstacle& obstacle) {
-  if (const auto* circle = std::get_if<files::Circle>(&obstacle)) {
+std::string outline(const config::Obstacle& obstacle) {
+  if (const auto* circle = std::get_if<config::Circle>(&obstacle)) {
     return fmt::format("circle at {} size {:.6g}", point(circle->centre), circle->radius_m);
   }
-  const auto& corners = std::get<files::Polygon>(obstacle);
+  const auto& corners = std::get<config::Polygon>(obstacle);
   std::string text = "polygon from " + point(corners.front());
   for (std::size_t i = 1; i < corners.size(); ++i) text += " to " + point(corners[i]);
   return text + " to " + point(corners.front());
 }
 
-/// The longest of 1, 2, 5 times a power of ten that fits a fifth of the sheet's width.
+/// Returns the longest of 1, 2, 5 times a power of ten that fits into a fifth of the sheet's width.
 double scale_bar_m(double width_m) {
   const double power = std::pow(10, std::floor(std::log10(width_m / 5)));
   for (const double factor : {5.0, 2.0}) {
@@ -42,15 +42,15 @@ double scale_bar_m(double width_m) {
   return power;
 }
 
-bool fits(const cv::Mat& picture, const files::Bounds& bounds) {
+bool fits(const cv::Mat& image, const config::Bounds& bounds) {
   const double wanted = (bounds.max_x_m - bounds.min_x_m) / (bounds.max_y_m - bounds.min_y_m);
-  // A pixel more or less in either direction is rounding.
-  return !picture.empty() && std::abs(picture.cols - wanted * picture.rows) <= 1 + wanted;
+  // A difference of one pixel in either direction is rounding.
+  return !image.empty() && std::abs(image.cols - wanted * image.rows) <= 1 + wanted;
 }
 
 }  // namespace
 
-Sheet lay_out(files::Bounds world, int width_px, int tallest_px) {
+Sheet lay_out(config::Bounds world, int width_px, int tallest_px) {
   const auto mend = [](double& low, double& high) {
     if (!std::isfinite(low) || !std::isfinite(high)) low = high = 0;
     if (high - low < 1e-3) low -= 0.5, high += 0.5;
@@ -68,7 +68,7 @@ Sheet lay_out(files::Bounds world, int width_px, int tallest_px) {
 }
 
 std::string sheet_commands(const Sheet& sheet, double unit_m) {
-  const files::Bounds& w = sheet.world;
+  const config::Bounds& w = sheet.world;
   const double width = sheet.width_px;
   const double height = sheet.height_px;
   std::string text = fmt::format(
@@ -90,22 +90,22 @@ std::string sheet_commands(const Sheet& sheet, double unit_m) {
   return text + label_command(caption, x_m, y_m, "offset 0,0.8 left boxed");
 }
 
-std::string plan_commands(const files::Map& map) {
-  const files::Bounds& b = map.bounds;
+std::string plan_commands(const config::Map& map) {
+  const config::Bounds& b = map.bounds;
   std::string text = fmt::format(
       "set object rectangle from {:.6g},{:.6g} to {:.6g},{:.6g} behind fs empty border lc rgb '#555555' lw 2\n",
       b.min_x_m, b.min_y_m, b.max_x_m, b.max_y_m);
-  for (const files::Obstacle& obstacle : map.obstacles) {
+  for (const config::Obstacle& obstacle : map.obstacles) {
     text += fmt::format("set object {} behind fc rgb '#dcdcdc' fs solid border lc rgb '#aaaaaa'\n", outline(obstacle));
   }
   return text;
 }
 
-std::string landmark_commands(const files::Map& map, bool boxed) {
+std::string landmark_commands(const config::Map& map, bool boxed) {
   std::string text;
   const double middle_y_m = (map.bounds.min_y_m + map.bounds.max_y_m) / 2;
-  for (const files::Landmark& landmark : map.landmarks) {
-    const bool above = landmark.y_m < middle_y_m;  // towards the middle, where there is room
+  for (const config::Landmark& landmark : map.landmarks) {
+    const bool above = landmark.y_m < middle_y_m;  // towards the middle, where there is space
     if (!boxed) {
       text +=
           fmt::format("set object circle at {:.6g},{:.6g} size {:.6g} fc rgb '{}' fs solid border lc rgb '#555555'\n",
@@ -122,21 +122,21 @@ std::string label_command(const std::string& text, double x_m, double y_m, const
                      options);
 }
 
-std::string pose_block(const std::string& name, const std::vector<runs::PoseRow>& poses) {
+std::string pose_block(const std::string& name, const std::vector<runlog::PoseRow>& poses) {
   std::string rows;
-  for (const runs::PoseRow& pose : poses) rows += fmt::format("{} {}\n", number(pose.x_m), number(pose.y_m));
+  for (const runlog::PoseRow& pose : poses) rows += fmt::format("{} {}\n", number(pose.x_m), number(pose.y_m));
   return data_block(name, rows);
 }
 
-Result<cv::Mat> overhead_picture(const files::Map& map, const std::filesystem::path& cache,
-                                 const sim_povray::RenderSettings& render) {
+Result<cv::Mat> overhead_image(const config::Map& map, const std::filesystem::path& cache,
+                               const sim_povray::RenderSettings& render) {
   if (!map.scene) return Error{ErrorCode::kNotFound, "the map names no scene"};
   std::error_code ignored;
   if (std::filesystem::exists(cache, ignored)) {
     cv::Mat kept = cv::imread(cache.string(), cv::IMREAD_COLOR);
     if (fits(kept, map.bounds)) return kept;
   }
-  const files::Bounds& b = map.bounds;
+  const config::Bounds& b = map.bounds;
   if (!(b.min_x_m < b.max_x_m && b.min_y_m < b.max_y_m)) return Error{ErrorCode::kNotFound, "the map has no extent"};
   sim_povray::OverheadView view{b.min_x_m, b.max_x_m, b.min_y_m, b.max_y_m};
   view.width_px = kOverheadWidth_px;
@@ -144,13 +144,13 @@ Result<cv::Mat> overhead_picture(const files::Map& map, const std::filesystem::p
   if (!rendered) return rendered.error();
   Result<Image> rgb = to_rgb8(*rendered);
   if (!rgb) return rgb.error();
-  cv::Mat picture;
-  cv::cvtColor(cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, rgb->bytes.data()), picture, cv::COLOR_RGB2BGR);
+  cv::Mat image;
+  cv::cvtColor(cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, rgb->bytes.data()), image, cv::COLOR_RGB2BGR);
   std::vector<std::uint8_t> png;
-  cv::imencode(".png", picture, png);
+  cv::imencode(".png", image, png);
   const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
   if (const Status kept = write_file(cache, bytes); !kept) return kept.error();
-  return picture;
+  return image;
 }
 
 }  // namespace twocone::report

@@ -17,10 +17,10 @@ namespace twocone::report {
 namespace {
 
 constexpr double kMmPerM = 1000;
-/// The marks' height, in parts of the plot's.
+/// Height of the marks, as a fraction of the plot's height.
 constexpr double kMarkHeight = 0.045;
 
-/// What one landmark's figure shows, as gnuplot data.
+/// The data of one landmark's figure, for gnuplot.
 struct RangeData {
   std::string points;                          ///< frame, true, computed, error in mm
   std::map<std::string, std::string> reasons;  ///< frames without a range by verdict
@@ -29,10 +29,10 @@ struct RangeData {
   std::vector<double> errors_mm;  ///< absolute
 };
 
-RangeData collect(const runs::RunData& run, const std::string& landmark) {
+RangeData collect(const runlog::RunData& run, const std::string& landmark) {
   RangeData data;
   std::optional<std::uint64_t> previous;
-  for (const runs::RangeRow* row : rows_of(run, landmark)) {
+  for (const runlog::RangeRow* row : rows_of(run, landmark)) {
     if (previous && row->frame > *previous + 1) data.points += "\n";  // a line is not drawn over missing frames
     previous = row->frame;
     std::optional<double> error_mm;
@@ -75,8 +75,8 @@ std::string range_panel(const RangeData& data, const std::string& colour) {
   return fmt::format("set yrange [0:{:.6g}]\nset y2range [0:1]\nset ylabel 'range / m'\n{}\n", top_m, plots);
 }
 
-/// Distance of tick marks for an axis that reaches `reach` to both sides: 1, 2 or 5 times a power of ten, at most three
-/// a side.
+/// Returns the distance of tick marks on an axis that reaches `reach` to both sides: 1, 2 or 5 times a power of ten,
+/// with at most three marks on each side.
 double tick_step(double reach) {
   const double power = std::pow(10, std::floor(std::log10(reach / 3)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -85,7 +85,7 @@ double tick_step(double reach) {
   return 10 * power;
 }
 
-/// Errors that the error panel's axis does not reach.
+/// Returns the number of errors beyond the axis of the error panel.
 int count_beyond(const RangeData& data) {
   const double limit_mm = readable_limit(data.errors_mm);
   return static_cast<int>(
@@ -105,7 +105,7 @@ std::string error_panel(const RangeData& data, const std::string& colour) {
       -reach_mm, reach_mm, tick_step(reach_mm), limit_mm, colour);
 }
 
-Plot range_plot(const runs::RunData& run, const RangeData& data, const std::string& colour) {
+Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::string& colour) {
   const FrameSpan span = frame_span(run);
   Plot plot;
   plot.width_px = 620;
@@ -129,20 +129,20 @@ Plot range_plot(const runs::RunData& run, const RangeData& data, const std::stri
   return plot;
 }
 
-std::string caption(const Drawing& drawing, const files::Landmark& landmark, const RangeData& data) {
-  const runs::LandmarkSummary* summary = find_landmark(&drawing.summary, landmark.name);
+std::string caption(const Drawing& drawing, const config::Landmark& landmark, const RangeData& data) {
+  const runlog::LandmarkSummary* summary = find_landmark(&drawing.summary, landmark.name);
   const int seen = summary != nullptr ? summary->frames_with_range : 0;
   std::string text = fmt::format("{} of {} frames have a range.", seen, drawing.summary.frames);
   if (summary != nullptr && summary->error) {
     text +=
         fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", summary->error->mean_m * kMmPerM,
                     summary->error->p95_m * kMmPerM, summary->error->max_m * kMmPerM);
-    if (const paper::PillarFigures* figures = paper::find_pillar(landmark.name)) {
+    if (const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name)) {
       text += fmt::format(" The paper: mean {}, worst {} mm.", figures->mean_mm, figures->max_mm);
     }
   }
   if (const int beyond = count_beyond(data); beyond > 0) {
-    text += fmt::format(" {} {} beyond the error's axis: {} at its edge.", beyond,
+    text += fmt::format(" {} {} beyond the error axis: {} at its edge.", beyond,
                         beyond == 1 ? "error lies" : "errors lie", beyond == 1 ? "a triangle" : "triangles");
   }
   if (!data.reasons.empty()) text += " Marks along the bottom: frames without a range, coloured by the reason.";
@@ -154,14 +154,14 @@ std::string caption(const Drawing& drawing, const files::Landmark& landmark, con
 std::vector<Figure> draw_ranges(const Drawing& drawing) {
   std::vector<Figure> figures;
   int position = 0;
-  for (const files::Landmark& landmark : drawing.run.map.landmarks) {
-    const paper::PillarFigures* paper_pillar = paper::find_pillar(landmark.name);
+  for (const config::Landmark& landmark : drawing.run.map.landmarks) {
+    const paper::LandmarkFigures* paper_landmark = paper::find_landmark(landmark.name);
     const RangeData data = collect(drawing.run, landmark.name);
     Figure figure;
-    figure.stem = paper_pillar != nullptr ? fmt::format("fig{}_range_{}", paper_pillar->figure, slug(landmark.name))
-                                          : fmt::format("range_{:02}_{}", position, slug(landmark.name));
+    figure.stem = paper_landmark != nullptr ? fmt::format("fig{}_range_{}", paper_landmark->figure, slug(landmark.name))
+                                            : fmt::format("range_{:02}_{}", position, slug(landmark.name));
     ++position;
-    if (paper_pillar != nullptr) figure.number = fmt::format("Figure {}", paper_pillar->figure);
+    if (paper_landmark != nullptr) figure.number = fmt::format("Figure {}", paper_landmark->figure);
     figure.title = fmt::format("Range to {}", landmark.name);
     figure.wide = false;
     figure.caption = caption(drawing, landmark, data);

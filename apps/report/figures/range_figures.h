@@ -7,8 +7,9 @@
 
 namespace twocone::report {
 
-/// The paper's figures 11 to 16: for each landmark of the map true and computed range against the frame number, the
-/// error below, and where there is no range a mark coloured by the reason. Landmarks of other names get one too.
+/// Draws figures 11 to 16 of the paper: for each landmark of the map the true and the computed range against the frame
+/// number, the error below, and for each frame without a range a mark coloured by the reason. Landmarks with names that
+/// the paper does not have get a figure too.
 std::vector<Figure> draw_ranges(const Drawing& drawing);
 
 }  // namespace twocone::report

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <Eigen/Core>
 
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
 #include "apps/report/figures/palette.h"
 #include "apps/report/figures/plan.h"
 #include "apps/report/figures/series.h"
@@ -19,14 +19,14 @@ namespace twocone::report {
 namespace {
 
 constexpr double kMmPerM = 1000;
-/// An error below this is drawn here, since a logarithmic axis has no zero.
+/// Smaller errors are drawn here, because a logarithmic axis has no zero.
 constexpr double kLeastDrawn_mm = 1;
 
 using Point2 = Eigen::Vector2d;  // distance from the axis, height above the floor, metres
 
 double cross(const Point2& a, const Point2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// One mirror in the half-plane right of the axis: every ray that it shows seems to come from `viewpoint` (see
+/// One mirror in the half-plane right of the axis. Every ray that it shows seems to come from `viewpoint` (see
 /// vision::MirrorView), between the ray through the tip and the ray through the rim.
 struct SideView {
   Point2 lens, tip, rim, viewpoint;
@@ -42,7 +42,8 @@ SideView side_view(const vision::MirrorView& view) {
           {-d * std::sin(cone.apex_rad), lens_m + d * (1 - std::cos(cone.apex_rad))}};
 }
 
-/// The part of a convex polygon left of the ray from `origin` through `through` (Sutherland and Hodgman's step).
+/// Returns the part of a convex polygon left of the ray from `origin` through `through` (one step of Sutherland-Hodgman
+/// clipping).
 std::vector<Point2> keep_left(const std::vector<Point2>& polygon, const Point2& origin, const Point2& through) {
   const auto side = [&](const Point2& p) { return cross(through - origin, p - origin); };
   std::vector<Point2> kept;
@@ -68,8 +69,9 @@ std::string polygon_command(const std::vector<Point2>& corners, const std::strin
   return text + fmt::format("{:.6g},{:.6g} {}\n", corners.front().x(), corners.front().y(), style);
 }
 
-/// Where the ray from `origin` through `through` leaves the sheet, which it does to the right or upwards or downwards.
-Point2 leave(const Point2& origin, const Point2& through, const files::Bounds& world) {
+/// Returns the point where the ray from `origin` through `through` leaves the sheet: to the right, upwards or
+/// downwards.
+Point2 leave(const Point2& origin, const Point2& through, const config::Bounds& world) {
   const Point2 direction = through - origin;
   double reach = direction.x() > 0 ? (world.max_x_m - origin.x()) / direction.x() : 0;
   if (direction.y() > 0) reach = std::min(reach > 0 ? reach : INFINITY, (world.max_y_m - origin.y()) / direction.y());
@@ -82,8 +84,9 @@ std::string line_command(const Point2& from, const Point2& to, const std::string
                      style);
 }
 
-/// A mirror with its lens, viewpoint, and its outer rays; `colour` tells the two apart.
-std::string mirror_commands(const SideView& view, const files::Bounds& world, std::string_view colour,
+/// Returns gnuplot commands for a mirror with its lens, viewpoint and outer rays; `colour` distinguishes the two
+/// mirrors.
+std::string mirror_commands(const SideView& view, const config::Bounds& world, std::string_view colour,
                             const std::string& name) {
   const Point2 other_rim(-view.rim.x(), view.rim.y());
   std::string text =
@@ -98,24 +101,24 @@ std::string mirror_commands(const SideView& view, const files::Bounds& world, st
   return text;
 }
 
-std::set<double> distinct_tops_m(const files::Map& map) {
+std::set<double> distinct_tops_m(const config::Map& map) {
   std::set<double> tops;
-  for (const files::Landmark& landmark : map.landmarks) tops.insert(landmark.top_m);
+  for (const config::Landmark& landmark : map.landmarks) tops.insert(landmark.top_m);
   return tops;
 }
 
-/// All tops while they are few, else the lowest and the highest.
-std::vector<double> shown_tops_m(const files::Map& map) {
+/// Returns all heights of tops if there are at most three, else the lowest and the highest.
+std::vector<double> shown_tops_m(const config::Map& map) {
   const std::set<double> tops = distinct_tops_m(map);
   if (tops.size() > 3) return {*tops.begin(), *tops.rbegin()};
   return {tops.begin(), tops.end()};
 }
 
-/// Farthest range worth drawing: the longest that occurs, or the arena's diagonal.
-double farthest_m(const runs::RunData& run) {
+/// Returns the farthest range to draw: the longest one of the run, or the arena's diagonal.
+double farthest_m(const runlog::RunData& run) {
   double farthest = 0;
-  for (const runs::RangeRow& row : run.ranges) farthest = std::max(farthest, row.true_range_m.value_or(0));
-  const files::Bounds& b = run.map.bounds;
+  for (const runlog::RangeRow& row : run.ranges) farthest = std::max(farthest, row.true_range_m.value_or(0));
+  const config::Bounds& b = run.map.bounds;
   if (!(farthest > 0)) farthest = std::hypot(b.max_x_m - b.min_x_m, b.max_y_m - b.min_y_m);
   return farthest > 0 && std::isfinite(farthest) ? farthest : 1;
 }
@@ -123,21 +126,21 @@ double farthest_m(const runs::RunData& run) {
 }  // namespace
 
 Figure draw_geometry(const Drawing& drawing) {
-  const files::Rig& rig = drawing.run.robot.rig;
+  const config::Rig& rig = drawing.run.robot.rig;
   Figure figure{"fig08_geometry", "Figure 8", "What the two mirrors see", "", ""};
-  const vision::Rig views = files::to_rig(drawing.run.robot);
+  const vision::Rig views = config::to_rig(drawing.run.robot);
   const SideView lower = side_view(views.lower);
   const SideView upper = side_view(views.upper);
   const std::vector<double> tops_m = shown_tops_m(drawing.run.map);
   const double tallest_m = std::max(upper.rim.y(), tops_m.empty() ? 0.0 : tops_m.back());
-  // Wide enough to show where the highest top comes into the lower mirror's view.
+  // Wide enough to show where the highest top enters the lower mirror's view.
   double width_m = 1.6 * tallest_m;
   if (is_right_angled(rig) && !tops_m.empty()) {
     width_m = std::clamp(1.25 * nearest_top_m(rig, tops_m.back()), 1.2 * tallest_m, 4 * tallest_m);
   }
   const double left_m = std::min(lower.viewpoint.x(), upper.viewpoint.x()) - 0.12 * tallest_m;
   const Sheet sheet = lay_out({left_m, width_m, 0, 1.25 * tallest_m}, 900, 900);
-  const files::Bounds& world = sheet.world;
+  const config::Bounds& world = sheet.world;
 
   Plot plot;
   plot.width_px = sheet.width_px;
@@ -156,7 +159,7 @@ Figure draw_geometry(const Drawing& drawing) {
   for (const double top_m : tops_m) {
     plot.commands += line_command({0, top_m}, {world.max_x_m, top_m}, "back lw 1.5 dt (1,3) lc rgb '#333333'");
     plot.commands +=
-        label_command(fmt::format("pillar tops, {:.2f} m", top_m), world.max_x_m, top_m, "right offset -1,-0.7");
+        label_command(fmt::format("landmark tops, {:.2f} m", top_m), world.max_x_m, top_m, "right offset -1,-0.7");
   }
   const auto points = [](const Point2& a, const Point2& b) {
     return fmt::format("{:.6g} {:.6g}\n{:.6g} {:.6g}\n", a.x(), a.y(), b.x(), b.y());
@@ -170,14 +173,14 @@ Figure draw_geometry(const Drawing& drawing) {
       "NaN with filledcurves lc rgb '#cfe8dc' title 'common region'\n";
 
   figure.caption = fmt::format(
-      "This rig from the side, to scale: mirror radius R = {:.0f} mm, lens to tip d = {:.0f} mm, mirrors s = "
-      "{:.0f} mm apart. Each mirror shows what lies between its horizon (the ray at the tip) and its rim ray, as "
-      "seen from a virtual viewpoint beyond the axis. A range needs the top of a pillar in the common region.",
+      "This rig from the side, to scale: mirror radius R = {:.0f} mm, lens to tip d = {:.0f} mm, distance of the "
+      "mirrors s = {:.0f} mm. Each mirror shows the region between its horizon (the ray at the tip) and its rim ray, "
+      "as seen from a virtual viewpoint beyond the axis. A range requires the top of a landmark in the common region.",
       rig.lower.mirror_radius_m * kMmPerM, rig.lower.lens_to_tip_m * kMmPerM, rig.mirror_separation_m * kMmPerM);
   if (is_right_angled(rig)) {
-    figure.caption += fmt::format(" It begins {:.2f} m from the axis", nearest_common_m(rig));
+    figure.caption += fmt::format(" This region begins {:.2f} m from the axis", nearest_common_m(rig));
     if (!tops_m.empty())
-      figure.caption += fmt::format("; tops at {:.2f} m come into the lower mirror from {:.2f} m on", tops_m.back(),
+      figure.caption += fmt::format("; the lower mirror shows tops at {:.2f} m from a range of {:.2f} m", tops_m.back(),
                                     nearest_top_m(rig, tops_m.back()));
     figure.caption += ".";
   }
@@ -185,11 +188,10 @@ Figure draw_geometry(const Drawing& drawing) {
 }
 
 std::optional<Figure> draw_resolution(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
-  const files::Rig& rig = run.robot.rig;
+  const runlog::RunData& run = drawing.run;
+  const config::Rig& rig = run.robot.rig;
   if (!is_right_angled(rig)) {
-    drawing.notes.emplace_back(
-        "The figure of range resolution is missing: its formula holds for 90 degree cones only.");
+    drawing.notes.emplace_back("The figure of range resolution is missing: its formula requires 90 degree cones.");
     return std::nullopt;
   }
   const double farthest = 1.1 * std::max(farthest_m(run), nearest_common_m(rig));
@@ -210,9 +212,9 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
   std::string plots;
   int k = 0;
   constexpr std::array<int, 6> kShapes{7, 5, 9, 11, 13, 3};
-  for (const files::Landmark& landmark : run.map.landmarks) {
+  for (const config::Landmark& landmark : run.map.landmarks) {
     std::string points;
-    for (const runs::RangeRow* row : rows_of(run, landmark.name)) {
+    for (const runlog::RangeRow* row : rows_of(run, landmark.name)) {
       if (!row->range_m || !row->true_range_m) continue;
       const double error_mm = std::abs(*row->range_m - *row->true_range_m) * kMmPerM;
       points += fmt::format("{} {}\n", number(*row->true_range_m), number(std::max(error_mm, kLeastDrawn_mm)));
@@ -221,7 +223,7 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
     plot.commands += fmt::format("$errors{} << END_OF_DATA\n{}END_OF_DATA\n", k, points);
     const std::string style = fmt::format("pt {} lc rgb '{}'", kShapes.at(static_cast<std::size_t>(k) % kShapes.size()),
                                           line_colour(landmark.colour));
-    // A key of its own, since points this small cannot be told apart in it.
+    // The key gets points of its own, because points this small cannot be distinguished in it.
     plots += fmt::format(
         "$errors{} using 1:2 with points {} ps 0.3 notitle, keyentry with points {} ps 0.9 title {}, \\\n     ", k,
         style, style, gnuplot_string(landmark.name));
@@ -246,11 +248,11 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
       "plot " + plots +
       fmt::format("$curve using 1:2 with lines lw 2.5 lc rgb '{}' title 'one pixel of disparity'\n", kTruthColour);
 
-  Figure figure{"fig08_resolution", "", "What a pixel is worth", "", ""};
+  Figure figure{"fig08_resolution", "", "Range of one pixel of disparity", "", ""};
   figure.caption = fmt::format(
       "Change of range for one pixel of disparity, (range + d)\u00b2 / (v s) by equation 1: it grows with the square "
-      "of the range.{} Ranges are to a pillar's axis.",
-      k > 0 ? " Points: the errors of this run, by pillar; those below 1 mm are drawn at 1 mm." : "");
+      "of the range.{} Ranges are measured to the axis of a landmark.",
+      k > 0 ? " Points: the errors of this run, by landmark; errors below 1 mm are drawn at 1 mm." : "");
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 

@@ -7,10 +7,11 @@
 
 namespace twocone::report {
 
-/// Figure 8: the rig from the side, true to scale: what each mirror sees, and what both see.
+/// Draws figure 8: the rig from the side, to scale, with the region that each mirror sees and the one that both see.
 Figure draw_geometry(const Drawing& drawing);
 
-/// What a pixel of disparity is worth against the range, with the errors of this run. Nothing for other cones.
+/// Draws the range of one pixel of disparity against the range, with the errors of this run. Returns nothing for other
+/// cones.
 std::optional<Figure> draw_resolution(const Drawing& drawing);
 
 }  // namespace twocone::report

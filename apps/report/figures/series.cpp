@@ -5,16 +5,16 @@
 #include <cmath>
 
 namespace twocone::report {
-FrameSpan frame_span(const runs::RunData& run) {
+FrameSpan frame_span(const runlog::RunData& run) {
   if (run.frames.empty()) return {};
   const auto [first, last] = std::minmax_element(run.frames.begin(), run.frames.end(),
                                                  [](const auto& a, const auto& b) { return a.frame < b.frame; });
   return {static_cast<double>(first->frame) - 0.5, static_cast<double>(last->frame) + 0.5};
 }
 
-std::vector<std::optional<double>> odometry_errors_m(const runs::RunData& run) {
-  const auto truth = runs::at_frames(run, run.truth);
-  const auto odometry = runs::at_frames(run, run.odometry);
+std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run) {
+  const auto truth = runlog::at_frames(run, run.truth);
+  const auto odometry = runlog::at_frames(run, run.odometry);
   std::vector<std::optional<double>> errors(run.frames.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {
     if (truth[i] && odometry[i]) {
@@ -32,9 +32,9 @@ double readable_limit(std::vector<double> values) {
   return most > 0 && values.back() > 3 * most ? 1.5 * most : values.back();
 }
 
-std::vector<const runs::RangeRow*> rows_of(const runs::RunData& run, const std::string& landmark) {
-  std::vector<const runs::RangeRow*> rows;
-  for (const runs::RangeRow& row : run.ranges) {
+std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark) {
+  std::vector<const runlog::RangeRow*> rows;
+  for (const runlog::RangeRow& row : run.ranges) {
     if (row.landmark == landmark) rows.push_back(&row);
   }
   return rows;

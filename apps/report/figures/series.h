@@ -5,26 +5,26 @@
 #include <string>
 #include <vector>
 
-#include "apps/runs/run_data.h"
+#include "apps/runlog/run_data.h"
 
 namespace twocone::report {
 
-/// First and last frame number, widened so that even one frame has a width.
+/// The first and the last frame number, widened so that even one frame has a width.
 struct FrameSpan {
   double first = -0.5;
   double last = 0.5;
 };
-FrameSpan frame_span(const runs::RunData& run);
+FrameSpan frame_span(const runlog::RunData& run);
 
-/// Distance of odometry from truth at each frame, metres; nothing where either is missing.
-std::vector<std::optional<double>> odometry_errors_m(const runs::RunData& run);
+/// Returns the distance of odometry from truth at each frame, in metres; nothing where either is missing.
+std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run);
 
-/// Where an axis may end so that errors can be read: at the largest, or, when a few lie far beyond the rest (more than
-/// 3 times the 98th percentile), at 1.5 times that; those must then be marked at the edge. @param values >= 0; not
-/// finite ones are left out
+/// Returns the end of an axis on which errors can be read: the largest value, or 1.5 times the 98th percentile where a
+/// few values lie more than 3 times that percentile out; those must then be marked at the edge. @param values >= 0;
+/// values that are not finite are ignored
 double readable_limit(std::vector<double> values);
 
-/// The ranges to one landmark, in their order.
-std::vector<const runs::RangeRow*> rows_of(const runs::RunData& run, const std::string& landmark);
+/// Returns the ranges to one landmark, in their order.
+std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark);
 
 }  // namespace twocone::report

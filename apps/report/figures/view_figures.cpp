@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/files/to_layers.h"
+#include "apps/config/to_layers.h"
 #include "apps/report/figures/palette.h"
 #include "apps/report/markup.h"
 #include "vision/paper_ranging.h"
@@ -21,23 +21,23 @@
 namespace twocone::report {
 namespace {
 
-struct Pictures {
+struct Images {
   cv::Mat lower, upper;  ///< CV_8UC3, b g r
 };
 
-std::optional<Pictures> read_pictures(const runs::RunData& run, std::uint64_t frame) {
+std::optional<Images> read_images(const runlog::RunData& run, std::uint64_t frame) {
   std::error_code ignored;
-  const auto lower = runs::lower_picture(run.folder, frame);
-  const auto upper = runs::upper_picture(run.folder, frame);
+  const auto lower = runlog::lower_image_file(run.folder, frame);
+  const auto upper = runlog::upper_image_file(run.folder, frame);
   if (!std::filesystem::exists(lower, ignored) || !std::filesystem::exists(upper, ignored)) return std::nullopt;
-  Pictures pictures{cv::imread(lower.string(), cv::IMREAD_COLOR), cv::imread(upper.string(), cv::IMREAD_COLOR)};
-  if (pictures.lower.empty() || pictures.upper.empty()) return std::nullopt;
-  return pictures;
+  Images images{cv::imread(lower.string(), cv::IMREAD_COLOR), cv::imread(upper.string(), cv::IMREAD_COLOR)};
+  if (images.lower.empty() || images.upper.empty()) return std::nullopt;
+  return images;
 }
 
-std::string jpeg_uri(const cv::Mat& picture, int quality) {
+std::string jpeg_uri(const cv::Mat& image, int quality) {
   std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
   return data_uri("image/jpeg", jpeg);
 }
 
@@ -57,7 +57,7 @@ std::string svg_image(double x, double y, double width, double height, const std
       x, y, width, height, uri);
 }
 
-/// Text that can be read on any picture.
+/// Returns text that is readable on any image.
 std::string svg_label(double x, double y, std::string_view anchor, const std::string& text) {
   return fmt::format(
       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" fill=\"#ffffff\" stroke=\"#000000\" stroke-width=\"3\" "
@@ -65,7 +65,7 @@ std::string svg_label(double x, double y, std::string_view anchor, const std::st
       x, y, anchor, escape(text));
 }
 
-/// Affine map from the upper image to the lower one, so that equal bearings and elevations meet.
+/// Returns the affine map from the upper image to the lower one that makes equal bearings and elevations coincide.
 cv::Mat upper_to_lower(const vision::Rig& rig) {
   std::array<cv::Point2f, 3> from;
   std::array<cv::Point2f, 3> to;
@@ -88,20 +88,20 @@ Eigen::Vector2d apply(const cv::Mat& affine, const Eigen::Vector2d& p) {
 }
 
 struct NamedMatch {
-  const files::Landmark* landmark;
+  const config::Landmark* landmark;
   vision::RangeMeasurement measurement;
 };
 
-/// What the paper's method finds in these pictures; nothing where the rig or the colours are outside its domain.
-std::vector<NamedMatch> match(const runs::RunData& run, const Pictures& pictures) {
+/// Returns the matches of the paper's method in these images; none where the rig or the colours are outside its domain.
+std::vector<NamedMatch> match(const runlog::RunData& run, const Images& images) {
   std::vector<NamedMatch> matches;
   try {
-    const vision::PaperRanging ranging(files::to_rig(run.robot), files::to_targets(run.map), pictures.lower.size(),
-                                       pictures.upper.size());
+    const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
+                                       images.upper.size());
     cv::Mat lower;
     cv::Mat upper;
-    cv::cvtColor(pictures.lower, lower, cv::COLOR_BGR2RGB);
-    cv::cvtColor(pictures.upper, upper, cv::COLOR_BGR2RGB);
+    cv::cvtColor(images.lower, lower, cv::COLOR_BGR2RGB);
+    cv::cvtColor(images.upper, upper, cv::COLOR_BGR2RGB);
     const std::vector<vision::RangeMeasurement> measured = ranging.measure(lower, upper);
     for (std::size_t i = 0; i < measured.size(); ++i) matches.push_back({&run.map.landmarks[i], measured[i]});
   } catch (const std::invalid_argument&) {
@@ -110,11 +110,12 @@ std::vector<NamedMatch> match(const runs::RunData& run, const Pictures& pictures
   return matches;
 }
 
-/// The frames, best first: most ranges, then the largest disparities, which are the clearest to look at.
-std::vector<std::uint64_t> by_merit(const runs::RunData& run) {
+/// Returns the frames, best first: by the number of ranges, then by the largest disparities, which are the clearest to
+/// see.
+std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
   std::map<std::uint64_t, std::pair<int, double>> merit;
-  for (const runs::FrameRow& frame : run.frames) merit[frame.frame] = {0, 0};
-  for (const runs::RangeRow& row : run.ranges) {
+  for (const runlog::FrameRow& frame : run.frames) merit[frame.frame] = {0, 0};
+  for (const runlog::RangeRow& row : run.ranges) {
     const auto found = merit.find(row.frame);
     if (found == merit.end() || !row.range_m) continue;
     ++found->second.first;
@@ -127,7 +128,7 @@ std::vector<std::uint64_t> by_merit(const runs::RunData& run) {
   return frames;
 }
 
-/// `count` of `run.frames`, evenly spaced, the first and the last among them; their places in the list.
+/// Returns the indices of `count` of `run.frames`, evenly spaced, with the first and the last frame.
 std::vector<std::size_t> spread(std::size_t frames, int count) {
   std::set<std::size_t> places;
   const int steps = std::max(1, count - 1);
@@ -137,29 +138,29 @@ std::vector<std::size_t> spread(std::size_t frames, int count) {
 }
 
 constexpr double kStripWidth = 960;
-constexpr double kStripHeight = 150;  ///< of one mirror's
+constexpr double kStripHeight = 150;  ///< height of one mirror's strip
 constexpr double kStripLeft = 58;
 
 double strip_x(double bearing_rad) { return kStripLeft + kStripWidth * (0.5 - bearing_rad / (2 * std::numbers::pi)); }
 
-/// The landmarks' names and ranges at their measured bearings over both views; names that would meet stand one below
-/// the other.
-std::string bearing_marks(const runs::RunData& run, std::uint64_t frame, double top) {
-  constexpr double kLetterWidth = 7.6;  // of 14 px sans-serif, on the generous side
+/// Writes the landmarks' names and ranges at their measured bearings over both views. Names that would overlap stand
+/// one below the other.
+std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, double top) {
+  constexpr double kLetterWidth = 7.6;  // of 14 px sans-serif, rounded up
   constexpr double kLine = 17;
   struct Mark {
     double x, half_width;
     std::string text;
   };
   std::vector<Mark> marks;
-  for (const runs::RangeRow& row : run.ranges) {
+  for (const runlog::RangeRow& row : run.ranges) {
     if (row.frame != frame || !row.bearing_rad) continue;
     const std::string text = row.range_m ? fmt::format("{} {:.2f} m", row.landmark, *row.range_m) : row.landmark;
     marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * static_cast<double>(text.size()) / 2, text});
   }
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x < b.x; });
   std::string svg;
-  std::vector<double> line_ends;  // where the last name of each line ends
+  std::vector<double> line_ends;  // the right end of the last name of each line
   for (const Mark& mark : marks) {
     const double x = std::clamp(mark.x, kStripLeft + mark.half_width,
                                 std::max(kStripLeft + mark.half_width, kStripLeft + kStripWidth - mark.half_width));
@@ -177,18 +178,18 @@ std::string bearing_marks(const runs::RunData& run, std::uint64_t frame, double 
   return svg;
 }
 
-/// Both views unrolled with their marks, from `top` downwards; 2 kStripHeight + 4 high.
-std::string strip(const runs::RunData& run, std::uint64_t frame, const Pictures& pictures, double top, int quality,
-                  int picture_width_px) {
-  const vision::Rig rig = files::to_rig(run.robot);
-  const int picture_height_px = static_cast<int>(std::lround(picture_width_px * kStripHeight / kStripWidth));
+/// Returns both views unrolled with their marks, from `top` downwards, 2 kStripHeight + 4 high.
+std::string strip(const runlog::RunData& run, std::uint64_t frame, const Images& images, double top, int quality,
+                  int image_width_px) {
+  const vision::Rig rig = config::to_rig(run.robot);
+  const int image_height_px = static_cast<int>(std::lround(image_width_px * kStripHeight / kStripWidth));
   std::string svg;
   double y = top;
-  for (const auto& [name, picture, view] :
-       {std::tuple{"lower", &pictures.lower, &rig.lower}, std::tuple{"upper", &pictures.upper, &rig.upper}}) {
+  for (const auto& [name, image, view] :
+       {std::tuple{"lower", &images.lower, &rig.lower}, std::tuple{"upper", &images.upper, &rig.upper}}) {
     cv::Mat small;
-    cv::resize(vision::unwrap(*picture, *view, 2 * picture_width_px), small, {picture_width_px, picture_height_px}, 0,
-               0, cv::INTER_AREA);
+    cv::resize(vision::unwrap(*image, *view, 2 * image_width_px), small, {image_width_px, image_height_px}, 0, 0,
+               cv::INTER_AREA);
     svg += svg_image(kStripLeft, y, kStripWidth, kStripHeight, jpeg_uri(small, quality));
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#333333\">{}</text>\n",
                        kStripLeft - 8, y + kStripHeight / 2 + 5, name);
@@ -214,7 +215,7 @@ std::string bearing_axis(double top) {
 Figure saved(const Drawing& drawing, Figure figure) {
   if (const Status written = write_file(drawing.folder / (figure.stem + ".svg"), figure.svg); !written) {
     drawing.notes.push_back("The figure \"" + figure.title +
-                            "\" is in the report but not in the folder: " + written.error().message);
+                            "\" is in the report, but could not be written to the folder: " + written.error().message);
   }
   return figure;
 }
@@ -222,39 +223,39 @@ Figure saved(const Drawing& drawing, Figure figure) {
 }  // namespace
 
 std::optional<Figure> draw_superimposed(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
-  std::optional<Pictures> pictures;
+  const runlog::RunData& run = drawing.run;
+  std::optional<Images> images;
   std::uint64_t frame = 0;
   for (const std::uint64_t candidate : by_merit(run)) {
-    pictures = read_pictures(run, candidate);
+    images = read_images(run, candidate);
     frame = candidate;
-    if (pictures) break;
+    if (images) break;
   }
-  if (!pictures) {
-    drawing.notes.emplace_back("Figure 9 and the views are missing: the run has no pictures.");
+  if (!images) {
+    drawing.notes.emplace_back("Figure 9 and the views are missing: the run has no images.");
     return std::nullopt;
   }
 
-  const vision::Rig rig = files::to_rig(run.robot);
+  const vision::Rig rig = config::to_rig(run.robot);
   const cv::Mat affine = upper_to_lower(rig);
   cv::Mat upper;
-  cv::warpAffine(pictures->upper, upper, affine, pictures->lower.size(), cv::INTER_LINEAR);
+  cv::warpAffine(images->upper, upper, affine, images->lower.size(), cv::INTER_LINEAR);
   cv::Mat both;
-  cv::addWeighted(pictures->lower, 0.5, upper, 0.5, 0, both);
+  cv::addWeighted(images->lower, 0.5, upper, 0.5, 0, both);
 
-  // The square round the lower mirror, as far as the picture goes.
+  // The square around the lower mirror, limited to the image.
   const vision::MirrorViewSettings& s = rig.lower.settings();
   const int reach = static_cast<int>(std::ceil(s.rim_radius_px)) + 6;
   const cv::Rect square(static_cast<int>(s.centre_px.x()) - reach, static_cast<int>(s.centre_px.y()) - reach,
                         2 * reach + 1, 2 * reach + 1);
   const cv::Rect crop = square & cv::Rect(0, 0, both.cols, both.rows);
   if (crop.empty()) {
-    drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower picture.");
+    drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower image.");
     return std::nullopt;
   }
   constexpr double kWidth = 720;
   const double scale = kWidth / crop.width;
-  // Pixel (0, 0) is the centre of the first pixel, SVG's (0, 0) its corner.
+  // Pixel (0, 0) is the centre of the first pixel in an image, and its corner in an SVG.
   const auto place = [&](const Eigen::Vector2d& p) {
     return Eigen::Vector2d((p.x() + 0.5 - crop.x) * scale, (p.y() + 0.5 - crop.y) * scale);
   };
@@ -263,7 +264,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
   figure.svg = svg_begin(kWidth, crop.height * scale, figure.title);
   figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(both(crop), 85));
   std::vector<std::string> missing;
-  for (const NamedMatch& match : match(run, *pictures)) {
+  for (const NamedMatch& match : match(run, *images)) {
     const vision::RangeMeasurement& m = match.measurement;
     if (m.verdict != vision::RangeVerdict::kOk || !m.lower_px || !m.upper_px) {
       missing.push_back(fmt::format("{} ({})", match.landmark->name, vision::to_string(m.verdict)));
@@ -281,52 +282,53 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
     const Eigen::Vector2d centre = place(s.centre_px);
     const Eigen::Vector2d outwards = (a - centre).normalized();
     const Eigen::Vector2d sideways(-outwards.y(), outwards.x());
-    const Eigen::Vector2d at = a + sideways * 18;  // clear of the circles
+    const Eigen::Vector2d at = a + sideways * 18;  // outside the circles
     figure.svg += svg_label(at.x(), at.y() + 5, sideways.x() >= 0 ? "start" : "end", match.landmark->name);
   }
   figure.svg += "</svg>\n";
   figure.caption = fmt::format(
-      "Frame {}: the upper mirror's image laid half-transparent on the lower one's. Circles: where the paper's "
-      "algorithm matched the top of a pillar, the outer one in the lower mirror, the inner one in the upper.",
+      "Frame {}: the upper mirror's image, half transparent, on the lower mirror's image. The circles show where the "
+      "paper's algorithm matched the top of a landmark: the outer circle in the lower mirror, the inner one in the "
+      "upper mirror.",
       frame);
   if (!missing.empty()) figure.caption += fmt::format(" No match: {}.", fmt::join(missing, ", "));
   return saved(drawing, std::move(figure));
 }
 
 std::optional<Figure> draw_strips(const Drawing& drawing) {
-  const runs::RunData& run = drawing.run;
+  const runlog::RunData& run = drawing.run;
   std::string strips;
   double y = 4;
   for (const std::size_t place : spread(run.frames.size(), 3)) {
-    const runs::FrameRow& frame = run.frames[place];
-    const std::optional<Pictures> pictures = read_pictures(run, frame.frame);
-    if (!pictures) continue;
+    const runlog::FrameRow& frame = run.frames[place];
+    const std::optional<Images> images = read_images(run, frame.frame);
+    if (!images) continue;
     strips += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"#333333\">frame {}, t = {:.2f} s</text>\n",
                           kStripLeft, y + 14, frame.frame, frame.t_s);
-    strips += strip(run, frame.frame, *pictures, y + 22, 78, 960);
+    strips += strip(run, frame.frame, *images, y + 22, 78, 960);
     y += 22 + 2 * kStripHeight + 4 + 14;
   }
   if (strips.empty()) return std::nullopt;
-  Figure figure{"views_unwrapped", "", "All round in both mirrors", "", ""};
+  Figure figure{"views_unwrapped", "", "Panorama of both mirrors", "", ""};
   figure.svg =
       svg_begin(kStripLeft + kStripWidth + 10, y + 16, figure.title) + strips + bearing_axis(y - 10) + "</svg>\n";
   figure.caption =
-      "The two mirrors' images unrolled, lower above upper, on the same bearings: a pillar stands at one bearing in "
-      "both, "
-      "higher in the lower mirror. Rows run from the rim (top) to the tip, which is the horizon of 90 degree cones.";
+      "The two mirrors' images unrolled, lower above upper, on the same bearings: a landmark has the same bearing in "
+      "both and stands higher in the lower mirror. Rows run from the rim (top) to the tip, which is the horizon of 90 "
+      "degree cones.";
   return saved(drawing, std::move(figure));
 }
 
-std::vector<FrameView> frame_views(const runs::RunData& run, int count) {
+std::vector<FrameView> frame_views(const runlog::RunData& run, int count) {
   std::vector<FrameView> views;
   for (const std::size_t place : spread(run.frames.size(), count)) {
-    const runs::FrameRow& frame = run.frames[place];
-    const std::optional<Pictures> pictures = read_pictures(run, frame.frame);
-    if (!pictures) continue;
+    const runlog::FrameRow& frame = run.frames[place];
+    const std::optional<Images> images = read_images(run, frame.frame);
+    if (!images) continue;
     constexpr double kHeight = 2 * kStripHeight + 34;
     views.push_back({frame.frame, frame.t_s,
                      svg_begin(kStripLeft + kStripWidth + 10, kHeight, fmt::format("Frame {}", frame.frame)) +
-                         strip(run, frame.frame, *pictures, 2, 70, 640) + bearing_axis(2 * kStripHeight + 8) +
+                         strip(run, frame.frame, *images, 2, 70, 640) + bearing_axis(2 * kStripHeight + 8) +
                          "</svg>\n"});
   }
   return views;

@@ -9,12 +9,12 @@
 
 namespace twocone::report {
 
-/// Figure 9: the upper mirror's image on the lower one's, with the paper's matches circled, of the frame with the most
-/// ranges. Nothing, and a note, without pictures.
+/// Draws figure 9: the upper mirror's image on the lower one's, with the matches of the paper's method circled, for the
+/// frame with the most ranges. Returns nothing, and adds a note, without images.
 std::optional<Figure> draw_superimposed(const Drawing& drawing);
 
-/// Both mirrors' images unrolled, one above the other on the same bearings, of three frames of the run, with the
-/// landmarks named at their measured bearings. Nothing without pictures.
+/// Draws both mirrors' images unrolled, one above the other on the same bearings, for three frames of the run, with the
+/// landmarks named at their measured bearings. Returns nothing without images.
 std::optional<Figure> draw_strips(const Drawing& drawing);
 
 /// One frame of the run for the page's slider.
@@ -24,7 +24,7 @@ struct FrameView {
   std::string svg;
 };
 
-/// At most `count` frames, evenly spaced over the run, those without pictures left out.
-std::vector<FrameView> frame_views(const runs::RunData& run, int count);
+/// Returns at most `count` frames, evenly spaced over the run; frames without images are left out.
+std::vector<FrameView> frame_views(const runlog::RunData& run, int count);
 
 }  // namespace twocone::report

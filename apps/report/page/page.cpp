@@ -26,7 +26,7 @@ std::string group_html(const FigureGroup& group) {
       intro + group.tables + (figures.empty() ? "" : html::element("div", figures, "class=\"figures\"")));
 }
 
-/// A slider through some frames; without a script the first one is there.
+/// Returns a slider through some frames. Without a script the page shows the first one.
 std::string browser_html(const std::vector<FrameView>& frames) {
   if (frames.empty()) return "";
   std::string views;
@@ -47,25 +47,25 @@ std::string browser_html(const std::vector<FrameView>& frames) {
       "class=\"slider\"");
   const std::string caption = html::element(
       "figcaption",
-      fmt::format("{} frames, evenly spaced over the run: both mirrors unrolled, pillars at their measured "
+      fmt::format("{} frames, evenly spaced over the run: both mirrors unrolled, landmarks at their measured "
                   "bearings with the computed range.",
                   frames.size()));
-  return html::section("browse", "Through the run",
+  return html::section("browse", "Frames of the run",
                        html::element("figure", slider + views + caption, "class=\"wide\""));
 }
 
-std::string repeat_html(const runs::RunData& run) {
-  const auto effort = runs::summarise_effort(run);
-  const bool has_budget = effort && effort->budget_s;
+std::string repeat_html(const runlog::RunData& run) {
+  const auto timing = runlog::summarise_timing(run);
+  const bool has_budget = timing && timing->budget_s;
   return html::section(
       "repeat", "How to repeat this",
-      html::text("p", fmt::format("The same version makes the same run byte for byte from these words{}:",
+      html::text("p", fmt::format("With this command the same version repeats the run byte for byte{}:",
                                   has_budget ? ", unless the time limit cuts an answer short" : "")) +
           html::text("pre", repeat_command(run.info, run.robot, run.method)) +
           html::text("p", "The scripts that drew the figures are beside them, in figures/*.gp."));
 }
 
-std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
+std::string facts_html(const runlog::RunData& run, const runlog::Summary& summary) {
   std::string rows;
   const auto add = [&](std::string_view name, const std::string& value) {
     rows += html::text("dt", name) + html::text("dd", value);
@@ -81,19 +81,19 @@ std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
                     : fmt::format("{} (the run itself used {})", run.method, run.info.method));
   add("seed", fmt::to_string(run.info.seed));
   add("frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s));
-  add("pictures", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
-                              run.robot.lower.rate_hz));
+  add("images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
+                            run.robot.lower.rate_hz));
   if (run.info.finished && run.info.wall_s > 0) {
     add("time taken",
-        fmt::format("{:.1f} s, of which {:.1f} s waiting for pictures; processor {:.1f} s here, {:.1f} s in POV-Ray",
+        fmt::format("{:.1f} s, of which {:.1f} s waiting for images; processor {:.1f} s here, {:.1f} s in POV-Ray",
                     run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
   }
   if (const auto& names = run.robot.estimator.landmarks; !names.empty()) {
-    add("looked for were only", fmt::format("{}", fmt::join(names, ", ")));
+    add("searched for only", fmt::format("{}", fmt::join(names, ", ")));
   }
   const auto joined = [](const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); };
-  if (const auto effort = runs::summarise_effort(run))
-    add("looking and locating, per frame", joined(effort_words(*effort)));
+  if (const auto timing = runlog::summarise_timing(run))
+    add("vision and localisation, per frame", joined(timing_words(*timing)));
   for (const std::string& device : run.info.devices) add("device", device);
   if (summary.capture) add("cameras", joined(capture_words(*summary.capture)));
   return html::element("dl", rows);
@@ -101,7 +101,7 @@ std::string facts_html(const runs::RunData& run, const runs::Summary& summary) {
 
 std::string provenance_html(const PageContent& content) {
   std::string text = facts_html(content.run, content.summary);
-  text += html::text("h3", "What happened on the way");
+  text += html::text("h3", "Events during the run");
   text += content.run.info.events.empty() ? html::text("p", "Nothing out of the ordinary.")
                                           : html::list(content.run.info.events);
   text += html::text("h3", "Notes on this report");
@@ -120,8 +120,8 @@ std::string figure_html(const Figure& figure) {
 }
 
 std::string page(const PageContent& content) {
-  const runs::RunData& run = content.run;
-  const runs::Summary& summary = content.summary;
+  const runlog::RunData& run = content.run;
+  const runlog::Summary& summary = content.summary;
   const std::string title =
       fmt::format("twocone run: robot {}, method {}, seed {}", run.robot.name, run.method, run.info.seed);
 
@@ -133,14 +133,14 @@ std::string page(const PageContent& content) {
     figures += inner;
     places.emplace_back(group.id, group.title);
   }
-  if (!content.frames.empty()) places.emplace_back("browse", "Through the run");
+  if (!content.frames.empty()) places.emplace_back("browse", "Frames of the run");
   places.insert(places.end(), {{"repeat", "Repeat"}, {"run", "The run"}});
 
   std::string main = html::text("h1", title);
   main += html::text("p", headline(summary), "class=\"headline\"");
   if (!run.info.finished) {
     main += html::text("p",
-                       fmt::format("This run was cut off after {} of {} frames; what follows is of those.",
+                       fmt::format("This run was cut off after {} of {} frames; the results below are of those.",
                                    summary.frames, run.info.frames_wanted),
                        "class=\"warning\"");
   }

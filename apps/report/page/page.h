@@ -9,29 +9,30 @@
 
 namespace twocone::report {
 
-/// Figures that belong together. Those without an SVG are left out; a group without any and without tables too.
+/// Figures that belong together. Figures without an SVG are left out, and so is a group without figures and tables.
 struct FigureGroup {
-  std::string id;  ///< in the page
+  std::string id;  ///< in the page's HTML
   std::string title;
   std::string intro;  ///< plain text, may be empty
   std::vector<Figure> figures;
-  std::string tables{};  ///< HTML, before the figures
+  std::string tables{};  ///< HTML, shown before the figures
 };
 
-/// All that the page shows.
+/// Everything that the page shows.
 struct PageContent {
-  const runs::RunData& run;
-  const runs::Summary& summary;
-  const runs::Summary* baseline = nullptr;  ///< of method `paper` on the same frames
+  const runlog::RunData& run;
+  const runlog::Summary& summary;
+  const runlog::Summary* baseline = nullptr;  ///< of method `paper` on the same frames
   std::vector<FigureGroup> groups;
   std::vector<FrameView> frames;
   std::vector<std::string> notes;
 };
 
-/// A figure with its caption.
+/// Returns a figure with its caption as HTML.
 std::string figure_html(const Figure& figure);
 
-/// report.html: one page that needs no other file. UTF-8, well-formed XML too, the same bytes for the same content.
+/// Returns report.html: one page that needs no other file. It is UTF-8 and well-formed XML, and equal content gives
+/// equal bytes.
 std::string page(const PageContent& content);
 
 }  // namespace twocone::report

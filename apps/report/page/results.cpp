@@ -25,7 +25,7 @@ std::string percent(int part, int whole) {
 }
 const std::string kNone = "\u2013";
 
-void add_errors(std::vector<std::string>& cells, const std::optional<runs::ErrorStatistics>& error) {
+void add_errors(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
   if (!error) {
     cells.insert(cells.end(), 4, kNone);
     return;
@@ -33,20 +33,20 @@ void add_errors(std::vector<std::string>& cells, const std::optional<runs::Error
   for (const double value : {error->mean_m, error->rmse_m, error->p95_m, error->max_m}) cells.push_back(mm(value));
 }
 
-void add_mean_max(std::vector<std::string>& cells, const std::optional<runs::ErrorStatistics>& error) {
+void add_mean_max(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
   cells.push_back(error ? mm(error->mean_m) : kNone);
   cells.push_back(error ? mm(error->max_m) : kNone);
 }
 
-/// Bound, errors over it, and how many of the stated sigmas hold.
-void add_bound(std::vector<std::string>& cells, const std::optional<runs::BoundComparison>& bound,
-               const std::optional<runs::Share>& share) {
+/// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
+void add_bound(std::vector<std::string>& cells, const std::optional<runlog::BoundComparison>& bound,
+               const std::optional<runlog::Share>& share) {
   cells.push_back(bound ? mm(bound->bound_rms) : kNone);
   cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
   cells.push_back(share ? percent(share->held, share->count) : kNone);
 }
 
-/// Verdicts with their counts, `ok` first, then the most frequent.
+/// Returns the verdicts with their counts: `ok` first, then the others by frequency.
 std::vector<std::pair<std::string, int>> ordered(const std::map<std::string, int>& verdicts) {
   std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
@@ -71,7 +71,7 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
   return html::element("div", parts, "class=\"share\"");
 }
 
-/// @param hidden_ranges ranges of verdict `occluded`, which not all have one
+/// @param hidden_ranges number of ranges of verdict `occluded`, because not every such frame has one
 std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges = 0) {
   std::string text;
   for (const auto& [verdict, count] : ordered(verdicts)) {
@@ -82,7 +82,7 @@ std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges 
   return escape(text);
 }
 
-/// For a large letter: as many digits as are read at a glance.
+/// Formats a number for large type, with as many digits as can be read at a glance.
 std::string tile_mm(double metres) { return fmt::format("{:.{}f} mm", metres * kMmPerM, metres < 1 ? 1 : 0); }
 
 std::string tile(std::string_view value, std::string_view meaning) {
@@ -91,11 +91,11 @@ std::string tile(std::string_view value, std::string_view meaning) {
 
 }  // namespace
 
-std::string headline(const runs::Summary& summary) {
+std::string headline(const runlog::Summary& summary) {
   if (summary.frames == 0) return "This run has no frames.";
   if (summary.frames_with_fix == 0) return fmt::format("None of {} frames has a position.", summary.frames);
   if (!summary.fix_error) {
-    return fmt::format("{} of {} frames have a position; without ground truth nobody can say how good it is.",
+    return fmt::format("{} of {} frames have a position; without ground truth its error is unknown.",
                        summary.frames_with_fix, summary.frames);
   }
   return fmt::format(
@@ -103,7 +103,7 @@ std::string headline(const runs::Summary& summary) {
       summary.fix_error->mean_m * kMmPerM, paper::kPositionMean_mm);
 }
 
-std::string tiles(const runs::Summary& summary) {
+std::string tiles(const runlog::Summary& summary) {
   std::string text;
   if (summary.fix_error) {
     text += tile(tile_mm(summary.fix_error->mean_m),
@@ -124,12 +124,12 @@ std::string tiles(const runs::Summary& summary) {
 }
 
 std::string rules(const PageContent& content) {
-  const runs::Summary& summary = content.summary;
+  const runlog::Summary& summary = content.summary;
   std::string success = html::element(
-      "p", fmt::format("<strong>Rule of success.</strong> As good as the paper: over every frame with a position the "
-                       "mean error is at "
-                       "most {} mm and none is above {} mm. Nothing is left out: of two answers to one frame the worse "
-                       "counts, and a frame without an answer is counted by its reason (the paper writes 0 for it).",
+      "p", fmt::format("<strong>Criterion of success.</strong> As good as the paper: over every frame with a position "
+                       "the mean error is at most {} mm and none is above {} mm. Nothing is left out: of two answers "
+                       "to one frame the worse one counts, and a frame without an answer is counted by its reason "
+                       "(the paper writes 0 for it).",
                        paper::kPositionMean_mm, paper::kPositionWithin_mm));
   if (summary.fix_error) {
     const double mean_mm = summary.fix_error->mean_m * kMmPerM;
@@ -144,31 +144,28 @@ std::string rules(const PageContent& content) {
   std::string truth = html::element(
       "p",
       has_truth(summary)
-          ? "<strong>Precision of the truth.</strong> It is the simulated world's own pose, the very numbers that "
-            "place the cameras in the scene, written with every digit; a true range is the distance from there to "
-            "the pillar's axis in the map. So it is exact as far as the map agrees with the scene. No behaviour and "
-            "no estimator reads it."
-          : "<strong>No ground truth.</strong> This run has none (a real robot in a real room), so no error is given "
-            "anywhere below: coverage only.");
+          ? "<strong>Precision of the truth.</strong> The truth is the simulated world's own pose: the numbers that "
+            "place the cameras in the scene, written with every digit. A true range is the distance from there to "
+            "the landmark's axis in the map, so it is exact as far as the map agrees with the scene. No behaviour and "
+            "no estimator reads the truth."
+          : "<strong>No ground truth.</strong> This run has none (a real robot in a real room), so only coverage is "
+            "reported below, and no error.");
   truth += html::element(
       "p",
-      "The paper's figures stand beside ours as a yardstick: Burbridge &amp; Spacek (2006) had another room, "
-      "and a rig whose sizes they do not give.",
+      "The paper's numbers stand beside ours for comparison only: Burbridge &amp; Spacek (2006) had another room, and "
+      "a rig whose sizes they do not give.",
       "class=\"soft\"");
   return html::element("div", html::element("div", success) + html::element("div", truth), "class=\"rules\"");
 }
 
 std::string range_table(const PageContent& content) {
-  const runs::Summary& summary = content.summary;
+  const runlog::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
-  // A method that states sigmas does not round to pixels: it stands beside what the pictures allow.
+  // A method that states sigmas does not round to pixels, so its errors stand beside the bound that the images allow.
   const bool bounded = has_bounds(summary);
-  std::vector<std::string> groups{
-      "",
-      "frames",
-  };
+  std::vector<std::string> groups{"", "frames"};
   std::vector<int> spans{1, 2};
-  std::vector<std::string> heads{"pillar", "with a range", "covered"};
+  std::vector<std::string> heads{"landmark", "with a range", "covered"};
   if (truth) {
     groups.emplace_back("error / mm");
     spans.push_back(4);
@@ -191,10 +188,10 @@ std::string range_table(const PageContent& content) {
     spans.push_back(2);
     heads.insert(heads.end(), {"mean", "max"});
   }
-  html::Table table(truth ? "Range to each pillar, |computed \u2212 true|" : "Range to each pillar",
+  html::Table table(truth ? "Range to each landmark, |computed \u2212 true|" : "Range to each landmark",
                     html::head_row(groups, spans) + html::head_row(heads));
-  for (const files::Landmark& landmark : content.run.map.landmarks) {
-    const runs::LandmarkSummary* own = find_landmark(&summary, landmark.name);
+  for (const config::Landmark& landmark : content.run.map.landmarks) {
+    const runlog::LandmarkSummary* own = find_landmark(&summary, landmark.name);
     const int seen = own != nullptr ? own->frames_with_range : 0;
     std::vector<std::string> cells{swatch(own_colour(landmark.colour)) + escape(landmark.name), fmt::to_string(seen),
                                    percent(seen, summary.frames)};
@@ -208,10 +205,10 @@ std::string range_table(const PageContent& content) {
                   own != nullptr ? own->within_95 : std::nullopt);
       }
       if (content.baseline != nullptr) {
-        const runs::LandmarkSummary* other = find_landmark(content.baseline, landmark.name);
+        const runlog::LandmarkSummary* other = find_landmark(content.baseline, landmark.name);
         add_mean_max(cells, other != nullptr ? other->error : std::nullopt);
       }
-      const paper::PillarFigures* figures = paper::find_pillar(landmark.name);
+      const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->mean_mm) : kNone);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->max_mm) : kNone);
     }
@@ -220,29 +217,28 @@ std::string range_table(const PageContent& content) {
   std::string text = table.str();
   if (truth && !bounded) {
     text += html::element("p",
-                          "\"Rounding to pixels alone\" is what the mean error would be if both matches were right to "
-                          "the nearest whole pixel and "
-                          "nothing else were wrong: a third of a pixel of disparity at the true ranges of this run.",
+                          "\"Rounding to pixels alone\" is the mean error if both matches were right to the nearest "
+                          "whole pixel and nothing else were wrong: a third of a pixel of disparity at the true ranges "
+                          "of this run.",
                           "class=\"soft\"");
   }
   if (truth && bounded) {
     text += html::element(
         "p",
-        "The Cram\u00e9r\u2013Rao bound is the least standard deviation that any unbiased method can have: from the "
-        "landmark's outline in both mirrors, at the true pose, with the noise of the outline as it was measured in "
-        "this "
-        "run. \"rmse / bound\" is over the frames that have both. \"In 1.96 \u03c3\": ranges whose own stated sigma "
-        "explains their error; of true sigmas it is 95\u00a0%.",
+        "The Cram\u00e9r\u2013Rao bound is the smallest standard deviation that any unbiased method can have. It is "
+        "computed from the landmark's outline in both mirrors, at the true pose, with the noise of the outline as "
+        "measured in this run. \"rmse / bound\" is over the frames that have both. \"In 1.96 \u03c3\" is the share of "
+        "ranges whose error is within 1.96 of their own stated sigmas; it is 95\u00a0% if the sigmas are correct.",
         "class=\"soft\"");
   }
   return text;
 }
 
 std::string coverage_table(const PageContent& content) {
-  html::Table table("What became of each frame", html::head_row({"", "share of the frames", "frames by verdict"}),
+  html::Table table("Result of each frame", html::head_row({"", "share of the frames", "frames by verdict"}),
                     "class=\"words\"");
   std::set<std::string> verdicts;
-  for (const runs::LandmarkSummary& landmark : content.summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : content.summary.landmarks) {
     const int hidden_ranges =
         landmark.frames_with_range - count_of(landmark.verdicts, "ok") - count_of(landmark.verdicts, "one_view");
     table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts, hidden_ranges)});
@@ -261,15 +257,15 @@ std::string coverage_table(const PageContent& content) {
 
 namespace {
 
-std::string heading_table(const runs::Summary& summary) {
+std::string heading_table(const runlog::Summary& summary) {
   if (!summary.heading_error && !summary.estimate_heading_error) return "";
   const bool bounded = summary.heading_bound_rad.has_value();
   std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
   if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
   html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
   const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
-  const auto add = [&](const std::string& name, const runs::AngleStatistics& error,
-                       const std::optional<runs::BoundComparison>& bound) {
+  const auto add = [&](const std::string& name, const runlog::AngleStatistics& error,
+                       const std::optional<runlog::BoundComparison>& bound) {
     std::vector<std::string> cells{name,
                                    fmt::to_string(error.count),
                                    degrees(error.mean_rad),
@@ -289,9 +285,9 @@ std::string heading_table(const runs::Summary& summary) {
   return table.str();
 }
 
-std::string outlier_line(const runs::Summary& summary) {
+std::string outlier_line(const runlog::Summary& summary) {
   std::string named;
-  for (const runs::LandmarkSummary& landmark : summary.landmarks) {
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
     if (landmark.outliers > 0) {
       named += fmt::format("{}{} {}", named.empty() ? "" : ", ", landmark.name, landmark.outliers);
     }
@@ -303,14 +299,14 @@ std::string outlier_line(const runs::Summary& summary) {
 }  // namespace
 
 std::string position_table(const PageContent& content) {
-  const runs::Summary& summary = content.summary;
+  const runlog::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
   std::vector<std::string> heads{"", "frames", "covered"};
   const bool bounded = truth && has_bounds(summary);
   if (truth) heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max"});
   if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound", "in 95\u00a0% ellipse"});
   html::Table table(truth ? "Position, distance from the true one in mm" : "Position", html::head_row(heads));
-  const auto add = [&](const std::string& name, int frames, const std::optional<runs::ErrorStatistics>& error) {
+  const auto add = [&](const std::string& name, int frames, const std::optional<runlog::ErrorStatistics>& error) {
     std::vector<std::string> cells{name, fmt::to_string(frames), percent(frames, summary.frames)};
     if (truth) add_errors(cells, error);
     if (bounded && &error == &summary.fix_error) {

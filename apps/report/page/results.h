@@ -5,16 +5,17 @@
 
 #include "apps/report/page/page.h"
 
-/// The page's parts that say in words and tables how a run went. Each gives HTML.
+/// The parts of the page that describe in words and tables how a run went. Each function returns HTML, except
+/// headline().
 namespace twocone::report {
 
-/// The result in one sentence, plain text.
-std::string headline(const runs::Summary& summary);
+/// Returns the result in one sentence, plain text.
+std::string headline(const runlog::Summary& summary);
 
-/// The few numbers that matter most.
-std::string tiles(const runs::Summary& summary);
+/// Returns the most important numbers.
+std::string tiles(const runlog::Summary& summary);
 
-/// What counts as success, whether it was reached, and how well the truth is known.
+/// Returns the criterion of success, whether the run met it, and how accurate the ground truth is.
 std::string rules(const PageContent& content);
 
 std::string range_table(const PageContent& content);

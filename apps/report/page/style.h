@@ -5,10 +5,10 @@
 
 namespace twocone::report {
 
-/// The page's style sheet.
+/// Returns the page's style sheet.
 std::string_view style();
 
-/// The page's script: the slider through the frames. Without it the first frame is shown.
+/// Returns the page's script, which moves the slider through the frames. Without it the page shows the first frame.
 std::string_view script();
 
 }  // namespace twocone::report

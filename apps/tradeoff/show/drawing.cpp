@@ -20,7 +20,7 @@ using report::gnuplot_string;
 constexpr double kMm = 1e-3;
 constexpr int kFilled = 7, kOpen = 6, kCross = 2;
 
-/// Okabe and Ito's colours; shapes for print in black and white. Faint: the same hue, mixed with white.
+/// Okabe and Ito's colours, with different shapes for print in black and white. Faint: the same hue, mixed with white.
 struct Look {
   Level level;
   std::string_view colour, faint;
@@ -38,7 +38,7 @@ const Look& look_of(Level level) {
   return *std::find_if(kLooks.begin(), kLooks.end(), [&](const Look& look) { return look.level == level; });
 }
 
-/// Commands of one picture, written in its pixels where they are not data.
+/// The gnuplot commands of one image; everything except the data is placed in pixels.
 class Script {
  public:
   explicit Script(const Plane& plane) : plane_(plane) {}
@@ -56,7 +56,7 @@ class Script {
   }
   void raw(std::string_view commands) { text_ += commands; }
 
-  /// @param side left, center or right: which end of the words is at `at`
+  /// @param side left, center or right: the end of the words that is placed at `at`
   void words(Pixel at, std::string_view words, std::string_view side, std::string_view colour, int size = 12) {
     text_ +=
         fmt::format("set label {} at screen {:.6f},{:.6f} {} front font 'sans-serif,{}' tc rgb '{}'\n",
@@ -71,7 +71,7 @@ class Script {
         fmt::format("set arrow from screen {:.6f},{:.6f} to screen {:.6f},{:.6f} nohead {}\n", from.x / plane_.width_px,
                     1 - from.y / plane_.height_px, to.x / plane_.width_px, 1 - to.y / plane_.height_px, style);
   }
-  /// Something of the plot; `rows` of values.
+  /// Adds a plot of `rows` of values.
   void plot(std::string_view rows, std::string_view with) {
     if (rows.empty()) return;
     blocks_ += fmt::format("$d{} << END_OF_DATA\n{}END_OF_DATA\n", number_, rows);
@@ -96,7 +96,7 @@ class Script {
 
 std::string pair(PlanePoint point) { return fmt::format("{:.9g} {:.9g}\n", point.x, point.y); }
 
-/// Corners of a staircase that falls at each point, from above the first to beyond the last.
+/// Returns the corners of a staircase that falls at each point, from above the first point to beyond the last.
 std::vector<PlanePoint> stairs(const std::vector<PlanePoint>& points, const Plane& plane) {
   std::vector<PlanePoint> corners;
   if (points.empty()) return corners;
@@ -125,7 +125,7 @@ void draw_bound(Script& script, const Plane& plane) {
               fmt::format("using 1:2 with lines lw 1.8 dt (7,4) lc rgb '{}'", report::kBoundColour));
 }
 
-/// Settings that have words beside them, whether they are on the frontier or not.
+/// Settings with a label beside them, whether they are on the frontier or not.
 struct Named {
   std::optional<std::size_t> baseline, as_is;
   [[nodiscard]] bool is_solid(const Mark& mark) const {
@@ -133,7 +133,7 @@ struct Named {
   }
 };
 
-/// Open marks are white inside, so that no line shows through.
+/// Open marks are filled with white, so that no line shows through.
 void draw_marks(Script& script, const Sweep& sweep, const Plane& plane, const Named& named) {
   for (const bool solid : {false, true}) {
     for (const Look& look : kLooks) {
@@ -162,7 +162,7 @@ void draw_marks(Script& script, const Sweep& sweep, const Plane& plane, const Na
   }
 }
 
-/// gnuplot has no star, and a filled one is seen best.
+/// Draws a filled star as a polygon, because gnuplot has no such mark.
 void draw_star(Script& script, Pixel at, double radius_px, const Plane& plane) {
   std::string corners;
   for (int i = 0; i <= 10; ++i) {
@@ -175,7 +175,7 @@ void draw_star(Script& script, Pixel at, double radius_px, const Plane& plane) {
   script.raw(fmt::format("set object polygon {} front fillcolor rgb '{}' fillstyle solid 1 noborder\n", corners, kInk));
 }
 
-/// What may not be covered by words.
+/// Returns the areas that words must not cover.
 Placing crowded(const Plane& plane, const Named& named) {
   Placing placing({plane.x.low_px + 2, plane.y.high_px, plane.x.high_px, plane.y.low_px - 2});
   constexpr double kHalf_px = 6;
@@ -199,7 +199,7 @@ Placing crowded(const Plane& plane, const Named& named) {
   return placing;
 }
 
-/// @param radius_px of the mark at `point`
+/// @param radius_px radius of the mark at `point`
 void put_words(Script& script, Placing& placing, Pixel point, double radius_px, std::string_view words) {
   constexpr int kSize = 12;
   constexpr double kWidthOfHeight = 0.52, kThreadFrom_px = 6;
@@ -209,12 +209,12 @@ void put_words(Script& script, Placing& placing, Pixel point, double radius_px, 
   const Pixel near{std::clamp(point.x, at.x - width / 2, at.x + width / 2),
                    std::clamp(point.y, at.y - height / 2, at.y + height / 2)};
   const double reach = std::hypot(near.x - point.x, near.y - point.y);
-  if (reach > radius_px + kThreadFrom_px) {  // a thread from the words to what they mean
+  if (reach > radius_px + kThreadFrom_px) {  // a thin line from the words to their mark
     const double share = radius_px / reach;
     script.line(near, {point.x + (near.x - point.x) * share, point.y + (near.y - point.y) * share},
                 "front lw 0.8 lc rgb '#9a9a9a'");
   }
-  // Fonts differ in width: the end that is nearer to the mark is where it should be.
+  // Fonts differ in width, so the text is anchored at the end that is nearer to the mark.
   const bool right_of = at.x - width / 2 > point.x, left_of = at.x + width / 2 < point.x;
   script.words({at.x + (right_of  ? -width / 2
                         : left_of ? width / 2
@@ -227,7 +227,8 @@ void put_words(Script& script, Placing& placing, Pixel point, double radius_px, 
                kInk, kSize);
 }
 
-/// The paper's star, numbers of the frontier, the choice's ring, and words beside what the list does not name.
+/// Draws the paper's star, the numbers of the frontier, the ring of the choice, and labels beside settings that the
+/// list does not name.
 void draw_words(Script& script, const Plane& plane, const Named& named, const Choice* choice) {
   constexpr double kStar_px = 9, kMark_px = 6;
   const Pixel paper = plane.pixel(plane.paper);
@@ -248,11 +249,11 @@ void draw_words(Script& script, const Plane& plane, const Named& named, const Ch
   for (const Mark& mark : plane.marks) {
     const Pixel at = plane.pixel(mark.at);
     if (mark.setting == named.baseline) put_words(script, placing, at, kMark_px, "method paper, measured here");
-    if (mark.setting == named.as_is) put_words(script, placing, at, kMark_px, "robot file as it is");
+    if (mark.setting == named.as_is) put_words(script, placing, at, kMark_px, "robot file, unchanged");
   }
 }
 
-/// Two columns at the upper right.
+/// Draws the key in two columns at the upper right.
 void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choice* choice) {
   const double left = plane.x.high_px + 34, right = left + 118, pitch = 17;
   double y = plane.y.high_px + 2;

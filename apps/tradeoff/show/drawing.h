@@ -7,7 +7,7 @@
 
 namespace twocone::tradeoff {
 
-/// The picture as gnuplot draws it. @param choice marked; may be null
+/// Returns the image as a plot for gnuplot. @param choice marked; may be null
 report::Plot drawing_of(const Sweep& sweep, const Plane& plane, const Choice* choice);
 
 }  // namespace twocone::tradeoff

@@ -18,7 +18,7 @@ std::string frontiers(const SettingResult& result) {
   if (result.on_robot_frontier && result.on_simulation_frontier) return "on both frontiers";
   if (result.on_robot_frontier) return "on the frontier of robot time";
   if (result.on_simulation_frontier) return "on the frontier of simulation time";
-  return answers_enough(result) ? "dominated" : "answers too seldom for a frontier";
+  return answers_enough(result) ? "dominated" : "does not answer often enough for a frontier";
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ std::string tooltip(const SettingResult& result) {
     text += fmt::format("heading: mean {} deg\n", with_interval(result.heading_rad->mean, kDegree));
   text += fmt::format("answered: {} of {} frames", result.answered, result.frames);
   if (result.coverage) {
-    text += fmt::format("; 95 % ellipses hold the truth in {:.0f} %", result.coverage->value * 100);
+    text += fmt::format("; 95 % ellipses contain the truth in {:.0f} %", result.coverage->value * 100);
     if (std::isfinite(result.coverage->low) && std::isfinite(result.coverage->high)) {
       text += fmt::format(" ({:.0f} to {:.0f})", result.coverage->low * 100, result.coverage->high * 100);
     }

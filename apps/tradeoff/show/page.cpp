@@ -26,22 +26,22 @@ std::string headline(const Sweep& sweep) {
   const auto span = span_of(sweep);
   if (!span) return "No setting answers often enough to be on a frontier.";
   return fmt::format(
-      "{} mm take {} s of processor time a frame in simulation, {} mm take {} s: {} settings, {} of them on "
+      "{} mm take {} s of processor time per frame in simulation, {} mm take {} s: {} settings, {} of them on "
       "the frontier.",
       significant(span->most_error_m / kMm, 2), significant(span->least_time_s, 2),
       significant(span->least_error_m / kMm, 2), significant(span->most_time_s, 2), sweep.settings.size(),
       span->settings);
 }
 
-std::string picture_html(const PagePicture& picture) {
-  const std::size_t root = picture.svg.find("<svg");
-  std::string_view svg = picture.svg;
+std::string image_html(const PageImage& image) {
+  const std::size_t root = image.svg.find("<svg");
+  std::string_view svg = image.svg;
   if (root != std::string_view::npos) svg.remove_prefix(root);
-  return html::element("figure", report::inline_svg(svg, picture.id) + html::text("figcaption", picture.caption),
-                       fmt::format("id=\"{}\" class=\"wide\"", escape(picture.id)));
+  return html::element("figure", report::inline_svg(svg, image.id) + html::text("figcaption", image.caption),
+                       fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
 }
 
-/// A cell that is sorted by a number.
+/// Returns a table cell that is sorted by a number.
 std::string number(std::optional<double> value, double unit) {
   if (!value || !std::isfinite(*value)) return std::string(kNone);
   return fmt::format("<data value=\"{:.9g}\">{}</data>", *value, significant(*value / unit));
@@ -72,22 +72,22 @@ std::string frontier_cell(const SettingResult& result) {
 std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
   const SettingResult& result = sweep.settings[index];
   const Setting& setting = result.setting;
-  const Pictures& pictures = setting.pictures;
+  const Images& images = setting.images;
   const auto of = [](const std::optional<ErrorFigures>& figures, Interval ErrorFigures::*member) {
     return figures ? std::optional((*figures).*member) : std::nullopt;
   };
   const auto alone = [](const std::optional<Interval>& interval) {
     return interval ? std::optional(interval->value) : std::nullopt;
   };
-  std::string looks(name(setting.level));
-  if (setting.level == Level::kAdaptive) looks += fmt::format(" to {:g} mm", setting.enough_m / kMm);
-  std::string size = fmt::format("{} \u00d7 {}", pictures.width_px, pictures.height_px);
-  if (sweep.as_is == index) size += " (as it is)";
-  return {words(double(pictures.width_px) * pictures.height_px, size),
+  std::string estimator(name(setting.level));
+  if (setting.level == Level::kAdaptive) estimator += fmt::format(" to {:g} mm", setting.enough_m / kMm);
+  std::string size = fmt::format("{} \u00d7 {}", images.width_px, images.height_px);
+  if (sweep.as_is == index) size += " (robot file, unchanged)";
+  return {words(double(images.width_px) * images.height_px, size),
           frontier_cell(result),
-          words(pictures.antialias, antialias_name(pictures.antialias)),
-          words(double(pictures.effects), name(pictures.effects)),
-          words(double(setting.level) + setting.enough_m, looks),
+          words(images.antialias, antialias_name(images.antialias)),
+          words(double(images.effects), name(images.effects)),
+          words(double(setting.level) + setting.enough_m, estimator),
           words(setting.landmarks, fmt::to_string(setting.landmarks)),
           words(setting.uses_bearings(), setting.uses_bearings() ? "yes" : "no"),
           words(setting.rate_hz, fmt::format("{:g}", setting.rate_hz)),
@@ -112,15 +112,15 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
 std::string table_html(const Sweep& sweep) {
   std::vector<std::string> heads;
   for (const std::string_view head :
-       {"size/px",         "frontier",    "rays",         "world",          "estimator",
+       {"size/px",         "frontier",    "rays",         "effects",        "estimator",
         "land\u00admarks", "bearings",    "rate/Hz",      "frames",         "mean/mm",
         "RMSE/mm",         "95 %/mm",     "max/mm",       "heading/\u00b0", "range/mm",
         "answered/%",      "coverage/%",  "bound/mm",     "vision/ms",      "local\u00adisation/ms",
         "robot 95 %/ms",   "rendering/s", "simulation/s", "memory/MiB"}) {
     heads.push_back(html::text("button", head, "type=\"button\""));
   }
-  html::Table table("Errors are of the position unless said otherwise; small: 95 % interval", html::head_row(heads),
-                    "id=\"all\"");
+  html::Table table("Errors are position errors unless stated otherwise; small numbers: 95 % interval",
+                    html::head_row(heads), "id=\"all\"");
   for (std::size_t i = 0; i < sweep.settings.size(); ++i) {
     const SettingResult& result = sweep.settings[i];
     table.add(row(sweep, i),
@@ -141,29 +141,30 @@ std::string facts_html(const Sweep& sweep) {
   add("robot", sweep.robot);
   add("map", sweep.map);
   add("seed", fmt::to_string(sweep.seed));
-  add("legs", fmt::to_string(sweep.legs));
+  add("episodes", fmt::to_string(sweep.episodes));
   std::string landmarks;
   for (const std::string& name : sweep.landmarks) landmarks += (landmarks.empty() ? "" : ", ") + name;
-  add("landmarks, given up last first", landmarks);
+  add("landmarks, the most important first", landmarks);
   return html::element("dl", rows);
 }
 
 std::string files_html() {
   const auto link = [](std::string_view file) { return fmt::format("<a href=\"{0}\">{0}</a>", file); };
-  return html::element("p", fmt::format("The same as files: {} (with times and frontiers), {} (what does not depend on "
-                                        "the machine's speed).",
-                                        link("tradeoff.csv"), link("errors.csv")));
+  return html::element("p",
+                       fmt::format("The same data as files: {} (with times and frontiers), {} (only results that do "
+                                   "not depend on the machine's speed).",
+                                   link("tradeoff.csv"), link("errors.csv")));
 }
 
 }  // namespace
 
-std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, const Choice* choice) {
+std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
   std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");
   std::string rules;
   for (const std::string& sentence : rule_sentences()) rules += html::text("p", sentence);
   main += html::element("div", rules, "class=\"rules\"");
-  main += html::navigation({{"pictures", "Pictures"},
+  main += html::navigation({{"images", "Images"},
                             {"conclusions", "Conclusions"},
                             {"growth", "Growth"},
                             {"settings", "All settings"},
@@ -171,14 +172,14 @@ std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, c
   if (choice != nullptr && !choice->why.empty()) main += html::text("p", choice->why, "class=\"choice\"");
 
   std::string figures;
-  for (const PagePicture& picture : pictures) figures += picture_html(picture);
-  main += html::section("pictures", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
+  for (const PageImage& image : images) figures += image_html(image);
+  main += html::section("images", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
 
   std::vector<std::string> sentences;
   for (const Conclusion& conclusion : conclusions(sweep)) sentences.push_back(conclusion.sentence);
-  main += html::section("conclusions", "What each axis buys", html::list(sentences));
+  main += html::section("conclusions", "Effect and cost of each axis", html::list(sentences));
   main += html::section(
-      "growth", "How it grows",
+      "growth", "Growth of error and time",
       html::text("p", "Exponents of power laws, with 95 % intervals:") + html::list(growth_sentences(sweep)));
   main += html::section("settings", "All settings", files_html() + table_html(sweep));
   main += html::section("repeat", "How to repeat this",

@@ -9,14 +9,15 @@
 
 namespace twocone::tradeoff {
 
-/// A picture for the page.
-struct PagePicture {
-  std::string id;       ///< in the page
+/// An image for the page.
+struct PageImage {
+  std::string id;       ///< in the page's HTML
   std::string caption;  ///< plain text
   std::string svg;      ///< stand-alone, with spots (hover.h)
 };
 
-/// index.html: one page that needs no other file. UTF-8, well-formed XML too. @param choice told; may be null
-std::string page(const Sweep& sweep, const std::vector<PagePicture>& pictures, const Choice* choice);
+/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param choice shown with its
+/// reason; may be null
+std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice);
 
 }  // namespace twocone::tradeoff

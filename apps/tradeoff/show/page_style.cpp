@@ -68,7 +68,7 @@ std::string_view page_script() {
     mark(spot.getAttribute("data-setting"), false);
     tip.hidden = true;
   }
-  // Marks lie close together: the nearest one is meant, not the one on top.
+  // Marks lie close together, so the nearest one is selected and not the topmost.
   function nearest(group, event) {
     var best = null;
     var least = 14;

@@ -5,11 +5,11 @@
 
 namespace twocone::tradeoff {
 
-/// What the page's look has beyond the report's.
+/// Returns the styles that the page needs in addition to the report's.
 std::string_view page_style();
 
-/// The page's script: a tooltip beside pointer or focus, arrow keys from point to point, sorting by a click on a head.
-/// Without it the circles' own titles are shown.
+/// Returns the page's script: a tooltip beside the pointer or the focus, arrow keys from point to point, sorting by a
+/// click on a column head. Without it the circles' own titles are shown.
 std::string_view page_script();
 
 }  // namespace twocone::tradeoff

@@ -36,7 +36,7 @@ void Placing::keep_clear(Pixel from, Pixel to, double weight) {
 }
 
 Pixel Placing::place(Pixel point, double width, double height) {
-  // Degrees on the paper, y downward; below and to the left of a frontier there is nothing.
+  // Directions in degrees, y downward. The area below and to the left of a frontier is empty.
   constexpr std::array<double, 16> kDirections{135, 157.5, 112.5, 180, 90, 202.5, 67.5,  225,
                                                45,  247.5, 22.5,  270, 0,  292.5, 337.5, 315};
   constexpr double kPenaltyPerPixel = 0.6, kPenaltyPerTurn = 0.05;

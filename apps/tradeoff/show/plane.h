@@ -7,33 +7,33 @@
 
 #include "apps/tradeoff/sweep.h"
 
-/// What a picture of a sweep shows, and where on the paper. Private to apps/tradeoff.
+/// The content of a sweep's image, and its layout. Private to apps/tradeoff.
 namespace twocone::tradeoff {
 
-/// What an error costs.
+/// The cost on the horizontal axis.
 enum class Cost { kRobotTime, kSimulationTime };
 Interval cost_s(const SettingResult& result, Cost cost);
 
-/// A place in a picture, in its pixels from its upper left corner.
+/// A point of an image, in pixels from its upper left corner.
 struct Pixel {
   double x = 0, y = 0;
 };
 
-/// A logarithmic axis and the pixels that it takes.
+/// A logarithmic axis and its range of pixels.
 struct LogAxis {
   double low = 0, high = 0;  ///< in the axis's unit, 0 < low < high
   double low_px = 0, high_px = 0;
   [[nodiscard]] double px(double value) const;
-  /// Value and label of each tic: 1, 2, 5 a decade, over many decades 1 alone.
+  /// Returns value and label of each tic: 1, 2, 5 in each decade, and 1 only over many decades.
   [[nodiscard]] std::vector<std::pair<double, std::string>> tics() const;
 };
 
-/// In the axes' units.
+/// A point in the axes' units.
 struct PlanePoint {
   double x = 0, y = 0;
 };
 
-/// A setting in the picture.
+/// A setting in the image.
 struct Mark {
   std::size_t setting = 0;  ///< index in Sweep::settings
   PlanePoint at;
@@ -42,21 +42,21 @@ struct Mark {
   bool answers_enough = false;
 };
 
-/// Error over cost: all of a sweep in one picture.
+/// Error over cost: all settings of a sweep in one image.
 struct Plane {
   Cost cost = Cost::kRobotTime;
   int width_px = 0, height_px = 0;
   double unit_s = 1;  ///< of x; y is in millimetres
   LogAxis x, y;
-  std::vector<Mark> marks;           ///< those on the frontier last, by rising cost
+  std::vector<Mark> marks;           ///< those on the frontier come last, by rising cost
   std::vector<PlanePoint> frontier;  ///< by rising cost
-  std::vector<PlanePoint> bound;     ///< the least bound that costs no more, by rising cost
+  std::vector<PlanePoint> bound;     ///< the lowest bound among settings of at most this cost, by rising cost
   PlanePoint paper;                  ///< PaperPoint
 
   [[nodiscard]] Pixel pixel(PlanePoint point) const { return {x.px(point.x), y.px(point.y)}; }
 };
 
-/// Settings whose error or cost is not a positive number are left out.
+/// Returns the image's content. Settings whose error or cost is not a positive number are left out.
 Plane plane_of(const Sweep& sweep, Cost cost);
 
 }  // namespace twocone::tradeoff

@@ -14,7 +14,7 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// The value that occurs most often; of several the least.
+/// Returns the value that occurs most often; of equally frequent ones the smallest.
 template <typename Of>
 auto most_common(const std::vector<SettingResult>& settings, Of of) {
   std::map<decltype(of(settings.front().setting)), int> counts;
@@ -61,10 +61,10 @@ Usual usual_of(const Sweep& sweep) {
 }
 
 std::string short_name(const Setting& setting, const Usual& usual) {
-  const Pictures& pictures = setting.pictures;
-  std::string text = fmt::format("{}x{}", pictures.width_px, pictures.height_px);
-  if (pictures.antialias > 1) text += " " + antialias_name(pictures.antialias);
-  if (pictures.effects != Effects::kScene) text += fmt::format(" {}", name(pictures.effects));
+  const Images& images = setting.images;
+  std::string text = fmt::format("{}x{}", images.width_px, images.height_px);
+  if (images.antialias > 1) text += " " + antialias_name(images.antialias);
+  if (images.effects != Effects::kScene) text += fmt::format(" {}", name(images.effects));
   text += fmt::format(" {}", name(setting.level));
   if (setting.level == Level::kAdaptive) text += fmt::format(" {:g}mm", setting.enough_m * 1e3);
   if (setting.landmarks != usual.landmarks) text += fmt::format(" {}lm", setting.landmarks);
@@ -75,12 +75,12 @@ std::string short_name(const Setting& setting, const Usual& usual) {
 }
 
 std::optional<std::size_t> baseline_of(const Sweep& sweep) {
-  const Pictures own = sweep.as_is ? sweep.settings.at(*sweep.as_is).setting.pictures : Pictures{};
-  // The robot's own pictures, else its own size, else whatever is most accurate.
+  const Images own = sweep.as_is ? sweep.settings.at(*sweep.as_is).setting.images : Images{};
+  // The robot's own images are best, then its own size, then the most accurate setting.
   const auto rank = [&](const SettingResult& result) {
-    const Pictures& pictures = result.setting.pictures;
-    const bool same_size = pictures.width_px == own.width_px && pictures.height_px == own.height_px;
-    return std::tuple(pictures != own, !same_size, result.setting.frames, result.position_m->mean.value);
+    const Images& images = result.setting.images;
+    const bool same_size = images.width_px == own.width_px && images.height_px == own.height_px;
+    return std::tuple(images != own, !same_size, result.setting.frames, result.position_m->mean.value);
   };
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < sweep.settings.size(); ++i) {
@@ -120,18 +120,18 @@ std::vector<Axis> swept_axes(const Sweep& sweep) {
 std::vector<std::string> rule_sentences() {
   return {
       fmt::format("Rule: a setting is on a frontier if it answers at least {:.0f} % of its frames and no other such "
-                  "setting is as accurate and as cheap and better in one of the two.",
+                  "setting is at least as accurate, at least as cheap, and better in one of the two.",
                   kLeastAnswered * 100),
       "Truth: the simulator's own pose, exact to 1e-9 m. Every frame with an answer counts.",
-      "Intervals: 95 %, over legs (drives from places of their own); frames of one leg are not independent, legs "
-      "are."};
+      "Intervals: 95 %, over episodes, which are drives from independent random poses. Frames of one episode are not "
+      "independent of each other."};
 }
 
 std::vector<std::string> growth_sentences(const Sweep& sweep) {
   std::vector<std::string> sentences;
   for (const Growth& g : growth(sweep)) {
     sentences.push_back(fmt::format("{} by {}: exponent {:.2f} ({:.2f} to {:.2f}, {} points)", g.of,
-                                    g.axis == Axis::kSize ? "pixels of a picture" : name(g.axis), g.exponent, g.low,
+                                    g.axis == Axis::kSize ? "pixels of an image" : name(g.axis), g.exponent, g.low,
                                     g.high, g.points));
   }
   return sentences;

@@ -8,46 +8,48 @@
 
 #include "apps/tradeoff/sweep.h"
 
-/// What table, pictures and page say alike. Private to apps/tradeoff.
+/// Words and numbers that table, images and page share. Private to apps/tradeoff.
 namespace twocone::tradeoff {
 
-/// "+R2"; "-" for one ray a pixel.
+/// Returns "+R2"; "-" for one ray per pixel.
 std::string antialias_name(int antialias);
 
-/// So many significant digits, never an exponent for what these programs measure; "-" for what is not finite.
+/// Formats with `digits` significant digits, without an exponent for any value of this program; "-" for a value that is
+/// not finite.
 std::string significant(double value, int digits = 3);
-/// significant(), with fewer digits where it would take more than `width` columns.
+/// Formats like significant(), with fewer digits where the text would exceed `width` columns.
 std::string fitting(double value, std::size_t width);
-/// "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is finite.
+/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
+/// finite.
 std::string with_interval(const Interval& interval, double unit);
 
-/// What most settings of a sweep have, so that a short name need not say it.
+/// The values that most settings of a sweep have, so that a short name can omit them.
 struct Usual {
   int landmarks = 0;
   double rate_hz = 0;
 };
 Usual usual_of(const Sweep& sweep);
-/// "320x240 +R2 fine x4": pictures, estimator, frames; and what differs from the usual.
+/// Returns "320x240 +R2 fine x4": images, estimator, frames, and the values that differ from the usual ones.
 std::string short_name(const Setting& setting, const Usual& usual);
 
-/// Index of method paper with the robot file's own pictures; where they were not swept, at its own size; else of the
-/// most accurate. None where method paper never answered.
+/// Returns the index of method paper with the robot file's own images; if they were not swept, with its own size; else
+/// of the most accurate one. None where method paper never answered.
 std::optional<std::size_t> baseline_of(const Sweep& sweep);
 
-/// How many settings are on the frontier of simulation time, and between what.
+/// The number of settings on the frontier of simulation time, and their range.
 struct Span {
   int settings = 0;
   double least_error_m = 0, most_error_m = 0;
   double least_time_s = 0, most_time_s = 0;
 };
-/// None without a frontier.
+/// Returns nothing without a frontier.
 std::optional<Span> span_of(const Sweep& sweep);
-/// Axes on which the sweep has at least two values.
+/// Returns the axes on which the sweep has at least two values.
 std::vector<Axis> swept_axes(const Sweep& sweep);
 
-/// What puts a setting on a frontier, how precise the truth is, and what the intervals are of: a sentence each.
+/// Returns the rule of a frontier, the precision of the truth, and the meaning of the intervals: a sentence each.
 std::vector<std::string> rule_sentences();
-/// "rendering time by size: exponent 1.02 (0.97 to 1.07), 5 points", a line for each.
+/// Returns a line for each growth: "rendering time by size: exponent 1.02 (0.97 to 1.07), 5 points".
 std::vector<std::string> growth_sentences(const Sweep& sweep);
 
 }  // namespace twocone::tradeoff

@@ -9,7 +9,8 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// The first place that calls for any of `features`; else what is not known, which may call for it; else empty.
+/// Returns the first use of any of `features`; else the first include that could not be read, which may use one; else
+/// empty.
 std::string reason(const SceneCalls& calls, std::initializer_list<Feature> features) {
   for (const Feature feature : features) {
     if (const Call* call = calls.find(feature)) return fmt::format("{}: {}", call->place(), call->word);
@@ -38,7 +39,7 @@ Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& s
   choice.quality = choice.why_quality.empty() ? kPlainQuality : kFullQuality;
   choice.why_whole =
       reason(choice.calls, {Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface, Feature::kRandom});
-  // Photons carry something over from one picture of a process to the next (measured; pool_renderer.h).
+  // With photons, an image of a process affects the next one (measured).
   choice.one_shot = reason(choice.calls, {Feature::kFrameNumber, Feature::kPhotons});
   return choice;
 }

@@ -7,24 +7,24 @@
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/sim_povray.h"
 
-/// How a scene is rendered: with all that it calls for and nothing else.
+/// Chooses how a scene is rendered: with all effects that it uses and no others.
 namespace twocone::sim_povray {
 
 /// POV-Ray's +Q for a scene without media, fog, photons, radiosity and subsurface light: 8 leaves out these and nothing
-/// else, so that the pixels are those of 9 (tests/sim_povray/effects_test.cpp holds it). Levels above 9 add nothing.
+/// else, so that the pixels are those of 9 (tests/sim_povray/effects_test.cpp checks it). Levels above 9 add nothing.
 constexpr int kPlainQuality = 8;
 constexpr int kFullQuality = 9;
 
 struct RenderChoice {
-  std::string text;  ///< the scene's, without what is switched off; lines are those of the file
-  SceneCalls calls;  ///< of that text
+  std::string text;  ///< the scene's text without the effects switched off; its lines are those of the file
+  SceneCalls calls;  ///< effects that this text uses
   int quality = kFullQuality;
-  std::string why_quality;  ///< why not less: `scenes/fog.pov:12: fog`; empty at kPlainQuality
-  /// Why what is outside the mirror has to be rendered too, as whole_picture does: what POV-Ray makes of a pixel hangs
-  /// on those it made before. Empty: it has not.
+  std::string why_quality;  ///< reason for kFullQuality: `scenes/fog.pov:12: fog`; empty at kPlainQuality
+  /// Why the pixels outside the mirror must be rendered too, as whole_image does: POV-Ray's result for a pixel depends
+  /// on the pixels that it rendered before. Empty: they need not be.
   std::string why_whole;
-  /// Why a process cannot be held between pictures: the scene asks, or may ask, which frame of an animation it is, or
-  /// has photons, which POV-Ray carries over from one picture to the next. Empty: it can.
+  /// Why a process cannot be held between images: the scene asks, or may ask, which frame of an animation it is, or has
+  /// photons, which POV-Ray carries over from one image to the next. Empty: it can.
   std::string one_shot;
 };
 

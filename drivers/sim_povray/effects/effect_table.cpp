@@ -12,14 +12,14 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// POV-Ray's own max_trace_level.
+/// POV-Ray's default for max_trace_level.
 constexpr int kUsualReflectionDepth = 5;
 
 class Table {
  public:
-  Table(const PlaceSettings& place, const SeatSettings& seat, const std::vector<ViewSettings>& views,
+  Table(const PlaceSettings& place, const SessionSettings& session, const std::vector<ViewSettings>& views,
         const KeyPlaces& places, const SceneCalls& written, const RenderChoice& choice)
-      : place_(place), seat_(seat), views_(views), places_(places), written_(written), choice_(choice) {}
+      : place_(place), session_(session), views_(views), places_(places), written_(written), choice_(choice) {}
 
   std::vector<EffectRow> run() {
     rendering();
@@ -49,7 +49,7 @@ class Table {
            "map.effects.area_lights");
     called(Feature::kMedia, "media", "`media` or `fog`", "map effects.media", "samples on each ray",
            "map.effects.media");
-    called(Feature::kPhotons, "photons", "`photons`", "map effects.photons", "photons per picture",
+    called(Feature::kPhotons, "photons", "`photons`", "map effects.photons", "photons per image",
            "map.effects.photons");
     called(Feature::kRadiosity, "radiosity", "`radiosity`", "map effects.radiosity", "light is gathered",
            "map.effects.radiosity");
@@ -79,7 +79,7 @@ class Table {
     } else if (written != nullptr) {
       row.reason = fmt::format("{}: switched off; {}: {}", at(key), written->place(), written->word);
     } else if (!choice_.calls.unread.empty()) {
-      // What is not known may be there, and is rendered then.
+      // An include that could not be read may use the effect, and it is rendered then.
       row.on = true;
       row.reason = choice_.calls.unread.front();
     } else {
@@ -104,17 +104,18 @@ class Table {
         "vignetting", "vignetting", [](const auto& e) { return e.vignetting > 0; }, "a product per value");
     of_cameras(
         "defocus", "defocus_px", [](const auto& e) { return e.defocus_px > 0; }, "a filter");
-    const auto pictures = [this] {
+    const auto images = [this] {
       int most = 0;
       for (const ViewSettings& view : views_) {
-        if (view.effects.exposure_s > 0 || view.effects.readout_s > 0) most = std::max(most, view.effects.exposures);
+        if (view.effects.exposure_time_s > 0 || view.effects.readout_s > 0)
+          most = std::max(most, view.effects.shutter_samples);
       }
-      return most == 0 ? std::string("n pictures for one") : fmt::format("{} pictures for one", most);
+      return most == 0 ? std::string("n images for one") : fmt::format("{} images for one", most);
     }();
     of_cameras(
-        "motion blur", "exposure_s", [](const auto& e) { return e.exposure_s > 0; }, pictures);
+        "motion blur", "exposure_time_s", [](const auto& e) { return e.exposure_time_s > 0; }, images);
     of_cameras(
-        "rolling shutter", "readout_s", [](const auto& e) { return e.readout_s > 0; }, pictures);
+        "rolling shutter", "readout_s", [](const auto& e) { return e.readout_s > 0; }, images);
     of_cameras(
         "lens distortion", "distortion", [](const auto& e) { return !e.distortion.empty(); }, "a look-up per pixel");
     of_cameras(
@@ -145,28 +146,28 @@ class Table {
   // ---- motion
 
   void motion() {
-    const WheelSettings& wheels = seat_.body.wheels;
+    const WheelSettings& wheels = session_.body.wheels;
     of_robot("wheel slip", "effects.slip", wheels.slip > 0, fmt::format("{} of the way", wheels.slip));
     of_robot("encoder counts", "effects.encoder_counts_per_turn", wheels.encoder_counts_per_turn > 0,
              fmt::format("{} a turn", wheels.encoder_counts_per_turn));
     of_robot("actuator lag", "effects.motor_lag_s", wheels.lag_s > 0, fmt::format("{} s", wheels.lag_s));
 
     EffectRow physics{
-        "motion",        "mass and friction", seat_.body.physics.has_value(), "no `mass_kg` or friction in effects",
+        "motion",        "mass and friction", session_.body.physics.has_value(), "no `mass_kg` or friction in effects",
         "robot effects", "an engine's steps"};
     if (physics.on) {
       std::string key = "effects.mass_kg";
       for (const char* other : {"effects.wheel_friction", "effects.body_friction"}) {
         if (!places_.contains(key)) key = other;
       }
-      physics.reason = fmt::format("{}: {} kg", at(key), seat_.body.physics->mass_kg);
+      physics.reason = fmt::format("{}: {} kg", at(key), session_.body.physics->mass_kg);
     }
     rows_.push_back(std::move(physics));
 
     const bool surrounded = place_.walls || !place_.solids.empty() || !place_.moving.empty();
     EffectRow contact{
-        "motion", "contact", seat_.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
-    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), seat_.body.radius_m)
+        "motion", "contact", session_.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
+    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), session_.body.radius_m)
                      : surrounded ? "no `body.radius_m` in the robot file"
                                   : "no walls, obstacles or moving things in the map";
     rows_.push_back(std::move(contact));
@@ -187,14 +188,14 @@ class Table {
                      "robot effects", "none"});
   }
 
-  /// Where a key stands; the key itself where that is not known.
+  /// Returns the file position of a key; the key itself if the position is unknown.
   [[nodiscard]] std::string at(const std::string& key) const {
     const auto found = places_.find(key);
     return found == places_.end() ? key : found->second;
   }
 
   const PlaceSettings& place_;
-  const SeatSettings& seat_;
+  const SessionSettings& session_;
   const std::vector<ViewSettings>& views_;
   const KeyPlaces& places_;
   const SceneCalls& written_;
@@ -204,14 +205,14 @@ class Table {
 
 }  // namespace
 
-Result<std::vector<EffectRow>> effect_table(const PlaceSettings& place, const SeatSettings& seat,
+Result<std::vector<EffectRow>> effect_table(const PlaceSettings& place, const SessionSettings& session,
                                             const std::vector<ViewSettings>& views, const KeyPlaces& places) {
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
   const SceneAccess access(place.scene, place.scene_paths);
   const auto choice = choose_rendering(*scene, place.switches, access);
   if (!choice) return choice.error();
-  return Table(place, seat, views, places, find_calls(*scene, access), *choice).run();
+  return Table(place, session, views, places, find_calls(*scene, access), *choice).run();
 }
 
 }  // namespace twocone::sim_povray

@@ -23,11 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = Token::Kind;
 
-/// As POV-Ray has it; and what no scene reaches, so that files that include each other come to an end.
+/// POV-Ray's own limit, and a size that no scene reaches: files that include each other come to an end.
 constexpr int kDeepestInclude = 32;
 constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
-/// Words that call for a feature wherever they stand.
+/// Words that use a feature wherever they are.
 const std::unordered_map<std::string_view, Feature> kWords{
     {"rgbf", Feature::kTransparency},
     {"rgbt", Feature::kTransparency},
@@ -61,7 +61,7 @@ bool is_zero_reflection(const TokenTree& tree, std::size_t i) {
 std::optional<Feature> feature_of(const TokenTree& tree, std::size_t i) {
   const std::string_view word = tree.tokens[i].text;
   if (word == "reflection" || word == "refraction") {
-    // `photons { reflection on }` is about photons.
+    // `photons { reflection on }` concerns photons.
     if (tree.around[i] != kNowhere && tree.keyword(tree.around[i]) == "photons") return std::nullopt;
     if (word == "refraction") return Feature::kTransparency;
     return is_zero_reflection(tree, i + 1) ? std::nullopt : std::optional(Feature::kReflection);
@@ -70,14 +70,14 @@ std::optional<Feature> feature_of(const TokenTree& tree, std::size_t i) {
     return is_zero(tree, i + 1) ? std::nullopt : std::optional(Feature::kTransparency);
   }
   if (word == "radiosity") {
-    // In an object it only says how much the object counts.
+    // In an object it only states the importance of the object.
     return tree.is(i + 1, '{') && tree.is(i + 2, "importance") ? std::nullopt : std::optional(Feature::kRadiosity);
   }
   const auto found = kWords.find(word);
   return found == kWords.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// A file and which of its lights are marked to cast no shadows.
+/// A file, with marks for its lights that cast no shadows.
 struct File {
   std::string path;
   std::string text;
@@ -96,10 +96,10 @@ class Scanner {
     for (Found& found : found_) {
       if (live[found.owner]) calls.all.push_back(std::move(found.call));
     }
-    std::set<std::string> told;
+    std::set<std::string> reported;
     calls.endless = endless_;
     for (const auto& [owner, why] : unread_) {
-      if (live[owner] && told.insert(why).second) calls.unread.push_back(why);
+      if (live[owner] && reported.insert(why).second) calls.unread.push_back(why);
     }
     calls.max_trace_level = max_trace_level_;
     calls.strings = std::move(strings_);
@@ -107,7 +107,7 @@ class Scanner {
   }
 
  private:
-  /// A name as a number. What stands in no declaration belongs to kRoot, the empty name.
+  /// A name as a number. Text outside all declarations belongs to kRoot, the empty name.
   using Name = std::size_t;
   static constexpr Name kRoot = 0;
 
@@ -122,7 +122,7 @@ class Scanner {
   struct Owner {
     Name name;
     std::size_t end;
-    bool value;  // of a declaration, not a macro's body
+    bool value;  // the value of a declaration, not a macro's body
   };
 
   Name number(std::string_view name) { return names_.try_emplace(name, names_.size()).first->second; }
@@ -165,12 +165,12 @@ class Scanner {
           i = found.name;
         }
       } else if (token.kind == Kind::kString) {
-        // A file that is opened for writing is not read, and POV-Ray's own complaint fits better.
+        // A file that is opened for writing is not read, and POV-Ray's own message is better.
         if (!tree.is(i + 1, "write") && !tree.is(i + 1, "append"))
           strings_.push_back({file.path, token.place.line, std::string(token.text.substr(1, token.text.size() - 2))});
       } else if (token.kind == Kind::kWord) {
         if (leaky_.contains(number(token.text))) {
-          // It may close the value's braces: where the value ends is not known then.
+          // The macro may close the value's braces: the end of the value is then unknown.
           while (owners.back().value) owners.pop_back();
           if (owners.size() > 1) leaky_.insert(owners.back().name);
           if (owners.size() == 1 && base != kRoot) everything_lives_ = true;
@@ -208,7 +208,7 @@ class Scanner {
     }
     const std::string name(tree.tokens[i].text.substr(1, tree.tokens[i].text.size() - 2));
     const auto [known, fresh] = included_.try_emplace(name);
-    // Once for each that what is in it may belong to.
+    // Once for each owner of the file's content.
     if (!walked_.emplace(&known->second, owner).second) return;
     Included& included = known->second;
     if (fresh) {
@@ -234,7 +234,7 @@ class Scanner {
     walk(*included.file, owner, depth + 1);
   }
 
-  /// Which names live text names, directly or by way of what it names.
+  /// Returns which names live text uses, directly or through other names.
   std::vector<bool> live_names() {
     std::vector<bool> live(names_.size(), everything_lives_);
     if (everything_lives_) return live;
@@ -257,11 +257,11 @@ class Scanner {
   const IncludeReader& read_;
   std::vector<std::unique_ptr<File>> files_;
   std::map<std::string, Included> included_;           // by the name in #include
-  std::set<std::pair<const Included*, Name>> walked_;  // with whom what is in it belongs to
+  std::set<std::pair<const Included*, Name>> walked_;  // with the owner of its content
   std::unordered_map<std::string_view, Name> names_{{std::string_view(), kRoot}};
   std::set<Name> declared_;
-  std::set<Name> leaky_;  // macros that may close what their caller has opened, or the other way round
-  std::vector<std::pair<Name, Name>> uses_;  // who names whom
+  std::set<Name> leaky_;                     // macros that may close or open brackets of their caller
+  std::vector<std::pair<Name, Name>> uses_;  // an owner and a name that it uses
   std::vector<Found> found_;
   std::vector<std::pair<Name, std::string>> unread_;
   std::string endless_;
@@ -274,7 +274,7 @@ class Scanner {
 
 std::optional<IncludedFile> read_from(const SceneAccess& access, const std::string& name) {
   for (const fs::path& folder : access.searched()) {
-    // POV-Ray adds the ending where there is none.
+    // POV-Ray adds the ending if there is none.
     for (const char* ending : {"", ".inc", ".INC"}) {
       const fs::path path = folder / (name + ending);
       std::error_code error;
@@ -302,7 +302,7 @@ SceneCalls find_calls(const Scene& scene, const SceneAccess& access) {
   SceneAccess growing = access;
   SceneCalls calls = find_calls(scene.text(), scene.path(), [&growing](const std::string& name) {
     auto found = read_from(growing, name);
-    // A scene of others names what stands beside it.
+    // An included file may name files beside it.
     if (found) growing.look_in(fs::path(found->path).parent_path());
     return found;
   });

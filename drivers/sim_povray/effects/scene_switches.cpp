@@ -14,13 +14,13 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// Characters of the text, the end not included.
+/// A range of characters of the text, its end excluded.
 struct Range {
   std::size_t begin;
   std::size_t end;
 };
 
-/// What is to be done to a text. A place where it cannot be done is a SceneError.
+/// Collects the changes to a text. A position at which one is not possible is thrown as a SceneError.
 class Edit {
  public:
   Edit(std::string_view text, const TokenTree& tree) : text_(text), tree_(tree) {}
@@ -36,7 +36,7 @@ class Edit {
 
   void without_area_lights() {
     for (const std::size_t i : words("area_light")) {
-      // Two vectors and two numbers, commas as one likes.
+      // Two vectors and two numbers; commas are optional.
       std::size_t end = i + 1;
       for (int argument = 0; argument < 4; ++argument) {
         const std::size_t next = after_expression(tree_, end);
@@ -53,7 +53,7 @@ class Edit {
 
   void without_blocks(std::string_view keyword) {
     for (const std::size_t i : words(keyword)) {
-      // A declared one does nothing by itself, and a name without a value would be an error.
+      // A declared block does nothing by itself, and a name without a value would be an error.
       if (i > 0 && tree_.is(i - 1, '=')) continue;
       const std::size_t close = end_of_block(i);
       for (std::size_t j = i; j < close; ++j) {
@@ -77,7 +77,7 @@ class Edit {
     edited.reserve(text.size() + insertions_.size() * kShadowless.size());
     std::size_t done = 0;
     for (const std::size_t offset : insertions_) {
-      if (text[offset] != '}') continue;  // in what is left out
+      if (text[offset] != '}') continue;  // inside a block that is left out
       edited.append(text, done, offset - done).append(kShadowless);
       done = offset;
     }
@@ -117,7 +117,7 @@ class Edit {
     return std::any_of(kModifiers.begin(), kModifiers.end(), [&](std::string_view word) { return tree_.is(i, word); });
   }
 
-  /// Returns what is behind it.
+  /// Blanks a modifier, and returns the index behind it.
   std::size_t blank_modifier(std::size_t i) {
     std::size_t end = i + 1;
     if (tree_.is(i, "adaptive")) {
@@ -204,7 +204,7 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
     }
     text = edit.result();
   }
-  // POV-Ray obeys the last that it reads.
+  // POV-Ray uses the last value that it reads.
   if (switches.reflection_depth) {
     text += fmt::format("\nglobal_settings {{ max_trace_level {} }}\n", *switches.reflection_depth);
   }

@@ -10,7 +10,7 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// What a directive does to sections.
+/// Effect of a directive on sections.
 enum class Part { kNone, kOpens, kNext, kEnds };
 
 Part part_of(std::string_view word) {
@@ -43,7 +43,7 @@ class Pairing {
   struct Open {
     std::size_t index = 0;
     bool section = false;
-    bool uneven = false;  // of a section: what it opens and closes does not match within each branch
+    bool uneven = false;  // of a section: its brackets do not match within each branch
     bool outer_dead = false;
     Branches branches;
   };
@@ -111,7 +111,7 @@ class Pairing {
     if (!dead()) add(token);
   }
 
-  /// What a branch leaves open.
+  /// Drops the brackets that a branch leaves open.
   void drop_brackets() {
     const std::size_t section = sections_.back();
     if (open_.size() > section + 1) open_[section].uneven = true;
@@ -133,28 +133,28 @@ class Pairing {
     if (!sections_.empty()) {
       open_[sections_.back()].uneven = true;
     }
-    // Which bracket it was that the section closed is not known: no bracket around it has a certain end.
+    // It is unknown which bracket the section closed, so no bracket around it has a certain end.
     while (!open_.empty() && !open_.back().section) open_.pop_back();
   }
 
   Lexer lexer_;
   TokenTree tree_;
   std::vector<Open> open_;
-  std::vector<std::size_t> sections_;  // where in open_
+  std::vector<std::size_t> sections_;  // indices in open_
 };
 
 const std::set<std::string_view> kColourWords{"color", "colour", "rgb",   "rgbf",   "rgbt",    "rgbft",
                                               "srgb",  "srgbf",  "srgbt", "srgbft", "red",     "green",
                                               "blue",  "filter", "gray",  "grey",   "transmit"};
 
-/// Tokens of an expression at most: so that what cannot end is not read over and over.
+/// Most tokens of an expression, so that text without an end is not read over and over.
 constexpr std::size_t kLongest = 4096;
 
 bool is_operator(const TokenTree& tree, std::size_t i) {
   return tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '*') || tree.is(i, '/') || tree.is(i, '%') || tree.is(i, '^');
 }
 
-/// Behind the `>` that closes the `<` at `i`, or kNowhere.
+/// Returns the index behind the `>` that closes the `<` at `i`, or kNowhere.
 std::size_t after_vector(const TokenTree& tree, std::size_t i) {
   int open = 0;
   const std::size_t last = std::min(tree.tokens.size(), i + kLongest);
@@ -174,7 +174,7 @@ std::size_t after_vector(const TokenTree& tree, std::size_t i) {
   return kNowhere;
 }
 
-/// Behind what stands between two operators, or kNowhere.
+/// Returns the index behind the operand at `i`, or kNowhere.
 std::size_t after_operand(const TokenTree& tree, std::size_t i) {
   while (tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '!') ||
          (i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text))) {
@@ -202,7 +202,7 @@ std::size_t after_operand(const TokenTree& tree, std::size_t i) {
   return i;
 }
 
-/// Behind a value that is a block, `i` if it is none.
+/// Returns the index behind a value that is a block; `i` if it is not a block.
 std::size_t after_block(const TokenTree& tree, std::size_t i) {
   std::size_t brace = i + 1;
   if (tree.is(i, "function") && tree.is(brace, '(') && tree.partner[brace] != kNowhere) {

@@ -10,27 +10,27 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/confined_povray.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects.h"
-#include "drivers/sim_povray/effects/camera_stage.h"
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-/// POV-Ray's highest.
+/// POV-Ray's highest quality.
 constexpr int kHighestQuality = 11;
-/// What one mirror and its surroundings show needs far less.
+/// One mirror and its surroundings need far fewer.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
-/// POV-Ray's own max_trace_level.
+/// POV-Ray's default for max_trace_level.
 constexpr int kUsualReflectionDepth = 5;
-/// Pictures of which the middle processor time counts.
+/// Number of images; the median of their processor times counts.
 constexpr int kTimes = 3;
 
-/// Processor time of all children that have been reaped.
+/// Returns the processor time of all child processes that have been reaped.
 double children_s() {
   struct rusage usage {};
   ::getrusage(RUSAGE_CHILDREN, &usage);
@@ -63,11 +63,11 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
   if (result.pixels > 0) result.mean = sum / (3.0 * result.pixels);
 }
 
-/// A scene with the robot of a seat.
+/// A scene with the robot of a session.
 struct Claimed {
   Scene scene;
   NamedBlock robot;
-  std::string ending;  ///< of the names of its cameras
+  std::string ending;  ///< ending of the names of its cameras
 };
 
 Result<Claimed> claim(Scene scene, const std::string& name) {
@@ -79,7 +79,7 @@ Result<Claimed> claim(Scene scene, const std::string& name) {
 
 class Verifier {
  public:
-  /// @param chosen_deep the choice, but with the reflections of everything
+  /// @param chosen_deep the choice with the depth of reflections of `everything`
   Verifier(const PlaceSettings& place, const CameraSettings& size, Povray povray, Claimed everything, Claimed chosen,
            Claimed chosen_deep, const RenderChoice& choice)
       : place_(place),
@@ -96,17 +96,17 @@ class Verifier {
     const auto camera = chosen_.scene.camera(view.camera_name + chosen_.ending);
     if (!camera) return camera.error();
     std::optional<MirrorSight> mirror;
-    if (!place_.render.whole_picture) {
+    if (!place_.render.whole_image) {
       auto found = find_mirror(povray_, chosen_.scene, chosen_.robot, *camera, size_.width_px, size_.height_px, -1);
       if (!found) return found.error();
       mirror = std::move(*found);
     }
 
-    Mould full = everything_.scene.mould({everything_.robot}, *full_camera, "");
+    ViewTemplate full = everything_.scene.view_template({everything_.robot}, *full_camera, "");
     full.quality = kHighestQuality;
     const auto everything = take(std::move(full), everything_, view, kTimes);
     if (!everything) return everything.error();
-    const auto choice = take(mould_of(chosen_, *camera, mirror), chosen_, view, kTimes);
+    const auto choice = take(view_template_of(chosen_, *camera, mirror), chosen_, view, kTimes);
     if (!choice) return choice.error();
     Verification result;
     result.view = view.camera_name;
@@ -126,25 +126,24 @@ class Verifier {
     double least_s = 0, middle_s = 0, most_s = 0;  ///< processor time
   };
 
-  /// The choice's picture.
-  [[nodiscard]] Mould mould_of(const Claimed& claimed, const NamedBlock& camera,
-                               const std::optional<MirrorSight>& mirror) const {
+  /// Returns the view template of the choice.
+  [[nodiscard]] ViewTemplate view_template_of(const Claimed& claimed, const NamedBlock& camera,
+                                              const std::optional<MirrorSight>& mirror) const {
     const bool mirror_only = mirror && choice_.why_whole.empty();
-    Mould mould = claimed.scene.mould({claimed.robot}, camera, mirror_only ? mirror->mask : "");
-    mould.quality = choice_.quality;
-    if (mirror_only) mould.window = mirror->window;
-    return mould;
+    ViewTemplate view_template = claimed.scene.view_template({claimed.robot}, camera, mirror_only ? mirror->mask : "");
+    view_template.quality = choice_.quality;
+    if (mirror_only) view_template.window = mirror->window;
+    return view_template;
   }
 
-  /// What makes the difference: random numbers, what the map switches off, or the depth of reflections, which is tried
-  /// out.
+  /// Finds the cause of a difference: random numbers, effects that the map switches off, or the depth of reflections,
+  /// which is tested.
   Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const Image& everything,
                  Verification& result) const {
     if (const Call* random = choice_.calls.find(Feature::kRandom)) {
       result.why = fmt::format(
           "{}: {} draws random numbers, pixel by pixel, in the order in which POV-Ray makes them: two renderings "
-          "differ "
-          "wherever it shows, and no comparison can tell more",
+          "differ wherever it shows, and a comparison shows nothing more",
           random->place(), random->word);
       return {};
     }
@@ -156,15 +155,14 @@ class Verifier {
     }
     const auto camera = chosen_deep_.scene.camera(view.camera_name + chosen_deep_.ending);
     if (!camera) return camera.error();
-    const auto deep = take(mould_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
+    const auto deep = take(view_template_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
     if (!deep) return deep.error();
     Verification left;
     compare(everything, *deep->image, mirror, left);
     if (left.different == 0) {
       result.why = fmt::format(
           "reflections and refractions of more than {} surfaces, where max_trace_level of the scene or "
-          "reflection_depth "
-          "of the map ends: with those of everything (at least {}) the choice shows the same pixels",
+          "reflection_depth of the map ends: with those of everything (at least {}) the choice shows the same pixels",
           off.reflection_depth.value_or(choice_.calls.max_trace_level.value_or(kUsualReflectionDepth)),
           kDeepReflections);
       result.is_asked_for = true;
@@ -174,12 +172,13 @@ class Verifier {
     return {};
   }
 
-  [[nodiscard]] Result<Taken> take(Mould mould, const Claimed& claimed, const ViewSettings& view, int count) const {
-    mould.width_px = size_.width_px;
-    mould.height_px = size_.height_px;
-    mould.antialias = view.antialias;
+  [[nodiscard]] Result<Taken> take(ViewTemplate view_template, const Claimed& claimed, const ViewSettings& view,
+                                   int count) const {
+    view_template.width_px = size_.width_px;
+    view_template.height_px = size_.height_px;
+    view_template.antialias = view.antialias;
     const RenderJob job{fmt::format("verification of view {}", view.camera_name),
-                        std::make_shared<const Mould>(std::move(mould)),
+                        std::make_shared<const ViewTemplate>(std::move(view_template)),
                         claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place_.unit_m)};
     Taken taken;
     std::vector<double> times(std::size_t(count), 0.0);
@@ -208,7 +207,7 @@ class Verifier {
 
 }  // namespace
 
-Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, const SeatSettings& seat,
+Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, const SessionSettings& session,
                                                  const std::vector<ViewSettings>& views, const CameraSettings& size) {
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
@@ -220,7 +219,7 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   const auto parsed = [&](std::string text) -> Result<Claimed> {
     auto changed = Scene::parse(std::move(text), scene->path());
     if (!changed) return changed.error();
-    return claim(std::move(*changed), seat.name);
+    return claim(std::move(*changed), session.name);
   };
   const SceneCalls written = find_calls(*scene, access);
   SceneSwitches deep;

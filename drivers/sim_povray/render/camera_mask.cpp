@@ -15,11 +15,11 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// A prime, so that no even set of directions meets them in step. Each flank is some three degrees wide, so that its
-/// straight flanks do not dip below the inner circle in any picture whose mirror has a radius below 4000 px.
+/// A prime, so that no regular set of directions coincides with the teeth. Each flank is about three degrees wide, so
+/// that its straight flanks do not dip below the inner circle in any image whose mirror has a radius below 4000 px.
 constexpr int kTeeth = 53;
 
-/// Corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` has it.
+/// Returns the corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` requires.
 std::string jagged_circle(double radius_px) {
   std::string corners;
   for (int i = 0; i <= 2 * kTeeth; ++i) {
@@ -30,12 +30,12 @@ std::string jagged_circle(double radius_px) {
   return corners;
 }
 
-/// Parts of a perspective camera that say where its pixels look, and those that move it.
+/// Parts of a perspective camera that define the directions of its pixels, and those that move it.
 const std::set<std::string_view> kVectors{"location", "direction", "up", "right", "sky", "look_at", "angle"};
 const std::set<std::string_view> kTransformations{"translate", "rotate", "scale", "matrix", "transform"};
 
 struct CameraParts {
-  std::map<std::string_view, std::string> vectors;  ///< by keyword, as the scene writes them, comments left out
+  std::map<std::string_view, std::string> vectors;  ///< by keyword, as the scene writes them, without comments
   std::string transformations;
 };
 
@@ -43,14 +43,14 @@ bool is_keyword(const Token& token) {
   return token.kind == Token::Kind::kWord && (kVectors.contains(token.text) || kTransformations.contains(token.text));
 }
 
-/// The camera statement taken apart, or why it cannot be.
+/// Takes the camera statement apart. Errors: kRefused, with the reason.
 Result<CameraParts> parts_of(std::string_view statement) {
   const auto refuse = [](const std::string& why) { return Error{ErrorCode::kRefused, why}; };
   Lexer lexer(statement);
   (void)lexer.next();  // camera
   (void)lexer.next();  // {
   CameraParts parts;
-  std::string* open = nullptr;  // what the next tokens belong to
+  std::string* open = nullptr;  // the part that the next tokens belong to
   std::size_t previous_end = 0;
   int depth = 0;
   for (Token token = lexer.next(); token.kind != Token::Kind::kEnd; token = lexer.next()) {
@@ -62,7 +62,7 @@ Result<CameraParts> parts_of(std::string_view statement) {
         *open += fmt::format(" {}", token.text);
       } else {
         open = &parts.vectors[token.text];
-        open->clear();  // said twice, the last one counts
+        open->clear();  // the last one counts
       }
     } else if (open == nullptr) {
       if (token.text != "perspective") return refuse(fmt::format("its statement begins with '{}'", token.text));
@@ -73,7 +73,7 @@ Result<CameraParts> parts_of(std::string_view statement) {
           token.text == "focal_point" || token.text == "confidence" || token.text == "variance") {
         return refuse(fmt::format("it has a '{}'", token.text));
       }
-      // A blank only where the scene has something: `a.x` and `W(1)` stay in one piece.
+      // A blank only where the scene has a gap: `a.x` and `W(1)` stay in one piece.
       if (token.place.offset != previous_end || open->empty()) *open += ' ';
       *open += token.text;
     }
@@ -84,7 +84,8 @@ Result<CameraParts> parts_of(std::string_view statement) {
   return parts;
 }
 
-/// Before 3.5 the parts of a camera work in the order in which they are written.
+/// Returns whether the text sets a version before 3.5. There, the parts of a camera take effect in the order in which
+/// they are written.
 bool has_old_version(std::string_view text) {
   Lexer lexer(text);
   for (Token token = lexer.next(); token.kind != Token::Kind::kEnd; token = lexer.next()) {
@@ -101,7 +102,7 @@ bool has_old_version(std::string_view text) {
 
 Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camera) {
   if (has_old_version(scene.text())) {
-    return Error{ErrorCode::kRefused, "the scene's #version is below 3.5, whose cameras are another matter"};
+    return Error{ErrorCode::kRefused, "the scene's #version is below 3.5, where cameras follow other rules"};
   }
   const auto parts = parts_of(std::string_view(scene.text()).substr(camera.begin, camera.close - camera.begin));
   if (!parts) return parts.error();
@@ -116,7 +117,7 @@ Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camer
   const auto declare = [&](const char* name, const std::string& value) {
     sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
   };
-  // `+ <0,0,0>` makes a vector of what may be a single number.
+  // `+ <0,0,0>` makes a vector of a value that may be a single number.
   declare("Location", fmt::format("{} + <0,0,0>", part("location", "<0,0,0>")));
   declare("Direction", fmt::format("{} + <0,0,0>", part("direction", "<0,0,1>")));
   declare("Right", fmt::format("{} + <0,0,0>", part("right", "<1.33,0,0>")));
@@ -149,16 +150,16 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
   const double far_column = std::max(circle.centre.column_px, width_px - 1 - circle.centre.column_px) + 1;
   const double far_row = std::max(circle.centre.row_px, height_px - 1 - circle.centre.row_px) + 1;
   const double corner_px = std::hypot(far_column, far_row);
-  if (corner_px <= circle.radius_px + kMaskTeeth_px) return Error{ErrorCode::kRefused, "the mirror fills the picture"};
+  if (corner_px <= circle.radius_px + kMaskTeeth_px) return Error{ErrorCode::kRefused, "the mirror fills the image"};
 
   const std::string& p = scene.prefix();
   std::string sdl = vectors->declarations;
   const auto declare = [&](const char* name, const std::string& value) {
     sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
   };
-  // In the disc's own coordinates x and y are columns and rows from the circle's centre, in pixels. As near as a fifth
-  // of a per cent of the coordinates: before all that a camera may have before it, and still far above the rounding of
-  // POV-Ray's bounding boxes, which are single precision.
+  // In the pane's own coordinates, x and y are columns and rows from the circle's centre, in pixels. The pane is at 0.2
+  // % of the coordinates: nearer than any object that a camera may have in front of it, and still far above the
+  // rounding of POV-Ray's bounding boxes, which are single precision.
   declare("Depth", fmt::format("0.002 * max(1, vlength({0}Location)) / vlength({0}Direction)", p));
   declare("X", fmt::format("{0}Right * {0}Depth / {1}", p, width_px));
   declare("Y", fmt::format("-{0}Up * {0}Depth / {1}", p, height_px));
@@ -166,7 +167,7 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
   declare("Centre",
           fmt::format("{0}Location + {0}Direction * {0}Depth + {0}X * ({1}) + {0}Y * ({2})", p,
                       circle.centre.column_px + 0.5 - width_px / 2.0, circle.centre.row_px + 0.5 - height_px / 2.0));
-  // The outer corners lie beyond the picture's.
+  // The outer corners lie beyond the image's.
   sdl += fmt::format("polygon {{ {0}, <-{1}, -{1}>, <{1}, -{1}>, <{1}, {1}>, <-{1}, {1}>, <-{1}, -{1}>{2} ",
                      5 + 2 * kTeeth + 1, corner_px, jagged_circle(circle.radius_px));
   sdl += fmt::format(

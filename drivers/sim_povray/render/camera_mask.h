@@ -9,22 +9,22 @@
 
 namespace twocone::sim_povray {
 
-/// A camera statement taken apart, as text for the place where it stands.
+/// The parts of a camera statement, as scene text for the position of that statement.
 struct CameraVectors {
   /// Declares PREFIX followed by Location, Direction, Right and Up (Scene::prefix), before the transformations.
   std::string declarations;
   std::string transformations;
 };
-/// Errors: kRefused: why it cannot be: the camera is of another kind, takes its vectors from another camera, blurs, or
-/// its statement holds a directive.
+/// Takes a camera statement apart. Errors: kRefused, with the reason: the camera is of another kind, takes its vectors
+/// from another camera, blurs, or its statement holds a directive.
 Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camera);
 
-/// An object, as one line for Scene::mould, that hides from a camera what is outside a circle of its picture, and is
-/// seen by nothing else: a black pane with a hole close before the camera. The hole is jagged: its edge goes to and fro
-/// between the circle and one that is kMaskTeeth_px larger, so that no circle lies along more than a quarter of it and
-/// nobody takes it for a mirror's rim. The camera's vectors are worked out by
-/// POV-Ray itself, by the rules that POV-Ray 3.5 and later has for a camera statement (the order of its parts does not
-/// matter; `angle` sets the length of `direction`; `look_at` turns all three; then come the transformations).
+/// Returns an object, as one line for Scene::view_template, that hides from a camera the part of its image outside a
+/// circle, and is seen by nothing else: a black pane with a hole, close in front of the camera. The hole is jagged: its
+/// edge alternates between the circle and one that is kMaskTeeth_px larger. No circle therefore lies along more than a
+/// quarter of it, and it is not taken for a mirror's rim. POV-Ray itself computes the camera's vectors, by the rules
+/// that POV-Ray 3.5 and later has for a camera statement (the order of its parts does not matter; `angle` sets the
+/// length of `direction`; `look_at` turns all three; then come the transformations).
 ///
 /// Errors: kRefused: as camera_vectors(); or the circle leaves nothing to hide.
 constexpr double kMaskTeeth_px = 8;

@@ -15,7 +15,7 @@ double cross(const Spot& o, const Spot& a, const Spot& b) {
 double distance(const Spot& a, const Spot& b) { return std::hypot(a.column_px - b.column_px, a.row_px - b.row_px); }
 
 bool holds(const Circle& circle, const Spot& point) {
-  constexpr double kRounding_px = 1e-9;  // of coordinates below 1e5
+  constexpr double kRounding_px = 1e-9;  // rounding of coordinates below 1e5
   return distance(circle.centre, point) <= circle.radius_px + kRounding_px;
 }
 
@@ -27,7 +27,7 @@ Circle through(const Spot& a, const Spot& b, const Spot& c) {
   const double bx = b.column_px - a.column_px, by = b.row_px - a.row_px;
   const double cx = c.column_px - a.column_px, cy = c.row_px - a.row_px;
   const double d = 2 * (bx * cy - by * cx);
-  if (d == 0) {  // on one line: the two that are farthest apart
+  if (d == 0) {  // on one line: the circle through the two farthest points
     const std::vector<Circle> pairs{through(a, b), through(b, c), through(a, c)};
     return *std::max_element(pairs.begin(), pairs.end(),
                              [](const Circle& p, const Circle& q) { return p.radius_px < q.radius_px; });

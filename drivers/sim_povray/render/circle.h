@@ -16,17 +16,17 @@ struct Circle {
   double radius_px = 0;
 };
 
-/// Corners of the points' convex hull, in turn; collinear points are left out.
+/// Returns the corners of the points' convex hull, in order; collinear points are left out.
 std::vector<Spot> convex_hull(std::vector<Spot> points);
 
-/// The smallest circle that no point is outside of (Welzl's). @param points at least one
+/// Returns the smallest circle that contains all points (Welzl's). @param points at least one
 Circle enclosing_circle(const std::vector<Spot>& points);
 
-/// The circle nearest to the points in the least squares of distance squared (Kasa 1976). @param points at least three,
-/// not on one line
+/// Returns the circle nearest to the points in the least squares of distance squared (Kasa 1976). @param points at
+/// least three, not on one line
 Circle fitted_circle(const std::vector<Spot>& points);
 
-/// Farthest that a point is from the centre.
+/// Returns the greatest distance of a point from the centre.
 double farthest_px(const std::vector<Spot>& points, const Spot& centre);
 
 }  // namespace twocone::sim_povray

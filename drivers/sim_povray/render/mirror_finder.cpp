@@ -16,25 +16,25 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Fewer pixels are a highlight, not a mirror that anybody could use.
+/// Fewer pixels are a highlight, not a usable mirror.
 constexpr std::size_t kFewestPixels = 16;
 /// The sphere shines with 2, so a tenth of it reflected is 0.2 in linear light: 124 in sRGB. Lacquer reflects less.
 constexpr int kReflects = 120;
 /// A circle's outermost pixel centres are within a pixel of it.
 constexpr double kCircleError_px = 1;
 
-/// The scene with robot and camera lifted far away from everything, and a shining sphere around them that is not seen
-/// but in mirrors. Sideways too: walls may be planes. The robot itself is not to be seen in mirrors, so that all of a
-/// mirror shows the sphere.
-Mould probe(const Scene& scene, const NamedBlock& robot, const NamedBlock& camera, const char* colour) {
+/// Returns the scene with robot and camera lifted far away from everything, inside a glowing sphere that only mirrors
+/// show. They are also moved sideways, because walls may be planes. The robot itself does not show in mirrors, so that
+/// all of a mirror shows the sphere.
+ViewTemplate probe(const Scene& scene, const NamedBlock& robot, const NamedBlock& camera, const char* colour) {
   const std::string& p = scene.prefix();
-  Mould mould;
-  mould.scene = scene.with(
+  ViewTemplate view_template;
+  view_template.scene = scene.with(
       {{robot.begin, fmt::format("#declare {}Robot = ", p)}, {camera.begin, fmt::format("#declare {}View = ", p)}});
-  mould.scene += fmt::format(
+  view_template.scene += fmt::format(
       "\n#declare {0}Low = min_extent({0}Robot); #declare {0}High = max_extent({0}Robot);\n"
       "#declare {0}Size = vlength({0}High - {0}Low) / 2; #declare {0}Middle = ({0}High + {0}Low) / 2;\n"
-      // Of something without an end.
+      // For a robot without an end.
       "#if ({0}Size > 1e5) #declare {0}Size = 100; #declare {0}Middle = <0,0,0>; #end\n"
       "#declare {0}Lift = <0.61, 1, 0.43> * 300 * {0}Size;\n"
       "object {{ {0}Robot no_reflection translate {0}Lift }}\n"
@@ -42,10 +42,10 @@ Mould probe(const Scene& scene, const NamedBlock& robot, const NamedBlock& camer
       "finish {{ ambient 0 diffuse 0 emission 2 }} }} }}\n"
       "camera {{ {0}View translate {0}Lift }}\n",
       p, colour);
-  return mould;
+  return view_template;
 }
 
-/// Which pixels see the sphere.
+/// Returns which pixels see the sphere.
 std::vector<char> different(const Image& a, const Image& b) {
   std::vector<char> result(a.bytes.size() / 3);
   for (std::size_t i = 0; i < a.bytes.size(); ++i) {
@@ -54,7 +54,7 @@ std::vector<char> different(const Image& a, const Image& b) {
   return result;
 }
 
-/// The most pixels that hang together, by edges or corners.
+/// Returns the largest set of pixels that are connected by edges or corners.
 std::vector<Spot> largest_patch(std::vector<char> set, int width_px, int height_px) {
   std::vector<Spot> largest;
   std::vector<int> open;
@@ -80,7 +80,8 @@ std::vector<Spot> largest_patch(std::vector<char> set, int width_px, int height_
   return largest;
 }
 
-/// The rim's circle through pixel centres. Where the picture cuts the mirror off, only what is left of its rim counts.
+/// Returns the rim's circle through pixel centres. If the image cuts the mirror off, only the visible part of its rim
+/// counts.
 Circle rim_of(const std::vector<Spot>& patch, int width_px, int height_px) {
   const std::vector<Spot> hull = convex_hull(patch);
   const Circle around = enclosing_circle(hull);
@@ -106,10 +107,10 @@ Window window_around(const Circle& circle, int width_px, int height_px) {
           row(std::ceil(circle.centre.row_px + circle.radius_px))};
 }
 
-/// Whether a picture with the mask shows, inside the circle, what it shows without, and beyond the teeth nothing.
+/// Whether the masked image equals the whole one inside the circle, and is black beyond the teeth.
 bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circle) {
-  constexpr double kEdge_px = 1;  // which side a pixel on the edge falls is a matter of rounding
-  constexpr int kBlack = 2;       // fog may lie before the mask
+  constexpr double kEdge_px = 1;  // the side of a pixel on the edge depends on rounding
+  constexpr int kBlack = 2;       // fog may lie in front of the mask
   for (int row = 0; row < whole.height_px; ++row) {
     for (int column = 0; column < whole.width_px; ++column) {
       const double off = std::hypot(column - circle.centre.column_px, row - circle.centre.row_px) - circle.radius_px;
@@ -123,7 +124,7 @@ bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circl
   return true;
 }
 
-/// The same circle in a picture of another size.
+/// Returns the same circle in an image of another size.
 Circle scaled(const Circle& circle, double by) {
   return {{(circle.centre.column_px + 0.5) * by - 0.5, (circle.centre.row_px + 0.5) * by - 0.5}, circle.radius_px * by};
 }
@@ -132,23 +133,23 @@ Circle scaled(const Circle& circle, double by) {
 
 Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene& scene, const NamedBlock& robot,
                                                const NamedBlock& camera, int width_px, int height_px, int stop_fd) {
-  const auto render = [&](Mould mould, int width, int height) {
-    mould.width_px = width;
-    mould.height_px = height;
-    mould.quality = 8;  // all but media and radiosity
-    return povray.render(
-        {fmt::format("looking for the mirror of view {}", camera.name), std::make_shared<const Mould>(std::move(mould)),
-         scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
-        stop_fd);
+  const auto render = [&](ViewTemplate view_template, int width, int height) {
+    view_template.width_px = width;
+    view_template.height_px = height;
+    view_template.quality = 8;  // all but media and radiosity
+    return povray.render({fmt::format("looking for the mirror of view {}", camera.name),
+                          std::make_shared<const ViewTemplate>(std::move(view_template)),
+                          scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
+                         stop_fd);
   };
-  // At the same time, each in a thread that lives until its process has ended. The third one is for the mask.
+  // Rendered at the same time, each in a thread that lives until its process has ended. The third one is for the mask.
   constexpr int kSmaller = 4;
   const int small_width = (width_px + kSmaller - 1) / kSmaller;
   const int small_height = std::max(1, int(std::lround(double(height_px) * small_width / width_px)));
   auto green = std::async(std::launch::async,
                           [&] { return render(probe(scene, robot, camera, "<0,1,0>"), width_px, height_px); });
   auto plain = std::async(std::launch::async,
-                          [&] { return render(scene.mould({robot}, camera, ""), small_width, small_height); });
+                          [&] { return render(scene.view_template({robot}, camera, ""), small_width, small_height); });
   const ImageResult seen_magenta = render(probe(scene, robot, camera, "<1,0,1>"), width_px, height_px);
   const ImageResult seen_green = green.get();
   const ImageResult unmasked = plain.get();
@@ -172,17 +173,18 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
     sight.why_no_mask = mask.error().message;
     return std::optional(sight);
   }
-  // What we take the camera for may not be what POV-Ray takes it for: so it is tried out, on a small picture.
+  // The camera statement may mean something else to POV-Ray than to this code: so the mask is tested on a small image.
   const Circle small = scaled(circle, double(small_width) / width_px);
   const auto small_mask = camera_mask(scene, camera, small, small_width, small_height);
-  const ImageResult masked =
-      small_mask ? render(scene.mould({robot}, camera, *small_mask), small_width, small_height) : small_mask.error();
+  const ImageResult masked = small_mask
+                                 ? render(scene.view_template({robot}, camera, *small_mask), small_width, small_height)
+                                 : small_mask.error();
   if (!masked && masked.error().code == ErrorCode::kRefused) {
     sight.why_no_mask = masked.error().message;
   } else if (!masked) {
     return masked.error();
   } else if (!hides_the_rest(**unmasked, **masked, small)) {
-    sight.why_no_mask = "it would not hide just what is outside the mirror";
+    sight.why_no_mask = "it would not hide exactly the part of the image outside the mirror";
   } else {
     sight.mask = *mask;
   }

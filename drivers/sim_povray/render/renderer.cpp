@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "drivers/sim_povray/render/pool_renderer.h"
-#include "drivers/sim_povray/render/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/render/povray/process_renderer.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {

@@ -5,14 +5,14 @@
 #include <memory>
 #include <string>
 
-#include "drivers/sim_povray/render/picture.h"
-#include "drivers/sim_povray/render/povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
+#include "drivers/sim_povray/render/render_job.h"
 
 namespace twocone::sim_povray {
 
 struct RenderSettings;
 
-/// Makes pictures in the background. Any thread.
+/// Renders images in the background. Any thread.
 class Renderer {
  public:
   /// Called once for each submission, from a thread of the renderer (or, by its destructor, from the caller's). Must
@@ -23,19 +23,20 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Does not wait. Every submission is answered, also when the renderer is destroyed first (kDisconnected).
+  /// Submits an image. Does not wait. Every submission is answered, even if the renderer is destroyed first
+  /// (kDisconnected).
   /// Errors: those of Povray::render.
   virtual void submit(RenderJob job, Done done) = 0;
 
-  /// How it works, for a run's record; what it fell back to, and why.
+  /// Describes how it works, for a run's record; if it fell back to another method, also the reason.
   [[nodiscard]] virtual std::string describe() const = 0;
 
  protected:
   Renderer() = default;
 };
 
-/// Pictures as `settings` say: from held processes, or one process per picture. No thread or process before the first
-/// submission. @throws std::system_error if the machine has no descriptor left
+/// Makes a renderer as `settings` state: with held processes, or with one process per image. It starts no thread or
+/// process before the first submission. @throws std::system_error if the machine has no descriptor left
 std::unique_ptr<Renderer> make_renderer(Povray povray, const RenderSettings& settings);
 
 }  // namespace twocone::sim_povray

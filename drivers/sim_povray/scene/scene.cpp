@@ -14,7 +14,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// The blocks of POV-Ray 3.7 that stand in a scene and take a transformation.
+/// Keywords of the blocks of POV-Ray 3.7 that stand in a scene and take a transformation.
 const std::set<std::string_view> kObjects{
     "bicubic_patch", "blob",         "box",          "cone",           "cubic",         "cylinder", "difference",
     "disc",          "height_field", "intersection", "isosurface",     "julia_fractal", "lathe",    "light_group",
@@ -23,7 +23,7 @@ const std::set<std::string_view> kObjects{
     "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
     "union"};
 
-/// "; names in this file: ...", so that a misspelt one is seen.
+/// Returns "; names in this file: ...", so that a misspelt name is noticed.
 std::string there_are(const std::vector<std::string>& names) {
   if (names.empty()) return "; nothing in this file has a name";
   return fmt::format("; names in this file: {}", fmt::join(names, ", "));
@@ -152,14 +152,14 @@ std::string Scene::with(std::vector<Insertion> insertions) const {
     done = insertion.offset;
   }
   result.append(text_, done);
-  // POV-Ray knows a byte-order mark in the first picture of an animation only.
+  // POV-Ray accepts a byte-order mark in the first image of an animation only.
   constexpr std::string_view kMark = "\xEF\xBB\xBF";
   if (result.starts_with(kMark)) result.replace(0, kMark.size(), kMark.size(), ' ');
   return result;
 }
 
 std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const {
-  // The camera becomes a declared one, used at the very end: POV-Ray looks through the last camera of a scene.
+  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
   std::vector<Insertion> insertions;
   insertions.reserve(moved.size() + 2);
   for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
@@ -168,24 +168,25 @@ std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, doub
   return with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
 }
 
-Mould Scene::mould(const std::vector<NamedBlock>& moved, const NamedBlock& view, const std::string& mask) const {
+ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const NamedBlock& view,
+                                  const std::string& mask) const {
   std::vector<Insertion> insertions;
   insertions.reserve(moved.size() + 3);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     insertions.push_back({moved[i].close, fmt::format(" transform {{ {}X{} }} ", prefix_, i)});
   }
-  // Where the camera is: what its statement names may mean something else farther down.
+  // Inserted where the camera is: an identifier of its statement may have another value farther down.
   if (!mask.empty())
     insertions.push_back({view.begin, fmt::format("object {{ {} transform {{ {}V }} }} ", mask, prefix_)});
   insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});
   insertions.push_back({view.close, fmt::format(" transform {{ {}V }} ", prefix_)});
-  Mould mould;
-  mould.pose_offset =
+  ViewTemplate view_template;
+  view_template.pose_offset =
       std::min_element(insertions.begin(), insertions.end(), [](const Insertion& a, const Insertion& b) {
         return a.offset < b.offset;
       })->offset;
-  mould.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
-  return mould;
+  view_template.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
+  return view_template;
 }
 
 std::string Scene::pose_text(const std::vector<FloorMotion>& motions, const FloorMotion& view_motion,
@@ -200,7 +201,7 @@ std::string Scene::pose_text(const std::vector<FloorMotion>& motions, const Floo
 std::string Scene::seen(const std::string& camera) const { return fmt::format("{}\n{}\n", text_, camera); }
 
 std::string matrix(const FloorMotion& motion, double unit_m) {
-  // POV-Ray multiplies row vectors: each row is where one axis goes. World x, y, z are its x, z, y.
+  // POV-Ray multiplies row vectors: each row is the image of one axis. World x, y, z are its x, z, y.
   // 0 - s instead of -s: no "-0".
   return fmt::format("matrix <{},0,{}, 0,1,0, {},0,{}, {},0,{}>", motion.cos_turn, motion.sin_turn, 0 - motion.sin_turn,
                      motion.cos_turn, motion.x_m / unit_m, motion.y_m / unit_m);

@@ -17,7 +17,7 @@ Truth literal_condition(Lexer ahead) {
     double value = 0;
     const auto [end, error] = std::from_chars(token.text.data(), token.text.data() + token.text.size(), value);
     if (error != std::errc() || end != token.text.data() + token.text.size()) return Truth::kUnknown;
-    // POV-Ray takes what is this near to 0 for false.
+    // POV-Ray takes numbers this near to 0 as false.
     constexpr double kFalseBelow = 1e-10;
     truth = std::abs(value) < kFalseBelow ? Truth::kFalse : Truth::kTrue;
   } else if (token.text == "false" || token.text == "no" || token.text == "off") {

@@ -12,10 +12,10 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// As POV-Ray 3.7 has it: it refuses the next.
+/// Limit of POV-Ray 3.7: it refuses the next one.
 constexpr std::size_t kMostSections = 199;
-/// POV-Ray knows no limit here, but with one the work stays in proportion to the text. Scenes written by programs have
-/// some thirty.
+/// POV-Ray has no limit here, but this one keeps the work in proportion to the text. Scenes written by programs have
+/// about thirty.
 constexpr std::size_t kMostBraces = 256;
 
 /// An open brace, parenthesis or bracket.
@@ -23,7 +23,7 @@ struct Frame {
   char symbol = '{';
   Place place;
   std::string_view keyword;
-  std::size_t begin = 0;             // of the keyword
+  std::size_t begin = 0;             // offset of the keyword
   bool declared = false;             // on the right of `=`
   bool fresh = true;                 // nothing but comments inside so far
   std::size_t uncertain = 0;         // conditions, loops and macros around it
@@ -31,7 +31,7 @@ struct Frame {
 };
 using Frames = std::vector<Frame>;
 
-/// An `#if ... #end` and its kin, while it is open.
+/// An `#if ... #end` or a similar section, while it is open.
 struct Section {
   enum class Kind { kIf, kSwitch, kLoop, kMacro };
   Kind kind = Kind::kIf;
@@ -41,15 +41,15 @@ struct Section {
   bool in_branch = true;  // false between #switch and its first #case
   Branches branches;
   Frames at_start;
-  std::optional<Frames> after_first;  // the first branch that is not dead decides how braces stand behind #end
+  std::optional<Frames> after_first;  // the first branch that is not dead gives the open braces behind #end
 
-  // Of a macro:
+  // For a macro only:
   std::string_view macro;
-  std::size_t base = 0;    // braces that were open before it
-  std::size_t closes = 0;  // braces of its caller that it closes
+  std::size_t base = 0;    // number of braces open before it
+  std::size_t closes = 0;  // number of braces of its caller that it closes
 };
 
-/// Braces that calling a macro closes and then opens.
+/// Numbers of braces that a call of a macro closes and then opens.
 struct MacroBraces {
   std::size_t closes = 0;
   std::size_t opens = 0;
@@ -65,7 +65,7 @@ class Outliner {
       if (token.kind == Token::Kind::kEnd) break;
       take(token);
     }
-    // Sections first: an #if without #end explains the braces inside it, not the other way round.
+    // Sections are checked first: an #if without #end explains the braces inside it, not the other way round.
     if (!sections_.empty()) {
       throw SceneError{sections_.back().place, fmt::format("this #{} has no #end", sections_.back().directive)};
     }

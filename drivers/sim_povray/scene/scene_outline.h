@@ -9,11 +9,11 @@
 
 namespace twocone::sim_povray {
 
-/// A block `KEYWORD { //*PMName NAME ... }` that POV-Ray would see, or may see.
+/// A block `KEYWORD { //*PMName NAME ... }` that POV-Ray sees, or may see.
 struct NamedBlock {
   std::string name;
   std::string keyword;    ///< the word before the brace, empty if there is none
-  Place place;            ///< of the name comment
+  Place place;            ///< position of the name comment
   std::size_t begin = 0;  ///< offset of the keyword's first letter
   std::size_t close = 0;  ///< offset of the closing brace
   std::string obstacle;   ///< why a program cannot move it; empty if it can
@@ -21,7 +21,7 @@ struct NamedBlock {
 
 struct SceneOutline {
   std::vector<NamedBlock> blocks;
-  /// Name comments that are not the first thing inside a block's braces, and so name nothing.
+  /// A name comment that is not the first thing inside a block's braces, and so names nothing.
   struct Stray {
     std::string name;
     Place place;
@@ -31,9 +31,8 @@ struct SceneOutline {
 
 /// Finds the named blocks of a scene without evaluating it.
 ///
-/// Branches that a literal condition (`#if (0)`, `#elseif (false)`) cuts off are not there. Of a condition that needs
-/// evaluating the braces are counted as in its first branch, a loop's as if it ran once, and a macro's wherever it is
-/// called.
+/// Branches that a literal condition (`#if (0)`, `#elseif (false)`) excludes are ignored. For a condition that needs
+/// evaluating, the braces of its first branch count; those of a loop count once, and those of a macro at each call.
 /// @throws SceneError for a comment, string, brace or directive without its partner
 SceneOutline outline(std::string_view text);
 

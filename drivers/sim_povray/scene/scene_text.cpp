@@ -7,7 +7,7 @@ namespace {
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kNameMark = "//*PMName";
 
-// Not <cctype>: that asks the locale, and POV-Ray's language does not.
+// Not <cctype>: it depends on the locale, and POV-Ray's language does not.
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word_begin(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word(char c) { return is_word_begin(c) || is_digit(c); }
@@ -88,7 +88,7 @@ std::string_view Lexer::take_string() {
   return since(begin.offset);
 }
 
-/// Passes over blanks and comments; true if a name comment came, which is then in `name`.
+/// Skips blanks and comments. Returns true if it found a name comment, which is then in `name`.
 bool Lexer::skip_blanks(Token& name) {
   while (!done()) {
     if (is_blank(at())) {
@@ -121,7 +121,7 @@ Token Lexer::next() {
   const std::string_view symbol = text_.substr(here_.offset, 1);
   step();
   if (symbol != "#") return {Token::Kind::kSymbol, symbol, begin};
-  // A name between `#` and its word names nothing.
+  // A name comment between `#` and its word names nothing.
   while (skip_blanks(name)) {
   }
   return {Token::Kind::kDirective, take_word(), begin};

@@ -5,14 +5,14 @@
 #include <string>
 #include <string_view>
 
-/// POV-Ray's scene language, as far as its tokens. What POV-Ray 3.7 does was measured, not only read:
-///  - block comments nest, `//*` inside one opens another, `/*/` does not close, a line comment inside one is not seen;
-///  - in strings a backslash takes the next character with it, in file names too, and a string may run over lines;
-///  - a lone carriage return ends a line; a byte-order mark in front and a Ctrl-Z at the end are not seen;
-///  - `#` and its word may stand apart; comments and strings count in skipped branches too.
+/// Tokens of POV-Ray's scene language. The behaviour of POV-Ray 3.7 was measured, not only read:
+///  - block comments nest, `//*` inside one opens another, `/*/` does not close, a line comment inside one is ignored;
+///  - in strings a backslash takes the next character with it, in file names too, and a string may span lines;
+///  - a lone carriage return ends a line; a byte-order mark in front and a Ctrl-Z at the end are ignored;
+///  - `#` and its word may be separated; comments and strings are parsed in skipped branches too.
 namespace twocone::sim_povray {
 
-/// A place in a text, as people and editors count: from 1, columns in characters.
+/// A position in a text, counted as in an editor: from 1, columns in characters.
 struct Place {
   std::size_t offset = 0;
   int line = 1;
@@ -36,19 +36,19 @@ struct Token {
   [[nodiscard]] bool is(char symbol) const { return kind == Kind::kSymbol && text.front() == symbol; }
 };
 
-/// What is wrong with a text, and where.
+/// An error in a text, and its position.
 struct SceneError {
   Place place;
   std::string message;
 };
 
-/// Hands out the tokens of a text one by one; comments are passed over, but for those that name an object. Cheap to
-/// copy, to look ahead. Keeps a view of the text only.
+/// Returns the tokens of a text one by one; comments are skipped, except for those that name an object. Cheap to copy,
+/// to look ahead. Holds only a view of the text.
 class Lexer {
  public:
   explicit Lexer(std::string_view text);
 
-  /// The next token; kEnd for ever after the last. @throws SceneError for a comment or a string without an end
+  /// Returns the next token; kEnd forever after the last. @throws SceneError for a comment or a string without an end
   Token next();
 
  private:

@@ -18,7 +18,7 @@ Slip::Slip(double sigma, double correlation_s, std::mt19937_64 engine)
 void Slip::advance(double dt_s) {
   if (sigma_ <= 0) return;
   const double a = std::exp(-dt_s / correlation_s_);
-  // 1 - a^2 by expm1: the plain form loses every digit when dt is far below the time constant.
+  // 1 - a^2 is computed by expm1: the plain form loses every digit if dt is far below the time constant.
   value_ = a * value_ + sigma_ * std::sqrt(-std::expm1(-2 * dt_s / correlation_s_)) * normal_(engine_);
 }
 

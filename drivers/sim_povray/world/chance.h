@@ -7,15 +7,15 @@
 /// The random processes of a world's robots.
 namespace twocone::sim_povray {
 
-/// What each random engine of a robot is for. One engine each, so that switching one effect on or off leaves the
-/// others' draws as they were. The numbers go into the seed: they stay as they are.
+/// Purposes of a robot's random engines. Each has an engine of its own, so that switching one effect on or off does not
+/// change the draws of the others. The numbers are part of the seed and must not change.
 enum class Purpose : std::uint32_t { kLeftSlip = 1, kRightSlip = 2 };
 
 std::mt19937_64 engine_for(std::uint64_t seed, Purpose purpose);
 
 /// Relative slip of one wheel: a first-order Gauss-Markov process of stationary standard deviation sigma,
 ///     s' = a s + sigma sqrt(1 - a^2) n,   a = exp(-dt / tau),   n ~ N(0, 1),
-/// begun from its stationary law. With sigma = 0 it draws nothing and is 0.
+/// started from its stationary distribution. With sigma = 0 it draws nothing and is 0.
 class Slip {
  public:
   Slip(double sigma, double correlation_s, std::mt19937_64 engine);

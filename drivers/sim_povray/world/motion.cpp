@@ -54,7 +54,7 @@ Pose2 advance(const Pose2& from, const BodySpeeds& speeds, double dt_s) {
 
   const double turn_rad = speeds.turn_radps * dt_s;
   const double half_rad = turn_rad / 2;
-  // sin(a)/a is good to an ulp for every a but 0: sin is, down to the smallest doubles.
+  // sin(a)/a is accurate to an ulp for every a except 0, because sin is, down to the smallest doubles.
   const double chord_m = speeds.speed_mps * dt_s * (half_rad == 0 ? 1 : std::sin(half_rad) / half_rad);
   return {from.x_m + chord_m * std::cos(from.heading_rad + half_rad),
           from.y_m + chord_m * std::sin(from.heading_rad + half_rad), wrap_angle(from.heading_rad + turn_rad)};

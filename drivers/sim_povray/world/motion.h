@@ -6,12 +6,12 @@
 /// Planar rigid motion, exact for speeds that are constant over a step.
 namespace twocone::sim_povray {
 
-/// The same direction in (-pi, pi]; an angle within [-pi, pi] as doubles have it comes back unchanged. Within a few ulp
-/// of the true remainder for |angle_rad| <= 1e6, because sin and cos reduce by the real pi, not by the double nearest
-/// to it.
+/// Returns the same direction in (-pi, pi]; an angle within [-pi, pi] in double precision is returned unchanged. The
+/// result is within a few ulp of the true remainder for |angle_rad| <= 1e6, because sin and cos reduce by the real pi,
+/// not by the double nearest to it.
 /// @throws std::invalid_argument for an angle that is not finite
 double wrap_angle(double angle_rad);
-/// The same pose, its heading wrapped.
+/// Returns the same pose with its heading wrapped.
 Pose2 wrapped(const Pose2& pose);
 
 /// Speeds of the two wheels' contact points over the floor.
@@ -20,7 +20,7 @@ struct GroundSpeeds {
   double right_mps = 0;
 };
 
-/// How a body moves: along its x axis, and counter-clockwise.
+/// Velocity of a body: along its x axis, and counter-clockwise.
 struct BodySpeeds {
   double speed_mps = 0;
   double turn_radps = 0;
@@ -30,9 +30,9 @@ struct BodySpeeds {
 /// @throws std::invalid_argument naming every argument that is not finite or out of its domain
 BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m);
 
-/// Where a body is after `dt_s` at constant speeds: on an arc of length d = v dt that turns by a = w dt, whose chord is
-/// d sin(a/2) / (a/2) long and points along heading + a/2. Unlike the textbook form with v/w this holds at w = 0 and
-/// loses nothing near it (tests/sim_povray/motion_test.cpp, hard cases).
+/// Returns the pose of a body after `dt_s` at constant speeds: on an arc of length d = v dt that turns by a = w dt,
+/// whose chord is d sin(a/2) / (a/2) long and points along heading + a/2. Unlike the textbook form with v/w, this holds
+/// at w = 0 and loses no accuracy near it (tests/sim_povray/motion_test.cpp, hard cases).
 /// @param dt_s > 0
 /// @throws std::invalid_argument naming every argument that is not finite or out of its domain
 Pose2 advance(const Pose2& from, const BodySpeeds& speeds, double dt_s);
@@ -45,7 +45,8 @@ struct FloorMotion {
   double y_m = 0;
 };
 
-/// The motion X_now X_start^-1 that carries what stands at `start` to `now`; exactly the identity if they are equal.
+/// Returns the motion X_now X_start^-1, which carries a body at `start` to `now`; exactly the identity if they are
+/// equal.
 FloorMotion motion_between(const Pose2& start, const Pose2& now);
 
 }  // namespace twocone::sim_povray

@@ -15,8 +15,8 @@ MovingPath::MovingPath(const MovingThing& thing) : speed_mps_(thing.speed_mps), 
     const FloorPoint from = thing.path_m[i];
     const FloorPoint to = thing.path_m[(i + 1) % points];
     const double length_m = std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
-    if (length_m == 0) continue;  // a loop whose last point is its first has no way back to go
-    legs_.push_back({from, total_m_, length_m, (to.x_m - from.x_m) / length_m, (to.y_m - from.y_m) / length_m});
+    if (length_m == 0) continue;  // a loop whose last point equals its first has no segment back
+    segments_.push_back({from, total_m_, length_m, (to.x_m - from.x_m) / length_m, (to.y_m - from.y_m) / length_m});
     total_m_ += length_m;
   }
 }
@@ -26,24 +26,25 @@ MovingPath::Place MovingPath::place(double time_s) const {
   if (loop_) {
     way_m = std::fmod(way_m, total_m_);
   } else if (way_m >= total_m_) {
-    return {&legs_.back(), legs_.back().length_m, true};
+    return {&segments_.back(), segments_.back().length_m, true};
   }
-  const auto next =
-      std::upper_bound(legs_.begin(), legs_.end(), way_m, [](double way, const Leg& leg) { return way < leg.begin_m; });
-  const Leg& leg = *std::prev(next);
-  return {&leg, way_m - leg.begin_m, false};
+  const auto next = std::upper_bound(segments_.begin(), segments_.end(), way_m,
+                                     [](double way, const Segment& segment) { return way < segment.begin_m; });
+  const Segment& segment = *std::prev(next);
+  return {&segment, way_m - segment.begin_m, false};
 }
 
 Pose2 MovingPath::pose(double time_s) const {
-  const auto [leg, along_m, ended] = place(time_s);
-  return {leg->from.x_m + along_m * leg->x, leg->from.y_m + along_m * leg->y, std::atan2(leg->y, leg->x)};
+  const auto [segment, along_m, ended] = place(time_s);
+  return {segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y,
+          std::atan2(segment->y, segment->x)};
 }
 
 Stretch MovingPath::stretch(double time_s) const {
-  const auto [leg, along_m, ended] = place(time_s);
-  const FloorPoint at{leg->from.x_m + along_m * leg->x, leg->from.y_m + along_m * leg->y};
+  const auto [segment, along_m, ended] = place(time_s);
+  const FloorPoint at{segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y};
   if (ended) return {at, 0, 0, 0, std::numeric_limits<double>::infinity()};
-  return {at, speed_mps_ * leg->x, speed_mps_ * leg->y, 0, time_s + (leg->length_m - along_m) / speed_mps_};
+  return {at, speed_mps_ * segment->x, speed_mps_ * segment->y, 0, time_s + (segment->length_m - along_m) / speed_mps_};
 }
 
 }  // namespace twocone::sim_povray

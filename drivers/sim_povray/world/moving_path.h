@@ -8,31 +8,31 @@
 
 namespace twocone::sim_povray {
 
-/// Where a moving thing is at any time, in closed form: nothing adds up, so a run of a day ends where it should. On a
-/// corner it already faces along the next leg.
+/// Pose of a moving thing at any time, in closed form: no error accumulates, so a run of a day ends at the right place.
+/// At a corner the thing already faces along the next segment.
 class MovingPath {
  public:
-  explicit MovingPath(const MovingThing& thing);  // taken as checked
+  explicit MovingPath(const MovingThing& thing);  // requires a checked thing
 
   [[nodiscard]] Pose2 pose(double time_s) const;
-  /// The straight stretch that it is on, by world time.
+  /// Returns the straight stretch that it is on at a time of the world.
   [[nodiscard]] Stretch stretch(double time_s) const;
 
  private:
-  struct Leg {
+  struct Segment {
     FloorPoint from;
-    double begin_m = 0;  ///< way from path_m[0] to `from`
+    double begin_m = 0;  ///< path length from path_m[0] to `from`
     double length_m = 0;
     double x = 0, y = 0;  ///< unit vector along it
   };
   struct Place {
-    const Leg* leg;
-    double along_m;  ///< from the leg's beginning
+    const Segment* segment;
+    double along_m;  ///< from the segment's beginning
     bool ended;
   };
   [[nodiscard]] Place place(double time_s) const;
 
-  std::vector<Leg> legs_;
+  std::vector<Segment> segments_;
   double total_m_ = 0;
   double speed_mps_;
   bool loop_;

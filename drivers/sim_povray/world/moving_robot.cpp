@@ -33,7 +33,7 @@ void MovingRobot::abandon() {
 }
 
 void MovingRobot::begin_step(std::chrono::nanoseconds now, std::chrono::nanoseconds span) {
-  // As a difference: now + timeout would overflow for a time-out of centuries.
+  // Computed as a difference, because now + timeout would overflow for a time-out of centuries.
   const auto alive = std::max(body_.command_timeout - (now - commanded_at_), std::chrono::nanoseconds(0));
   const double driven_s = seconds(std::min(alive, span));
   const double lag_s = body_.wheels.lag_s;
@@ -62,7 +62,7 @@ void MovingRobot::begin_path(std::chrono::nanoseconds span) {
   path_ = {};
   while (past_span_ - past_.back().span >= kKept) {
     past_span_ -= past_.back().span;
-    path_ = std::move(past_.back());  // for its memory
+    path_ = std::move(past_.back());  // reuses its memory
     past_.pop_back();
   }
   path_.begin_at(here, span);
@@ -87,12 +87,12 @@ void MovingRobot::add_arc(double begin_s, double end_s, const GroundSpeeds& grou
 
 void MovingRobot::add_lagging_arcs(double begin_s, double end_s) {
   if (end_s <= begin_s) return;
-  const double told = begin_s < left_.driven_s ? 1 : 0;
-  const WheelSpeeds to{told * command_.left_radps, told * command_.right_radps};
+  const double driven = begin_s < left_.driven_s ? 1 : 0;
+  const WheelSpeeds to{driven * command_.left_radps, driven * command_.right_radps};
   const int pieces = int(std::ceil((end_s - begin_s) / kLagArc_s));
   double from_s = begin_s;
   for (int i = 1; i <= pieces; ++i) {
-    if (WheelSpeeds{left_.speed_radps(from_s), right_.speed_radps(from_s)} == to) {  // all the rest is one arc
+    if (WheelSpeeds{left_.speed_radps(from_s), right_.speed_radps(from_s)} == to) {  // the remainder is one arc
       if (to != WheelSpeeds{}) add_arc(from_s, end_s, on_floor(to.left_radps, to.right_radps));
       return;
     }

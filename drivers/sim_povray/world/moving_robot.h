@@ -17,55 +17,56 @@
 
 namespace twocone::sim_povray {
 
-/// One robot of a world, step by step: begin_step() lays down the whole path that its wheels would drive, stop() cuts
-/// it off where it touches something, end_step() goes to its end. Times within a step count from its beginning.
+/// One robot of a world, moved step by step. begin_step() computes the whole path that its wheels would drive, stop()
+/// ends the path where the robot touches something, and end_step() moves to its end. Times within a step are measured
+/// from its beginning.
 ///
-/// Without lag a step's path is one arc. With lag it is arcs of at most kLagArc_s, each at the mean speed of the wheels
-/// over it, so that angles and heading are exact and only the place errs: after a command that changes the body's
-/// speeds by dv and dw, of a body no faster than v and w, by at most
+/// Without lag, the path of a step is one arc. With lag, it is a sequence of arcs of at most kLagArc_s, each at the
+/// mean speed of the wheels over it. Angles and heading are then exact, and only the position has an error. After a
+/// command that changes the body's speeds by dv and dw, for a body no faster than v and w, the error is at most
 ///     kLagArc_s^2 / 2 (dv w + v dw)
-/// (|mean of v - v| over an arc is at most its change there, the heading is off by at most w kLagArc_s / 2 there; and
-/// likewise for w). 0.5 m/s and 3 rad/s from standing: 1e-7 m. world_test.cpp,
+/// (over an arc, |mean of v - v| is at most the change of v, and the heading is off by at most w kLagArc_s / 2;
+/// likewise for w). For 0.5 m/s and 3 rad/s from standing, this is 1e-7 m. world_test.cpp,
 /// ThePathAgreesWithAFineReferenceWithinTheStatedBound.
 class MovingRobot {
  public:
   static constexpr double kLagArc_s = 0.25e-3;
 
-  explicit MovingRobot(const RobotBody& body);  // taken as checked
+  explicit MovingRobot(const RobotBody& body);  // requires a checked body
 
   [[nodiscard]] const std::string& name() const { return body_.name; }
   [[nodiscard]] double radius_m() const { return body_.radius_m; }
   [[nodiscard]] const Pose2& pose() const { return path_.end; }
   [[nodiscard]] FloorPoint place() const { return {path_.end.x_m, path_.end.y_m}; }
   [[nodiscard]] const World::Turned& turned() const { return turned_; }
-  /// As World::pose_before.
+  /// Same as World::pose_before.
   [[nodiscard]] Pose2 pose_before(std::chrono::nanoseconds before) const;
 
   void command(const WheelSpeeds& speeds, std::chrono::nanoseconds now);
   void halt() { command_ = {}; }
-  /// It stands from now on, and is no robot of the physics engine's any more.
+  /// The robot stands from now on and no longer belongs to the physics engine.
   void abandon();
 
   void begin_step(std::chrono::nanoseconds now, std::chrono::nanoseconds span);
-  /// The stretch of its path at `time_s`; of a robot of the physics engine, its velocity as it is.
+  /// Returns the stretch of its path at `time_s`; for a robot of the physics engine, at its present velocity.
   [[nodiscard]] Stretch stretch(double time_s) const;
   [[nodiscard]] double fastest_mps() const;
   [[nodiscard]] bool stands() const;  ///< for the rest of the step
-  /// It touches something ahead: body and wheels stand from `time_s` to the end of the step. Where the wheels are to
-  /// turn it on the spot they do so, and only the way that slip would lead it is not made.
+  /// Stops the robot because it touches something ahead: body and wheels stand from `time_s` to the end of the step. If
+  /// the wheels turn it on the spot, it continues to turn, and only the displacement by slip is left out.
   void stop(double time_s);
   void end_step();
 
-  /// Which body of the physics engine it is, if it is one.
+  /// Its body in the physics engine, if it has one.
   std::optional<PhysicsEngine::BodyId> engine_body;
-  /// What its wheels tell the floor over a part of the step, on average: their speed, changed by their slip.
+  /// Returns the mean rim speeds of its wheels over a part of the step, changed by their slip.
   [[nodiscard]] GroundSpeeds rim_speeds(double from_s, double to_s) const;
   void be_moved(double to_s, const PhysicsEngine::Motion& motion);
 
   std::string contact;
 
  private:
-  /// The last step's path becomes a past one.
+  /// Moves the last step's path to the past paths.
   void begin_path(std::chrono::nanoseconds span);
   void add_arc(double begin_s, double end_s, const GroundSpeeds& ground);
   void add_lagging_arcs(double begin_s, double end_s);
@@ -80,12 +81,12 @@ class MovingRobot {
   std::chrono::nanoseconds commanded_at_{0};
 
   World::Turned turned_;
-  WheelSpeeds lagging_;  ///< what the wheels do now, where they lag
+  WheelSpeeds lagging_;  ///< present speeds of the wheels, if they lag
 
   double step_s_ = 0;
   WheelCourse left_, right_;
-  StepPath path_;              ///< its end is where the robot is
-  std::deque<StepPath> past_;  ///< newest first; as many as cover kMaxStampLate_s
+  StepPath path_;              ///< its end is the robot's present pose
+  std::deque<StepPath> past_;  ///< newest first; enough to cover kMaxStampLate_s
   std::chrono::nanoseconds past_span_{0};
   PhysicsEngine::Motion motion_;
   double fastest_mps_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In place of physics.cpp in a build without the Open Dynamics Engine.
+// Replaces physics.cpp in a build without the Open Dynamics Engine.
 #include "drivers/sim_povray/world/physics.h"
 
 namespace twocone::sim_povray {

@@ -16,9 +16,9 @@ namespace {
 
 std::atomic<int> opened_engines{0};
 
-/// ODE wants to be begun once in a process, and each thread that calls it to be known to it. It is never closed:
-/// dCloseODE allows no thread that has called ODE to be alive, which only a whole program can promise. What a thread
-/// took is given back as it ends.
+/// ODE must be initialised once in a process, and each thread that calls it must be registered. It is never closed:
+/// dCloseODE requires that no thread that has called ODE is alive, which only a whole program can promise. The data of
+/// a thread are freed when it ends.
 bool enter_ode() {
   static const bool begun = dInitODE2(0) != 0 && dCheckConfiguration("ODE_double_precision") != 0;
   thread_local const bool known = begun && dAllocateODEDataForThread(dAllocateFlagBasicData) != 0;
@@ -31,11 +31,11 @@ class OdeEngine final : public PhysicsEngine {
       : threading_(dThreadingAllocateSelfThreadedImplementation()),
         world_(dWorldCreate()),
         contacts_(dJointGroupCreate(0)) {
-    // A world of ODE's steps by a list of jobs, which by default all worlds share, without a lock.
+    // A world of ODE steps through a list of jobs, which by default all worlds share, without a lock.
     dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(threading_), threading_);
     dWorldSetContactMaxCorrectingVel(world_, 0.1);
     dWorldSetAutoDisableFlag(world_, 0);
-    // No gravity: the floor carries what the wheels' friction is reckoned from, and nothing leaves the plane.
+    // No gravity: the wheels' friction is computed from a fixed load, and no body leaves the plane.
   }
   ~OdeEngine() override {
     enter_ode();
@@ -59,7 +59,7 @@ class OdeEngine final : public PhysicsEngine {
     WheelFriction wheels;
     Motion motion;
   };
-  /// A contact of the body at hand, so that the corner of two edges is touched once.
+  /// A contact already made for the present body, so that the corner of two edges is touched once.
   struct Made {
     double gap_m, x, y;
   };
@@ -96,11 +96,11 @@ PhysicsEngine::BodyId OdeEngine::add(const RobotBody& robot, const Pose2& at) {
                  physics.wheel_friction * physics.mass_kg * kGravity_mps2 / 2};
   body.motion.pose = at;
   dMass mass;
-  // Only the moment about z counts in the plane; the others only have to make a possible body.
+  // Only the moment about z counts in the plane; the others only have to make the body valid.
   const double inertia = body.wheels.inertia_kgm2;
   dMassSetParameters(&mass, physics.mass_kg, 0, 0, 0, inertia, inertia, inertia, 0, 0, 0);
   dBodySetMass(body.id, &mass);
-  // A disc looks the same however it is turned, so the heading is kept here, and ODE's own rotation is not read.
+  // A disc looks the same at any heading, so the heading is stored here, and ODE's own rotation is not read.
   body.plane = dJointCreatePlane2D(world_, nullptr);
   dJointAttach(body.plane, body.id, nullptr);
   bodies_.emplace(next_body_, body);
@@ -117,7 +117,7 @@ void OdeEngine::remove(BodyId body) {
 
 void OdeEngine::drive(Body& body, double dt_s, const GroundSpeeds& rims) const {
   const Motion& m = body.motion;
-  // In the frame of the step's middle: so a turning robot's path is of second order, as if it were turned all along.
+  // Computed in the frame of the step's middle, which makes a turning robot's path accurate to second order.
   const double along_rad = m.pose.heading_rad + m.turn_radps * dt_s / 2;
   const double c = std::cos(along_rad);
   const double s = std::sin(along_rad);
@@ -152,7 +152,7 @@ void OdeEngine::touch(const Body& body, dBodyID other, const Facing& face, doubl
   contact.surface.mode = dContactApprox1_1 | dContactMu2 | dContactFDir1 | dContactMotionN;
   contact.surface.mu = friction;
   contact.surface.mu2 = 0;
-  // The bodies may come nearer by the gap, and no more: ODE's wanted speed along the normal, below 0.
+  // The bodies may approach by the gap and no more: ODE's target speed along the normal is below 0.
   contact.surface.motionN = -std::max(gap_m, 0.0) / dt_s;
   contact.geom.depth = std::max(-gap_m, 0.0);
   const Pose2& at = body.motion.pose;
@@ -200,7 +200,7 @@ void OdeEngine::step(double dt_s, const std::vector<Drive>& drives, const std::v
   for (const Drive& d : drives) {
     Body& body = bodies_.at(d.body);
     drive(body, dt_s, d.rims);
-    // Wheels can add mu g dt; a push, no more than what the one that pushes has.
+    // Wheels can add mu g dt; a push adds at most the speed of the body that pushes.
     fastest_mps = std::max(fastest_mps, std::hypot(body.motion.x_mps, body.motion.y_mps) +
                                             2 * body.wheels.most_N / body.wheels.mass_kg * dt_s);
   }

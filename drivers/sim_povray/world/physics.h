@@ -12,34 +12,34 @@
 
 namespace twocone::sim_povray {
 
-/// Robots with mass, on the floor's plane, by the Open Dynamics Engine. Entered only by a world that has such a robot.
+/// Moves robots with mass in the floor's plane by the Open Dynamics Engine. Only a world that has such a robot uses it.
 ///
-/// A robot is a uniform disc, I = m R^2 / 2, with the wheels at y = +-separation / 2. Each wheel carries m g / 2,
-/// always: no load goes from wheel to wheel as the robot speeds up or turns. At each wheel's contact point friction
-/// drives the speed along the wheel to that of its rim and the speed across to zero, with at most mu m g / 2 in
-/// whatever direction: Coulomb's circle. The two wheels' impulses over a step are those after which the points slide
-/// least (the convex problem of greatest dissipation, with the velocity at the step's end): stable whatever the step's
-/// length, exact at both ends of it, gripping and sliding. They are found before, and so without, the forces of
-/// contacts; for a robot pressed against something that means that a rim speed below mu g times the step presses less
-/// than Coulomb's limit.
+/// A robot is a uniform disc, I = m R^2 / 2, with the wheels at y = +-separation / 2. Each wheel always carries m g /
+/// 2: no load moves from wheel to wheel when the robot accelerates or turns. At each wheel's contact point, friction
+/// drives the speed along the wheel to that of its rim and the speed across it to zero, with at most mu m g / 2 in any
+/// direction: Coulomb's circle. The impulses of the two wheels over a step are those after which the points slide least
+/// (the convex problem of greatest dissipation, with the velocity at the step's end). This is stable for any length of
+/// the step, and exact in both extremes, gripping and sliding. The impulses are found before the forces of contacts,
+/// and so without them. For a robot that is pressed against something, a rim speed below mu g times the step therefore
+/// presses less than Coulomb's limit.
 ///
-/// Contacts are without bounce (restitution 0). One is made before it is reached and leaves a body at most the gap's
-/// length for the next step: so nothing passes through anything at any speed, and whoever glances an edge may be led
-/// past it up to (speed x step) early. Friction of the body is ODE's approximation: along the contact, at most its
-/// coefficient times the normal force that would act without friction. Of two robots', the coefficient is the geometric
-/// mean. Contacts that are pressed into each other all the same (between something on rails and a wall) are pushed
-/// apart at 0.1 m/s at most.
+/// Contacts are without bounce (restitution 0). A contact is made before it is reached, and lets a body move by at most
+/// the gap's length in the next step. Nothing therefore passes through anything at any speed, and a body that grazes an
+/// edge may be led past it up to (speed x step) early. Friction of the body is ODE's approximation: it acts along the
+/// contact, and is at most its coefficient times the normal force that would act without friction. For two robots, the
+/// coefficient is the geometric mean. Contacts that still penetrate each other (between an object on rails and a wall)
+/// are pushed apart at 0.1 m/s at most.
 ///
-/// Any number of engines on any number of threads, one thread at a time each.
+/// Any number of engines may be used on any number of threads, each engine by one thread at a time.
 class PhysicsEngine {
  public:
-  /// Longest step that forces are held constant for. A world's step is cut into equal ones.
+  /// Longest step over which forces are held constant. A world's step is divided into equal ones.
   static constexpr double kStep_s = 0.5e-3;
   static constexpr double kGravity_mps2 = 9.80665;
 
-  /// Errors: kUnavailable: not in this build, or an ODE of single precision.
+  /// Errors: kUnavailable: this build has no ODE, or one of single precision.
   static Result<std::unique_ptr<PhysicsEngine>> open();
-  /// How many have been opened in this process: 0 says that ODE was never entered.
+  /// Returns the number of engines opened in this process; 0 shows that ODE was never used.
   static int opened();
 
   virtual ~PhysicsEngine() = default;
@@ -47,22 +47,22 @@ class PhysicsEngine {
   PhysicsEngine& operator=(const PhysicsEngine&) = delete;
 
   using BodyId = std::uint32_t;
-  /// Standing. The body's radius is > 0, and it has physics.
+  /// Adds a body that stands. Its radius is > 0, and it has physics.
   virtual BodyId add(const RobotBody& robot, const Pose2& at) = 0;
   virtual void remove(BodyId body) = 0;
 
-  /// What the wheels of a body do during a step.
+  /// Speeds of a body's wheel rims during a step.
   struct Drive {
     BodyId body = 0;
     GroundSpeeds rims;
   };
-  /// What moves without asking: a disc that has this velocity during a step.
+  /// A disc on rails, which has this velocity during a step.
   struct Mover {
     FloorPoint at;
     double x_mps = 0, y_mps = 0;
     double radius_m = 0;
   };
-  /// One step; `drives` are those of all bodies.
+  /// Advances by one step. `drives` holds those of all bodies.
   virtual void step(double dt_s, const std::vector<Drive>& drives, const std::vector<Mover>& movers,
                     const std::vector<Part>& parts) = 0;
 

@@ -10,15 +10,15 @@
 
 namespace twocone::sim_povray {
 
-/// The way of one robot over one step of the world. Times count from the step's beginning.
+/// The path of one robot over one step of the world. Times are measured from the step's beginning.
 struct StepPath {
-  /// From where it begins it goes on to the next one's beginning; the last one goes on to `end`.
+  /// An arc leads from its beginning to that of the next arc; the last one leads to `end`.
   struct Arc {
     double begin_s, end_s;
     Pose2 from;
     BodySpeeds speeds;
   };
-  /// Of a robot of the physics engine.
+  /// A pose of a robot of the physics engine.
   struct Waypoint {
     double time_s;
     Pose2 pose;
@@ -28,12 +28,12 @@ struct StepPath {
   Pose2 begin{};
   Pose2 end{};
   std::vector<Arc> arcs{};            ///< without gaps between them
-  std::vector<Waypoint> waypoints{};  ///< in place of arcs
-  std::optional<double> stopped_s{};  ///< from then on it stands, whatever the arcs say
+  std::vector<Waypoint> waypoints{};  ///< instead of arcs
+  std::optional<double> stopped_s{};  ///< the robot stands from then on, whatever the arcs are
 
-  /// Standing at `here`. Keeps the lists' memory.
+  /// Starts a step at `here`, standing. Keeps the lists' memory.
   void begin_at(const Pose2& here, std::chrono::nanoseconds step);
-  /// None while it stands.
+  /// Returns nullptr while the robot stands.
   [[nodiscard]] const Arc* arc_at(double time_s) const;
   [[nodiscard]] Pose2 pose_at(double time_s) const;
 };

@@ -20,9 +20,9 @@ double lagging_speed_radps(double from_radps, double to_radps, double lag_s, dou
 }  // namespace
 
 double WheelCourse::turned_rad(double time_s) const {
-  const double told_s = std::min(time_s, driven_s);
-  if (lag_s == 0) return command_radps * told_s;
-  double turned_rad = lagging_turn_rad(begin_radps, command_radps, lag_s, told_s);
+  const double commanded_s = std::min(time_s, driven_s);
+  if (lag_s == 0) return command_radps * commanded_s;
+  double turned_rad = lagging_turn_rad(begin_radps, command_radps, lag_s, commanded_s);
   if (time_s > driven_s) {
     const double then_radps = lagging_speed_radps(begin_radps, command_radps, lag_s, driven_s);
     turned_rad += lagging_turn_rad(then_radps, 0, lag_s, time_s - driven_s);

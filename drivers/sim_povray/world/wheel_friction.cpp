@@ -30,8 +30,8 @@ FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& bef
   const double most_Ns = wheels.most_N * dt_s;
   const BodySpeeds wanted = body_speeds(rims, wheels.separation_m);
 
-  // Both grip: the body takes the rims' speeds at once. How the impulse across is shared is not settled by that; halves
-  // are the least.
+  // If both wheels grip, the body takes the rims' speeds immediately. This leaves open how the wheels share the impulse
+  // across; equal halves are the smallest.
   const double ahead_Ns = wheels.mass_kg * (wanted.speed_mps - before.ahead_mps);
   const double turn_Nms = wheels.inertia_kgm2 * (wanted.turn_radps - before.turn_radps);
   const double left_Ns = -wheels.mass_kg * before.left_mps;
@@ -47,7 +47,7 @@ FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& bef
   const std::array<double, 2> side{-1, 1};
   const std::array<double, 2> rim_mps{rims.left_mps, rims.right_mps};
   for (WheelImpulse& wheel : p) wheel = within(wheel, most_Ns);
-  std::array<WheelImpulse, 2> ahead = p;  // p and how it went on
+  std::array<WheelImpulse, 2> ahead = p;  // p, extrapolated along its last change
   double momentum = 1;
   for (int round = 0; round < 1000; ++round) {
     const FloorImpulse all = sum(ahead, arm_m);
@@ -65,7 +65,7 @@ FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& bef
           {change_Ns, std::abs(next[i].ahead_Ns - ahead[i].ahead_Ns), std::abs(next[i].left_Ns - ahead[i].left_Ns)});
       uphill += (ahead[i].ahead_Ns - next[i].ahead_Ns) * x_Ns + (ahead[i].left_Ns - next[i].left_Ns) * y_Ns;
     }
-    // Begun anew wherever it went against the gradient (O'Donoghue and Candes 2015).
+    // Restarted wherever it went against the gradient (O'Donoghue and Candes 2015).
     const double after = uphill > 0 ? 1 : (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
     const double on = uphill > 0 ? 0 : (momentum - 1) / after;
     for (std::size_t i = 0; i < p.size(); ++i) {

@@ -44,15 +44,15 @@ struct World::Impl {
   }
 
   void step();
-  /// Without physics: everybody up to where the first touch of each stops it.
+  /// Moves the robots without physics, each up to where its first touch stops it.
   void move_freely(double from_s, double to_s);
   void move_by_physics(double step_s);
   void update_contact(MovingRobot& robot) const;
-  /// Calls visit(name, gap in m) for all that is around a place now, but for `self`.
+  /// Calls visit(name, gap in m) for each object around a point now, except for `self`.
   template <typename Visit>
   void visit_neighbours(const FloorPoint& at, double radius_m, const MovingRobot* self, const Visit& visit) const;
 
-  /// Who is to be stopped at the earliest touch, and by what.
+  /// A robot to be stopped at the earliest touch, and the name of the object that stops it.
   struct Stop {
     MovingRobot* robot;
     const std::string* by;
@@ -67,12 +67,12 @@ struct World::Impl {
   std::unique_ptr<PhysicsEngine> engine;
 
   double rate_hz = 0;
-  std::uint64_t base_tick = 0;
+  std::uint64_t base_step = 0;
   std::chrono::nanoseconds base{0};
-  std::uint64_t tick = 0;
+  std::uint64_t step_number = 0;
   std::chrono::nanoseconds now{0};
 
-  // Kept from step to step for their memory.
+  // Stored from step to step to reuse their memory.
   double earliest_s = 0;
   std::vector<Stop> stops;
   std::vector<PhysicsEngine::Drive> drives;
@@ -82,7 +82,7 @@ struct World::Impl {
 void World::Impl::step() {
   assert(rate_hz > 0);
   const std::chrono::nanoseconds next =
-      base + std::chrono::nanoseconds(std::llround(double(tick + 1 - base_tick) * 1e9 / rate_hz));
+      base + std::chrono::nanoseconds(std::llround(double(step_number + 1 - base_step) * 1e9 / rate_hz));
   const double step_s = seconds(next - now);
   for (auto& [id, robot] : robots) robot.begin_step(now, next - now);
   const bool physics =
@@ -94,7 +94,7 @@ void World::Impl::step() {
   }
   for (auto& [id, robot] : robots) robot.end_step();
   now = next;
-  ++tick;
+  ++step_number;
   for (auto& [id, robot] : robots) update_contact(robot);
 }
 
@@ -133,10 +133,10 @@ void World::Impl::find_touches(RobotId id, MovingRobot& robot, double from_s, do
   }
   for (auto& entry : robots) {
     const RobotId other_id = entry.first;
-    auto& other = entry.second;  // not by a structured binding, which clang 14 does not capture
+    auto& other = entry.second;  // no structured binding, which clang 14 does not capture
     const bool on_rails = other.engine_body.has_value();
     if (other_id == id || other.radius_m() == 0) continue;
-    // A pair of two that can be stopped is looked at once; from the same side, whoever came first.
+    // A pair of robots that can both be stopped is checked once, from the same side whichever joined first.
     if (!on_rails && std::tie(other.name(), other_id) < std::tie(robot.name(), id)) continue;
     if (robot.stands() && other.stands()) continue;
     const auto other_stretch = [&other](double time_s) { return other.stretch(time_s); };
@@ -157,7 +157,7 @@ void World::Impl::move_freely(double from_s, double to_s) {
       if (robot.radius_m() > 0 && !robot.engine_body) find_touches(id, robot, from_s, to_s);
     }
     if (stops.empty()) return;
-    // Several at one instant: named by the first in the alphabet, whoever came first.
+    // Several touches at one moment: the alphabetically first name counts, whichever robot joined first.
     std::sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return *a.by < *b.by; });
     for (auto stop = stops.begin(); stop != stops.end(); ++stop) {
       const auto is_same = [stop](const Stop& earlier) { return earlier.robot == stop->robot; };
@@ -241,7 +241,7 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-std::uint64_t World::tick() const { return impl_->tick; }
+std::uint64_t World::step_number() const { return impl_->step_number; }
 std::chrono::nanoseconds World::now() const { return impl_->now; }
 double World::rate_hz() const { return impl_->rate_hz; }
 
@@ -249,7 +249,7 @@ void World::set_rate(double rate_hz) {
   assert(rate_hz > 0);
   if (rate_hz == impl_->rate_hz) return;
   impl_->rate_hz = rate_hz;
-  impl_->base_tick = impl_->tick;
+  impl_->base_step = impl_->step_number;
   impl_->base = impl_->now;
 }
 
@@ -259,7 +259,7 @@ void World::begin_anew() {
   impl_->robots.clear();
   impl_->next_robot = 0;
   impl_->engine.reset();
-  impl_->base_tick = impl_->tick = 0;
+  impl_->base_step = impl_->step_number = 0;
   impl_->base = impl_->now = std::chrono::nanoseconds(0);
 }
 

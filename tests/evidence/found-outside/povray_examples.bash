@@ -1,9 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# povray_examples.bash TWOCONE FOLDER [JOBS]: every scene of Debian's package povray-examples by itself and through a wrapper
-# with a robot in it, at 80 x 60 pixels, 60 s each at most. What is done is not done again, so that the same command goes on.
-# FOLDER/list.tsv has a line for each scene: by itself, through the wrapper, and why where the latter fails.
-# TWOCONE_EXAMPLES=REGEX: those scenes alone.
+# povray_examples.bash TWOCONE FOLDER [JOBS]: renders every scene of Debian's package povray-examples by itself and through a wrapper
+# with a robot in it, at 80 x 60 pixels, for at most 60 s each. Finished scenes are not rendered again, so the same command resumes.
+# FOLDER/list.tsv has a line for each scene: the result by itself, the result through the wrapper, and the reason where this fails.
+# TWOCONE_EXAMPLES=REGEX: only these scenes.
 set -euo pipefail
 program=$(realpath "$1")
 folder=$2
@@ -13,12 +13,12 @@ limit=60
 [ -d "$examples" ] || { echo "no $examples: apt install povray-examples" >&2; exit 1; }
 mkdir -p "$folder/done" "$folder/trials"
 folder=$(realpath "$folder")
-# Scenes that write files write them here when they are rendered by themselves.
+# Scenes that write files write them to this folder when they are rendered by themselves.
 [ -d "$folder/alone" ] || { cp -r "$examples" "$folder/alone.part" && mv "$folder/alone.part" "$folder/alone"; }
 snapshot() { find "$examples" -printf '%p %s %T@\n' | sort; }
 snapshot >"$folder/before.txt"
 
-wrapper() { # wrapper SCENE FOLDER: a robot that is two mirrors on a mast, where the scene's origin is
+wrapper() { # wrapper SCENE FOLDER: writes a wrapper with a robot of two mirrors at the scene's origin
   cat >"$2/scene.pov" <<POV
 #include "$1"
 #version 3.7;
@@ -68,7 +68,7 @@ YAML
 
 seconds() { awk -v a="$1" -v b="$2" 'BEGIN { printf "%.1f", b - a }'; }
 
-one() { # one SCENE: its line
+one() { # one SCENE: renders a scene and writes its line
   local name=${1#"$examples/"} key begin status alone wrapped reason=""
   key=${name//\//__}
   local into=$folder/done/$key.tsv dir=$folder/trials/$key
@@ -90,7 +90,7 @@ one() { # one SCENE: its line
     wrapped=no reason=$(grep '^twocone: ' "$dir/run.log" | tail -n 1 | sed "s|^twocone: ||; s|$dir/||g" | tr '\t' ' ')
     [ -n "$reason" ] || reason="status $status: $(tail -n 1 "$dir/run.log" | tr '\t' ' ')"
   fi
-  # Beside what is written above and the run folder.
+  # Files other than those written above and the run folder.
   local extra
   extra=$(cd "$dir" && find . -type f ! -path './run/*' ! -name 'alone.*' ! -name '*.log' ! -name 'scene.pov' ! -name '*.yaml' | tr '\n' ' ')
   rm -rf "$dir/run"

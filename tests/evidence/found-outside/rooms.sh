@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by ../found-outside.sh: rooms in which everything is as the robot believes lose nothing by what was mended.
+# ../found-outside.sh sources this file: in rooms that agree with the robot's map and rig, the corrections must not lose accuracy.
 
-# room NAME FRAMES FIXES RMSE_MM: the last two are those of commit 48dd7f07a7, the program before the mends, of the same command
+# room NAME FRAMES FIXES RMSE_MM: the last two are results of the same command with commit 48dd7f07a7, before the corrections
 room() {
   local name=$1 frames=$2 before=$3 before_mm=$4 after after_mm
   step "room_$name" "$twocone" run --robot "robots/${name}_sim.yaml" --behaviour wander --frames "$frames" --seed 1 --force --out "$work/room_$name"

@@ -1,42 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by found-outside.sh: simulated worlds and scenes of others.
-render=sim_povray/sim_povray_render_test
-logic=sim_povray/sim_povray_test
-link=sim_povray/sim_povray_link_test
+# found-outside.sh sources this file: simulated worlds and scenes of other authors.
+simulator=sim_povray/sim_povray_test
 
-found D.6 "\`start:\` a metre from where the scene shows the robot; \`mirror_radius_m: 60\`" \
-  "every fix \`ok\` and a metre off, no warning; accepted" \
+found D.6 "\`start:\` a metre away from the robot's place in the scene; \`mirror_radius_m: 60\`" \
+  "every fix \`ok\` and wrong by a metre, no warning; accepted" \
   "both places are named: a warning from 20 mm or 2 degrees, the end of the run beyond \`body.radius_m\`; 60 m is refused" \
-  "runs/start_check_test:StartCheck.*" "$render:ShownCamera.*" "files/files_test:*MirrorInMillimetres*"
+  "runs/runs_test:StartCheck.*" "$simulator:ShownCamera.*" "config/config_test:*MirrorInMillimetres*"
 found D.7 "README's block *Several robots*, pasted" "the robots fail: the world is not served yet" \
   "\`run\` waits up to 5 s for the world" "script:tests/end_to_end/served.sh"
 found D.8 "Ctrl-C while the first images are rendered (an endless \`#while\`); the first seconds of a run" \
-  "not heard for 120 s; nothing is printed for 3 to 4 s" "heard within a second; the first line is printed at once" \
+  "no reaction for 120 s; nothing is printed for 3 to 4 s" "ends within a second; the first line is printed at once" \
   "script:tests/end_to_end/scene_of_others.sh"
 found D.9 "a scene with \`#fopen F \"/home/me/notes\" write\`" \
   "the file is overwritten, once by each POV-Ray process. Debian's povray.conf says \`restricted\`, but POV-Ray 3.7.0.10 does not enforce it" \
-  "refused by the kernel (Landlock; without it seccomp), for reading and writing; \`effects\` says how" \
-  "$render:*ConfinementTest.*" "$render:SealedFile.*" "$render:SceneAccess.*" "script:tests/end_to_end/scene_of_others.sh"
+  "refused by the kernel (Landlock; without it seccomp), for reading and writing; \`effects\` describes the confinement" \
+  "$simulator:*ConfinementTest.*" "$simulator:SealedFile.*" "$simulator:SceneAccess.*" "script:tests/end_to_end/scene_of_others.sh"
 found D.10 "a scene that writes a file and reads it again" "fails in 2 of 9 runs: several processes race" \
-  "refused every time: a scene may write no file" "$render:*ConfinementTest.ASceneWritesNoFile*"
+  "refused every time: a scene may write no file" "$simulator:*ConfinementTest.ASceneWritesNoFile*"
 found D.11 "a wrapper of a scene that has includes and images beside it" \
-  "not found, and the message names no way out" \
-  "the included scene's own folder is looked in, the map's \`scene_paths:\` name folders, and the message has the line to add" \
-  "$render:*ConfinementTest.AnIncludedScenesOwnFolderIsLookedIn*" "$render:*ConfinementTest.*Told*" "files/files_test:MapFile.HoldsEveryFieldOfTheFile"
-found D.17 "a robot with another map attaches to a served world" "accepted: ranges 649 mm off" \
-  "refused, with the first difference" "$logic:Outline.*" "$logic:HallTest.ARobotWithAnotherMap*"
+  "not found, and the message gives no advice" \
+  "the included scene's own folder is searched, the map's \`scene_paths:\` name folders, and the message has the line to add" \
+  "$simulator:*ConfinementTest.TheFolderOfAnIncludedScene*" "$simulator:*ConfinementTest.OtherFilesAreNotRead*:*ConfinementTest.AMissingFileIsReported*" "config/config_test:MapFile.HoldsEveryFieldOfTheFile"
+found D.17 "a robot with another map attaches to a served world" "accepted: ranges wrong by 649 mm" \
+  "refused, with the first difference" "$simulator:Outline.*" "$simulator:SimulationHostTest.ARobotWithAnotherMap*"
 found D.18a "\`effects --verify\` of a scene with \`crand\`; of the wine glass" \
-  "13,130 pixels differ, no word why, status 0; 39 pixels, unexplained; \"saved -9 %\"" \
-  "the cause is named with file and line, and unasked differences are a failure; the depth of reflections is tried out; times that overlap are not told" \
-  "$render:VerifyEffects.*"
+  "13,130 pixels differ without a reason, status 0; 39 pixels, unexplained; \"saved -9 %\"" \
+  "the cause is named with file and line, and unintended differences are a failure; the depth of reflections is tested; times that overlap are not reported" \
+  "$simulator:VerifyEffects.*"
 found D.18b "reasons that point at declarations that nothing uses" "\`textures.inc:918\` in the wine glass" \
-  "right as it is: that is the finish of Silver_Texture, which line 203 of the scene names; of 1,430 reasons in povray-examples none stands in a declaration without a use" \
-  "$logic:SceneCalls.WhatIsDeclaredCallsOnlyWhenLiveTextNamesIt:SceneCalls.PovRaysOwnIncludesCallForNothingByThemselves"
-found D.19 "a robot of a served world is stopped (SIGSTOP)" "it holds the others for ever" \
-  "it is sent away after 30 s, and the others go on" "$link:Link.WhoAsksForNothing*" "$link:Link.WhoWaitsForItsPictures*"
+  "correct behaviour: that is the finish of Silver_Texture, which line 203 of the scene names; of 1,430 reasons in povray-examples none is in a declaration without a use" \
+  "$simulator:SceneCalls.ADeclarationCountsOnlyIfActiveTextNamesIt:SceneCalls.PovRaysOwnIncludesRequireNothingByThemselves"
+found D.19 "a robot of a served world is suspended (SIGSTOP)" "it holds up the others forever" \
+  "it is removed after 30 s, and the others continue" "$simulator:Link.ARobotThatAsksForNothing*" "$simulator:Link.ARobotThatWaitsForItsImages*"
 found D.21 "a misspelt name in a scene; \"start of robot touches wall\"; \`--scene x.pov\`" \
-  "no list of names; no file and line; \"3:12: illegal map value\"" "the names that there are; file and line; what is wanted instead" \
-  "$logic:Scene.SaysWhatItLookedFor" "$logic:HallTest.ARobotIsClaimedOnce*" "files/files_test:MapFile.ASceneInPlaceOfAMap*"
+  "no list of names; no file and line; \"3:12: illegal map value\"" "the existing names; file and line; the expected kind of file" \
+  "$simulator:Scene.ReportsWhatItSearchedFor" "$simulator:SimulationHostTest.ARobotJoinsOnce*" "config/config_test:MapFile.ASceneInPlaceOfAMap*"
 
 step examples tests/evidence/found-outside/povray_examples.bash "$twocone" "$work/examples"
 count() { awk -v name="$1" '$1 == name { print $2 }' "$work/examples.log"; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An area light with jitter: the same pixels every time only from one thread.
+// An area light with jitter. Only one thread renders the same pixels every time.
 #version 3.7;
 global_settings { assumed_gamma 1 }
 light_source { <10, 20, -10> color rgb 1 area_light <6, 0, 0>, <0, 0, 6>, 5, 5 adaptive 1 jitter }

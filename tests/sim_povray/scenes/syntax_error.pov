@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot that looks at a mistake in line 10.
+// A scene with a mistake in line 10.
 #version 3.7;
 union {
   //*PMName robot

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/images.h"
+
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/rgb_image.h"
+#include "apps/runlog/storage/disk.h"
+#include "localisation/odometry.h"
+
+namespace twocone::compare {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kMostNamed = 5;
+
+vision::ImageRegion region_of(const vision::MirrorView& view) {
+  return {view.settings().centre_px, view.settings().rim_radius_px};
+}
+
+/// Returns `image` as the camera would have shown it after a turn of the robot by `turn_rad`: the cone's image turns
+/// about the tip.
+cv::Mat turned(const cv::Mat& image, const vision::MirrorView& view, double turn_rad) {
+  const Eigen::Vector2d centre = view.settings().centre_px;
+  // A fixed object moves by -turn in bearing. In the image that is a turn from x towards y (down), unless the image is
+  // mirrored.
+  const double angle_rad = view.settings().mirrored ? turn_rad : -turn_rad;
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+  const cv::Matx23d to(c, -s, centre.x() - c * centre.x() + s * centre.y(),  //
+                       s, c, centre.y() - s * centre.x() - c * centre.y());
+  cv::Mat result;
+  cv::warpAffine(image, result, to, image.size(), cv::INTER_LINEAR);
+  return result;
+}
+
+// ---- a finished part as it is stored
+
+Json to_json(const vision::NoiseSamples& samples) {
+  Json blocks = Json::array();
+  for (const auto& block : samples.blocks) {
+    Json bins = Json::array();
+    for (const auto& bin : block) bins.push_back({bin.tiles, bin.level, bin.variance});
+    blocks.push_back(std::move(bins));
+  }
+  return {{"images", samples.images}, {"blocks", std::move(blocks)}};
+}
+
+vision::NoiseSamples to_noise(const Json& json) {
+  vision::NoiseSamples samples;
+  samples.images = json.at("images");
+  for (std::size_t b = 0; b < samples.blocks.size(); ++b) {
+    for (std::size_t i = 0; i < samples.blocks[b].size(); ++i) {
+      const Json& bin = json.at("blocks").at(b).at(i);
+      samples.blocks[b][i] = {bin.at(0), bin.at(1), bin.at(2)};
+    }
+  }
+  return samples;
+}
+
+Json to_json(const Images& part, const std::string& key) {
+  Json views = Json::array();
+  for (const ViewImages& view : part.views) {
+    Json transfers = Json::array();
+    for (const vision::Transfer& t : view.transfers) {
+      transfers.push_back({{"log_gain", t.log_gain}, {"vignetting", t.vignetting}, {"tiles", t.tiles}});
+    }
+    views.push_back({{"simulated_noise", to_json(view.simulated_noise)},
+                     {"real_noise", to_json(view.real_noise)},
+                     {"simulated_blur_px", view.simulated_blur_px},
+                     {"real_blur_px", view.real_blur_px},
+                     {"transfers", std::move(transfers)}});
+  }
+  return {{"key", key},
+          {"views", std::move(views)},
+          {"unreadable", part.unreadable},
+          {"unreadable_count", part.unreadable_count}};
+}
+
+Images to_images(const Json& json) {
+  Images part;
+  for (std::size_t v = 0; v < part.views.size(); ++v) {
+    const Json& from = json.at("views").at(v);
+    ViewImages& view = part.views[v];
+    view.simulated_noise = to_noise(from.at("simulated_noise"));
+    view.real_noise = to_noise(from.at("real_noise"));
+    view.simulated_blur_px = from.at("simulated_blur_px").get<std::vector<double>>();
+    view.real_blur_px = from.at("real_blur_px").get<std::vector<double>>();
+    for (const Json& t : from.at("transfers")) {
+      view.transfers.push_back({t.at("log_gain"), t.at("vignetting"), t.at("tiles")});
+    }
+  }
+  part.unreadable = json.at("unreadable").get<std::vector<std::string>>();
+  part.unreadable_count = json.at("unreadable_count");
+  return part;
+}
+
+std::filesystem::path part_file(const ImageWork& work, std::size_t number) {
+  return work.folder / fmt::format("{:06}.json", number);
+}
+
+/// Returns a finished part; nothing if it is missing, damaged or of another comparison.
+std::optional<Images> kept_part(const ImageWork& work, std::size_t number) {
+  const auto file = part_file(work, number);
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  try {
+    const Json json = Json::parse(config::read_text(file));
+    if (json.at("key") != work.key) return std::nullopt;
+    return to_images(json);
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  } catch (const config::FileError&) {
+    return std::nullopt;
+  }
+}
+
+void append(const std::vector<double>& from, std::vector<double>& to) { to.insert(to.end(), from.begin(), from.end()); }
+
+void merge(const Images& part, Images& all) {
+  for (std::size_t v = 0; v < all.views.size(); ++v) {
+    ViewImages& to = all.views[v];
+    const ViewImages& from = part.views[v];
+    to.simulated_noise.merge(from.simulated_noise);
+    to.real_noise.merge(from.real_noise);
+    append(from.simulated_blur_px, to.simulated_blur_px);
+    append(from.real_blur_px, to.real_blur_px);
+    to.transfers.insert(to.transfers.end(), from.transfers.begin(), from.transfers.end());
+  }
+  all.unreadable_count += part.unreadable_count;
+  for (const std::string& text : part.unreadable) {
+    if (all.unreadable.size() < kMostNamed) all.unreadable.push_back(text);
+  }
+}
+
+// ---- one frame
+
+class Measurer {
+ public:
+  Measurer(const Side& simulated, const Side& real, const std::vector<Match>& by_pose)
+      : simulated_(simulated), real_(real), partner_(real.run.frames.size()) {
+    for (const Match& match : by_pose) partner_[match.real] = match.simulated;
+  }
+
+  void add(std::size_t index, Images& part) const {
+    const std::size_t beside = index * simulated_.run.frames.size() / real_.run.frames.size();
+    const std::size_t simulated = partner_[index].value_or(beside);
+    for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+      const bool is_lower = side == vision::Side::kLower;
+      ViewImages& view = part.views[is_lower ? 0 : 1];
+      const vision::MirrorView& real_view = is_lower ? real_.found.lower : real_.found.upper;
+      const vision::MirrorView& simulated_view = is_lower ? simulated_.found.lower : simulated_.found.upper;
+      const auto real = read(real_.run, index, is_lower, part);
+      const auto rendered = read(simulated_.run, simulated, is_lower, part);
+      if (real) measure(*real, region_of(real_view), view.real_noise, view.real_blur_px);
+      if (rendered) measure(*rendered, region_of(simulated_view), view.simulated_noise, view.simulated_blur_px);
+      if (!partner_[index] || !real || !rendered || real->size() != rendered->size()) continue;
+      const double turn_rad = localisation::wrap_angle_rad(real_.reference[index]->heading_rad -
+                                                           simulated_.reference[simulated]->heading_rad);
+      const auto pair = vision::transfer(turned(*rendered, simulated_view, turn_rad), *real, region_of(real_view));
+      if (pair) view.transfers.push_back(*pair);
+    }
+  }
+
+ private:
+  static std::optional<cv::Mat> read(const runlog::RunData& run, std::size_t index, bool is_lower, Images& part) {
+    const std::uint64_t frame = run.frames[index].frame;
+    auto rgb = runlog::read_rgb(is_lower ? runlog::lower_image_file(run.folder, frame)
+                                         : runlog::upper_image_file(run.folder, frame));
+    if (rgb) return *std::move(rgb);
+    ++part.unreadable_count;
+    if (part.unreadable.size() < kMostNamed) part.unreadable.push_back(rgb.error().message);
+    return std::nullopt;
+  }
+  static void measure(const cv::Mat& rgb, const vision::ImageRegion& region, vision::NoiseSamples& noise,
+                      std::vector<double>& blurs_px) {
+    noise.merge(vision::noise_samples(rgb, region));
+    if (const auto blur = vision::blur_px(rgb, region)) blurs_px.push_back(*blur);
+  }
+
+  const Side& simulated_;
+  const Side& real_;
+  std::vector<std::optional<std::size_t>> partner_;
+};
+
+}  // namespace
+
+Result<Images> measure_images(const Side& simulated, const Side& real, const std::vector<Match>& by_pose,
+                              const ImageWork& work) {
+  std::error_code error;
+  std::filesystem::create_directories(work.folder, error);
+  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", work.folder.string(), error.message()));
+  const Measurer measurer(simulated, real, by_pose);
+  const auto every = std::size_t(work.every);
+  const std::size_t frames = (real.run.frames.size() + every - 1) / every;
+  const std::size_t parts = (frames + kPartFrames - 1) / kPartFrames;
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;  // protects `done` and `failure`
+  std::size_t done = 0;
+  std::exception_ptr failure;
+  const auto is_stopped = [&work] { return work.stop != nullptr && *work.stop; };
+  const auto labour = [&] {
+    for (std::size_t number = next++; number < parts && !is_stopped(); number = next++) {
+      try {
+        if (!kept_part(work, number)) {
+          Images part;
+          for (std::size_t i = number * kPartFrames; i < std::min(frames, (number + 1) * kPartFrames); ++i) {
+            measurer.add(i * every, part);
+          }
+          runlog::write_whole(part_file(work, number), to_json(part, work.key).dump());
+        }
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        failure = std::current_exception();
+        next = parts;
+        return;
+      }
+      const std::lock_guard lock(mutex);
+      ++done;
+      if (work.progress) work.progress(double(done) / double(parts));
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    threads.reserve(std::size_t(work.jobs));
+    for (int i = 0; i < work.jobs; ++i) threads.emplace_back(labour);
+  }
+  if (failure) std::rethrow_exception(failure);
+  if (is_stopped()) return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
+  Images all;
+  for (std::size_t number = 0; number < parts; ++number) {
+    const auto part = kept_part(work, number);
+    if (!part)
+      throw runlog::DiskError(fmt::format("{}: does not contain what was written", part_file(work, number).string()));
+    merge(*part, all);
+  }
+  return all;
+}
+
+}  // namespace twocone::compare

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/map_file.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/config/keys/polygon.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/config/yaml/yaml_reader.h"
+
+namespace twocone::config {
+namespace {
+
+constexpr Quantity kColour{"colour, linear rgb", kNoUnit, {.least = 0, .greatest = 1}};
+
+/// Returns the bounds if both sides are valid.
+std::optional<Bounds> read_bounds(Section& map) {
+  Section* section = map.section("bounds_m", "the walls, {x: [least, greatest], y: [least, greatest]}");
+  if (section == nullptr) return std::nullopt;
+  const auto read_side = [&](std::string_view key, std::string_view what, double& least, double& greatest) {
+    std::array<double, 2> side{};
+    if (!section->numbers(key, {what, kMetres, kAnyNumber}, side)) return false;
+    if (!(side[0] < side[1])) return section->complain(key, kMetres, "[least, greatest], least < greatest"), false;
+    least = side[0];
+    greatest = side[1];
+    return true;
+  };
+  Bounds bounds;
+  bool good = read_side("x", "least and greatest x of the floor", bounds.min_x_m, bounds.max_x_m);
+  good &= read_side("y", "least and greatest y of the floor", bounds.min_y_m, bounds.max_y_m);
+  return good ? std::optional(bounds) : std::nullopt;
+}
+
+Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
+  Landmark landmark;
+  section.text("name", "the landmark's name", landmark.name);
+  if (section.numbers("colour", kColour, landmark.colour)) {
+    const auto [least, greatest] = std::minmax_element(landmark.colour.begin(), landmark.colour.end());
+    if (*least == *greatest)
+      section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue identifies it");
+  }
+  const auto read_place = [&](std::string_view key, std::string_view what, double& value, double least, double greatest,
+                              std::string_view side) {
+    if (!section.number(key, {what, kMetres, kAnyNumber}, value) || !bounds) return;
+    if (value < least || value > greatest) {
+      section.complain(key, kMetres, fmt::format("within bounds_m.{}, {} to {}", side, least, greatest));
+    }
+  };
+  const Bounds within = bounds.value_or(Bounds{});
+  read_place("x_m", "x of its axis", landmark.x_m, within.min_x_m, within.max_x_m, "x");
+  read_place("y_m", "y of its axis", landmark.y_m, within.min_y_m, within.max_y_m, "y");
+  section.number("radius_m", {"its radius", kMetres, kAboveZero}, landmark.radius_m);
+  section.number("top_m", {"height of its top above the floor", kMetres, kAboveZero}, landmark.top_m);
+  return landmark;
+}
+
+void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
+  for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
+    Landmark landmark = read_landmark(*section, bounds);
+    const auto namesake = std::find_if(landmarks.begin(), landmarks.end(),
+                                       [&](const Landmark& other) { return other.name == landmark.name; });
+    if (namesake != landmarks.end() && !landmark.name.empty()) {
+      section->complain("name", kNoUnit, "unlike every other landmark's");
+    }
+    landmarks.push_back(std::move(landmark));
+  }
+}
+
+void read_polygon(Section& obstacle, std::vector<Obstacle>& obstacles) {
+  Polygon polygon;
+  if (!obstacle.points("polygon_m", "corners", polygon)) return;
+  if (polygon.size() < 3) {
+    obstacle.complain("polygon_m", kMetres, "at least 3 corners");
+  } else if (!is_simple(polygon)) {
+    obstacle.complain("polygon_m", kMetres, "corners in turn, each once, of an outline that does not cross itself");
+  } else {
+    obstacles.emplace_back(std::move(polygon));
+  }
+}
+
+void read_circle(Section& obstacle, std::vector<Obstacle>& obstacles) {
+  Section* section = obstacle.section("circle_m", "{x, y, radius}");
+  if (section == nullptr) return;
+  Circle circle;
+  section->number("x", {"x of its centre", kMetres, kAnyNumber}, circle.centre.x_m);
+  section->number("y", {"y of its centre", kMetres, kAnyNumber}, circle.centre.y_m);
+  section->number("radius", {"its radius", kMetres, kAboveZero}, circle.radius_m);
+  obstacles.emplace_back(circle);
+}
+
+void read_obstacles(Section& map, std::vector<Obstacle>& obstacles) {
+  for (Section* obstacle : map.sections("obstacles", "what stands on the floor, a list", Need::kOptional)) {
+    const bool has_polygon = obstacle->has("polygon_m");
+    const bool has_circle = obstacle->has("circle_m");
+    if (has_polygon == has_circle) {
+      obstacle->complain_here(has_polygon ? "has polygon_m and circle_m, must have one of them"
+                                          : "has neither polygon_m nor circle_m, must have one of them");
+    }
+    if (has_polygon) read_polygon(*obstacle, obstacles);
+    if (has_circle) read_circle(*obstacle, obstacles);
+  }
+}
+
+bool lies_within(const Point& point, const Bounds& bounds) {
+  return point.x_m >= bounds.min_x_m && point.x_m <= bounds.max_x_m && point.y_m >= bounds.min_y_m &&
+         point.y_m <= bounds.max_y_m;
+}
+
+/// Returns the rule that the path breaks, or an empty text.
+std::string fault_of(const Moving& moving, const std::optional<Bounds>& bounds) {
+  const std::vector<Point>& path = moving.path;
+  if (path.size() < 2) return "at least 2 points";
+  if (std::adjacent_find(path.begin(), path.end()) != path.end()) return "a path whose neighbouring points differ";
+  if (moving.loop && path.front() == path.back()) return "a path whose last point is not its first: loop leads back";
+  const auto is_out = [&](const Point& point) { return bounds && !lies_within(point, *bounds); };
+  if (std::any_of(path.begin(), path.end(), is_out)) return "within bounds_m";
+  return "";
+}
+
+void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<Moving>& things) {
+  for (Section* section : map.sections("moving", "what moves by itself, a list", Need::kOptional)) {
+    Moving moving;
+    if (section->text("name", "its name: the scene calls it moving.NAME", moving.name)) {
+      const auto is_namesake = [&](const Moving& other) { return other.name == moving.name; };
+      if (!is_name(moving.name, "_")) {
+        section->complain("name", kNoUnit, "letters, digits and _");
+      } else if (std::any_of(things.begin(), things.end(), is_namesake)) {
+        section->complain("name", kNoUnit, "unlike every other moving thing's");
+      }
+    }
+    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path);
+    section->number("speed_mps", {"its speed", kMetresPerSecond, kAboveZero}, moving.speed_mps);
+    section->flag("loop", "whether it goes round", moving.loop, Need::kOptional);
+    section->number("radius_m", {"radius of the disc that stops a robot", kMetres, kAboveZero}, moving.radius_m);
+    if (has_path) {
+      const std::string rule = fault_of(moving, bounds);
+      if (!rule.empty()) section->complain("path_m", kMetres, rule);
+    }
+    things.push_back(std::move(moving));
+  }
+}
+
+void read_effects(Section& map, SceneEffects& effects) {
+  Section* section = map.section("effects", "which of the scene's effects are rendered", Need::kOptional);
+  if (section == nullptr) return;
+  section->flag("shadows", "", effects.shadows, Need::kOptional);
+  section->flag("area_lights", "", effects.area_lights, Need::kOptional);
+  section->flag("photons", "", effects.photons, Need::kOptional);
+  section->flag("radiosity", "", effects.radiosity, Need::kOptional);
+  section->flag("media", "", effects.media, Need::kOptional);
+  int depth = 0;
+  const Quantity reflection_depth{"reflections of reflections", kNoUnit, {.least = 1, .greatest = 256}};
+  if (section->whole("reflection_depth", reflection_depth, depth, Need::kOptional) && depth > 0) {
+    effects.reflection_depth = depth;
+  }
+}
+
+void read_scene_paths(Section& map, const std::filesystem::path& file, std::vector<std::filesystem::path>& paths) {
+  std::vector<std::string> folders;
+  map.texts("scene_paths", "folders that the scene may read, a list", folders, Need::kOptional);
+  for (const std::string& folder : folders) {
+    paths.push_back(std::filesystem::absolute(resolve(folder, file)).lexically_normal());
+  }
+}
+
+/// The scene of a map file may read the folder of that file. A map inside another file (run.yaml) lists that folder.
+Map with_own_folder(Map map) {
+  if (!map.scene) return map;
+  map.scene_paths.insert(map.scene_paths.begin(), std::filesystem::absolute(map.file).parent_path().lexically_normal());
+  return map;
+}
+
+}  // namespace
+
+Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
+  if (node.IsDefined() && node.IsMap() && node["rig"] && !node["landmarks"]) {
+    throw FileError(
+        fmt::format("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string()));
+  }
+  Reading reading(node, file);
+  Section& root = reading.root();
+  Map map;
+  map.file = file;
+  std::string scene;
+  root.text("scene", "the POV-Ray file", scene, Need::kOptional);
+  if (!scene.empty()) map.scene = resolve(scene, file);
+  read_scene_paths(root, file, map.scene_paths);
+  root.number("unit_m", {"length of one POV-Ray unit of the scene", kMetres, kAboveZero}, map.unit_m,
+              root.has("scene") ? Need::kRequired : Need::kOptional);
+  const std::optional<Bounds> bounds = read_bounds(root);
+  map.bounds = bounds.value_or(Bounds{});
+  read_landmarks(root, bounds, map.landmarks);
+  read_obstacles(root, map.obstacles);
+  read_moving(root, bounds, map.moving);
+  read_effects(root, map.effects);
+  reading.finish();
+  return map;
+}
+
+Map read_map(const std::filesystem::path& file) {
+  if (file.extension() == ".pov" || file.extension() == ".inc") {
+    throw FileError(
+        fmt::format("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
+                    file.string(), file.filename().string()));
+  }
+  return with_own_folder(parse_map(load_yaml(file), file));
+}
+
+YAML::Node load_map_node(const std::filesystem::path& file) {
+  YAML::Node node = load_yaml(file);
+  const Map map = with_own_folder(parse_map(node, file));
+  if (!map.scene) return node;
+  node["scene"] = std::filesystem::absolute(*map.scene).string();
+  node["scene_paths"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const std::filesystem::path& folder : map.scene_paths) node["scene_paths"].push_back(folder.string());
+  return node;
+}
+
+}  // namespace twocone::config

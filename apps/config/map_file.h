@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace YAML {
+class Node;
+}
+
+namespace twocone::config {
+
+/// An upright cylinder at a known place. World frame, metres.
+struct Landmark {
+  std::string name;                ///< not empty, unique
+  std::array<double, 3> colour{};  ///< linear rgb, each in [0, 1]; must have a hue, which identifies the landmark
+  double x_m = 0;                  ///< of the axis, inside the bounds
+  double y_m = 0;
+  double radius_m = 0;  ///< > 0
+  double top_m = 0;     ///< height of the flat top above the floor, > 0
+
+  friend bool operator==(const Landmark&, const Landmark&) = default;
+};
+
+struct Point {
+  double x_m = 0;
+  double y_m = 0;
+
+  friend bool operator==(const Point&, const Point&) = default;
+};
+struct Circle {
+  Point centre;
+  double radius_m = 0;  ///< > 0
+
+  friend bool operator==(const Circle&, const Circle&) = default;
+};
+using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
+using Obstacle = std::variant<Polygon, Circle>;
+
+/// A rectangle parallel to the axes of the world, min < max.
+struct Bounds {
+  double min_x_m = 0, max_x_m = 0;
+  double min_y_m = 0, max_y_m = 0;
+
+  friend bool operator==(const Bounds&, const Bounds&) = default;
+};
+
+/// An object that moves along a path at constant speed. In simulation it is the scene object `moving.NAME`.
+struct Moving {
+  std::string name;         ///< letters, digits, _; unique
+  std::vector<Point> path;  ///< at least two points inside the bounds; neighbours must differ
+  double speed_mps = 0;     ///< > 0
+  bool loop = false;        ///< true: from the last point straight to the first; false: stops at the last point
+  double radius_m = 0;      ///< > 0
+
+  friend bool operator==(const Moving&, const Moving&) = default;
+};
+
+/// Effects of the scene that the map may switch off (`effects:`), although the scene uses them.
+struct SceneEffects {
+  bool shadows = true;
+  bool area_lights = true;
+  bool photons = true;
+  bool radiosity = true;
+  bool media = true;
+  std::optional<int> reflection_depth{};  ///< 1 to 256, replaces the scene's max_trace_level
+
+  friend bool operator==(const SceneEffects&, const SceneEffects&) = default;
+};
+
+/// The knowledge of a place that a robot may have (scenes/lab.map.yaml). A map contains no ground truth.
+struct Map {
+  std::filesystem::path file;                  ///< the path as the caller gave it
+  std::optional<std::filesystem::path> scene;  ///< resolved against the file's folder; none for a real room
+  /// Folders that the scene may read, as absolute paths: the folder of the map file, then those of `scene_paths:`. If
+  /// it is empty, the scene's own folder is used. Simulation only.
+  std::vector<std::filesystem::path> scene_paths{};
+  double unit_m = 0.05;  ///< length of one POV-Ray unit, > 0; required if there is a scene
+  Bounds bounds;         ///< the walls
+  std::vector<Landmark> landmarks;
+  std::vector<Obstacle> obstacles;  ///< other than landmarks and walls
+  std::vector<Moving> moving;       ///< simulation only
+  SceneEffects effects;             ///< simulation only
+
+  friend bool operator==(const Map&, const Map&) = default;
+};
+
+/// @throws FileError with one line for each bad key: file, line, key, value, unit and the rule that applies. This
+/// covers unknown keys (the line lists the known ones), missing keys, keys that are given twice, and a file that cannot
+/// be read
+Map read_map(const std::filesystem::path& file);
+/// Reads a map from a node of a larger file (run.yaml). Messages name `file`, and relative paths start at its folder.
+Map parse_map(const YAML::Node& node, const std::filesystem::path& file);
+/// Returns the YAML of the file with absolute paths, for use inside another file (run.yaml). parse_map reads the same
+/// map from it. @throws FileError as read_map
+YAML::Node load_map_node(const std::filesystem::path& file);
+
+}  // namespace twocone::config

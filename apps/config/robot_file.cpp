@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/robot_file.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/config/camera_info.h"
+#include "apps/config/keys/camera_effects.h"
+#include "apps/config/keys/device_keys.h"
+#include "apps/config/keys/estimator_keys.h"
+#include "apps/config/keys/rig_keys.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/config/yaml/yaml_reader.h"
+#include "apps/config/yaml/old_names.h"
+#include "hal/stereo_rig.h"
+
+namespace twocone::config {
+namespace {
+
+// Leaves room, within the 255 bytes of a file name, for the suffix "-waypoints-seed18446744073709551615-2".
+constexpr std::size_t kLongestName = 200;
+
+constexpr double kTurn_rad = 2 * std::numbers::pi;
+/// The range is wide because an angle may be given as 3/4 or as -1/4 of a turn. A value in degrees is still noticed.
+constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words = "-2 pi to 2 pi"};
+/// The bounds keep a time within the range of its nanosecond counter.
+constexpr Range kTimeoutRange{.least = 0.001, .greatest = 60};
+constexpr Range kLagRange{.least = 0, .greatest = 60};
+constexpr Range kSkewRange{.least = 0, .greatest = 60};
+constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
+constexpr Range kImageSide{.least = 1, .greatest = 16384};
+
+void read_start(Section& root, std::optional<Start>& start) {
+  Section* section = root.section("start", "pose at t = 0", Need::kOptional);
+  if (section == nullptr) return;
+  start.emplace();
+  section->number("x_m", {"x at t = 0", kMetres, kAnyNumber}, start->x_m);
+  section->number("y_m", {"y at t = 0", kMetres, kAnyNumber}, start->y_m);
+  section->number("heading_rad", {"heading at t = 0, counter-clockwise from x", kRadians, kWithinATurn},
+                  start->heading_rad);
+}
+
+void read_drive(Section& root, Drive& drive) {
+  Section* section = root.section("drive", "the two wheels: driver, sizes, limits");
+  if (section == nullptr) return;
+  section->text("driver", "what moves the wheels", drive.driver);
+  section->number("wheel_separation_m", {"distance between the wheels' contact points", kMetres, kRobotLength},
+                  drive.wheel_separation_m);
+  section->number("wheel_radius_m", {"radius of a wheel", kMetres, kPartLength}, drive.wheel_radius_m);
+  section->number("max_speed_mps", {"greatest speed of a wheel over the floor", kMetresPerSecond, kAboveZero},
+                  drive.max_speed_mps);
+  section->number("command_timeout_s", {"time without a command after which the wheels stop", kSeconds, kTimeoutRange},
+                  drive.command_timeout_s, Need::kOptional);
+  read_serial_drive(*section, drive);
+}
+
+/// A camera while it is read. Its own `effects` are read after those that all cameras share.
+struct CameraPart {
+  Section* section = nullptr;  ///< null: absent or unreadable
+  CameraEntry* camera = nullptr;
+  bool has_driver = false;
+  bool has_rate = false;
+
+  /// Complains about a key that only the simulator supports.
+  void refuse_if_real(std::string_view key) const {
+    if (section->has(key) && has_driver && camera->driver != drivers::kSimPovray) {
+      section->complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", camera->driver));
+    }
+  }
+};
+
+CameraPart read_camera(Section* section, CameraEntry& camera) {
+  CameraPart part{section, &camera};
+  if (section == nullptr) return part;
+  part.has_driver = section->text("driver", "what takes the images", camera.driver);
+  section->whole("width_px", {"width of the image", kPixels, kImageSide}, camera.width_px);
+  section->whole("height_px", {"height of the image", kPixels, kImageSide}, camera.height_px);
+  part.has_rate = section->number("rate_hz", {"images a second", kHertz, kRateRange}, camera.rate_hz);
+  const Quantity antialias{"rays per pixel side", kNoUnit, {.least = 1, .greatest = 9}};
+  if (section->whole("antialias", antialias, camera.antialias, Need::kOptional)) part.refuse_if_real("antialias");
+  if (part.has_driver) read_camera_device(*section, camera);
+  return part;
+}
+
+std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
+  std::vector<CameraPart> parts;
+  Section* cameras = root.section("cameras", "the two cameras, lower and upper");
+  if (cameras == nullptr) return parts;
+  parts.push_back(read_camera(cameras->section("lower", "camera of the lower mirror"), robot.lower));
+  parts.push_back(read_camera(cameras->section("upper", "camera of the upper mirror"), robot.upper));
+  const std::vector<std::string> names = cameras->keys();
+  robot.others.reserve(names.size());  // the parts point into this vector
+  for (const std::string& name : names) {
+    if (name == "lower" || name == "upper") continue;
+    NamedCameraEntry& other = robot.others.emplace_back();
+    other.name = name;
+    parts.push_back(read_camera(cameras->section(name, "a further camera"), other.camera));
+    if (!is_name(name, "_")) cameras->complain(name, kNoUnit, "named with letters, digits and _");
+  }
+  const CameraPart& lower = parts.front();
+  for (const CameraPart& part : parts) {
+    if (lower.has_rate && part.has_rate && part.camera->rate_hz != robot.lower.rate_hz) {
+      part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
+    }
+  }
+  const bool good_skew =
+      root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
+                  robot.max_skew_s, Need::kOptional);
+  if (lower.has_rate && good_skew && !root.has("max_skew_s"))
+    robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.rate_hz;
+  return parts;
+}
+
+/// Copies the lens data of the calibration files into the rig.
+void read_camera_infos(Robot& robot) {
+  std::string bad;
+  const auto read = [&](RigView& view, const CameraEntry& camera, std::string_view name) {
+    if (view.camera_info.empty()) return;
+    try {
+      const CameraInfo info =
+          read_camera_info(view.camera_info, {.width_px = camera.width_px,
+                                              .height_px = camera.height_px,
+                                              .camera = fmt::format("cameras.{} of {}", name, robot.file.string())});
+      view.distortion = info.distortion;
+      if (info.distortion.empty()) return;
+      view.distortion_focal_px = info.focal_px;
+      view.distortion_principal_px = info.principal_px;
+    } catch (const FileError& error) {
+      // Both mirrors may name the same file, and its faults are reported once.
+      if (bad.find(error.what()) == std::string::npos)
+        bad += fmt::format("{}{}", bad.empty() ? "" : "\n", error.what());
+    }
+  };
+  read(robot.rig.lower, robot.lower, "lower");
+  read(robot.rig.upper, robot.upper, "upper");
+  if (!bad.empty()) throw FileError(bad);
+}
+
+/// Reads the camera's own effects over the common ones, key by key. A real camera has none. Returns the camera's own
+/// section.
+Section* read_own_effects(const CameraPart& part, Section* common_section, const sim_povray::CameraEffects& common,
+                          bool good_common) {
+  Section* own = part.section->section("effects", "what this camera does beyond the ideal", Need::kOptional);
+  part.refuse_if_real("effects");
+  if (part.camera->driver != drivers::kSimPovray) {
+    sim_povray::CameraEffects ignored;
+    if (own != nullptr) read_camera_effects(*own, ignored);
+    return own;
+  }
+  part.camera->effects = common;
+  const bool good = own == nullptr || read_camera_effects(*own, part.camera->effects);
+  const std::optional<double> rate_hz = part.has_rate ? std::optional(part.camera->rate_hz) : std::nullopt;
+  if (good && good_common) check_camera_effects(part.camera->effects, own, common_section, rate_hz);
+  return own;
+}
+
+/// Returns the section with the effects that all cameras share, or null.
+Section* read_effects(Section& root, Effects& effects) {
+  Section* section = root.section("effects", "what the simulated body does beyond the ideal", Need::kOptional);
+  if (section == nullptr) return nullptr;
+  section->number("slip", {"standard deviation of a wheel's relative slip", kNoUnit, kZeroOrMore}, effects.slip,
+                  Need::kOptional);
+  section->whole("encoder_counts_per_turn", {"encoder counts in one turn of a wheel", kNoUnit, kZeroOrMore},
+                 effects.encoder_counts_per_turn, Need::kOptional);
+  section->number("motor_lag_s", {"time constant of a wheel's speed", kSeconds, kLagRange}, effects.motor_lag_s,
+                  Need::kOptional);
+  const auto read = [&](std::string_view key, const Quantity& quantity, std::optional<double>& value) {
+    double number = 0;
+    if (section->has(key) && section->number(key, quantity, number)) value = number;
+  };
+  read("wheel_separation_m", {"true distance between the wheels' contact points", kMetres, kRobotLength},
+       effects.wheel_separation_m);
+  read("wheel_radius_m", {"true radius of a wheel", kMetres, kPartLength}, effects.wheel_radius_m);
+  read("mass_kg", {"mass of the robot", kKilograms, kAboveZero}, effects.mass_kg);
+  read("wheel_friction", {"friction between wheel and floor", kNoUnit, kAboveZero}, effects.wheel_friction);
+  read("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, effects.body_friction);
+  return section->section("camera", "what the cameras do beyond the ideal", Need::kOptional);
+}
+
+}  // namespace
+
+Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
+  const YAML::Node node = with_present_names(given);
+  if (node.IsDefined() && node.IsMap() && node["landmarks"] && !node["rig"]) {
+    throw FileError(fmt::format("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
+                                file.filename().string()));
+  }
+  Reading reading(node, file);
+  Section& root = reading.root();
+  Robot robot;
+  robot.file = file;
+  root.text("name", "the robot's name", robot.name);
+  std::string map;
+  if (root.text("map", "the map of the place it is in", map)) robot.map = resolve(map, file);
+  root.text("attach", "the served world to take a place in", robot.attach, Need::kOptional);
+  if (!robot.attach.empty() && !is_name(robot.attach, "-_")) {
+    root.complain("attach", kNoUnit, "letters, digits, - and _");
+  }
+  read_start(root, robot.start);
+  root.whole("latency_frames", {"age of the fix that corrects the odometry", kNoUnit, kZeroOrMore},
+             robot.latency_frames, Need::kOptional);
+  if (Section* body = root.section("body", "the robot's body")) {
+    body->number("radius_m", {"radius of the body, seen from above", kMetres, kRobotLength}, robot.body_radius_m);
+  }
+  read_drive(root, robot.drive);
+  const std::vector<CameraPart> cameras = read_cameras(root, robot);
+  read_rig(root, file, robot.rig);
+  read_estimator(root, robot.estimator);
+  Section* common_effects = read_effects(root, robot.effects);
+  sim_povray::CameraEffects common;
+  bool good_common = true;
+  std::vector<Section*> camera_effects;
+  if (common_effects != nullptr) {
+    good_common = read_camera_effects(*common_effects, common);
+    camera_effects.push_back(common_effects);
+  }
+  for (const CameraPart& part : cameras) {
+    Section* own = part.section != nullptr ? read_own_effects(part, common_effects, common, good_common) : nullptr;
+    if (own != nullptr) camera_effects.push_back(own);
+  }
+  check_unneeded_keys(camera_effects);
+  root.points("waypoints_m", "places to drive to in turn", robot.waypoints, Need::kOptional);
+  reading.finish();
+  read_camera_infos(robot);
+  return robot;
+}
+
+Robot read_robot(const std::filesystem::path& file) {
+  Robot robot = parse_robot(load_yaml(file), file);
+  // Run folders are named after the robot. The check is only here, so that an older run with another name stays
+  // readable.
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  const bool has_control = std::any_of(robot.name.begin(), robot.name.end(), is_control);
+  if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||
+      robot.name.size() > kLongestName) {
+    std::replace_if(robot.name.begin(), robot.name.end(), is_control, '?');
+    throw FileError(
+        fmt::format("{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
+                    "characters, at most {} bytes",
+                    file.string(), robot.name, kLongestName));
+  }
+  return robot;
+}
+
+YAML::Node load_robot_node(const std::filesystem::path& file) {
+  YAML::Node node = with_present_names(load_yaml(file));
+  const Robot robot = parse_robot(node, file);
+  node["map"] = std::filesystem::absolute(robot.map).string();
+  set_camera_info_paths(node, file, [](const std::filesystem::path& path) { return std::filesystem::absolute(path); });
+  return node;
+}
+
+YAML::Node load_robot_node(const Robot& robot) {
+  YAML::Node node = load_robot_node(robot.file);
+  set_estimator(node, robot.estimator);
+  return node;
+}
+
+}  // namespace twocone::config

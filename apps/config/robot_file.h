@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "drivers/backends.h"
+#include "drivers/serial_diffdrive/serial_diffdrive.h"
+#include "drivers/sim_povray/sim_povray.h"
+
+namespace twocone::config {
+
+struct Drive {
+  std::string driver;
+  double wheel_separation_m = 0;   ///< > 0
+  double wheel_radius_m = 0;       ///< > 0
+  double max_speed_mps = 0;        ///< of a wheel over the floor, > 0
+  double command_timeout_s = 0.5;  ///< dead-man time, 0.001 to 60
+  /// Set if and only if the driver is serial_diffdrive.
+  std::optional<serial::SerialDriveSettings> serial{};
+
+  friend bool operator==(const Drive&, const Drive&) = default;
+};
+
+struct CameraEntry {
+  std::string driver;
+  int width_px = 0;    ///< 1 to 16384
+  int height_px = 0;   ///< 1 to 16384
+  double rate_hz = 0;  ///< 0.01 to 1000, the same for both cameras of the pair
+  int antialias = 1;   ///< sim_povray only: rays along a pixel's side, 1 to 9; 1: no antialiasing
+  /// sim_povray only: `effects.camera`, overridden by the camera's own `effects`.
+  sim_povray::CameraEffects effects{};
+  drivers::CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
+
+  friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
+};
+
+/// A camera in addition to the pair.
+struct NamedCameraEntry {
+  std::string name;  ///< letters, digits, _
+  CameraEntry camera;
+
+  friend bool operator==(const NamedCameraEntry&, const NamedCameraEntry&) = default;
+};
+
+/// One mirror and its camera, as the robot believes them to be (`rig:`, from the common keys and from those of `lower:`
+/// or `upper:`).
+struct RigView {
+  double apex_rad = std::numbers::pi / 2;  ///< full angle of the cone, in (0, pi)
+  double mirror_radius_m = 0;              ///< R, > 0
+  double lens_to_tip_m = 0;                ///< d, > 0
+  std::array<double, 2> centre_px{};       ///< column, row of the tip
+  double rim_radius_px = 0;                ///< r_m, > 0
+  double azimuth_rad = 0;                  ///< bearing of the image's x axis, within one turn either way
+  bool mirrored = false;
+  std::array<double, 2> tilt_rad{};       ///< of mirror and camera about the body's x and y axes, each within pi/4
+  std::array<double, 2> axis_offset_m{};  ///< x and y of the lens in the body's frame
+  /// k1 k2 p1 p2 [k3 [k4 k5 k6]] of OpenCV's lens model; empty: no distortion. From the robot file or from
+  /// `camera_info`.
+  std::vector<double> distortion{};
+  /// Focal lengths fx, fy of the distortion model, > 0; none: v, the focal length from the mirror's image.
+  std::optional<std::array<double, 2>> distortion_focal_px{};
+  /// Column and row of the distortion centre; none: centre_px.
+  std::optional<std::array<double, 2>> distortion_principal_px{};
+  std::filesystem::path camera_info{};  ///< source of the distortion, resolved; empty: the robot file
+
+  friend bool operator==(const RigView&, const RigView&) = default;
+};
+
+struct Rig {
+  RigView lower, upper;
+  double mirror_separation_m = 0;  ///< s, > 0
+  double lens_height_m = 0;        ///< lower lens above the floor, >= 0
+
+  friend bool operator==(const Rig&, const Rig&) = default;
+};
+
+/// The pose in the world at t = 0. In simulation this must be the pose at which the scene shows the robot.
+struct Start {
+  double x_m = 0, y_m = 0;
+  double heading_rad = 0;  ///< within one turn either way
+
+  friend bool operator==(const Start&, const Start&) = default;
+};
+
+/// Deviations of a simulated robot's body from the ideal (`effects:`).
+struct Effects {
+  double slip = 0;                  ///< standard deviation of each wheel's relative slip, >= 0
+  int encoder_counts_per_turn = 0;  ///< 0: exact angles
+  double motor_lag_s = 0;           ///< time constant of the wheels' speed, 0 to 60; 0: none
+  /// The true sizes of the wheels where they differ from those that the robot believes (`drive:`).
+  std::optional<double> wheel_separation_m{};  ///< > 0
+  std::optional<double> wheel_radius_m{};      ///< > 0
+  /// Any of these three switches the physics on. The others then have the defaults of sim_povray::Physics.
+  std::optional<double> mass_kg{};         ///< > 0
+  std::optional<double> wheel_friction{};  ///< > 0
+  std::optional<double> body_friction{};   ///< >= 0
+
+  friend bool operator==(const Effects&, const Effects&) = default;
+};
+
+/// The amount of work for the answer of a frame (`estimator:`). The defaults are the most accurate. Method `paper` has
+/// neither stages nor bearings.
+struct EstimatorKeys {
+  std::string method{};                  ///< `paper` or `outline`; empty: the program's default
+  std::string stage = "fine";            ///< of method outline: found, coarse, fine or adaptive
+  std::vector<std::string> landmarks{};  ///< names of the landmarks to look for, at least 3; empty: all of the map
+  bool bearings = true;                  ///< false: fixes from ranges alone, without heading
+  double enough_m = 0.001;               ///< adaptive: refinement stops at this sigma of the position, > 0
+  std::optional<double> budget_s{};      ///< adaptive: time for vision and localisation of a frame, > 0; none: no limit
+
+  friend bool operator==(const EstimatorKeys&, const EstimatorKeys&) = default;
+};
+
+/// The parts of a robot and the driver of each part (robots/lab_sim.yaml).
+struct Robot {
+  std::filesystem::path file;  ///< the path as the caller gave it
+  std::string name;
+  std::filesystem::path map;   ///< resolved against the file's folder
+  std::string attach;          ///< name of the served world; empty: the program has its own world
+  std::optional<Start> start;  ///< simulation only
+  int latency_frames = 4;      ///< >= 0
+  double body_radius_m = 0;    ///< > 0
+  Drive drive;
+  CameraEntry lower, upper;
+  std::vector<NamedCameraEntry> others;  ///< additional cameras in the file's order, at the pair's rate
+  Rig rig;
+  Effects effects;
+  EstimatorKeys estimator;
+  std::vector<Point> waypoints;  ///< for `--behaviour waypoints`, driven as a closed loop
+  double max_skew_s = 0;         ///< between the images of a pair, 0 to 60; default StereoRig::kFreeSkew periods
+
+  friend bool operator==(const Robot&, const Robot&) = default;
+};
+
+/// Reads a robot file and the files that it names as `camera_info` (apps/config/camera_info.h). It does not check that
+/// the drivers exist (drivers/backends.h), or that the map exists and fits the robot (apps/config/to_layers.h).
+/// @throws FileError as read_map
+Robot read_robot(const std::filesystem::path& file);
+/// Reads a robot from a node of a larger file (run.yaml). Messages name `file`, and relative paths start at its folder.
+Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
+/// Returns the YAML of the file with absolute paths, for use inside another file (run.yaml). parse_robot reads the same
+/// robot from it. @throws FileError as read_robot
+YAML::Node load_robot_node(const std::filesystem::path& file);
+/// Returns the YAML of `robot.file` with the `estimator:` of `robot`, which a run may override.
+YAML::Node load_robot_node(const Robot& robot);
+
+}  // namespace twocone::config

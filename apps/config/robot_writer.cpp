@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/robot_writer.h"
+
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/config/keys/effect_writer.h"
+#include "apps/config/keys/estimator_keys.h"
+#include "apps/config/keys/rig_keys.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/config/yaml/yaml_numbers.h"
+#include "apps/config/yaml/yaml_reader.h"
+#include "apps/config/yaml/old_names.h"
+
+namespace twocone::config {
+namespace {
+
+bool is_zero(const std::array<double, 2>& pair) { return pair[0] == 0 && pair[1] == 0; }
+
+bool has_same_lens(const RigView& a, const RigView& b) {
+  return a.distortion == b.distortion && a.distortion_focal_px == b.distortion_focal_px &&
+         a.distortion_principal_px == b.distortion_principal_px;
+}
+
+YAML::Node mirror_of(const RigView& view) {
+  YAML::Node mirror;
+  mirror.SetStyle(YAML::EmitterStyle::Flow);
+  mirror["type"] = "cone";
+  mirror["apex_rad"] = text_of(view.apex_rad);
+  return mirror;
+}
+
+/// Returns the keys of one mirror. @param info_path `camera_info` as it will be written; empty: it no longer applies
+YAML::Node view_of(const RigView& view, const std::string& info_path) {
+  YAML::Node node;
+  node["centre_px"] = list_of(view.centre_px);
+  node["rim_radius_px"] = text_of(view.rim_radius_px);
+  node["azimuth_rad"] = text_of(view.azimuth_rad);
+  if (view.mirrored) node["mirrored"] = true;
+  if (!is_zero(view.tilt_rad)) node["tilt_rad"] = list_of(view.tilt_rad);
+  if (!is_zero(view.axis_offset_m)) node["axis_offset_m"] = list_of(view.axis_offset_m);
+  if (!info_path.empty()) {
+    node["camera_info"] = info_path;
+  } else if (!view.distortion.empty()) {
+    node["distortion"] = list_of(view.distortion);
+    if (view.distortion_focal_px) node["distortion_focal_px"] = list_of(*view.distortion_focal_px);
+    if (view.distortion_principal_px) node["distortion_principal_px"] = list_of(*view.distortion_principal_px);
+  }
+  return node;
+}
+
+/// Returns the path `written` of `original` as it must be written in `new_file`.
+std::string moved(const std::filesystem::path& written, const std::filesystem::path& original,
+                  const std::filesystem::path& new_file) {
+  if (written.is_absolute()) return written.string();
+  const std::filesystem::path target = std::filesystem::absolute(resolve(written, original));
+  const std::filesystem::path folder = std::filesystem::absolute(new_file).parent_path();
+  std::error_code none_there;
+  const std::filesystem::path relative = std::filesystem::relative(target, folder, none_there);
+  return none_there || relative.empty() ? target.string() : relative.string();
+}
+
+/// Returns the `camera_info` of a mirror as it is written in `original`.
+std::string info_path_of(const YAML::Node& rig, const char* mirror) {
+  constexpr const char* kKey = "camera_info";
+  if (rig[mirror] && rig[mirror][kKey]) return rig[mirror][kKey].as<std::string>();
+  return rig[kKey] ? rig[kKey].as<std::string>() : std::string();
+}
+
+YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::string& upper_info) {
+  YAML::Node node;
+  YAML::Node lower = view_of(rig.lower, lower_info);
+  YAML::Node upper = view_of(rig.upper, upper_info);
+  const auto put = [&](const char* key, bool is_common, const auto& value_of) {
+    if (is_common) {
+      node[key] = value_of(rig.lower);
+    } else {
+      lower[key] = value_of(rig.lower);
+      upper[key] = value_of(rig.upper);
+    }
+  };
+  put("mirror", rig.lower.apex_rad == rig.upper.apex_rad, mirror_of);
+  put("mirror_radius_m", rig.lower.mirror_radius_m == rig.upper.mirror_radius_m,
+      [](const RigView& view) { return text_of(view.mirror_radius_m); });
+  put("lens_to_tip_m", rig.lower.lens_to_tip_m == rig.upper.lens_to_tip_m,
+      [](const RigView& view) { return text_of(view.lens_to_tip_m); });
+  node["mirror_separation_m"] = text_of(rig.mirror_separation_m);
+  node["lens_height_m"] = text_of(rig.lens_height_m);
+  node["lower"] = lower;
+  node["upper"] = upper;
+  return node;
+}
+
+/// Leaves the text of a camera unchanged where it already has the right values.
+void set_camera(YAML::Node camera, const CameraEntry& changed, const CameraEntry& read) {
+  if (changed.width_px != read.width_px) camera["width_px"] = changed.width_px;
+  if (changed.height_px != read.height_px) camera["height_px"] = changed.height_px;
+  if (changed.rate_hz != read.rate_hz) camera["rate_hz"] = text_of(changed.rate_hz);
+  if (changed.antialias == read.antialias) return;
+  camera.remove("antialias");
+  if (changed.antialias != CameraEntry{}.antialias) camera["antialias"] = changed.antialias;
+}
+
+/// Gives a camera that is a YAML alias of another one its own text. Otherwise one change would alter both.
+void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& others) {
+  const auto part = [&](const std::string& name, const std::string& from) {
+    if (!cameras[name].is(cameras[from])) return;
+    const YAML::Node own = YAML::Clone(cameras[name]);
+    cameras.remove(name);
+    cameras[name] = own;
+  };
+  part("upper", "lower");
+  for (const NamedCameraEntry& other : others) {
+    part(other.name, "lower");
+    part(other.name, "upper");
+  }
+}
+
+/// The content of the original file, as YAML and as the robot read from it.
+struct Original {
+  std::filesystem::path file;
+  YAML::Node node;
+  Robot robot;
+};
+
+Original read_original(const std::filesystem::path& file) {
+  const YAML::Node node = with_present_names(load_yaml(file));
+  Robot robot = parse_robot(node, file);
+  return {file, node, std::move(robot)};
+}
+
+/// Returns `line` as comments. A line break inside it must not end the comment.
+std::string commented(std::string_view line) {
+  std::string text = "#";
+  if (!line.empty()) text += ' ';
+  for (const char c : line) {
+    if (c == '\n' || c == '\r') {
+      text += "\n# ";
+    } else {
+      text += c;
+    }
+  }
+  return text + '\n';
+}
+
+std::string text_with(const Original& original, const std::filesystem::path& new_file, const Robot& changed,
+                      const std::vector<std::string>& header_lines) {
+  const std::filesystem::path& file = original.file;
+  const Robot& robot = original.robot;
+  YAML::Node node = original.node;  // a handle: changes go to the node that it names
+  node["map"] = moved(node["map"].as<std::string>(), file, new_file);
+  const auto info = [&](const char* mirror, RigView Rig::*view, CameraEntry Robot::*camera) {
+    const RigView& now = changed.rig.*view;
+    const RigView& then = robot.rig.*view;
+    const bool is_that_camera = (changed.*camera).width_px == (robot.*camera).width_px &&
+                                (changed.*camera).height_px == (robot.*camera).height_px;
+    const bool is_of_the_file = !now.camera_info.empty() && now.camera_info == then.camera_info;
+    if (!is_of_the_file || !has_same_lens(now, then) || !is_that_camera) return std::string();
+    return moved(info_path_of(node["rig"], mirror), file, new_file);
+  };
+  node["rig"] =
+      rig_of(changed.rig, info("lower", &Rig::lower, &Robot::lower), info("upper", &Rig::upper, &Robot::upper));
+  node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
+  node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
+  YAML::Node cameras = node["cameras"];
+  part_cameras(cameras, robot.others);
+  set_camera(cameras["lower"], changed.lower, robot.lower);
+  set_camera(cameras["upper"], changed.upper, robot.upper);
+  for (const NamedCameraEntry& other : robot.others) {
+    CameraEntry with_rate = other.camera;
+    with_rate.rate_hz = changed.lower.rate_hz;
+    set_camera(cameras[other.name], with_rate, other.camera);
+  }
+  set_camera_effects(node, "lower", changed.lower, robot.lower, file);
+  set_camera_effects(node, "upper", changed.upper, robot.upper, file);
+  set_effects(node, changed.effects, robot.effects);
+  if (changed.estimator != robot.estimator) set_estimator(node, changed.estimator);
+
+  std::string text = "# SPDX-License-Identifier: Apache-2.0\n";
+  for (const std::string& line : header_lines) text += commented(line);
+  text += commented(fmt::format("From {}, whose comments are not kept.", file.filename().string()));
+  YAML::Emitter emitter;
+  emitter << node;
+  text += fmt::format("{}\n", emitter.c_str());
+  (void)parse_robot(parse_yaml(text, new_file), new_file);  // never return text that read_robot rejects
+  return text;
+}
+
+}  // namespace
+
+std::string robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
+                       const Robot& changed, const std::vector<std::string>& header_lines) {
+  return text_with(read_original(original), new_file, changed, header_lines);
+}
+
+std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
+                                  const Rig& rig, const WheelSizes& wheels,
+                                  const std::vector<std::string>& header_lines) {
+  const Original read = read_original(original);
+  Robot changed = read.robot;
+  changed.rig = rig;
+  changed.drive.wheel_separation_m = wheels.separation_m;
+  changed.drive.wheel_radius_m = wheels.radius_m;
+  return text_with(read, new_file, changed, header_lines);
+}
+
+}  // namespace twocone::config

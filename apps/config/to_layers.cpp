@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/to_layers.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/config/yaml/file_error.h"
+
+namespace twocone::config {
+namespace {
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+/// Adds lines about a point of the robot file that lies outside the map.
+void check_within(const Robot& robot, const Map& map, std::string_view key, const Point& place, std::string& bad) {
+  const auto check_side = [&](std::string_view side, double value, double least, double greatest) {
+    if (value >= least && value <= greatest) return;
+    bad += fmt::format("\n{}: {} has {} = {} m, must be within bounds_m.{} of {}, {} to {}", robot.file.string(), key,
+                       side, value, side, map.file.string(), least, greatest);
+  };
+  check_side("x", place.x_m, map.bounds.min_x_m, map.bounds.max_x_m);
+  check_side("y", place.y_m, map.bounds.min_y_m, map.bounds.max_y_m);
+}
+
+/// Adds lines about landmarks of `estimator:` that the map does not contain.
+void check_landmarks(const Robot& robot, const Map& map, std::string& bad) {
+  std::vector<std::string> known;
+  for (const Landmark& landmark : map.landmarks) known.push_back(landmark.name);
+  for (const std::string& name : robot.estimator.landmarks) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    bad += fmt::format("\n{}: estimator.landmarks names '{}', must be a landmark of {}: {}", robot.file.string(), name,
+                       map.file.string(), fmt::join(known, ", "));
+  }
+}
+
+void check_together(const Robot& robot, const Map& map) {
+  std::string bad;
+  check_landmarks(robot, map, bad);
+  if (robot.start) check_within(robot, map, "start", {robot.start->x_m, robot.start->y_m}, bad);
+  for (std::size_t i = 0; i < robot.waypoints.size(); ++i) {
+    check_within(robot, map, fmt::format("waypoints_m[{}]", i), robot.waypoints[i], bad);
+  }
+  if (is_simulated(robot)) {
+    if (!robot.start) {
+      bad += fmt::format("\n{}: start is missing: the pose at which the scene shows the robot; driver {} needs it",
+                         robot.file.string(), drivers::kSimPovray);
+    }
+    if (!map.scene && robot.attach.empty()) {
+      bad += fmt::format("\n{}: scene is missing: the POV-Ray file; driver {} of {} needs it", map.file.string(),
+                         drivers::kSimPovray, robot.file.string());
+    }
+  } else if (!robot.attach.empty()) {
+    bad += fmt::format("\n{}: attach is '{}', must be absent: no part has driver {}", robot.file.string(), robot.attach,
+                       drivers::kSimPovray);
+  }
+  if (!bad.empty()) throw FileError(bad.substr(1));
+}
+
+drivers::CameraPart to_part(const CameraEntry& camera) {
+  return {.driver = camera.driver,
+          .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
+          .antialias = camera.antialias,
+          .effects = camera.effects,
+          .device = camera.device};
+}
+
+sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y_m}; }
+
+std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
+  std::vector<sim_povray::FloorPoint> floor;
+  floor.reserve(points.size());
+  for (const Point& point : points) floor.push_back(to_floor(point));
+  return floor;
+}
+
+/// Returns the fixed and moving objects of a map, without the scene that shows them.
+sim_povray::PlaceSettings contents_of(const Map& map) {
+  sim_povray::PlaceSettings place;
+  place.walls = {.min_x_m = map.bounds.min_x_m,
+                 .max_x_m = map.bounds.max_x_m,
+                 .min_y_m = map.bounds.min_y_m,
+                 .max_y_m = map.bounds.max_y_m};
+  for (const Landmark& landmark : map.landmarks) {
+    place.solids.push_back(
+        {fmt::format("landmark {}", landmark.name), sim_povray::Disc{{landmark.x_m, landmark.y_m}, landmark.radius_m}});
+  }
+  for (std::size_t i = 0; i < map.obstacles.size(); ++i) {
+    sim_povray::Solid& solid = place.solids.emplace_back();
+    solid.name = fmt::format("obstacle {}", i + 1);
+    if (const auto* circle = std::get_if<Circle>(&map.obstacles[i])) {
+      solid.shape = sim_povray::Disc{to_floor(circle->centre), circle->radius_m};
+    } else {
+      solid.shape = to_floor(std::get<Polygon>(map.obstacles[i]));
+    }
+  }
+  for (const Moving& moving : map.moving) {
+    place.moving.push_back({.name = moving.name,
+                            .path_m = to_floor(moving.path),
+                            .speed_mps = moving.speed_mps,
+                            .loop = moving.loop,
+                            .radius_m = moving.radius_m});
+  }
+  return place;
+}
+
+/// Requires a map that names a scene.
+sim_povray::PlaceSettings place_of(const Map& map) {
+  sim_povray::PlaceSettings place = contents_of(map);
+  place.scene = *map.scene;
+  place.scene_paths = map.scene_paths;
+  place.unit_m = map.unit_m;
+  place.switches = {.shadows = map.effects.shadows,
+                    .area_lights = map.effects.area_lights,
+                    .photons = map.effects.photons,
+                    .radiosity = map.effects.radiosity,
+                    .media = map.effects.media,
+                    .reflection_depth = map.effects.reflection_depth};
+  return place;
+}
+
+std::optional<sim_povray::Physics> physics_of(const Effects& effects) {
+  if (!effects.mass_kg && !effects.wheel_friction && !effects.body_friction) return std::nullopt;
+  sim_povray::Physics physics;
+  physics.mass_kg = effects.mass_kg.value_or(physics.mass_kg);
+  physics.wheel_friction = effects.wheel_friction.value_or(physics.wheel_friction);
+  physics.body_friction = effects.body_friction.value_or(physics.body_friction);
+  return physics;
+}
+
+sim_povray::SessionSettings session_of(const Robot& robot, const DriveLimits& limits, std::uint64_t seed) {
+  const localisation::Pose start = to_start_pose(robot);
+  sim_povray::SessionSettings session;
+  session.name = robot.name;
+  session.body.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
+  session.body.radius_m = robot.body_radius_m;
+  session.body.wheels.separation_m = robot.effects.wheel_separation_m.value_or(robot.drive.wheel_separation_m);
+  session.body.wheels.radius_m = robot.effects.wheel_radius_m.value_or(robot.drive.wheel_radius_m);
+  session.body.wheels.slip = robot.effects.slip;
+  session.body.wheels.encoder_counts_per_turn = robot.effects.encoder_counts_per_turn;
+  session.body.wheels.lag_s = robot.effects.motor_lag_s;
+  session.body.command_timeout = limits.command_timeout;
+  session.body.physics = physics_of(robot.effects);
+  session.body.seed = seed;
+  session.drive = limits;
+  // The run uses the frame of latency_frames ago. One frame more is simulated ahead, so no step waits for an image.
+  session.run_ahead_frames = robot.latency_frames + 2;
+  return session;
+}
+
+Eigen::Vector2d to_vector(const std::array<double, 2>& pair) { return {pair[0], pair[1]}; }
+
+vision::MirrorView to_view(const RigView& view, double lens_height_m) {
+  vision::MirrorViewSettings settings{
+      .cone = {.apex_rad = view.apex_rad, .rim_radius_m = view.mirror_radius_m, .lens_to_tip_m = view.lens_to_tip_m},
+      .lens_height_m = lens_height_m,
+      .centre_px = to_vector(view.centre_px),
+      .rim_radius_px = view.rim_radius_px,
+      .azimuth_rad = view.azimuth_rad,
+      .mirrored = view.mirrored,
+      .tilt_rad = to_vector(view.tilt_rad),
+      .axis_offset_m = to_vector(view.axis_offset_m)};
+  vision::MirrorView without_lens(settings);
+  if (view.distortion.empty()) return without_lens;
+  const double focal_px = without_lens.focal_length_px();
+  settings.distortion = {.coefficients = view.distortion,
+                         .focal_px = to_vector(view.distortion_focal_px.value_or(std::array{focal_px, focal_px})),
+                         .principal_px = to_vector(view.distortion_principal_px.value_or(view.centre_px))};
+  return vision::MirrorView(settings);
+}
+
+Eigen::Vector2d to_vector(const Point& point) { return {point.x_m, point.y_m}; }
+
+/// Returns the distance from the farthest corner of the bounds.
+double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
+  return std::hypot(std::max(landmark.x_m - bounds.min_x_m, bounds.max_x_m - landmark.x_m),
+                    std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
+}
+
+}  // namespace
+
+void check_landmarks(const Robot& robot, const Map& map) {
+  std::string bad;
+  check_landmarks(robot, map, bad);
+  if (!bad.empty()) throw FileError(bad.substr(1));
+}
+
+bool is_simulated(const Robot& robot) {
+  const auto is_other_simulated = [](const NamedCameraEntry& other) {
+    return other.camera.driver == drivers::kSimPovray;
+  };
+  return robot.drive.driver == drivers::kSimPovray || robot.lower.driver == drivers::kSimPovray ||
+         robot.upper.driver == drivers::kSimPovray ||
+         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
+}
+
+drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {
+  check_together(robot, map);
+  drivers::RobotSettings settings;
+  settings.lower = to_part(robot.lower);
+  settings.upper = to_part(robot.upper);
+  settings.drive.driver = robot.drive.driver;
+  settings.drive.limits = {.max_speed_radps = robot.drive.max_speed_mps / robot.drive.wheel_radius_m,
+                           .command_timeout = to_nanoseconds(robot.drive.command_timeout_s)};
+  settings.drive.serial = robot.drive.serial;
+  settings.max_skew = to_nanoseconds(robot.max_skew_s);
+  for (const NamedCameraEntry& other : robot.others) settings.others.push_back({other.name, to_part(other.camera)});
+  if (is_simulated(robot)) {
+    drivers::SimulatedWorld& world = settings.world.emplace();
+    world.attach = robot.attach;
+    if (robot.attach.empty()) world.place = place_of(map);
+    world.session = session_of(robot, settings.drive.limits, seed);
+    if (!robot.attach.empty()) world.session.map_outline = sim_povray::outline_of(contents_of(map));
+  }
+  try {
+    drivers::check(settings);
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}", robot.file.string(), error.what()));
+  }
+  return settings;
+}
+
+sim_povray::PlaceSettings to_place(const Map& map) {
+  if (!map.scene) throw FileError(fmt::format("{}: scene is missing: the POV-Ray file", map.file.string()));
+  sim_povray::PlaceSettings place = place_of(map);
+  try {
+    sim_povray::check(place);
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}", map.file.string(), error.what()));
+  }
+  return place;
+}
+
+std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& settings) {
+  std::vector<sim_povray::ViewSettings> views{{"lower", settings.lower.antialias, settings.lower.effects},
+                                              {"upper", settings.upper.antialias, settings.upper.effects}};
+  for (const drivers::OtherCamera& other : settings.others) {
+    views.push_back({other.name, other.part.antialias, other.part.effects});
+  }
+  return views;
+}
+
+vision::Rig to_rig(const Robot& robot) {
+  const Rig& rig = robot.rig;
+  const double lower_tip_m = rig.lens_height_m + rig.lower.lens_to_tip_m;
+  const double upper_lens_m = lower_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;
+  std::string_view mirror = "rig, lower mirror";
+  try {
+    vision::MirrorView lower = to_view(rig.lower, rig.lens_height_m);
+    mirror = "rig, upper mirror";
+    return {std::move(lower), to_view(rig.upper, upper_lens_m)};
+  } catch (const std::invalid_argument& error) {
+    throw FileError(fmt::format("{}: {}: {}", robot.file.string(), mirror, error.what()));
+  }
+}
+
+std::vector<vision::Target> to_targets(const Map& map) {
+  std::vector<vision::Target> targets;
+  for (const Landmark& landmark : map.landmarks) {
+    targets.push_back({landmark.name,
+                       {landmark.colour[0], landmark.colour[1], landmark.colour[2]},
+                       landmark.radius_m,
+                       landmark.top_m,
+                       greatest_range_m(landmark, map.bounds)});
+  }
+  return targets;
+}
+
+std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map) {
+  std::vector<Eigen::Vector2d> positions;
+  for (const Landmark& landmark : map.landmarks) positions.emplace_back(landmark.x_m, landmark.y_m);
+  return positions;
+}
+
+localisation::WheelGeometry to_wheels(const Robot& robot) {
+  return {.radius_m = robot.drive.wheel_radius_m, .separation_m = robot.drive.wheel_separation_m};
+}
+
+localisation::Pose to_start_pose(const Robot& robot) {
+  const Start start = robot.start.value_or(Start{});
+  return {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = localisation::wrap_angle_rad(start.heading_rad)};
+}
+
+behaviours::Arena to_arena(const Map& map) {
+  behaviours::Arena arena;
+  arena.min_m = {map.bounds.min_x_m, map.bounds.min_y_m};
+  arena.max_m = {map.bounds.max_x_m, map.bounds.max_y_m};
+  for (const Landmark& landmark : map.landmarks) {
+    arena.discs.push_back({{landmark.x_m, landmark.y_m}, landmark.radius_m});
+  }
+  for (const Obstacle& obstacle : map.obstacles) {
+    if (const auto* circle = std::get_if<Circle>(&obstacle)) {
+      arena.discs.push_back({to_vector(circle->centre), circle->radius_m});
+      continue;
+    }
+    behaviours::Outline& outline = arena.outlines.emplace_back();
+    for (const Point& corner : std::get<Polygon>(obstacle)) outline.push_back(to_vector(corner));
+  }
+  return arena;
+}
+
+}  // namespace twocone::config

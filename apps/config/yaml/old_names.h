@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <yaml-cpp/yaml.h>
+
+/// The names of version 0.1, in one table. Files that use these names stay readable, and the names are never written.
+/// An option with an old name is rejected, and the message names the new one.
+namespace twocone::config {
+
+enum class NameOf {
+  kMethod,    ///< `estimator.method`, run.yaml's `method`, a folder in methods/
+  kRobotKey,  ///< a key of the robot file, with its section: "drive.guard"
+  kColumn,    ///< a column of a sweep's tables
+  kFile,      ///< a file of a run folder
+  kOption,    ///< an option of the command line
+};
+
+/// Returns the present name for `name`, or `name` itself if it is not an old one.
+std::string_view present_name(NameOf kind, std::string_view name);
+/// Returns the old name of `name`, or nothing if it never had another name.
+std::optional<std::string_view> old_name(NameOf kind, std::string_view name);
+
+/// Returns a header line of a table with the present names of its columns.
+std::string present_columns(std::string_view header);
+
+/// Puts present keys and values in the place of old ones in a robot file's node, and returns it. An old key beside the present one
+/// stays and is reported as unknown.
+YAML::Node with_present_names(const YAML::Node& robot);
+
+}  // namespace twocone::config

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace twocone::config {
+
+/// Returns the content of a regular file, byte for byte.
+/// @throws FileError with one line: the file does not exist, is a folder, is not a regular file (a pipe could block for
+/// ever), or is not readable
+std::string read_text(const std::filesystem::path& file);
+
+/// Reads a file line by line and holds one block in memory. Text after the last newline is not returned, because a
+/// program ended while it wrote that line.
+class TextLines {
+ public:
+  /// @throws FileError as read_text
+  explicit TextLines(const std::filesystem::path& file);
+
+  /// Returns the next line without its newline, or nothing at the end. @throws FileError if reading fails
+  std::optional<std::string> next();
+  /// Returns the number of the line that next() returned last, from 1.
+  [[nodiscard]] std::size_t number() const { return number_; }
+
+ private:
+  std::filesystem::path file_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
+  std::string block_;
+  std::size_t at_ = 0;  ///< position in block_ at which the next line begins
+  std::size_t number_ = 0;
+};
+
+/// Resolves `path` as written in `file`. Relative paths start at the file's folder. `..` is removed only where that
+/// does not change the meaning; behind a symbolic link to a folder it would.
+std::filesystem::path resolve(const std::filesystem::path& path, const std::filesystem::path& file);
+
+}  // namespace twocone::config

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/error_budget/error_budget.h"
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+
+#include "apps/config/to_layers.h"
+#include "apps/error_budget/sources.h"
+#include "apps/error_budget/viewpoint.h"
+
+namespace twocone::error_budget {
+namespace {
+
+/// Step of the central differences, in standard deviations. It is small enough that the error, its square, is far below
+/// the printed digits. It is large enough that the solvers' last digits do not matter.
+constexpr double kStep_sigmas = 0.01;
+/// Number of bearings at which a range is evaluated. It is odd, so that no two bearings lie on one axis of the images.
+constexpr int kBearings = 9;
+
+void check(const ErrorBudgetSettings& s) {
+  std::string bad;
+  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
+    if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
+  };
+  require(s.edge_noise_px > 0 && std::isfinite(s.edge_noise_px), "edge_noise_px", s.edge_noise_px, "> 0 px");
+  require(s.range_m > 0 && std::isfinite(s.range_m), "range_m", s.range_m, "> 0 m");
+  require(s.draws >= 1, "draws", s.draws, ">= 1");
+  for (const auto& [name, size] : {std::pair{"rim_radius_px", s.rim_radius_px},
+                                   {"centre_px", s.centre_px},
+                                   {"focal_share", s.focal_share},
+                                   {"lens_to_tip_m", s.lens_to_tip_m},
+                                   {"separation_m", s.separation_m},
+                                   {"tilt_rad", s.tilt_rad},
+                                   {"axis_offset_m", s.axis_offset_m},
+                                   {"apex_rad", s.apex_rad},
+                                   {"azimuth_rad", s.azimuth_rad},
+                                   {"skew_s", s.skew_s},
+                                   {"landmark_place_m", s.landmark_place_m},
+                                   {"landmark_top_m", s.landmark_top_m},
+                                   {"landmark_radius_m", s.landmark_radius_m}}) {
+    require(size >= 0 && std::isfinite(size), name, size, ">= 0");
+  }
+  require(std::isfinite(s.speed_mps), "speed_mps", s.speed_mps, "a finite number of m/s");
+  require(std::isfinite(s.turn_rate_radps), "turn_rate_radps", s.turn_rate_radps, "a finite number of rad/s");
+  if (!bad.empty()) throw std::invalid_argument("error_budget:" + bad);
+}
+
+/// The mean of the squares that were added, and the number of missing answers.
+class MeanSquare {
+ public:
+  void add(const std::optional<double>& square) {
+    if (square) {
+      sum_ += *square;
+      ++count_;
+    } else {
+      ++withheld_;
+    }
+  }
+  [[nodiscard]] double root() const { return count_ > 0 ? std::sqrt(sum_ / count_) : 0; }
+  [[nodiscard]] int withheld() const { return withheld_; }
+
+ private:
+  double sum_ = 0;
+  int count_ = 0;
+  int withheld_ = 0;
+};
+
+Eigen::Vector2d difference(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return {a.x() - b.x(), localisation::wrap_angle_rad(a.y() - b.y())};
+}
+
+/// Returns d (range, bearing) of a landmark for one standard deviation of `part`.
+std::optional<Eigen::Vector2d> slope(const Viewpoint& viewpoint, const World& truth, const Part& part, int landmark) {
+  std::array<std::optional<Answer>, 2> ends;
+  for (const int side : {0, 1}) {
+    World believed = truth;
+    part.apply(believed, (side == 0 ? -1 : 1) * kStep_sigmas);
+    ends[std::size_t(side)] = viewpoint.answer(believed, rig_of(believed), landmark);
+  }
+  if (!ends[0] || !ends[1]) return std::nullopt;
+  return difference(ends[1]->range_bearing, ends[0]->range_bearing) / (2 * kStep_sigmas);
+}
+
+/// The linear part of a fix: pose error = sum of gain * (error of range and bearing - the part from a wrong place).
+class Gain {
+ public:
+  Gain(const Viewpoint& viewpoint, const World& truth) {
+    const vision::Rig rig = rig_of(truth);
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    for (const int landmark : viewpoint.seen()) {
+      const auto found = viewpoint.answer(truth, rig, landmark);
+      if (!found) continue;
+      const localisation::Pose& pose = viewpoint.pose();
+      const Eigen::Vector2d to_m = truth.landmarks[std::size_t(landmark)].place_m - Eigen::Vector2d(pose.x_m, pose.y_m);
+      const double range_m = to_m.norm();
+      Eigen::Matrix<double, 2, 3> jacobian;
+      jacobian << -to_m.x() / range_m, -to_m.y() / range_m, 0,  //
+          to_m.y() / (range_m * range_m), -to_m.x() / (range_m * range_m), -1;
+      const Eigen::Matrix<double, 3, 2> weighted = jacobian.transpose() * found->covariance.inverse();
+      information += weighted * jacobian;
+      landmarks_.push_back({landmark, jacobian, weighted});
+    }
+    const Eigen::LLT<Eigen::Matrix3d> root(information);
+    if (landmarks_.size() < 2 || root.info() != Eigen::Success) {
+      landmarks_.clear();
+      return;
+    }
+    for (Row& row : landmarks_) row.gain = root.solve(row.gain);
+  }
+
+  [[nodiscard]] bool determined() const { return !landmarks_.empty(); }
+
+  /// Returns d position for one standard deviation of `part`.
+  [[nodiscard]] std::optional<Eigen::Vector2d> slope_m(const Viewpoint& viewpoint, const World& truth,
+                                                       const Part& part) const {
+    World believed = truth;
+    part.apply(believed, 1);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Row& row : landmarks_) {
+      if (part.landmark >= 0 && part.landmark != row.landmark) continue;
+      const auto answer = slope(viewpoint, truth, part, row.landmark);
+      if (!answer) return std::nullopt;
+      const std::size_t k = std::size_t(row.landmark);
+      // A landmark that is believed elsewhere acts like a robot that is elsewhere. The derivative has the opposite
+      // sign.
+      const Eigen::Vector2d shift_m = believed.landmarks[k].place_m - truth.landmarks[k].place_m;
+      sum += row.gain * (*answer + row.jacobian.leftCols<2>() * shift_m);
+    }
+    return sum.head<2>();
+  }
+
+ private:
+  struct Row {
+    int landmark;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    Eigen::Matrix<double, 3, 2> gain;
+  };
+  std::vector<Row> landmarks_;
+};
+
+/// Returns worlds with one landmark each: every kind of the map, all round a robot at the origin of the world.
+std::vector<World> range_worlds(const World& world, double range_m) {
+  std::set<std::pair<double, double>> kinds;
+  for (const Landmark& landmark : world.landmarks) kinds.insert({landmark.radius_m, landmark.top_m});
+  std::vector<World> worlds;
+  for (const auto& [radius_m, top_m] : kinds) {
+    for (int i = 0; i < kBearings; ++i) {
+      const double bearing_rad = 2 * std::numbers::pi * (i + 0.3) / kBearings;
+      World& one = worlds.emplace_back(world);
+      one.landmarks = {{range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad)), radius_m, top_m}};
+    }
+  }
+  return worlds;
+}
+
+World true_world(const config::Robot& robot, const config::Map& map) {
+  const vision::Rig rig = config::to_rig(robot);
+  World world{rig.lower.settings(), rig.upper.settings(), {}, 0, {}};
+  for (const config::Landmark& landmark : map.landmarks) {
+    world.landmarks.push_back({{landmark.x_m, landmark.y_m}, landmark.radius_m, landmark.top_m});
+  }
+  return world;
+}
+
+/// Draws all parts of some sources at once.
+class RandomDraws {
+ public:
+  explicit RandomDraws(std::uint64_t seed) : engine_(seed) {}
+  [[nodiscard]] World wrong(const World& truth, std::span<const Source> sources) {
+    World believed = truth;
+    for (const Source& source : sources) {
+      for (const Part& part : source.parts) part.apply(believed, normal_(engine_));
+    }
+    return believed;
+  }
+
+ private:
+  std::mt19937_64 engine_;
+  std::normal_distribution<> normal_;
+};
+
+/// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
+std::optional<vision::Rig> possible_rig(const World& believed) {
+  try {
+    return rig_of(believed);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+/// The effect of a source on the ranges, for the only landmark of each world.
+struct Ranges {
+  const std::vector<World>& worlds;
+  std::vector<Viewpoint> viewpoints;  ///< in the order of the worlds
+  std::vector<Source> sources;        ///< for one landmark
+
+  [[nodiscard]] MeanSquare analytic(const Source& source) const {
+    MeanSquare mean;
+    for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+      std::optional<double> square = 0;
+      for (const Part& part : source.parts) {
+        const auto d = slope(viewpoints[i], worlds[i], part, 0);
+        square = d && square ? std::optional(*square + d->x() * d->x()) : std::nullopt;
+      }
+      mean.add(square);
+    }
+    return mean;
+  }
+
+  [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
+    MeanSquare mean;
+    RandomDraws random(seed);
+    for (int i = 0; i < draws && !viewpoints.empty(); ++i) {
+      const std::size_t k = std::size_t(i) % viewpoints.size();
+      const World believed = random.wrong(worlds[k], of);
+      const auto rig = possible_rig(believed);
+      const auto answer = rig ? viewpoints[k].answer(believed, *rig, 0) : std::nullopt;
+      std::optional<double> square;
+      if (answer) square = std::pow(answer->range_bearing.x() - viewpoints[k].true_range_bearing(0).x(), 2);
+      mean.add(square);
+    }
+    return mean;
+  }
+};
+
+struct Positions {
+  const World& truth;
+  std::vector<Viewpoint> viewpoints;
+  std::vector<Gain> gains;
+  std::vector<Source> sources;
+
+  [[nodiscard]] MeanSquare analytic(const Source& source) const {
+    MeanSquare mean;
+    for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+      std::optional<double> square = 0;
+      for (const Part& part : source.parts) {
+        const auto d_m = gains[i].slope_m(viewpoints[i], truth, part);
+        square = d_m && square ? std::optional(*square + d_m->squaredNorm()) : std::nullopt;
+      }
+      mean.add(square);
+    }
+    return mean;
+  }
+
+  [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
+    MeanSquare mean;
+    RandomDraws random(seed);
+    for (int i = 0; i < draws && !viewpoints.empty(); ++i) {
+      const Viewpoint& viewpoint = viewpoints[std::size_t(i) % viewpoints.size()];
+      const World believed = random.wrong(truth, of);
+      const auto rig = possible_rig(believed);
+      const auto fix = rig ? viewpoint.fix(believed, *rig) : std::nullopt;
+      std::optional<double> square;
+      if (fix) square = (*fix->position_m - Eigen::Vector2d(viewpoint.pose().x_m, viewpoint.pose().y_m)).squaredNorm();
+      mean.add(square);
+    }
+    return mean;
+  }
+};
+
+template <typename Answers>
+Contribution contribution(const Answers& answers, std::span<const Source> sources, int draws, std::uint64_t seed,
+                          int& withheld) {
+  double square_m2 = 0;
+  for (const Source& source : sources) square_m2 += std::pow(answers.analytic(source).root(), 2);
+  const MeanSquare drawn = answers.drawn(sources, draws, seed);
+  withheld += drawn.withheld();
+  return {std::sqrt(square_m2), drawn.root()};
+}
+
+}  // namespace
+
+ErrorBudgetSettings settings_for(const config::Robot& robot) {
+  ErrorBudgetSettings settings;
+  settings.speed_mps = robot.drive.max_speed_mps / 2;
+  settings.turn_rate_radps = robot.drive.max_speed_mps / robot.drive.wheel_separation_m;
+  return settings;
+}
+
+ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std::span<const localisation::Pose> poses,
+                         const ErrorBudgetSettings& settings) {
+  check(settings);
+  const World truth = true_world(robot, map);
+  const Motion motion{settings.speed_mps, settings.turn_rate_radps};
+  const auto viewpoint = [&](const World& world, const localisation::Pose& pose) {
+    return Viewpoint(world, pose, motion, settings.edge_noise_px, settings.tops_known);
+  };
+
+  std::vector<World> worlds = range_worlds(truth, settings.range_m);
+  std::erase_if(worlds, [&](const World& world) { return viewpoint(world, {}).seen().empty(); });
+  Ranges ranges{worlds, {}, all_sources(settings, 1)};
+  for (const World& world : worlds) ranges.viewpoints.push_back(viewpoint(world, {}));
+
+  Positions positions{truth, {}, {}, all_sources(settings, int(truth.landmarks.size()))};
+  for (const localisation::Pose& pose : poses) {
+    Viewpoint here = viewpoint(truth, pose);
+    Gain gain(here, truth);
+    if (!gain.determined()) continue;
+    positions.viewpoints.push_back(std::move(here));
+    positions.gains.push_back(std::move(gain));
+  }
+
+  ErrorBudget error_budget;
+  error_budget.range_m = settings.range_m;
+  error_budget.ranges = int(ranges.viewpoints.size());
+  error_budget.poses = int(positions.viewpoints.size());
+  error_budget.draws = settings.draws;
+  const auto line = [&](std::string name, std::string size, std::size_t first, std::size_t count, std::uint64_t seed) {
+    return ErrorBudgetLine{std::move(name), std::move(size),
+                           contribution(ranges, std::span(ranges.sources).subspan(first, count), settings.draws, seed,
+                                        error_budget.withheld_ranges),
+                           contribution(positions, std::span(positions.sources).subspan(first, count), settings.draws,
+                                        seed, error_budget.withheld_positions)};
+  };
+  const std::size_t count = positions.sources.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    error_budget.lines.push_back(line(positions.sources[i].name, positions.sources[i].size, i, 1, settings.seed + i));
+  }
+  error_budget.total = line("all together", "", 0, count, settings.seed + count);
+  return error_budget;
+}
+
+}  // namespace twocone::error_budget

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/error_budget/viewpoint.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "localisation/least_squares_fix.h"
+#include "vision/bound.h"
+
+namespace twocone::error_budget {
+namespace {
+
+/// The stated sigmas are those of the outlines' noise times this factor. So an error of many times the noise still
+/// counts as noise and gets an answer: 300 * 0.01 px, the smallest sigma of a landmark in the lab, passes three whole
+/// pixels.
+constexpr double kInflation = 300;
+/// The same for ranges and bearings in a fix: 100 * 1 mm passes a range with an error of 0.1 m. It is not larger, so
+/// that the bearings still distinguish the two mirror-image positions.
+constexpr double kFixInflation = 100;
+/// If the height is unknown, a disparity must be at least this many of its inflated sigmas (vision::kMinSigmas).
+constexpr double kDisparitySigmas = 2 * vision::kMinSigmas;
+
+vision::Sighting scaled(vision::Sighting sighting, double factor) {
+  sighting.covariance_px2 *= factor * factor;
+  return sighting;
+}
+
+}  // namespace
+
+vision::Rig rig_of(const World& world) { return {vision::MirrorView(world.lower), vision::MirrorView(world.upper)}; }
+
+Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
+                     bool tops_known)
+    : truth_(&truth), rig_(rig_of(truth)), pose_(pose), motion_(motion), tops_known_(tops_known) {
+  for (int i = 0; i < int(truth.landmarks.size()); ++i) {
+    auto& views = views_.emplace_back();
+    views = {look(rig_.lower, i, edge_noise_px), look(rig_.upper, i, edge_noise_px)};
+    inflation_.push_back(kInflation);
+    const bool both = views[0] && views[1];
+    if (!both && !(tops_known && (views[0] || views[1]))) continue;
+    if (!tops_known) {
+      // The sigmas in their true size determine by how much they may grow.
+      const auto plain = vision::triangulate(rig_, &views[0]->sighting, &views[1]->sighting,
+                                             truth.landmarks[i].radius_m, std::nullopt);
+      if (!plain.disparity_px) continue;
+      const double sigma_px = std::hypot(views[0]->root_px.norm(), views[1]->root_px.norm());
+      inflation_.back() = std::clamp(*plain.disparity_px / (kDisparitySigmas * sigma_px), 1.0, kInflation);
+    }
+    if (answer(truth, rig_, i)) seen_.push_back(i);
+  }
+}
+
+Eigen::Vector2d Viewpoint::p_BL_m(const localisation::Pose& pose, int landmark) const {
+  return Eigen::Rotation2Dd(-pose.heading_rad) *
+         (truth_->landmarks[std::size_t(landmark)].place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+}
+
+Eigen::Vector2d Viewpoint::true_range_bearing(int landmark) const {
+  const Eigen::Vector2d p_m = p_BL_m(pose_, landmark);
+  return {p_m.norm(), std::atan2(p_m.y(), p_m.x())};
+}
+
+std::optional<Eigen::Vector2d> Viewpoint::pixel(const vision::MirrorView& view, const localisation::Pose& pose,
+                                                int landmark) const {
+  const Landmark& p = truth_->landmarks[std::size_t(landmark)];
+  const auto near_m = vision::near_top_point(view, p_BL_m(pose, landmark), p.radius_m, p.top_m);
+  return near_m ? view.project(*near_m) : std::nullopt;
+}
+
+std::optional<Viewpoint::View> Viewpoint::look(const vision::MirrorView& view, int landmark,
+                                               double edge_noise_px) const {
+  const auto here_px = pixel(view, pose_, landmark);
+  if (!here_px) return std::nullopt;
+  const Landmark& p = truth_->landmarks[std::size_t(landmark)];
+  const vision::Target target{"", {1, 0, 0}, p.radius_m, p.top_m};
+  const Eigen::Vector2d place_m = p_BL_m(pose_, landmark);
+  const auto information = vision::sighting_information(view, target, place_m, edge_noise_px);
+  if (!information) return std::nullopt;
+
+  // Derivative of the near point's pixel by range and bearing, by central differences. The error is (step / range)^2.
+  constexpr double kStep = 1e-4;  // m, rad
+  const Eigen::Vector2d outwards = place_m.normalized();
+  const std::array<Eigen::Vector2d, 2> steps_m{kStep * outwards,
+                                               kStep * place_m.norm() * Eigen::Vector2d(-outwards.y(), outwards.x())};
+  Eigen::Matrix2d slope;
+  for (int i = 0; i < 2; ++i) {
+    std::array<std::optional<Eigen::Vector2d>, 2> ends;
+    for (const int side : {0, 1}) {
+      const Eigen::Vector2d moved_m = place_m + (side == 0 ? -1 : 1) * steps_m[std::size_t(i)];
+      const auto near_m = vision::near_top_point(view, moved_m, p.radius_m, p.top_m);
+      ends[std::size_t(side)] = near_m ? view.project(*near_m) : std::nullopt;
+    }
+    if (!ends[0] || !ends[1]) return std::nullopt;  // at the very edge of the mirror's view
+    slope.col(i) = (*ends[1] - *ends[0]) / (2 * kStep);
+  }
+  const Eigen::LLT<Eigen::Matrix2d> root(*information);
+  if (root.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix2d half = slope * root.matrixL().solve(Eigen::Matrix2d::Identity()).transpose();
+  const Eigen::Matrix2d covariance_px2 = half * half.transpose();
+  if (!(covariance_px2.determinant() > 0)) return std::nullopt;
+  return View{{*here_px, covariance_px2, edge_noise_px}, half};
+}
+
+std::optional<Answer> Viewpoint::answer(const World& believed, const vision::Rig& rig, int landmark) const {
+  const std::size_t k = std::size_t(landmark);
+  const Landmark& p = believed.landmarks[k];
+  if (!(p.radius_m > 0)) return std::nullopt;  // a draw that no map can contain
+  const double inflation = inflation_[k];
+  std::array<std::optional<vision::Sighting>, 2> sightings;
+  for (const std::size_t view : {0U, 1U}) {
+    if (!views_[k][view]) continue;
+    vision::Sighting& sighting = sightings[view].emplace(scaled(views_[k][view]->sighting, inflation));
+    if (view == 1 && believed.skew_s != 0) {
+      const double turn_rad = motion_.turn_rate_radps * believed.skew_s;
+      const double way_m = motion_.speed_mps * believed.skew_s;
+      const double course_rad = pose_.heading_rad + turn_rad / 2;
+      const auto moved_px = pixel(rig_.upper,
+                                  {pose_.x_m + way_m * std::cos(course_rad), pose_.y_m + way_m * std::sin(course_rad),
+                                   pose_.heading_rad + turn_rad},
+                                  landmark);
+      if (!moved_px) return std::nullopt;
+      sighting.pixel_px = *moved_px;
+    }
+    if (!believed.noise.empty()) sighting.pixel_px += views_[k][view]->root_px * believed.noise[k][view];
+  }
+  const auto found =
+      vision::triangulate(rig, sightings[0] ? &*sightings[0] : nullptr, sightings[1] ? &*sightings[1] : nullptr,
+                          p.radius_m, tops_known_ ? std::optional(p.top_m) : std::nullopt);
+  if (!found.range_m || !found.bearing_rad || !found.covariance) return std::nullopt;
+  return Answer{{*found.range_m, *found.bearing_rad}, *found.covariance / (inflation * inflation)};
+}
+
+std::optional<localisation::Fix> Viewpoint::fix(const World& believed, const vision::Rig& rig) const {
+  std::vector<localisation::LandmarkMeasurement> measurements;
+  for (const int landmark : seen_) {
+    const auto found = answer(believed, rig, landmark);
+    if (!found) continue;
+    measurements.push_back({believed.landmarks[std::size_t(landmark)].place_m, found->range_bearing.x(),
+                            found->range_bearing.y(), found->covariance * (kFixInflation * kFixInflation)});
+  }
+  localisation::Fix fix = localisation::fix_by_least_squares(measurements);
+  if (!fix.position_m || fix.other_position_m) return std::nullopt;
+  return fix;
+}
+
+}  // namespace twocone::error_budget

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "localisation/fix.h"
+#include "localisation/odometry.h"
+#include "vision/mirror_view.h"
+#include "vision/sighting.h"
+#include "vision/triangulation.h"
+
+namespace twocone::error_budget {
+
+struct Landmark {
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< world frame
+  double radius_m = 0;
+  double top_m = 0;
+};
+
+/// The beliefs of a robot and the deviations from the ideal. The true world has neither skew nor noise.
+struct World {
+  vision::MirrorViewSettings lower, upper;
+  std::vector<Landmark> landmarks;
+  double skew_s = 0;  ///< time from the lower exposure to the upper one
+  /// Noise of each landmark's pixel in each view, in standard deviations along two independent axes; empty: none.
+  std::vector<std::array<Eigen::Vector2d, 2>> noise;
+};
+
+struct Motion {
+  double speed_mps = 0;
+  double turn_rate_radps = 0;
+};
+
+/// A robot's answer for one landmark: range and bearing.
+struct Answer {
+  Eigen::Vector2d range_bearing;
+  Eigen::Matrix2d covariance;
+};
+
+/// One true pose in the true world. It computes the answers of a robot with wrong beliefs.
+class Viewpoint {
+ public:
+  /// @param edge_noise_px > 0
+  /// @param tops_known whether the robot uses its belief about the tops' heights
+  Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
+            bool tops_known);
+
+  [[nodiscard]] const localisation::Pose& pose() const { return pose_; }
+  /// Returns the indices of the landmarks that can be measured from here.
+  [[nodiscard]] const std::vector<int>& seen() const { return seen_; }
+  [[nodiscard]] Eigen::Vector2d true_range_bearing(int landmark) const;
+
+  /// Returns nothing if the triangulation withholds its range. @param rig the two views of `believed`
+  [[nodiscard]] std::optional<Answer> answer(const World& believed, const vision::Rig& rig, int landmark) const;
+  /// Returns nothing if too few landmarks have an answer.
+  [[nodiscard]] std::optional<localisation::Fix> fix(const World& believed, const vision::Rig& rig) const;
+
+ private:
+  struct View {
+    vision::Sighting sighting;  ///< without noise
+    Eigen::Matrix2d root_px;    ///< of the true covariance: noise = root * standard normal variables
+  };
+  [[nodiscard]] Eigen::Vector2d p_BL_m(const localisation::Pose& pose, int landmark) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const vision::MirrorView& view, const localisation::Pose& pose,
+                                                     int landmark) const;
+  [[nodiscard]] std::optional<View> look(const vision::MirrorView& view, int landmark, double edge_noise_px) const;
+
+  const World* truth_;
+  vision::Rig rig_;
+  localisation::Pose pose_;
+  Motion motion_;
+  bool tops_known_;
+  std::vector<int> seen_;
+  std::vector<std::array<std::optional<View>, 2>> views_;  ///< of each landmark, lower and upper
+  std::vector<double> inflation_;                          ///< of each landmark's sigmas
+};
+
+vision::Rig rig_of(const World& world);
+
+}  // namespace twocone::error_budget

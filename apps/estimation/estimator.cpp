@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/estimation/estimator.h"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+#include "apps/estimation/adaptive.h"
+#include "apps/estimation/map_bounds.h"
+#include "localisation/paper_trilateration.h"
+
+namespace twocone::estimation {
+namespace {
+
+using Ranging = std::variant<vision::PaperRanging, vision::OutlineRanging>;
+
+Ranging make_ranging(Method method, const config::Robot& robot, const config::Map& map, cv::Size lower, cv::Size upper,
+                     const std::vector<std::size_t>& wanted) {
+  try {
+    const vision::Rig rig = config::to_rig(robot);
+    const std::vector<vision::Target> targets = config::to_targets(map);
+    if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
+    return vision::OutlineRanging(rig, targets, lower, upper, wanted);
+  } catch (const std::invalid_argument& error) {
+    throw config::FileError(fmt::format("{} with {}: {}", robot.file.string(), map.file.string(), error.what()));
+  }
+}
+
+localisation::Fix fix_of_paper(const std::vector<vision::RangeMeasurement>& measured,
+                               const std::vector<Eigen::Vector2d>& landmarks_m) {
+  std::vector<localisation::LandmarkRange> ranges;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (measured[i].range_m) ranges.push_back({landmarks_m[i], *measured[i].range_m});
+  }
+  return localisation::fix_by_triangle(ranges);
+}
+
+constexpr std::string_view kAdaptive = "adaptive";
+
+/// Returns nothing for stage adaptive.
+std::optional<vision::Stage> stage_of(const config::Robot& robot) {
+  const std::string& name = robot.estimator.stage;
+  if (name == kAdaptive) return std::nullopt;
+  for (const vision::Stage stage : {vision::Stage::kFound, vision::Stage::kCoarse, vision::Stage::kFine}) {
+    if (name == to_string(stage)) return stage;
+  }
+  throw config::FileError(fmt::format("{}: estimator.stage is '{}', must be found, coarse, fine or {}",
+                                      robot.file.string(), name, kAdaptive));
+}
+
+/// Returns the indices of the landmarks to look for, or an empty list for all.
+std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map& map) {
+  std::vector<std::size_t> wanted;
+  std::string bad;
+  for (const std::string& name : robot.estimator.landmarks) {
+    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
+                                 [&](const config::Landmark& landmark) { return landmark.name == name; });
+    if (at == map.landmarks.end()) {
+      bad += fmt::format("{}'{}'", bad.empty() ? "" : ", ", name);
+    } else {
+      wanted.push_back(std::size_t(at - map.landmarks.begin()));
+    }
+  }
+  if (!bad.empty()) {
+    std::vector<std::string> names;
+    for (const config::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
+    throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
+                                        robot.file.string(), bad, map.file.string(), fmt::join(names, ", ")));
+  }
+  return wanted;
+}
+
+/// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
+Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Image& converted) {
+  if (image.width_px != wanted.width || image.height_px != wanted.height) {
+    return Error{ErrorCode::kBadData, fmt::format("the {} image has {} x {} pixels, the robot file says {} x {}", view,
+                                                  image.width_px, image.height_px, wanted.width, wanted.height)};
+  }
+  if (image.format == PixelFormat::kRgb8 && image.bytes.size() == 3 * std::size_t(wanted.area())) {
+    // cv::Mat has no read-only form. Vision treats it as const.
+    return cv::Mat(wanted, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+  }
+  auto rgb = to_rgb8(image);
+  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
+  converted = std::move(*rgb);
+  return cv::Mat(converted.height_px, converted.width_px, CV_8UC3, converted.bytes.data());
+}
+
+}  // namespace
+
+double steady_time_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Estimator::Estimator(Method method, const config::Robot& robot, const config::Map& map, std::function<double()> clock_s)
+    : landmarks_m_(config::to_landmark_positions(map)),
+      bounds_(map.bounds),
+      lower_size_(robot.lower.width_px, robot.lower.height_px),
+      upper_size_(robot.upper.width_px, robot.upper.height_px),
+      centres_px_{Eigen::Vector2d(robot.rig.lower.centre_px[0], robot.rig.lower.centre_px[1]),
+                  Eigen::Vector2d(robot.rig.upper.centre_px[0], robot.rig.upper.centre_px[1])},
+      keys_(robot.estimator),
+      stage_(stage_of(robot)),
+      clock_s_(std::move(clock_s)),
+      wanted_(wanted_of(robot, map)),
+      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_, wanted_)) {
+  if (!wanted_.empty()) return;
+  wanted_.resize(map.landmarks.size());
+  std::iota(wanted_.begin(), wanted_.end(), std::size_t(0));
+}
+
+void Estimator::answer_by_paper(const vision::PaperRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                                FrameAnswer& answer) const {
+  const double begin_s = thread_time_s();
+  answer.ranges = ranging.measure(lower, upper);
+  const double ranged_s = thread_time_s();
+  answer.fix = fix_of_paper(answer.ranges, landmarks_m_);
+  answer.timing.vision_s = ranged_s - begin_s;
+  answer.timing.localisation_s = thread_time_s() - ranged_s;
+}
+
+void Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                                  double begin_s, FrameAnswer& answer) const {
+  const double begin_cpu_s = thread_time_s();
+  vision::FrameObservation observation = ranging.look(lower, upper);
+  if (stage_) {
+    observation.take(wanted_, *stage_);
+    answer.ranges = observation.measurements();
+    const double ranged_s = thread_time_s();
+    answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings);
+    answer.timing.localisation_s = thread_time_s() - ranged_s;
+  } else {
+    const Adaptive adaptive(landmarks_m_, centres_px_, {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_,
+                            begin_s);
+    Adaptive::Answer refined = adaptive.run(observation);
+    answer.ranges = std::move(refined.ranges);
+    answer.fix = std::move(refined.fix);
+    answer.timing.localisation_s = refined.localisation_s;
+  }
+  check_bounds(bounds_, answer.fix);
+  answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;
+  answer.timing.refined = observation.refined();
+}
+
+Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) const {
+  Image lower_rgb;
+  Image upper_rgb;
+  const auto below = as_rgb(lower, lower_size_, "lower", lower_rgb);
+  if (!below) return below.error();
+  const auto above = as_rgb(upper, upper_size_, "upper", upper_rgb);
+  if (!above) return above.error();
+
+  FrameAnswer answer;
+  const double begin_s = clock_s_();
+  if (const auto* paper = std::get_if<vision::PaperRanging>(&ranging_)) {
+    answer_by_paper(*paper, *below, *above, answer);
+  } else {
+    answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, begin_s, answer);
+  }
+  answer.timing.wall_s = clock_s_() - begin_s;
+  const bool is_bound = std::holds_alternative<vision::OutlineRanging>(ranging_) && !stage_ && keys_.budget_s;
+  answer.timing.is_over_budget = is_bound && answer.timing.wall_s > *keys_.budget_s;
+  return answer;
+}
+
+}  // namespace twocone::estimation

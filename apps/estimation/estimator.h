@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/estimation/method.h"
+#include "hal/image.h"
+#include "localisation/fix.h"
+#include "vision/outline_ranging.h"
+#include "vision/paper_ranging.h"
+
+namespace twocone::estimation {
+
+/// The time and work that an answer took.
+struct Timing {
+  double vision_s = 0;        ///< processor time of the calling thread, from two images to ranges and bearings
+  double localisation_s = 0;  ///< likewise, from ranges and bearings to the fix
+  double wall_s = 0;          ///< of both together, by the wall clock
+  int refined = 0;            ///< landmarks refined to vision::Stage::kFine in one view or both
+  /// Stage `adaptive` with a time budget: whether the answer took longer.
+  bool is_over_budget = false;
+};
+
+/// The answer for one stereo frame: a measurement for each landmark in the map's order, and the fix from them.
+struct FrameAnswer {
+  std::vector<vision::RangeMeasurement> ranges;
+  localisation::Fix fix;
+  Timing timing{};
+};
+
+/// Returns the time of std::chrono::steady_clock in seconds; its zero has no meaning.
+double steady_time_s();
+
+/// Ranges and localises according to the robot file and the map (config::EstimatorKeys; method paper uses only its
+/// `landmarks`). Live runs and stored images use the same code. Without a time budget the answer is a function of the
+/// two images alone. A fix of method `outline` is checked against the map's bounds (map_bounds.h).
+class Estimator {
+ public:
+  /// @param clock_s seconds; the clock of the time budget and of Timing::wall_s
+  /// @throws config::FileError for a rig or a map that the method cannot use, and for an unknown stage or landmark
+  Estimator(Method method, const config::Robot& robot, const config::Map& map,
+            std::function<double()> clock_s = steady_time_s);
+
+  /// Errors: kBadData if an image has a size other than that in the robot file, or too few bytes.
+  [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper) const;
+
+ private:
+  void answer_by_paper(const vision::PaperRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                       FrameAnswer& answer) const;
+  void answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
+                         double begin_s, FrameAnswer& answer) const;
+
+  std::vector<Eigen::Vector2d> landmarks_m_;
+  config::Bounds bounds_;
+  cv::Size lower_size_;
+  cv::Size upper_size_;
+  std::array<Eigen::Vector2d, 2> centres_px_;  ///< of lower and upper
+  config::EstimatorKeys keys_;
+  std::optional<vision::Stage> stage_;  ///< none: adaptive
+  std::function<double()> clock_s_;
+  std::vector<std::size_t> wanted_;
+  std::variant<vision::PaperRanging, vision::OutlineRanging> ranging_;
+};
+
+}  // namespace twocone::estimation

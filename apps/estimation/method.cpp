@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/estimation/method.h"
+
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/config/yaml/old_names.h"
+
+namespace twocone::estimation {
+namespace {
+
+constexpr double kMsPerS = 1000;
+
+}  // namespace
+
+std::string_view to_string(Method method) {
+  switch (method) {
+    case Method::kPaper:
+      return "paper";
+    case Method::kOutline:
+      return "outline";
+  }
+  assert(false);
+  return "";
+}
+
+std::vector<std::string> method_names() {
+  return {std::string(to_string(Method::kPaper)), std::string(to_string(Method::kOutline))};
+}
+
+Method method_named(std::string_view name) {
+  for (const Method method : {Method::kPaper, Method::kOutline}) {
+    if (name == to_string(method)) return method;
+  }
+  if (const auto present = config::present_name(config::NameOf::kMethod, name); present != name) {
+    throw std::invalid_argument(fmt::format("method '{}' is now named '{}'", name, present));
+  }
+  throw std::invalid_argument(fmt::format("no method '{}'; there are: {}", name, fmt::join(method_names(), ", ")));
+}
+
+Method method_of(const config::Robot& robot) {
+  return robot.estimator.method.empty() ? kDefaultMethod : method_named(robot.estimator.method);
+}
+
+config::Robot with_budget(config::Robot robot, Method method, double budget_s) {
+  if (!(budget_s > 0) || !std::isfinite(budget_s)) {
+    throw std::invalid_argument(fmt::format("the time budget is {} ms, must be > 0 ms and finite", budget_s * kMsPerS));
+  }
+  if (method == Method::kPaper) {
+    throw std::invalid_argument(fmt::format("method {} has no stages to stop at: a time budget needs method {}",
+                                            to_string(method), to_string(Method::kOutline)));
+  }
+  robot.estimator.method = to_string(method);  // a file with method paper must not have the key `stage`
+  robot.estimator.stage = "adaptive";
+  robot.estimator.budget_s = budget_s;
+  return robot;
+}
+
+std::optional<double> time_limit_of(Method method, const config::Robot& robot) {
+  const bool is_adaptive = method == Method::kOutline && robot.estimator.stage == "adaptive";
+  return is_adaptive ? robot.estimator.budget_s : std::nullopt;
+}
+
+}  // namespace twocone::estimation

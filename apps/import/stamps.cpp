@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/import/stamps.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/tables/csv_fields.h"
+
+namespace twocone::importer {
+namespace {
+
+constexpr std::size_t kDigitsSince1970_ns = 19;  // from 2001 to 2262
+
+bool are_digits(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Returns how many decimals of the unit are whole nanoseconds.
+std::optional<std::size_t> decimals(StampUnit unit, bool has_point, std::size_t digits) {
+  switch (unit) {
+    case StampUnit::kSeconds:
+      return 9;
+    case StampUnit::kMilliseconds:
+      return 6;
+    case StampUnit::kMicroseconds:
+      return 3;
+    case StampUnit::kNanoseconds:
+      return 0;
+    case StampUnit::kAuto:
+      break;
+  }
+  if (has_point) return 9;
+  return digits == kDigitsSince1970_ns ? std::optional<std::size_t>(0) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Stamp> parse_stamp(std::string_view text, StampUnit unit) {
+  const std::size_t point = text.find('.');
+  const bool has_point = point != std::string_view::npos;
+  const std::string_view whole = text.substr(0, point);
+  const std::string_view fraction = has_point ? text.substr(point + 1) : std::string_view();
+  if (whole.empty() || !are_digits(whole) || !are_digits(fraction)) return std::nullopt;
+  const auto kept = decimals(unit, has_point, whole.size());
+  if (!kept) return std::nullopt;
+  std::string digits(whole);
+  digits += fraction.substr(0, *kept);
+  digits.append(*kept - std::min(*kept, fraction.size()), '0');
+  std::int64_t count = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return Stamp(count);
+}
+
+std::string stamp_forms(StampUnit unit) {
+  if (unit != StampUnit::kAuto) return "a number >= 0 of digits and at most one decimal point";
+  return "seconds with a decimal point, or nanoseconds of 19 digits; for other stamps give --times-in s, ms, us or ns";
+}
+
+std::optional<Stamp> parse_seconds(const std::string& text) {
+  const bool negative = !text.empty() && text[0] == '-';
+  if (const auto stamp = parse_stamp(std::string_view(text).substr(negative ? 1 : 0), StampUnit::kSeconds)) {
+    return negative ? -*stamp : *stamp;
+  }
+  constexpr double kMost_s = 9e9;  // nanoseconds of 63 bits
+  double seconds = 0;
+  if (!runlog::parse_field(text, seconds) || !(std::abs(seconds) < kMost_s)) return std::nullopt;
+  return Stamp(std::llround(seconds * 1e9));
+}
+
+double to_seconds(Stamp stamp) { return std::chrono::duration<double>(stamp).count(); }
+
+std::vector<Line> read_lines(const std::filesystem::path& file) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  constexpr const char* kBlanks = " \t\r";
+  const std::string text = config::read_text(file);
+  std::vector<Line> lines;
+  std::size_t number = 0;
+  for (std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::string line = text.substr(begin, end - begin);
+    begin = end + 1;
+    ++number;
+    const std::size_t first = line.find_first_not_of(kBlanks);
+    if (first == std::string::npos || line[first] == '#') continue;
+    line = line.substr(first, line.find_last_not_of(kBlanks) + 1 - first);
+    lines.push_back({number, std::move(line), end < text.size()});
+  }
+  return lines;
+}
+
+}  // namespace twocone::importer

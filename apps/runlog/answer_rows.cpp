@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/answer_rows.h"
+
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace twocone::runlog {
+namespace {
+
+void add_sighting(std::uint64_t frame, double t_s, const std::string& landmark, const char* view,
+                  const std::optional<vision::Sighting>& sighting, std::vector<SightingRow>& rows) {
+  if (!sighting) return;
+  const Eigen::Matrix2d& covariance = sighting->covariance_px2;
+  rows.push_back({frame, t_s, landmark, view, sighting->pixel_px.x(), sighting->pixel_px.y(), covariance(0, 0),
+                  covariance(0, 1), covariance(1, 1), sighting->edge_noise_px});
+}
+
+}  // namespace
+
+AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswer& answer, const config::Map& map,
+                   const PoseRow* truth) {
+  AnswerRows rows;
+  for (std::size_t i = 0; i < answer.ranges.size(); ++i) {
+    const vision::RangeMeasurement& m = answer.ranges[i];
+    const config::Landmark& landmark = map.landmarks[i];
+    RangeRow row;
+    row.frame = frame;
+    row.t_s = t_s;
+    row.landmark = landmark.name;
+    row.verdict = to_string(m.verdict);
+    row.range_m = m.range_m;
+    row.sigma_range_m = m.sigma_range_m;
+    row.bearing_rad = m.bearing_rad;
+    row.sigma_bearing_rad = m.sigma_bearing_rad;
+    row.disparity_px = m.disparity_px;
+    if (truth) row.true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
+    rows.ranges.push_back(std::move(row));
+    add_sighting(frame, t_s, landmark.name, "lower", m.lower_sighting, rows.sightings);
+    add_sighting(frame, t_s, landmark.name, "upper", m.upper_sighting, rows.sightings);
+  }
+
+  const localisation::Fix& fix = answer.fix;
+  FixRow row;
+  row.frame = frame;
+  row.t_s = t_s;
+  row.verdict = to_string(fix.verdict);
+  for (const int index : fix.outliers) row.outliers.push_back(map.landmarks.at(std::size_t(index)).name);
+  if (fix.unseen_direction) {
+    row.unseen_x = fix.unseen_direction->x();
+    row.unseen_y = fix.unseen_direction->y();
+    row.unseen_heading = fix.unseen_direction->z();
+  }
+  if (truth) {
+    row.true_x_m = truth->x_m;
+    row.true_y_m = truth->y_m;
+  }
+  for (const auto& [position, heading_rad, covariance] :
+       {std::tie(fix.position_m, fix.heading_rad, fix.covariance),
+        std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance)}) {
+    if (!position) continue;
+    row.heading_rad = heading_rad;
+    if (covariance) {
+      row.var_x_m2 = (*covariance)(0, 0);
+      row.cov_xy_m2 = (*covariance)(0, 1);
+      row.var_y_m2 = (*covariance)(1, 1);
+    } else {
+      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = std::nullopt;
+    }
+    // A fix without a heading has no variance of the heading either.
+    if (covariance && heading_rad) {
+      row.cov_x_heading_m_rad = (*covariance)(0, 2);
+      row.cov_y_heading_m_rad = (*covariance)(1, 2);
+      row.var_heading_rad2 = (*covariance)(2, 2);
+    } else {
+      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = row.var_heading_rad2 = std::nullopt;
+    }
+    row.x_m = position->x();
+    row.y_m = position->y();
+    // A position out of bounds is no answer, so it has no error.
+    if (truth && fix.verdict != localisation::FixVerdict::kOutOfBounds)
+      row.error_m = std::hypot(position->x() - truth->x_m, position->y() - truth->y_m);
+    rows.fixes.push_back(row);
+  }
+  if (rows.fixes.empty()) rows.fixes.push_back(row);
+  return rows;
+}
+
+TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, const estimation::TrackAnswer& answer) {
+  TrackRow row;
+  row.frame = frame;
+  row.t_s = t_s;
+  row.fix = to_string(fix.verdict);
+  row.use = to_string(answer.use);
+  if (answer.state) row.state = to_string(*answer.state);
+  if (answer.position_m) {
+    row.x_m = answer.position_m->x();
+    row.y_m = answer.position_m->y();
+    row.heading_rad = answer.heading_rad;
+  }
+  if (answer.covariance) {
+    const Eigen::Matrix3d& c = *answer.covariance;
+    row.var_x_m2 = c(0, 0);
+    row.cov_xy_m2 = c(0, 1);
+    row.var_y_m2 = c(1, 1);
+    row.cov_x_heading_m_rad = c(0, 2);
+    row.cov_y_heading_m_rad = c(1, 2);
+    row.var_heading_rad2 = c(2, 2);
+  }
+  return row;
+}
+
+}  // namespace twocone::runlog

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/rgb_image.h"
+
+#include <fmt/format.h>
+
+#include "apps/runlog/run_folder.h"
+
+namespace twocone::runlog {
+
+Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
+  const auto image = read_image(file);
+  if (!image) return image.error();
+  const auto rgb = to_rgb8(*image);
+  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
+  // OpenCV takes external pixels only as writable. They are copied at once.
+  return cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data())).clone();
+}
+
+}  // namespace twocone::runlog

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/run_data.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/results_exchange.h"
+#include "apps/runlog/tables/tables.h"
+#include "localisation/fix.h"
+
+namespace twocone::runlog {
+namespace {
+
+/// The time in a .tum file may be rounded to a microsecond. Frames are at least milliseconds apart.
+constexpr double kSameTime_s = 0.5e-3;
+
+}  // namespace
+
+bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
+
+bool is_out_of_bounds(const FixRow& row) { return row.verdict == to_string(localisation::FixVerdict::kOutOfBounds); }
+
+std::optional<PoseRow> pose_of(const TrackRow& row) {
+  if (!row.x_m || !row.y_m || !row.heading_rad) return std::nullopt;
+  return PoseRow{row.t_s, *row.x_m, *row.y_m, *row.heading_rad};
+}
+
+std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
+  std::vector<PoseRow> sorted = poses;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  std::vector<std::optional<PoseRow>> result;
+  for (const FrameRow& frame : run.frames) {
+    const auto found = std::lower_bound(sorted.begin(), sorted.end(), frame.t_s - kSameTime_s,
+                                        [](const PoseRow& pose, double t_s) { return pose.t_s < t_s; });
+    const bool there = found != sorted.end() && found->t_s <= frame.t_s + kSameTime_s;
+    result.push_back(there ? std::optional(*found) : std::nullopt);
+  }
+  return result;
+}
+
+std::filesystem::path camera_image_file(const std::filesystem::path& run, const std::string& camera,
+                                        std::uint64_t frame) {
+  return run / camera / fmt::format("{:06}.png", frame);
+}
+std::filesystem::path lower_image_file(const std::filesystem::path& run, std::uint64_t frame) {
+  return camera_image_file(run, "lower", frame);
+}
+std::filesystem::path upper_image_file(const std::filesystem::path& run, std::uint64_t frame) {
+  return camera_image_file(run, "upper", frame);
+}
+
+namespace {
+
+/// Returns the method of the results at the top of the folder, or nothing if the run has no summary.
+std::optional<std::string> method_of(const std::filesystem::path& results) {
+  const std::filesystem::path file = results / "summary.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const auto json = nlohmann::json::parse(config::read_text(file), nullptr, false);
+  if (!json.is_object() || !json.contains("method") || !json["method"].is_string()) return std::nullopt;
+  return std::string(config::present_name(config::NameOf::kMethod, json["method"].get<std::string>()));
+}
+
+/// Returns `folder`/`name`, or the file that has the name of an older version.
+std::filesystem::path present(const std::filesystem::path& folder, config::NameOf kind, const std::string& name) {
+  const auto old = config::old_name(kind, name);
+  if (old && !std::filesystem::exists(folder / name) && std::filesystem::exists(folder / *old)) return folder / *old;
+  return folder / name;
+}
+
+}  // namespace
+
+std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method) {
+  std::filesystem::path results =
+      method.empty() ? top_results(run) : present(run / "methods", config::NameOf::kMethod, method);
+  if (!std::filesystem::is_directory(results)) {
+    throw config::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
+                                        run.string(), method, run.string(), method));
+  }
+  return results;
+}
+
+RunData read_run(const std::filesystem::path& folder, const std::string& method, Tables tables) {
+  // A writer exchanges results within milliseconds. The second reading sees one state, unless many localisations of one
+  // run take place at the same time.
+  constexpr int kMostReadings = 10;
+  for (int reading = 1;; ++reading) {
+    const std::string before = results_state(folder);
+    const auto is_one_state = [&] { return reading == kMostReadings || results_state(folder) == before; };
+    try {
+      const std::filesystem::path results = results_folder(folder, method);
+      RunData run = read_run_with(folder, results, method, tables);
+      if (is_one_state()) return run;
+    } catch (const config::FileError&) {
+      if (is_one_state()) throw;
+    }
+  }
+}
+
+RunData read_run_with(const std::filesystem::path& folder, const std::filesystem::path& results,
+                      const std::string& method, Tables tables) {
+  RunData run;
+  run.folder = folder;
+  RunYaml yaml = read_run_yaml(folder);
+  run.info = std::move(yaml.info);
+  run.robot = std::move(yaml.robot);
+  run.map = std::move(yaml.map);
+  run.method = method.empty() ? method_of(results).value_or(run.info.method) : method;
+
+  // frames.csv is written last and therefore read first. For each of its rows, the rows of the other tables exist.
+  if (!std::filesystem::exists(folder / "frames.csv")) {
+    throw config::FileError(fmt::format("{}: frames.csv is missing, which lists the frames", folder.string()));
+  }
+  run.frames = read_frames(folder / "frames.csv");
+  run.drive = read_drive(folder / "drive.csv");
+  run.truth = read_poses(folder / "truth.tum");
+  run.odometry = read_poses(folder / "odometry.tum");
+  if (tables == Tables::kAll) {
+    run.ranges = read_ranges(results / "ranges.csv");
+    run.fixes = read_fixes(results / "fixes.csv");
+    run.sightings = read_sightings(results / "sightings.csv");
+    run.timing = read_timing(present(results, config::NameOf::kFile, "timing.csv"));
+    run.track = read_track(results / "track.csv");
+  }
+  run.estimate = read_poses(results / "estimate.tum");
+
+  const std::size_t count = run.frames.size();
+  const bool no_odometry = run.odometry.empty() && run.drive.empty() && run.info.behaviour == kImported;
+  if ((run.odometry.size() < count && !no_odometry) || (!run.truth.empty() && run.truth.size() < count)) {
+    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}",
+                                        folder.string(), count, run.odometry.size(), run.truth.size()));
+  }
+  if (!no_odometry) run.odometry.resize(count);
+  if (!run.truth.empty()) run.truth.resize(count);
+  if (run.drive.size() > count) run.drive.resize(count);
+  const auto beyond = [&run](const auto& row) { return run.frames.empty() || row.frame > run.frames.back().frame; };
+  std::erase_if(run.ranges, beyond);
+  std::erase_if(run.fixes, beyond);
+  std::erase_if(run.sightings, beyond);
+  std::erase_if(run.timing, beyond);
+  std::erase_if(run.track, beyond);
+  std::erase_if(run.estimate,
+                [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
+  return run;
+}
+
+}  // namespace twocone::runlog

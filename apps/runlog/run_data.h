@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+
+namespace twocone::runlog {
+
+/// Events of a real robot's cameras that frames.csv does not contain.
+struct CaptureCounts {
+  std::uint64_t lower_skipped = 0, upper_skipped = 0;  ///< frames dropped for newer ones because the program was late
+  std::uint64_t unpaired = 0;                          ///< frames without a partner within the skew limit
+  std::uint64_t recoveries = 0;                        ///< number of times a camera disappeared and came back
+};
+
+/// The behaviour of a run that another program recorded (apps/import).
+inline constexpr const char* kImported = "imported";
+
+/// A file from which a run was made, at the time of the run.
+struct SourceFile {
+  std::string file;    ///< absolute
+  std::string digest;  ///< of its bytes (scene_files.h)
+
+  friend bool operator==(const SourceFile&, const SourceFile&) = default;
+};
+
+/// The content of run.yaml, which is enough to repeat the run.
+struct RunInfo {
+  std::string version;  ///< of twocone
+  std::string commit;   ///< of its source, or "unknown"
+  std::string compiler;
+  std::string behaviour;  ///< wander, waypoints, still, or kImported
+  std::string method;     ///< the method at the time of the run
+  std::uint64_t seed = 0;
+  int frames_wanted = 0;
+  bool truth = false;                         ///< RunOptions::truth
+  std::vector<SourceFile> scene_files{};      ///< the scene and the files that it names; none on hardware
+  std::vector<std::string> effects;           ///< active in the simulation, each with its reason; none on hardware
+  std::vector<std::string> import_options{};  ///< of kImported: words of the command without --out
+  std::vector<std::string> devices{};         ///< of a real robot: each device and the settings that it accepted
+  std::optional<CaptureCounts> capture{};     ///< of a real robot
+  bool finished = false;                      ///< false: the run was cut off by a kill, a full disk or a device
+  double wall_s = 0;                          ///< of the whole run; 0 if it was cut off
+  double render_wait_s = 0;                   ///< part of it spent waiting for images
+  double own_cpu_s = 0;                       ///< processor time of this program
+  double render_cpu_s = 0;                    ///< processor time of its child processes: POV-Ray
+  std::vector<std::string> events;            ///< events during the run, one sentence each
+};
+
+/// A row of frames.csv.
+struct FrameRow {
+  std::uint64_t frame = 0;
+  double t_s = 0, skew_s = 0, lower_t_s = 0, upper_t_s = 0;
+  std::uint64_t lower_sequence = 0, upper_sequence = 0;
+  std::uint64_t lower_lost = 0, upper_lost = 0;
+  std::optional<double> host_t_s{};  ///< since the start of the run, on the machine's steady clock; none: imported
+};
+
+/// A row of drive.csv: commanded speeds and measured angles. On devices the angles are interpolated at the frame's
+/// time.
+struct DriveRow {
+  double t_s = 0;
+  std::optional<double> left_command_radps, right_command_radps;  ///< none: unknown, since the run is imported
+  double left_rad = 0, right_rad = 0;
+};
+
+/// A row of ranges.csv. Fields that do not apply are empty.
+struct RangeRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string landmark;
+  std::string verdict;
+  std::optional<double> range_m, sigma_range_m, bearing_rad, sigma_bearing_rad, disparity_px, true_range_m;
+};
+
+/// A row of sightings.csv: the position of a landmark in one view (vision::Sighting). A method without sightings has no
+/// such file.
+struct SightingRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string landmark;
+  std::string view;                  ///< lower or upper
+  double column_px = 0, row_px = 0;  ///< of the near point of the landmark's top
+  double var_column_px2 = 0, cov_px2 = 0, var_row_px2 = 0;
+  std::optional<double> edge_noise_px;  ///< of the outline's position, per pixel of its length; none: not measured
+};
+
+/// A row of fixes.csv.
+struct FixRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string verdict;
+  std::optional<double> x_m, y_m, heading_rad;
+  std::optional<double> var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2;
+  std::optional<double> true_x_m, true_y_m, error_m;
+  std::vector<std::string> outliers;  ///< landmarks whose measurement was rejected and left out
+  std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{};
+  /// Only for `weak`: the unit vector of (x m, y m, heading rad) along which the covariance gives no information.
+  std::optional<double> unseen_x{}, unseen_y{}, unseen_heading{};
+};
+
+/// Returns whether the row has a position that is not an answer. It counts as a frame without a fix.
+bool is_out_of_bounds(const FixRow& row);
+
+/// A row of track.csv: the robot's estimate of its pose at a frame, and the use of the frame's fix (track.h).
+struct TrackRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string state{};  ///< of the filter: lost or tracking; empty without a filter
+  std::optional<double> x_m{}, y_m{}, heading_rad{};
+  std::optional<double> var_x_m2{}, cov_xy_m2{}, var_y_m2{};
+  std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{}, var_heading_rad2{};
+  std::string fix{};  ///< its verdict, as in fixes.csv
+  std::string use{};  ///< localisation::FixUse
+};
+
+/// A row of timing.csv: the time and work for a frame's answer (Timing). Only this table depends on the machine. A
+/// repeated run has other times and, with a time budget, other verdicts.
+struct TimingRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  double vision_s = 0, localisation_s = 0, wall_s = 0;
+  int refined = 0;
+  std::string verdict{};  ///< with a time budget, kept or over; else empty
+};
+
+/// A row of a .tum file, planar.
+struct PoseRow {
+  double t_s = 0, x_m = 0, y_m = 0, heading_rad = 0;
+};
+
+/// A run folder in memory (docs/file-formats.md). The images stay on disk.
+struct RunData {
+  std::filesystem::path folder;
+  RunInfo info;
+  config::Robot robot;
+  config::Map map;
+  std::string method;  ///< the method of these ranges, fixes and estimate
+  std::vector<FrameRow> frames;
+  std::vector<DriveRow> drive;
+  std::vector<RangeRow> ranges;
+  std::vector<FixRow> fixes;
+  std::vector<SightingRow> sightings;  ///< empty for a method without sightings
+  std::vector<TimingRow> timing;       ///< empty for a run of an older version
+  std::vector<TrackRow> track;         ///< one per frame; empty for a run of an older version
+  std::vector<PoseRow> truth;          ///< one per frame; empty on hardware
+  std::vector<PoseRow> odometry;       ///< one per frame; empty, as is drive, for an imported run without wheels
+  std::vector<PoseRow> estimate;
+};
+
+/// Returns false if the wheels were not recorded. Then drive and odometry are empty.
+bool has_odometry(const RunData& run);
+
+/// Returns a line of estimate.tum, or nothing if the track has no pose with a heading.
+std::optional<PoseRow> pose_of(const TrackRow& row);
+
+/// Returns the pose at the time of each frame of the run, or nothing where `poses` has none.
+std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses);
+
+std::filesystem::path lower_image_file(const std::filesystem::path& run, std::uint64_t frame);
+std::filesystem::path upper_image_file(const std::filesystem::path& run, std::uint64_t frame);
+/// Returns the image file of any camera, by its name in the robot file. Those of the pair are `lower` and `upper`.
+std::filesystem::path camera_image_file(const std::filesystem::path& run, const std::string& camera,
+                                        std::uint64_t frame);
+
+/// The tables that read_run loads into memory.
+enum class Tables {
+  kAll,
+  kFrames,  ///< without ranges, fixes, sightings, timing and track, which are long
+            ///< (apps/runlog/tables/answer_reader.h)
+};
+
+/// Reads a finished run, a run that was cut off, or one that is being written. It leaves out an incomplete last line of
+/// a table and rows beyond the last row of frames.csv. It reads results again if they are replaced meanwhile. It does
+/// not look for images.
+/// @param method of methods/NAME; empty: the results at the top of the folder
+/// @throws config::FileError that names file and line; also if frames.csv is missing
+RunData read_run(const std::filesystem::path& folder, const std::string& method = "", Tables tables = Tables::kAll);
+
+/// Like read_run, with the tables of `method` in the folder `results`.
+RunData read_run_with(const std::filesystem::path& folder, const std::filesystem::path& results,
+                      const std::string& method, Tables tables = Tables::kAll);
+
+/// Returns the folder of a method's tables, methods/METHOD; empty: the top. @throws config::FileError if there are none
+std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method);
+
+}  // namespace twocone::runlog

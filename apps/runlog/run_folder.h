@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/answer_rows.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/results_exchange.h"
+#include "hal/image.h"
+
+namespace twocone::runlog {
+
+/// One finished frame of a run, with everything that is written about it.
+struct FrameRecord {
+  FrameRow frame;
+  DriveRow drive;
+  std::optional<PoseRow> truth;
+  PoseRow odometry;
+  runlog::AnswerRows answer;
+};
+
+/// The image of a camera outside the pair. It is written as NAME/NNNNNN.png beside lower/ and upper/.
+struct OtherImage {
+  std::string camera;  ///< its name in the robot file
+  std::shared_ptr<const Image> image;
+};
+
+/// Writes a run folder frame by frame and holds its lock. A frame's row in frames.csv is written last, so every frame
+/// in frames.csv is completely on disk.
+class RunFolder {
+ public:
+  /// Creates the folder (NewFolder). The folder is removed if no frame is added.
+  /// @param old kKeep: the folder of a run that was cut off. The caller adds its frames again from the first one.
+  /// Existing content stays and must be the same, and missing content is written
+  /// @throws DiskError
+  explicit RunFolder(const std::filesystem::path& folder, OldLines old = OldLines::kDrop);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
+
+  /// @throws DiskError
+  void add(const FrameRecord& record, const Image& lower, const Image& upper,
+           const std::vector<OtherImage>& others = {});
+
+ private:
+  void store(const std::filesystem::path& file, const Image& image) const;
+
+  std::filesystem::path folder_;
+  OldLines old_;
+  NewFolder new_;
+  LineFile frames_, drive_, ranges_, fixes_, timing_, truth_, odometry_, estimate_, track_;
+  std::optional<LineFile> sightings_;  ///< exists after the first frame with a sighting
+};
+
+/// Makes summary.json from the tables of a method in the folder `results`.
+using SummaryOf = std::function<std::string(const std::filesystem::path& results)>;
+
+/// Replaces the results of a method (ResultsExchange). Requires the folder's RunLock.
+/// @param summary none: no summary.json
+/// @throws DiskError and all that `summary` throws; then nothing has changed
+void write_results(const std::filesystem::path& folder, const std::string& method,
+                   const std::vector<runlog::AnswerRows>& answers, OnTop on_top, const SummaryOf& summary = {});
+
+/// Like write_results, with the tables that a live run wrote at the top of the folder. Requires the folder's RunLock.
+/// @throws as write_results()
+void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary = {});
+
+/// Writes summary.json into methods/NAME/. Requires the folder's RunLock. @throws DiskError
+void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
+                   OnTop on_top);
+
+/// Reads a stored image. Errors: kNotFound, kBadData.
+Result<Image> read_image(const std::filesystem::path& file);
+/// Writes an image completely or not at all. @throws DiskError
+void write_image(const std::filesystem::path& file, const Image& image);
+
+}  // namespace twocone::runlog

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/run_yaml.h"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/storage/disk.h"
+
+namespace twocone::runlog {
+namespace {
+
+std::filesystem::path file_of(const std::filesystem::path& folder) { return folder / "run.yaml"; }
+
+template <typename T>
+T field(const YAML::Node& node, const char* key, const std::filesystem::path& file) {
+  if (!node[key])
+    throw config::FileError(fmt::format("{}: key {} is missing: was this written by twocone run?", file.string(), key));
+  try {
+    return node[key].as<T>();
+  } catch (const YAML::Exception&) {
+    throw config::FileError(fmt::format("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key));
+  }
+}
+
+constexpr std::array<std::pair<const char*, std::uint64_t CaptureCounts::*>, 4> kCaptureCounts{
+    {{"lower_skipped", &CaptureCounts::lower_skipped},
+     {"upper_skipped", &CaptureCounts::upper_skipped},
+     {"unpaired", &CaptureCounts::unpaired},
+     {"recoveries", &CaptureCounts::recoveries}}};
+
+constexpr const char* kComment = "A run of twocone: what it was made from. Tables and images lie beside this file.";
+
+std::string absolute_text(const std::filesystem::path& file) {
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
+YAML::Node load(const std::filesystem::path& file) {
+  try {
+    return YAML::Load(config::read_text(file));
+  } catch (const YAML::Exception& error) {
+    throw config::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
+  }
+}
+
+void write_again(const std::filesystem::path& folder, const YAML::Node& node) {
+  YAML::Emitter out;
+  out << YAML::Comment(kComment) << node;
+  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
+}  // namespace
+
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const config::Robot& robot,
+                    const std::filesystem::path& map_file) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment(kComment);
+  out << YAML::BeginMap;
+  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+  put("twocone", info.version);
+  put("commit", info.commit);
+  put("compiler", info.compiler);
+  put("behaviour", info.behaviour);
+  put("method", info.method);
+  put("seed", info.seed);
+  put("frames_wanted", info.frames_wanted);
+  if (info.truth) put("truth", true);
+  if (!info.scene_files.empty()) {
+    out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
+    for (const SourceFile& source : info.scene_files) {
+      out << YAML::Key << source.file << YAML::Value << YAML::DoubleQuoted << source.digest;
+    }
+    out << YAML::EndMap;
+  }
+  put("effects", info.effects);
+  if (!info.import_options.empty()) put("import_options", info.import_options);
+  if (!info.devices.empty()) put("devices", info.devices);
+  if (info.capture) {
+    out << YAML::Key << "capture" << YAML::Value << YAML::BeginMap;
+    for (const auto& [key, member] : kCaptureCounts) put(key, (*info.capture).*member);
+    out << YAML::EndMap;
+  }
+  put("finished", info.finished);
+  put("wall_s", info.wall_s);
+  put("render_wait_s", info.render_wait_s);
+  put("own_cpu_s", info.own_cpu_s);
+  put("render_cpu_s", info.render_cpu_s);
+  put("events", info.events);
+  put("robot_file", absolute_text(robot.file));
+  put("robot", config::load_robot_node(robot));
+  put("map_file", absolute_text(map_file));
+  put("map", config::load_map_node(map_file));
+  out << YAML::EndMap;
+  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
+void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                              const std::filesystem::path& to) {
+  YAML::Node node = load(file_of(from));  // all scalars keep their text
+  node["robot_file"] = absolute_text(robot_file);
+  node["robot"] = config::load_robot_node(robot_file);
+  node["events"].push_back(fmt::format("recorded in {}, evaluated with the rig and the wheels of {}",
+                                       absolute_text(from), absolute_text(robot_file)));
+  write_again(to, node);
+}
+
+void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
+                            const std::string& event, const std::filesystem::path& to) {
+  YAML::Node node = load(file_of(from));
+  node["map_file"] = absolute_text(map_file);
+  node["map"] = config::load_map_node(map_file);
+  node["events"].push_back(event);
+  write_again(to, node);
+}
+
+namespace {
+
+/// Returns the first difference between two nodes, below `path`, or an empty text.
+std::string difference(const std::string& path, const YAML::Node& then, const YAML::Node& now) {
+  const auto below = [&path](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  const auto text = [](const YAML::Node& node) {
+    YAML::Emitter out;
+    out << YAML::Flow << node;
+    return std::string(out.c_str());
+  };
+  if (then.Type() != now.Type() || !(then.IsMap() || then.IsSequence())) {
+    const std::string before = text(then), after = text(now);
+    // Paths are kept as they were written, so robots/../scenes/lab.pov equals scenes/lab.pov.
+    const auto normal = [](const std::string& value) { return std::filesystem::path(value).lexically_normal(); };
+    return normal(before) == normal(after) ? "" : fmt::format("{} was {}, and is {}", path, before, after);
+  }
+  if (then.IsSequence()) {
+    if (then.size() != now.size()) return fmt::format("{} had {} entries, and has {}", path, then.size(), now.size());
+    for (std::size_t i = 0; i < then.size(); ++i) {
+      if (std::string found = difference(fmt::format("{}[{}]", path, i), then[i], now[i]); !found.empty()) return found;
+    }
+    return {};
+  }
+  for (const auto& entry : then) {
+    const auto key = entry.first.as<std::string>();
+    if (!now[key]) return fmt::format("{} was {}, and is not there any more", below(key), text(entry.second));
+    if (std::string found = difference(below(key), entry.second, now[key]); !found.empty()) return found;
+  }
+  for (const auto& entry : now) {
+    const auto key = entry.first.as<std::string>();
+    if (!then[key]) return fmt::format("{} was not there, and is {}", below(key), text(entry.second));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string changed_since(const std::filesystem::path& folder) {
+  const auto file = file_of(folder);
+  const YAML::Node node = load(file);
+  config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file));
+  robot.estimator = config::parse_robot(node["robot"], file).estimator;  // may be from the command line
+  if (std::string found = difference("", node["robot"], config::load_robot_node(robot)); !found.empty()) {
+    return fmt::format("{}: {}", robot.file.string(), found);
+  }
+  const auto map_file = field<std::string>(node, "map_file", file);
+  const std::string found = difference("", node["map"], config::load_map_node(map_file));
+  return found.empty() ? "" : fmt::format("{}: {}", map_file, found);
+}
+
+RunYaml read_run_yaml(const std::filesystem::path& folder) {
+  const auto file = file_of(folder);
+  if (!std::filesystem::exists(file)) {
+    throw config::FileError(fmt::format("{}: no run here: there is no run.yaml", folder.string()));
+  }
+  const YAML::Node node = load(file);
+  RunYaml run;
+  run.info.version = field<std::string>(node, "twocone", file);
+  run.info.commit = field<std::string>(node, "commit", file);
+  run.info.compiler = field<std::string>(node, "compiler", file);
+  run.info.behaviour = field<std::string>(node, "behaviour", file);
+  run.info.method = config::present_name(config::NameOf::kMethod, field<std::string>(node, "method", file));
+  run.info.seed = field<std::uint64_t>(node, "seed", file);
+  run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
+  // Runs on hardware and runs of older versions lack this key.
+  if (node["scene_files"]) {
+    for (const auto& entry : node["scene_files"]) {
+      run.info.scene_files.push_back({entry.first.as<std::string>(), entry.second.as<std::string>("")});
+    }
+  }
+  // Runs of versions without effects lack this key.
+  if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
+  if (node["import_options"]) {
+    run.info.import_options = field<std::vector<std::string>>(node, "import_options", file);
+  }
+  // Simulated runs have neither of these keys.
+  if (node["devices"]) run.info.devices = field<std::vector<std::string>>(node, "devices", file);
+  if (node["capture"]) {
+    CaptureCounts& counts = run.info.capture.emplace();
+    for (const auto& [key, member] : kCaptureCounts) {
+      counts.*member = field<std::uint64_t>(node["capture"], key, file);
+    }
+  }
+  run.info.finished = field<bool>(node, "finished", file);
+  run.info.wall_s = field<double>(node, "wall_s", file);
+  run.info.render_wait_s = field<double>(node, "render_wait_s", file);
+  run.info.own_cpu_s = field<double>(node, "own_cpu_s", file);
+  run.info.render_cpu_s = field<double>(node, "render_cpu_s", file);
+  run.info.events = field<std::vector<std::string>>(node, "events", file);
+  run.robot = config::parse_robot(node["robot"], file);
+  run.robot.file = field<std::string>(node, "robot_file", file);
+  run.map = config::parse_map(node["map"], file);
+  run.map.file = field<std::string>(node, "map_file", file);
+  return run;
+}
+
+}  // namespace twocone::runlog

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/storage/disk.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace twocone::runlog {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file) {
+  throw DiskError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+}
+
+int open_for_writing(const std::filesystem::path& file, int how = O_TRUNC) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | how, 0666);
+  if (descriptor < 0) fail(file);
+  return descriptor;
+}
+
+void write_all(int descriptor, std::string_view bytes, const std::filesystem::path& file) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(file);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+}  // namespace
+
+void write_whole(const std::filesystem::path& file, std::string_view content) {
+  std::filesystem::path neighbour = file;
+  neighbour += ".part";
+  const int descriptor = open_for_writing(neighbour);
+  try {
+    write_all(descriptor, content, file);
+  } catch (...) {
+    ::close(descriptor);
+    ::unlink(neighbour.c_str());
+    throw;
+  }
+  if (::close(descriptor) != 0 || std::rename(neighbour.c_str(), file.c_str()) != 0) fail(file);
+}
+
+void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::create_directories(to.parent_path(), error);
+  if (!error) std::filesystem::create_hard_link(from, to, error);
+  if (error) {  // another disk, or one without hard links
+    error.clear();
+    std::filesystem::copy_file(from, to, error);
+  }
+  if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
+}
+
+LineFile::LineFile(const std::filesystem::path& file, OldLines old)
+    : file_(file), descriptor_(open_for_writing(file, old == OldLines::kDrop ? O_TRUNC : O_APPEND)) {
+  if (old == OldLines::kKeep) kept_.emplace(file);
+}
+
+LineFile::LineFile(LineFile&& other) noexcept
+    : file_(std::move(other.file_)),
+      kept_(std::move(other.kept_)),
+      kept_bytes_(other.kept_bytes_),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+LineFile::~LineFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool LineFile::pass_over(std::string_view line, Equal equal) {
+  const auto old = kept_->next();
+  if (!old) {
+    // The remainder is an incomplete line from the time when the program ended.
+    if (::ftruncate(descriptor_, static_cast<off_t>(kept_bytes_)) != 0) fail(file_);
+    kept_.reset();
+    return false;
+  }
+  std::string_view before = *old;
+  if (equal == Equal::kButLastField) {
+    before = before.substr(0, before.rfind(','));
+    line = line.substr(0, line.rfind(','));
+  }
+  if (equal != Equal::kNot && before != line) {
+    throw DiskError(fmt::format("{}:{}: is '{}', but the repeated run gives '{}': the run cannot be resumed",
+                                file_.string(), kept_->number(), before, line));
+  }
+  kept_bytes_ += old->size() + 1;
+  return true;
+}
+
+void LineFile::add(std::string_view line, Equal equal) {
+  if (kept_ && pass_over(line, equal)) return;
+  // A single write per line: after a kill a reader finds only whole lines, except for the last one on a full disk.
+  write_all(descriptor_, std::string(line) + '\n', file_);
+}
+
+}  // namespace twocone::runlog

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/run_lock.h"
+
+namespace twocone::runlog {
+
+/// Creates and locks a run folder. Unless keep() is called, the destructor removes it, except for earlier content.
+class NewFolder {
+ public:
+  /// Creates the folders lower/ and upper/ too. A folder that holds a run is rejected, so that no run is overwritten.
+  /// Remains of a start without a frame are accepted.
+  /// @param old kKeep: the folder of a run that was cut off; it is only locked. @throws DiskError
+  explicit NewFolder(std::filesystem::path folder, OldLines old = OldLines::kDrop);
+  ~NewFolder();
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  void keep() { is_kept_ = true; }
+
+ private:
+  void clear() const;
+
+  std::filesystem::path folder_;
+  bool was_there_;
+  bool is_kept_;
+  std::optional<RunLock> lock_;
+  std::set<std::filesystem::path> before_;
+};
+
+}  // namespace twocone::runlog

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/storage/replace_run.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/results_exchange.h"
+#include "apps/runlog/storage/run_lock.h"
+
+namespace twocone::runlog {
+namespace {
+
+namespace fs = std::filesystem;
+
+// In addition to kResultFiles and the cameras' folders. Includes the files that `report` and `compare --scene` add.
+constexpr std::array kRunFiles{"run.yaml",         "frames.csv",  "drive.csv", "truth.tum",         "odometry.tum",
+                               RunLock::kFileName, "report.html", "figures",   "rendered_from.txt", "methods"};
+
+[[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
+  throw DiskError(fmt::format("--force does not replace {}: {}", folder.string(), why));
+}
+
+/// Returns true for the working folder itself, too.
+bool holds_working_folder(const fs::path& folder) {
+  std::error_code error;
+  const fs::path real = fs::canonical(folder, error);
+  if (error) return false;
+  const fs::path working = fs::current_path(error);
+  return !error && std::mismatch(real.begin(), real.end(), working.begin(), working.end()).first == real.end();
+}
+
+/// Returns the cameras of the run that have images.
+std::set<std::string> cameras_of(const fs::path& folder) {
+  RunYaml run;
+  try {
+    run = read_run_yaml(folder);
+  } catch (const config::FileError& error) {
+    refuse(folder, fmt::format("it is no run of twocone ({})", error.what()));
+  }
+  std::set<std::string> cameras{"lower", "upper"};
+  for (const config::NamedCameraEntry& other : run.robot.others) cameras.insert(other.name);
+  return cameras;
+}
+
+bool is_of_run(const std::string& name) {
+  const auto is_name = [&name](const char* known) { return name == known || name == std::string(known) + ".part"; };
+  return std::any_of(kRunFiles.begin(), kRunFiles.end(), is_name) ||
+         std::any_of(kResultFiles.begin(), kResultFiles.end(), is_name);
+}
+
+/// Accepts NNNNNN.png and the files beside it that --truth and a killed program leave.
+bool is_of_frame(const std::string& name) {
+  const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
+  const std::string ending = name.substr(digits);
+  return digits >= 6 &&
+         (ending == ".png" || ending == ".png.part" || ending == ".truth.csv" || ending == ".truth.csv.part");
+}
+
+void refuse_others_files(const fs::path& folder) {
+  const std::set<std::string> cameras = cameras_of(folder);
+  const auto refuse_file = [&folder](const fs::path& file) {
+    refuse(folder, fmt::format("{} does not belong to a run; move it away first", file.string()));
+  };
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_symlink()) refuse_file(entry.path());
+    if (!cameras.contains(name)) {
+      if (!is_of_run(name)) refuse_file(entry.path());
+      continue;
+    }
+    for (const auto& image : fs::directory_iterator(entry.path())) {
+      if (!is_of_frame(image.path().filename().string())) refuse_file(image.path());
+    }
+  }
+}
+
+/// Returns the lock of a replaceable folder, or nothing if there is nothing to lock.
+std::optional<RunLock> lock_replaceable(const fs::path& folder) {
+  std::error_code error;
+  fs::path last = folder;
+  if (!last.has_filename()) last = last.parent_path();  // with a final slash, the link itself would not be checked
+  if (fs::is_symlink(last, error)) refuse(folder, "it is a link");
+  if (!fs::exists(folder, error) || (fs::is_directory(folder, error) && fs::is_empty(folder, error))) return {};
+  if (!fs::is_directory(folder, error)) refuse(folder, "it is no folder");
+  if (holds_working_folder(folder)) refuse(folder, "this program works in it");
+  try {
+    refuse_others_files(folder);
+    return RunLock(folder);
+  } catch (const fs::filesystem_error& failed) {
+    refuse(folder, failed.code().message());
+  }
+}
+
+}  // namespace
+
+void check_replaceable(const fs::path& folder) { (void)lock_replaceable(folder); }
+
+void remove_run(const fs::path& folder) {
+  const std::optional<RunLock> lock = lock_replaceable(folder);
+  if (!lock) return;
+  // run.yaml is removed last. If the program is killed here, the remains are still a run that can be replaced.
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().filename() == "run.yaml" || entry->path().filename() == RunLock::kFileName) continue;
+    fs::remove_all(entry->path(), error);
+    if (error) break;
+  }
+  if (!error) fs::remove_all(folder, error);
+  if (error) throw DiskError(fmt::format("cannot remove {}: {}", folder.string(), error.message()));
+}
+
+}  // namespace twocone::runlog

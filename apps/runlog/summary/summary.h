@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/summary/capture.h"
+
+namespace twocone::runlog {
+
+/// Statistics of absolute errors. No error is left out.
+struct ErrorStatistics {
+  int count = 0;
+  double mean_m = 0;
+  double rmse_m = 0;
+  double p95_m = 0;  ///< 95 % of the errors are at most this (nearest rank)
+  double max_m = 0;
+};
+/// Returns nothing if there are no errors.
+std::optional<ErrorStatistics> statistics(std::vector<double> errors_m);
+
+/// The same statistics for angles.
+struct AngleStatistics {
+  int count = 0;
+  double mean_rad = 0;
+  double rmse_rad = 0;
+  double p95_rad = 0;
+  double max_rad = 0;
+};
+/// Returns nothing if there are no errors. The statistics are of the absolute values.
+std::optional<AngleStatistics> angle_statistics(std::vector<double> errors_rad);
+
+/// Comparison with the Cramer-Rao bound (apps/runlog/summary/bounds.h) over the frames that have an answer and a bound.
+/// The unit is in the name of the field that holds the comparison.
+struct BoundComparison {
+  int count = 0;
+  double bound_rms = 0;        ///< > 0
+  std::optional<double> rmse;  ///< of the errors of the same frames; none without truth
+  [[nodiscard]] std::optional<double> ratio() const { return rmse ? std::optional(*rmse / bound_rms) : std::nullopt; }
+};
+
+/// The number of answers for which a statement is true.
+struct Share {
+  int held = 0;
+  int count = 0;  ///< answers with a sigma and a truth, > 0
+};
+
+/// Number of standard deviations that contains 95 % of a normal distribution.
+constexpr double k95Sigmas = 1.959964;
+/// The 95 % quantile of chi-squared with two degrees of freedom, -2 ln 0.05.
+constexpr double k95Ellipse = 5.991465;
+
+struct LandmarkSummary {
+  std::string name;
+  std::map<std::string, int> verdicts;   ///< frames by verdict
+  std::optional<ErrorStatistics> error;  ///< |range - true range| of the frames with a range; none without truth
+  std::optional<double> mean_true_range_m;
+  int frames_with_range = 0;
+  int outliers = 0;  ///< frames in which the fix rejected its measurement
+  std::optional<BoundComparison> range_bound_m{};
+  std::optional<Share> within_95{};  ///< ranges whose error is within k95Sigmas of their sigma
+};
+
+/// The numbers of the printed table (summary.json).
+struct Summary {
+  std::string method;
+  int frames = 0;
+  double duration_s = 0;
+  std::vector<LandmarkSummary> landmarks;
+  std::map<std::string, int> fix_verdicts;   ///< frames by verdict
+  int frames_with_fix = 0;                   ///< frames with a position: ok, gap or ambiguous
+  std::optional<ErrorStatistics> fix_error;  ///< the worse position of an ambiguous frame; none without truth
+  std::optional<ErrorStatistics> odometry_error;
+  std::optional<double> travelled_m;              ///< length of the true path
+  std::optional<double> headings_covered_deg;     ///< out of 360, in bins of 10 degrees, of the true heading
+  std::optional<AngleStatistics> heading_error;   ///< of fixes with a heading; the worse one of an ambiguous frame
+  std::optional<ErrorStatistics> estimate_error;  ///< of estimate.tum, for the frames that it contains
+  std::optional<AngleStatistics> estimate_heading_error;
+  std::map<std::string, int>
+      track_states{};  ///< frames by state of the track; empty for an older run and without a filter
+  std::map<std::string, int> track_uses{};          ///< frames by the use of their fix (localisation::FixUse)
+  std::optional<BoundComparison> position_bound_m;  ///< distance, sqrt(var x + var y)
+  std::optional<BoundComparison> heading_bound_rad;
+  /// Fixes whose own 95 % ellipse contains the true position; one of the two is enough for an ambiguous frame. A `weak`
+  /// fix has no ellipse. A covariance that is not positive definite contains nothing.
+  std::optional<Share> in_ellipse_95;
+  std::optional<CaptureSummary> capture{};  ///< of a real robot
+};
+Summary summarise(const RunData& run);
+
+std::string to_json(const Summary& summary, const RunInfo& info);
+
+}  // namespace twocone::runlog

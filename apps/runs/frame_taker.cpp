@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/frame_taker.h"
+
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "apps/config/to_layers.h"
+#include "apps/runs/devices.h"
+
+namespace twocone::runs {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenTries{10};
+
+double seconds_since(FrameTaker::SteadyTime begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+}  // namespace
+
+FrameTaker::FrameTaker(Robot& robot, const config::Robot& description, SteadyTime run_begin, double clock_before_s,
+                       std::chrono::milliseconds patience, std::function<void(const std::string&)> notify)
+    : robot_(robot),
+      pace_(robot.pace()),
+      period_s_(1 / robot.cameras().lower().facts().settings.rate_hz),
+      run_begin_(run_begin),
+      clock_before_s_(clock_before_s),
+      notify_(std::move(notify)),
+      fault_policy_(pace_.waits_for_program ? std::chrono::milliseconds(0) : patience, notify_),
+      odometry_(config::to_wheels(description), config::to_start_pose(description)) {}
+
+Result<FrameTaker::Pair> FrameTaker::try_take() {
+  auto frame = robot_.next_frame(pace_.frame_timeout);
+  if (!frame) return frame.error();
+  const SteadyTime at = std::chrono::steady_clock::now();
+  const auto angles = robot_.drive().read_angles();
+  if (!angles) return Error{angles.error().code, fmt::format("drive: {}", angles.error().message)};
+  // The pixels of devices are there already. Decoding them now finds damaged ones while there still is another frame to
+  // take, and gives lent buffers back.
+  if (!pace_.waits_for_program) {
+    for (Frame* view : {&frame->lower, &frame->upper}) {
+      if (auto decoded = decode(*view); !decoded) {
+        return with_name(view == &frame->lower ? "lower" : "upper", decoded.error());
+      }
+    }
+  }
+  return Pair{std::move(*frame), *angles, at};
+}
+
+Result<FrameTaker::Pair> FrameTaker::take_pair(std::uint64_t number, const std::atomic<bool>& stop) {
+  while (true) {
+    auto pair = try_take();
+    if (pair) return pair;
+    if (auto bearable = fault_policy_.failed(number, pair.error()); !bearable) return bearable.error();
+    if (stop) return Error{ErrorCode::kCancelled, fmt::format("interrupted while frame {} was awaited", number)};
+    if (pair.error().code != ErrorCode::kBadData) stop_wheels();
+    std::this_thread::sleep_for(kBetweenTries);
+  }
+}
+
+void FrameTaker::stop_wheels() {
+  command_ = {};
+  was_stopped_ = true;
+  // If the command does not arrive, the dead-man rule stops the wheels.
+  static_cast<void>(robot_.drive().stop());
+}
+
+Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool>& stop) {
+  auto pair = take_pair(number, stop);
+  if (!pair) return pair.error();
+  StereoFrame& frame = pair->frame;
+  taken_at_ = pair->at;
+  wheels_.add(pair->angles);
+  const WheelAngles angles = wheels_.at(frame.lower.header().captured);
+  const localisation::Pose& pose = odometry_.update(angles.left_rad, angles.right_rad);
+
+  const Frame::Header& lower = frame.lower.header();
+  const Frame::Header& upper = frame.upper.header();
+  if (number == 0) zero_s_ = lower.captured.seconds();
+  const double t_s = lower.captured.seconds() - zero_s_;
+  runlog::FrameRecord record;
+  record.frame = {number,
+                  t_s,
+                  std::chrono::duration<double>(frame.skew()).count(),
+                  t_s,
+                  upper.captured.seconds() - zero_s_,
+                  lower.sequence,
+                  upper.sequence,
+                  lower.lost_before,
+                  upper.lost_before,
+                  clock_before_s_ + seconds_since(run_begin_)};
+  record.drive = {t_s, command_.left_radps, command_.right_radps, angles.left_rad, angles.right_rad};
+  record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
+  if (const auto truth = robot_.true_pose()) {
+    record.truth = runlog::PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
+  }
+  note_contact(number, robot_.contact());
+  // The time over which the robot did not drive is no step of its behaviour.
+  const bool is_first = number == 0 || std::exchange(was_stopped_, false);
+  step_s_ = is_first ? period_s_ : t_s - last_t_s_;
+  last_t_s_ = t_s;
+  lower_skipped_ += lower.skipped_before;
+  upper_skipped_ += upper.skipped_before;
+  return TakenFrame{std::move(frame), std::move(record), robot_.other_frames()};
+}
+
+void FrameTaker::note_contact(std::uint64_t number, const std::string& contact) {
+  if (contact != contact_ && !contact.empty()) {
+    notify_(fmt::format("collision: at frame {} the robot touches {}", number, contact));
+  }
+  contact_ = contact;
+}
+
+Status FrameTaker::command(std::uint64_t number, const WheelSpeeds& speeds) {
+  const auto applied = robot_.drive().set_speeds(speeds);
+  if (!applied) {
+    command_ = {};
+    return fault_policy_.failed(number, {applied.error().code, fmt::format("drive: {}", applied.error().message)});
+  }
+  command_ = *applied;
+  fault_policy_.over(number);
+  return {};
+}
+
+double FrameTaker::age_s() const { return seconds_since(taken_at_); }
+
+}  // namespace twocone::runs

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/estimation/wheel_history.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runs/fault_policy.h"
+#include "hal/robot.h"
+#include "localisation/odometry.h"
+
+namespace twocone::runs {
+
+/// A frame that has been taken; its images may still be on their way.
+struct TakenFrame {
+  StereoFrame frame;
+  runlog::FrameRecord record;  ///< without an answer
+  std::vector<NamedFrame> others;
+};
+
+/// Takes frames from a robot and commands its wheels, and outlives devices that fail: it stops the wheels and asks
+/// again until the devices answer or the patience is at its end.
+class FrameTaker {
+ public:
+  using SteadyTime = std::chrono::steady_clock::time_point;
+
+  /// @param run_begin of the record's host_t_s; `clock_before_s` is added to it (a resumed run)
+  /// @param patience for devices that fail; not used for a robot whose world waits for the program
+  /// @param notify gets a sentence for each event at once
+  FrameTaker(Robot& robot, const config::Robot& description, SteadyTime run_begin, double clock_before_s,
+             std::chrono::milliseconds patience, std::function<void(const std::string&)> notify);
+
+  /// The next frame, with its times, wheel angles, odometry and truth.
+  /// Errors: those of Robot::next_frame and DiffDrive, with the frame's number; kCancelled once `stop` is set.
+  Result<TakenFrame> take(std::uint64_t number, const std::atomic<bool>& stop);
+  /// Commands the wheels. Errors: those of DiffDrive once the patience is at its end.
+  Status command(std::uint64_t number, const WheelSpeeds& speeds);
+
+  /// Time since the frame before, or one period where the robot did not drive in between.
+  [[nodiscard]] double step_s() const { return step_s_; }
+  /// How long ago the newest frame came.
+  [[nodiscard]] double age_s() const;
+  [[nodiscard]] const localisation::Odometry& odometry() const { return odometry_; }
+  /// Frames of the lower and upper camera that were passed over for newer ones so far.
+  [[nodiscard]] std::uint64_t lower_skipped() const { return lower_skipped_; }
+  [[nodiscard]] std::uint64_t upper_skipped() const { return upper_skipped_; }
+
+ private:
+  struct Pair {
+    StereoFrame frame;
+    WheelAngles angles;
+    SteadyTime at;  ///< when the frame had come
+  };
+  Result<Pair> try_take();
+  Result<Pair> take_pair(std::uint64_t number, const std::atomic<bool>& stop);
+  void stop_wheels();
+  void note_contact(std::uint64_t number, const std::string& contact);
+
+  Robot& robot_;
+  const RobotPace pace_;
+  const double period_s_;  ///< of the lower camera, as applied
+  const SteadyTime run_begin_;
+  const double clock_before_s_;
+  const std::function<void(const std::string&)> notify_;
+  FaultPolicy fault_policy_;
+  localisation::Odometry odometry_;
+  estimation::WheelHistory wheels_;
+  WheelSpeeds command_;
+  SteadyTime taken_at_;
+  std::string contact_;
+  double zero_s_ = 0;
+  double last_t_s_ = 0;
+  double step_s_ = 0;
+  bool was_stopped_ = false;
+  std::uint64_t lower_skipped_ = 0, upper_skipped_ = 0;
+};
+
+}  // namespace twocone::runs

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+
+#include "hal/frame.h"
+
+namespace twocone::runs {
+
+/// Waits for a frame's pixels, at most 150 s, which is longer than a renderer's own limit for one image, so that the
+/// renderer's message is the one that is reported. Errors: those of Frame::image; kCancelled once `stop` is set.
+ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop);
+
+/// How often a wait looks whether it must end.
+constexpr std::chrono::milliseconds kStopSlice{100};
+
+}  // namespace twocone::runs

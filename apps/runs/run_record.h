@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runs/run.h"
+
+namespace twocone::runs {
+
+/// The run folder while the run goes on: run.yaml with its events, and the frames.
+class RunRecord {
+ public:
+  RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options);
+
+  /// Makes (or, for a resumed run, locks) the folder and writes run.yaml. @throws runlog::DiskError
+  void open();
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_->path(); }
+  [[nodiscard]] runlog::RunInfo& info() { return info_; }
+  [[nodiscard]] const runlog::RunInfo& info() const { return info_; }
+  /// @throws runlog::DiskError
+  void write_yaml() const;
+
+  /// An event of the run: into run.yaml, and at once to RunOptions::notify. What a resumed run replays was reported
+  /// before and only goes into run.yaml.
+  void note(const std::string& event);
+  /// The same from any thread; it becomes an event at the run's end.
+  void note_later(const std::string& event);
+  std::vector<std::string> take_later();
+
+  /// @throws runlog::DiskError
+  void add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
+           const std::vector<runlog::OtherImage>& others);
+  /// Frames that are wholly written.
+  [[nodiscard]] int frames() const { return frames_; }
+  /// The first frames of a resumed run, which were there before.
+  void set_replayed(int frames) { replayed_ = frames; }
+
+  /// Writes the results of both methods and, last, run.yaml with `finished`, so that a run that says so has all its
+  /// results. @param baseline answers of method paper beside another one; empty: none. @throws runlog::DiskError
+  void finish(const std::vector<runlog::AnswerRows>& baseline);
+
+ private:
+  [[nodiscard]] runlog::SummaryOf summary_of(const std::string& method) const;
+
+  const config::Robot& robot_;
+  const config::Map& map_;
+  const RunOptions& options_;
+  runlog::RunInfo info_;
+  std::optional<runlog::RunFolder> folder_;
+  int frames_ = 0;
+  int replayed_ = 0;
+  std::mutex mutex_;  // of later_
+  std::vector<std::string> later_;
+};
+
+}  // namespace twocone::runs

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/steering.h"
+
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/file_error.h"
+
+namespace twocone::runs {
+namespace {
+
+std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot, const config::Map& map,
+                                                      const std::string& name, std::uint64_t seed) {
+  const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
+  if (name == "still") return std::make_unique<behaviours::Still>();
+  if (name == "wander") return std::make_unique<behaviours::Wander>(body, config::to_arena(map), seed);
+  if (name == "waypoints") {
+    std::vector<Eigen::Vector2d> points_m;
+    for (const config::Point& p : robot.waypoints) points_m.emplace_back(p.x_m, p.y_m);
+    if (points_m.empty()) {
+      throw config::FileError(fmt::format("{}: behaviour waypoints needs the key waypoints_m: [[x, y], ...] in metres",
+                                          robot.file.string()));
+    }
+    return std::make_unique<behaviours::Waypoints>(body, points_m);
+  }
+  throw std::invalid_argument(fmt::format("no behaviour '{}'; there are: wander, waypoints, still", name));
+}
+
+}  // namespace
+
+Steering::Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
+                   std::function<void(const std::string&)> notify)
+    : wheels_(config::to_wheels(robot)),
+      command_timeout_s_(robot.drive.command_timeout_s),
+      notify_(std::move(notify)),
+      behaviour_(make_behaviour(robot, map, behaviour, seed)) {}
+
+WheelSpeeds Steering::decide(std::uint64_t frame, double step_s, double image_age_s) {
+  if (image_age_s > command_timeout_s_) {
+    if (!std::exchange(was_late_, true)) {
+      notify_(
+          fmt::format("frame {}: it was worked on for {:.2f} s, longer than command_timeout_s of {} s: the wheels "
+                      "are stopped for this and any other such frame",
+                      frame, image_age_s, command_timeout_s_));
+    }
+    return {};
+  }
+  const behaviours::Motion motion = behaviour_->decide(belief_.pose(), step_s);
+  const auto turned = localisation::wheel_turns(wheels_, motion.speed_mps, motion.turn_rate_radps);
+  return {turned.left_rad, turned.right_rad};
+}
+
+}  // namespace twocone::runs

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "apps/behaviours/behaviour.h"
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/estimation/believed_pose.h"
+#include "apps/runs/frame_taker.h"
+
+namespace twocone::runs {
+
+/// Decides the wheels' speeds for each frame: a behaviour that sees the believed pose, and the dead-man rule for what
+/// the robot sees.
+class Steering {
+ public:
+  /// @param behaviour wander, waypoints or still. @throws std::invalid_argument for another one, config::FileError for
+  /// waypoints without a list of them
+  Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
+           std::function<void(const std::string&)> notify);
+
+  void add_odometry(std::uint64_t frame, const localisation::Pose& pose) { belief_.add_odometry(frame, pose); }
+  /// A fix that can be used as a place.
+  void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) { belief_.add_fix(frame, position_m); }
+  /// @param image_age_s age of the newest image; an image older than command_timeout_s moves no wheel, so that a camera
+  /// that is lost stops the wheels in that time, too, however long its last image was worked on
+  [[nodiscard]] WheelSpeeds decide(std::uint64_t frame, double step_s, double image_age_s);
+
+ private:
+  localisation::WheelGeometry wheels_;
+  double command_timeout_s_;
+  std::function<void(const std::string&)> notify_;
+  std::unique_ptr<behaviours::Behaviour> behaviour_;
+  estimation::BelievedPose belief_;
+  bool was_late_ = false;
+};
+
+}  // namespace twocone::runs

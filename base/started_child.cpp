@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/started_child.h"
+
+#include <fcntl.h>
+#include <linux/close_range.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <time.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+namespace twocone::base {
+namespace {
+
+[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
+
+/// Above every number that the child gives its own descriptors, so that arranging these overwrites none.
+constexpr int kFirstSafeFd = 10;
+
+UniqueFd lifted(int fd) {
+  UniqueFd high(::fcntl(fd, F_DUPFD_CLOEXEC, kFirstSafeFd));
+  if (!high.valid()) throw_errno("fcntl");
+  return high;
+}
+
+struct Pipe {
+  UniqueFd read;
+  UniqueFd write;
+};
+
+Pipe make_pipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw_errno("pipe2");
+  const UniqueFd low_read(ends[0]);
+  const UniqueFd low_write(ends[1]);
+  return {lifted(low_read.get()), lifted(low_write.get())};
+}
+
+void make_non_blocking(int fd) {
+  if (::fcntl(fd, F_SETFL, O_NONBLOCK) != 0) throw_errno("fcntl");
+}
+
+/// Pointers for exec; the strings must outlive them.
+std::vector<char*> pointers(const std::vector<std::string>& strings) {
+  std::vector<char*> result;
+  result.reserve(strings.size() + 1);
+  for (const auto& s : strings) result.push_back(const_cast<char*>(s.c_str()));
+  result.push_back(nullptr);
+  return result;
+}
+
+/// The child sends this to its parent if it cannot become the program.
+struct StartFailure {
+  enum Step : int { kFolder, kDescriptors, kConfinement, kExec };
+  int step;
+  int error;
+};
+
+/// Everything that the child needs between fork and exec. Only async-signal-safe calls are allowed there, so the child
+/// may allocate nothing.
+struct ChildPlan {
+  const char* program;
+  const char* folder;
+  char* const* arguments;
+  char* const* environment;
+  int null_fd, output_fd, errors_fd, failure_fd;
+  const int* inputs;
+  int input_count;
+  pid_t parent;
+  Confinement::Kind confinement;
+  int ruleset_fd;
+};
+
+[[noreturn]] void become_program(const ChildPlan& plan) {
+  const auto fail = [&plan](StartFailure::Step step) {
+    const StartFailure failure{step, errno};
+    // The message is smaller than PIPE_BUF, so it is written whole or not at all. In the latter case the parent sees
+    // exit status 127.
+    [[maybe_unused]] const auto written = ::write(plan.failure_fd, &failure, sizeof failure);
+    ::_exit(127);
+  };
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // If the parent ended between fork and prctl, the signal never comes.
+  if (::getppid() != plan.parent) ::_exit(127);
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
+  if (::chdir(plan.folder) != 0) fail(StartFailure::kFolder);
+  if (::dup2(plan.null_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
+      ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
+    fail(StartFailure::kDescriptors);
+  }
+  for (int i = 0; i < plan.input_count; ++i) {
+    if (::dup2(plan.inputs[i], kChildInput + i) < 0) fail(StartFailure::kDescriptors);
+  }
+  // A library of the calling program may have left descriptors without close-on-exec.
+  ::syscall(SYS_close_range, unsigned(kChildInput + plan.input_count), ~0U, CLOSE_RANGE_CLOEXEC);
+  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail(StartFailure::kConfinement);
+  ::execve(plan.program, plan.arguments, plan.environment);
+  fail(StartFailure::kExec);
+  ::_exit(127);
+}
+
+const char* describe(int step) {
+  switch (step) {
+    case StartFailure::kFolder:
+      return "entering the folder";
+    case StartFailure::kDescriptors:
+      return "arranging the descriptors";
+    case StartFailure::kConfinement:
+      return "confining the program";
+    default:
+      return "starting the program";
+  }
+}
+
+}  // namespace
+
+UniqueFd& UniqueFd::operator=(UniqueFd&& other) noexcept {
+  if (this != &other) {
+    reset();
+    std::swap(fd_, other.fd_);
+  }
+  return *this;
+}
+
+void UniqueFd::reset() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+}
+
+namespace {
+
+UniqueFd filled_file(const char* name, const std::string& content, unsigned flags) {
+  UniqueFd fd(::memfd_create(name, MFD_CLOEXEC | flags));
+  if (!fd.valid()) throw_errno("memfd_create");
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const auto written = ::write(fd.get(), content.data() + done, content.size() - done);
+    if (written < 0 && errno != EINTR) throw_errno("write");
+    if (written > 0) done += std::size_t(written);
+  }
+  return fd;
+}
+
+}  // namespace
+
+UniqueFd memory_file(const char* name, const std::string& content) { return filled_file(name, content, 0); }
+
+UniqueFd sealed_file(const char* name, const std::string& content) {
+  UniqueFd fd = filled_file(name, content, MFD_ALLOW_SEALING);
+  if (::fcntl(fd.get(), F_ADD_SEALS, F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0) {
+    throw_errno("sealing a memory file");
+  }
+  return fd;
+}
+
+StartedChild::StartedChild(const Program& program) {
+  UniqueFd output_end;
+  if (program.output) {
+    Pipe output = make_pipe();
+    make_non_blocking(output.read.get());
+    output_ = std::move(output.read);
+    output_end = std::move(output.write);
+  }
+  Pipe errors = make_pipe();
+  make_non_blocking(errors.read.get());
+  errors_ = std::move(errors.read);
+  Pipe failure = make_pipe();
+  const UniqueFd low_null(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  if (!low_null.valid()) throw_errno("/dev/null");
+  const UniqueFd null = lifted(low_null.get());
+  std::vector<UniqueFd> inputs;
+  std::vector<int> input_numbers;
+  for (const int input : program.inputs) {
+    inputs.push_back(lifted(input));
+    input_numbers.push_back(inputs.back().get());
+  }
+
+  UniqueFd ruleset;
+  if (program.confinement) {
+    ruleset = program.confinement->ruleset(program.writable);
+    if (ruleset.valid()) ruleset = lifted(ruleset.get());
+  }
+
+  std::vector<std::string> arguments{program.path};
+  arguments.insert(arguments.end(), program.arguments.begin(), program.arguments.end());
+  const auto argument_pointers = pointers(arguments);
+  const auto environment_pointers = pointers(program.environment);
+  const ChildPlan plan{program.path.c_str(),
+                       program.folder.c_str(),
+                       argument_pointers.data(),
+                       environment_pointers.data(),
+                       null.get(),
+                       program.output ? output_end.get() : null.get(),
+                       errors.write.get(),
+                       failure.write.get(),
+                       input_numbers.data(),
+                       int(input_numbers.size()),
+                       ::getpid(),
+                       program.confinement ? program.confinement->kind() : Confinement::Kind::kNone,
+                       ruleset.get()};
+  pid_ = ::fork();
+  if (pid_ < 0) throw_errno("fork");
+  if (pid_ == 0) become_program(plan);
+  // Parent and child both set the group, because either may run first. After exec this call fails, but then the child
+  // has set it.
+  ::setpgid(pid_, pid_);
+  pid_fd_ = UniqueFd(int(::syscall(SYS_pidfd_open, pid_, 0U)));
+  if (!pid_fd_.valid()) {
+    const int error = errno;
+    end();
+    throw std::system_error(error, std::generic_category(), "pidfd_open");
+  }
+  failure.write.reset();
+  // This read ends as soon as exec closes the other end.
+  StartFailure what{};
+  ssize_t got = 0;
+  do {
+    got = ::read(failure.read.get(), &what, sizeof what);
+  } while (got < 0 && errno == EINTR);
+  if (got == sizeof what) {
+    end();
+    throw std::system_error(what.error, std::generic_category(), describe(what.step));
+  }
+}
+
+StartedChild::~StartedChild() {
+  if (pid_ > 0) end();
+}
+
+std::optional<std::chrono::nanoseconds> StartedChild::cpu() const {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return std::nullopt;
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+std::uint64_t StartedChild::peak_bytes() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  }
+  return 0;
+}
+
+void StartedChild::kill_group() const {
+  ::kill(-pid_, SIGKILL);
+  ::kill(pid_, SIGKILL);  // the child may not have reached setpgid yet
+}
+
+int StartedChild::end() {
+  kill_group();
+  int status = 0;
+  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
+  return status;
+}
+
+bool drain(int fd, std::string& into) {
+  std::array<char, 65536> buffer{};
+  const auto got = ::read(fd, buffer.data(), buffer.size());
+  if (got > 0) into.append(buffer.data(), std::size_t(got));
+  if (got == 0) return false;
+  return got > 0 || errno == EAGAIN || errno == EINTR;
+}
+
+void keep_newest(std::string& errors) {
+  if (errors.size() > 2 * kMaxErrors) errors.erase(0, errors.size() - kMaxErrors);
+}
+
+}  // namespace twocone::base

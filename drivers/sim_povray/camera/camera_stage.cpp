@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/camera/camera_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/camera/lens.h"
+#include "drivers/sim_povray/camera/light.h"
+#include "drivers/sim_povray/camera/noise.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+int shutter_sample_count(const CameraEffects& effects) { return takes_time(effects) ? effects.shutter_samples : 1; }
+
+bool has_distortion(const CameraEffects& effects) {
+  return std::any_of(effects.distortion.begin(), effects.distortion.end(), [](double k) { return k != 0; });
+}
+
+/// Shutter sample i of n is (i + 1/2) / n of the way from the first row's opening to the last row's closing.
+double sample_time_s(const CameraEffects& effects, int i) {
+  return (effects.readout_s + effects.exposure_time_s) * (i + 0.5) / effects.shutter_samples;
+}
+
+/// Returns, for each row, the shutter samples while its shutter is open; if there is none, the one nearest to the
+/// middle of that time. Times are measured from the opening of the first row's shutter.
+std::vector<std::vector<int>> samples_of_rows(const CameraEffects& effects, int height_px) {
+  std::vector<std::vector<int>> rows(static_cast<std::size_t>(height_px));
+  const int count = shutter_sample_count(effects);
+  for (int row = 0; row < height_px; ++row) {
+    std::vector<int>& open = rows[std::size_t(row)];
+    if (count == 1) {
+      open = {0};
+      continue;
+    }
+    const double opens_s = effects.readout_s * (height_px > 1 ? row / (height_px - 1.0) : 0.5);
+    const double closes_s = opens_s + effects.exposure_time_s;
+    int nearest = 0;
+    double least_s = INFINITY;
+    for (int i = 0; i < count; ++i) {
+      const double time_s = sample_time_s(effects, i);
+      if (time_s >= opens_s && time_s <= closes_s) open.push_back(i);
+      const double apart_s = std::abs(time_s - (opens_s + closes_s) / 2);
+      if (apart_s < least_s) {
+        least_s = apart_s;
+        nearest = i;
+      }
+    }
+    if (open.empty()) open = {nearest};
+  }
+  return rows;
+}
+
+void check(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& shutter_samples) {
+  if (shutter_samples.size() != std::size_t(shutter_sample_count(effects))) {
+    throw std::invalid_argument(
+        fmt::format("there are {} shutter samples, must be {}", shutter_samples.size(), shutter_sample_count(effects)));
+  }
+  for (const auto& image : shutter_samples) {
+    const Image& first = *shutter_samples.front();
+    const bool is_whole = image->width_px > 0 && image->height_px > 0 && image->format == PixelFormat::kRgb8 &&
+                          image->bytes.size() == std::size_t(image->width_px) * std::size_t(image->height_px) * 3;
+    if (!is_whole || image->width_px != first.width_px || image->height_px != first.height_px) {
+      throw std::invalid_argument(fmt::format(
+          "a shutter sample of {} x {} px, {}, {} bytes, must be whole, Rgb8 and {} x {} px", image->width_px,
+          image->height_px, to_string(image->format), image->bytes.size(), first.width_px, first.height_px));
+    }
+  }
+}
+
+/// All random numbers of an image follow from these values.
+struct Draws {
+  std::uint64_t seed;
+  std::string_view camera;
+  std::uint64_t step;
+
+  [[nodiscard]] std::mt19937_64 engine(CameraPurpose purpose) const {
+    return camera_engine(seed, purpose, camera, step);
+  }
+  [[nodiscard]] bool happens(double probability, CameraPurpose purpose) const {
+    if (probability <= 0) return false;
+    std::mt19937_64 random = engine(purpose);
+    return uniform(random) < probability;
+  }
+};
+
+/// Runs the stages after the shutter. @param all also runs those that are at their neutral values
+Image run_stages(const CameraEffects& effects, Light light, const Draws& draws, bool all) {
+  if (all || has_distortion(effects)) light = distorted(light, effects.distortion, effects.distortion_focal_px);
+  if (all || effects.defocus_px > 0) light = defocused(light, effects.defocus_px);
+  if (all || effects.vignetting > 0) vignette(light, effects.vignetting);
+  if (all || effects.gain != 1) {
+    const auto gain = static_cast<float>(effects.gain);
+    for (float& value : light.values) value *= gain;
+  }
+  if (all || effects.full_well_electrons > 0) {
+    add_shot_noise(light, effects.full_well_electrons, Normal(draws.engine(CameraPurpose::kShotNoise)));
+  }
+  if (all || effects.read_noise_electrons > 0) {
+    const double sigma =
+        effects.read_noise_electrons > 0 ? effects.read_noise_electrons / effects.full_well_electrons : 0;
+    add_read_noise(light, sigma, Normal(draws.engine(CameraPurpose::kReadNoise)));
+  }
+  return to_image(light);
+}
+
+}  // namespace
+
+bool takes_time(const CameraEffects& effects) { return effects.exposure_time_s > 0 || effects.readout_s > 0; }
+
+bool changes_pixels(const CameraEffects& effects) {
+  return takes_time(effects) || has_distortion(effects) || effects.defocus_px > 0 || effects.vignetting > 0 ||
+         effects.gain != 1 || effects.full_well_electrons > 0 || effects.read_noise_electrons > 0;
+}
+
+std::vector<std::chrono::nanoseconds> shutter_samples_before(const CameraEffects& effects) {
+  const std::chrono::nanoseconds late = to_nanoseconds(effects.stamp_late_s);
+  if (!takes_time(effects)) return {late};
+  std::vector<std::chrono::nanoseconds> before;
+  for (int i = 0; i < effects.shutter_samples; ++i) {
+    before.push_back(late + to_nanoseconds(effects.readout_s + effects.exposure_time_s - sample_time_s(effects, i)));
+  }
+  return before;
+}
+
+std::chrono::nanoseconds capture_before(const CameraEffects& effects) {
+  return to_nanoseconds((effects.readout_s + effects.exposure_time_s) / 2);
+}
+
+Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& shutter_samples,
+              std::uint64_t seed, std::string_view camera, std::uint64_t step) {
+  check(effects, shutter_samples);
+  if (!changes_pixels(effects)) return *shutter_samples.front();
+  std::vector<const Image*> images;
+  for (const auto& image : shutter_samples) images.push_back(image.get());
+  Light light = mean_light(images, samples_of_rows(effects, images.front()->height_px));
+  return run_stages(effects, std::move(light), {seed, camera, step}, false);
+}
+
+Image pass_through(const Image& image) {
+  CameraEffects neutral;
+  neutral.distortion = {0, 0, 0, 0, 0};
+  neutral.distortion_focal_px = image.width_px;
+  const std::vector<std::vector<int>> each_row_of_both(static_cast<std::size_t>(image.height_px), {0, 1});
+  return run_stages(neutral, mean_light({&image, &image}, each_row_of_both), {0, "", 0}, true);
+}
+
+bool drops(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t step) {
+  return Draws{seed, camera, step}.happens(effects.drop_probability, CameraPurpose::kDrop);
+}
+
+bool is_late(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t step) {
+  return Draws{seed, camera, step}.happens(effects.late_probability, CameraPurpose::kLate);
+}
+
+}  // namespace twocone::sim_povray

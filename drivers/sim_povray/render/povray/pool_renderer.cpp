@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
+
+#include <signal.h>
+
+#include <system_error>
+#include <utility>
+
+#include "drivers/sim_povray/render/povray/povray_answer.h"
+
+namespace twocone::sim_povray {
+
+PoolRenderer::PoolRenderer(Povray povray, PoolSettings settings, std::string obstacle)
+    : povray_(std::move(povray)),
+      settings_(std::move(settings)),
+      one_by_one_(povray_, settings_.processes),
+      obstacle_(std::move(obstacle)) {}
+
+PoolRenderer::~PoolRenderer() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.raise();
+  if (thread_.joinable()) thread_.join();
+  for (Order& order : inbox_) order.done(closed_error(order.job.label, "started"));
+}
+
+void PoolRenderer::submit(RenderJob job, Done done) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!job.view_template->one_shot.empty()) {
+      one_shot_ = job.view_template->one_shot;
+    } else if (obstacle_.empty()) {
+      try {
+        if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+        inbox_.push_back({std::move(job), std::move(done), submitted_++});
+        wake_.raise();
+        return;
+      } catch (const std::system_error& e) {
+        obstacle_ = e.what();
+      }
+    }
+  }
+  give_notice();
+  one_by_one_.submit(std::move(job), std::move(done));
+}
+
+void PoolRenderer::give_notice() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(noticed_, true)) return;
+  }
+  if (settings_.notice) settings_.notice(describe());
+}
+
+std::string PoolRenderer::describe() const {
+  const std::lock_guard lock(mutex_);
+  if (!obstacle_.empty()) return one_by_one_.describe() + ": " + obstacle_;
+  std::string text = "POV-Ray processes are held between images";
+  if (!one_shot_.empty()) text += "; " + one_by_one_.describe() + " where " + one_shot_;
+  return text;
+}
+
+void PoolRenderer::work() {
+  // None of the program's signals is handled here; the signal of the leases is read, not handled.
+  sigset_t all;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
+  try {
+    hold();
+  } catch (const std::exception& e) {
+    fall_back(e.what(), {});
+  }
+}
+
+void PoolRenderer::hold() {
+  PovrayPool pool(povray_, settings_);
+  while (pool.obstacle().empty()) {
+    wake_.lower();
+    std::vector<Order> orders;
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) return;
+      orders = std::exchange(inbox_, {});
+    }
+    for (Order& order : orders) pool.add(std::move(order));
+    pool.turn(wake_.fd());
+  }
+  fall_back(pool.obstacle(), pool.give_back());
+}
+
+void PoolRenderer::fall_back(std::string why, std::vector<Order> orders) {
+  {
+    const std::lock_guard lock(mutex_);
+    obstacle_ = std::move(why);
+    for (Order& order : inbox_) orders.push_back(std::move(order));
+    inbox_.clear();
+  }
+  give_notice();
+  for (Order& order : orders) one_by_one_.submit(std::move(order.job), std::move(order.done));
+}
+
+}  // namespace twocone::sim_povray

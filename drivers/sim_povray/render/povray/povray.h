@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/child_process.h"
+#include "base/started_child.h"
+#include "drivers/sim_povray/render/povray/povray_answer.h"
+#include "drivers/sim_povray/render/povray/scene_access.h"
+#include "drivers/sim_povray/render/render_job.h"
+#include "hal/frame.h"
+#include "hal/result.h"
+
+namespace twocone::sim_povray {
+
+/// Returns the program `name` as an absolute path: a path if it has a slash, else looked up in PATH.
+/// Errors: kUnavailable, with what to install.
+Result<std::string> find_povray(const std::string& name);
+
+/// Access of a POV-Ray process to files.
+struct SceneLimits {
+  std::shared_ptr<const base::Confinement> confinement{};  ///< none: the access of this program
+  std::shared_ptr<const SceneAccess> access{};             ///< where files are searched for; none: the scene's folder
+};
+
+/// Runs POV-Ray for one scene file: set up once, then used from several threads.
+class Povray {
+ public:
+  /// @param program as find_povray() returns it
+  /// @param scene_path the scene file: relative files of the scene are searched for in its folder, and messages name it
+  /// as given here
+  /// @param timeout for one image
+  /// @param limits those of confined_povray(), which makes every Povray outside of tests
+  Povray(std::string program, const std::filesystem::path& scene_path, std::chrono::nanoseconds timeout,
+         SceneLimits limits = {});
+
+  /// Runs the program once; the calling thread must live until it returns. Errors: kTimeout (killed), kDisconnected (it
+  /// crashed, or `stop_fd` became readable), kRefused (POV-Ray reports an error: file and line), kBadData (no whole
+  /// image), kUnavailable (it could not be started).
+  [[nodiscard]] ImageResult render(const RenderJob& job, int stop_fd) const;
+
+  /// Renders an image to measure by: `scene`, which has no poses, without anti-aliasing. Errors: as render().
+  [[nodiscard]] Result<DeepImage> render_deep(const std::string& label, const std::string& scene, int width_px,
+                                              int height_px) const;
+
+  /// Returns the error of a process that ended without an image: exit_error(), with advice about a file that it could
+  /// not open.
+  [[nodiscard]] Error bad_end(const std::string& label, int wait_status, const std::string& errors) const;
+  /// Returns why its processes cannot be held between images; empty: they can.
+  [[nodiscard]] std::string hold_obstacle() const;
+
+  /// Runs a scene that ends itself by `#error concat(kPovrayAnswer, ...)`, and returns the text that follows it.
+  /// Errors: as render().
+  [[nodiscard]] Result<std::string> ask(const std::string& label, std::string scene, int stop_fd) const;
+
+  [[nodiscard]] const std::string& scene_path() const { return scene_path_; }
+  [[nodiscard]] std::chrono::nanoseconds timeout() const { return timeout_; }
+  /// Returns the program to start for such images; the caller must add the scene (kSceneFile) and the file of the image
+  /// (+O).
+  [[nodiscard]] base::Program program(const ViewTemplate& view_template) const;
+
+ private:
+  struct RunKind {
+    bool is_deep = false;      ///< 16 bits a channel, linear light
+    bool is_question = false;  ///< it ends with an error on purpose
+  };
+  /// Runs the program until it succeeds; it may write at most `most` bytes. Errors: as render().
+  [[nodiscard]] Result<base::ChildResult> run(const RenderJob& job, const RunKind& kind, std::size_t most,
+                                              int stop_fd) const;
+
+  std::string program_;
+  std::string scene_path_;
+  std::string folder_;
+  std::chrono::nanoseconds timeout_;
+  std::vector<std::string> environment_;
+  SceneLimits limits_;
+};
+
+/// Beginning of the answer of a scene that Povray::ask() runs.
+inline constexpr const char* kPovrayAnswer = "twocone answer: ";
+
+/// The name under which POV-Ray finds its first input: the scene.
+inline constexpr std::string_view kSceneFile = "/proc/self/fd/3";
+
+/// Returns POV-Ray's options for such images, without +O.
+std::vector<std::string> povray_arguments(const ViewTemplate& view_template);
+
+/// Returns the job for a whole image of a scene that has no poses.
+RenderJob plain_image(std::string label, std::string scene, int width_px, int height_px, int antialias);
+
+/// Returns the scene with `text` where the poses go.
+std::string with_pose(const ViewTemplate& view_template, std::string_view text);
+
+/// Returns the largest size of such an image as a PPM.
+std::size_t most_ppm_bytes(const ViewTemplate& view_template);
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/server/client_connection.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/server/image_sender.h"
+#include "drivers/sim_povray/server/protocol.h"
+#include "drivers/sim_povray/server/shared_frames.h"
+#include "drivers/sim_povray/server/socket.h"
+#include "hal/clock.h"
+
+namespace twocone::sim_povray::server {
+namespace {
+
+/// Time from the connection to the client's request for a session.
+constexpr std::chrono::seconds kHandshakeTime{5};
+/// A client that has not read a reply in this time is stuck.
+constexpr std::chrono::seconds kSendTime{5};
+/// How often a session that waits for its client checks whether the server stops.
+constexpr std::chrono::milliseconds kStopSlice{50};
+/// How often a session that waits for its world checks whether its client still lives.
+constexpr std::chrono::milliseconds kStepSlice{50};
+
+SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
+
+/// Returns the errors of the settings' own check() as a refusal.
+template <typename Settings>
+Status checked(const Settings& settings) {
+  try {
+    check(settings);
+    return {};
+  } catch (const std::invalid_argument& error) {
+    return Error{ErrorCode::kRefused, error.what()};
+  }
+}
+
+Error refusal(std::string why) { return {ErrorCode::kRefused, std::move(why)}; }
+
+/// The conversation with one client. An error in a Status that a function here returns ends the conversation, and the
+/// client is notified of it unless it is kDisconnected. An error of the world is no such error: it goes into a reply.
+class Conversation {
+ public:
+  Conversation(int socket, SimulationHost& host, const std::function<void(const std::string&)>& report,
+               const std::atomic<bool>& stop, std::chrono::milliseconds patience)
+      : socket_(socket), host_(host), report_(report), stop_(stop), patience_(patience) {}
+
+  void run() {
+    const std::optional<Peer> peer = peer_of(socket_);
+    Status end = caught([&] { return shake_hands(peer, in(kHandshakeTime)); });
+    if (session_) {
+      report_(fmt::format("{} attached (pid {})", robot_, peer ? peer->process : 0));
+      end = caught([this] { return converse(); });
+      if (!left_) leave(": " + end.error().message);
+    } else if (end.error().code != ErrorCode::kDisconnected) {
+      report_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
+    }
+    if (!left_ && end.error().code != ErrorCode::kDisconnected) {
+      const Status sent = send_message(socket_, Failed{end.error().code, end.error().message}, in(kSendTime));
+      static_cast<void>(sent);  // the link ends either way
+    }
+  }
+
+ private:
+  struct View {
+    RobotSession::ViewId id = 0;
+    std::shared_ptr<ImageSlots> slots;  ///< none before its first configuration
+  };
+
+  /// Turns an exception into an error, which ends this conversation and no other.
+  template <typename Part>
+  static Status caught(Part part) {
+    try {
+      return part();
+    } catch (const std::invalid_argument& error) {
+      return refusal(error.what());
+    } catch (const std::exception& error) {
+      return Error{ErrorCode::kUnavailable, error.what()};
+    }
+  }
+
+  Status shake_hands(const std::optional<Peer>& peer, SteadyTime deadline) {
+    if (auto same_user = check_peer(peer, ::geteuid()); !same_user) return same_user;
+    Result<Message> first = receive(deadline);
+    if (!first) return first.error();
+    const auto* hello = std::get_if<Hello>(&*first);
+    if (hello == nullptr || hello->magic != kMagic) return refusal("the program does not know this link");
+    const Hello own;
+    if (auto sent = send_message(socket_, own, deadline); !sent) return sent;
+    if (hello->version != own.version) {
+      return refusal(fmt::format("this world speaks version {} of the link ({}), the calling program version {} ({})",
+                                 own.version, own.program, hello->version, hello->program));
+    }
+    Result<Message> request = receive(deadline);
+    if (!request) return request.error();
+    const auto* take = std::get_if<Take>(&*request);
+    if (take == nullptr) return refusal("a session must be taken before anything else");
+    if (auto good = checked(take->settings); !good) return good;
+    auto session = host_.join(take->settings);
+    if (!session) return session.error();
+    if (auto sent = send_message(socket_, Sessioned{(*session)->state()}, deadline); !sent) return sent;
+    robot_ = take->settings.name.empty() ? "robot" : "robot." + take->settings.name;
+    slots_ = std::uint32_t(std::clamp(take->settings.run_ahead_frames, 1, int(kMaxSlots) - 2)) + 2;
+    sender_ = std::make_unique<ImageSender>(socket_);
+    session_ = std::move(*session);
+    return {};
+  }
+
+  /// Serves requests until the client leaves or an error occurs.
+  Status converse() {
+    while (!left_) {
+      const Result<Message> message = receive(SteadyTime::max());
+      if (!message) return message.error();
+      if (hung_up(socket_)) return gone();
+      Status handled = std::visit([this](const auto& request) { return on(request); }, *message);
+      if (!handled) return handled;
+    }
+    return {};
+  }
+
+  Status on(const OpenView& request) {
+    if (views_.size() >= kMaxViews) return refusal(fmt::format("a session has {} views at most", kMaxViews));
+    if (auto good = checked(request.settings); !good) return good;
+    const auto id = session_->open_view(request.settings);
+    if (!id) return reply(Failed{id.error().code, id.error().message});
+    views_.push_back({*id, nullptr});
+    return reply(ViewOpened{std::uint32_t(views_.size() - 1)});
+  }
+
+  Status on(const ConfigureView& request) {
+    const CameraSettings& size = request.settings;
+    if (request.view >= views_.size()) return no_view(request.view);
+    if (auto good = checked(size); !good) return good;
+    if (size.width_px > kMaxSide_px || size.height_px > kMaxSide_px) {
+      return refusal(
+          fmt::format("images of {} x {} pixels: {} a side are the most", size.width_px, size.height_px, kMaxSide_px));
+    }
+    View& view = views_[request.view];
+    const auto slot_bytes = std::uint64_t(size.width_px) * std::uint64_t(size.height_px) * 3;
+    auto frames = SharedFrames::allocate(slots_, slot_bytes);
+    if (!frames) return reply(Failed{frames.error().code, frames.error().message});
+    if (auto configured = session_->configure_view(view.id, size); !configured) {
+      return reply(Failed{configured.error().code, configured.error().message});
+    }
+    const base::UniqueFd file = frames->take_file();
+    view.slots = std::make_shared<ImageSlots>(std::move(*frames), size);
+    return reply(ViewConfigured{slots_, slot_bytes}, file.get());
+  }
+
+  Status on(const ReleaseView& request) {
+    if (request.view >= views_.size()) return no_view(request.view);
+    session_->release_view(views_[request.view].id);
+    return reply(Done{});
+  }
+
+  Status on(const Step& request) {
+    if (request.remaining < std::chrono::nanoseconds(0) || request.remaining > kLongestWait) {
+      return refusal(fmt::format("a step with a time limit of {} ns", request.remaining.count()));
+    }
+    const SteadyTime deadline = in(request.remaining);
+    while (true) {
+      const Status stepped = session_->step(std::min(deadline, in(kStepSlice)));
+      if (stepped) return reply(Stepped{session_->state()});
+      if (stepped.error().code != ErrorCode::kTimeout || std::chrono::steady_clock::now() >= deadline) {
+        return reply(Failed{stepped.error().code, stepped.error().message});
+      }
+      if (stop_) return stopping();
+      if (hung_up(socket_)) return gone();
+    }
+  }
+
+  Status on(const ImageOrder& request) {
+    if (request.view >= views_.size()) return no_view(request.view);
+    View& view = views_[request.view];
+    if (view.slots == nullptr) return refusal("an image of a view that has no size yet");
+    if (request.order <= last_order_) return refusal("the numbers of image orders must grow");
+    if (request.slot >= view.slots->count() || !view.slots->occupy(request.slot)) {
+      return refusal(fmt::format("an image for slot {}, which is in use or not there", request.slot));
+    }
+    last_order_ = request.order;
+    sender_->add({request.order, view.slots, request.slot, session_->image(view.id)});
+    return {};
+  }
+
+  Status on(const Command& request) {
+    const WheelSpeeds& speeds = request.speeds;
+    if (!std::isfinite(speeds.left_radps) || !std::isfinite(speeds.right_radps)) {
+      return refusal(fmt::format("wheel speeds of {} and {} rad/s", speeds.left_radps, speeds.right_radps));
+    }
+    return reply_with(session_->command(speeds));
+  }
+
+  Status on(const Halt& /*request*/) { return reply_with(session_->halt()); }
+
+  Status on(const Leave& /*request*/) {
+    left_ = true;
+    leave("");
+    // Not before: the next program may join as soon as this one gets the reply.
+    return reply(Done{});
+  }
+
+  template <typename Other>
+  Status on(const Other& /*message*/) {
+    return refusal("a session does not accept this message");
+  }
+
+  /// Frees the session, then reports it: "robot.1 left", and `ending` behind it.
+  void leave(const std::string& ending) {
+    sender_.reset();
+    session_.reset();
+    report_(fmt::format("{} left{}", robot_, ending));
+  }
+
+  Result<Message> receive(SteadyTime deadline) {
+    SteadyTime idle_since = std::chrono::steady_clock::now();
+    while (true) {
+      if (stop_) return stopping();
+      // The client may take its time while no other robot waits, or while its images are unfinished.
+      if (!session_ || !session_->is_waited_for() || awaits_images()) idle_since = std::chrono::steady_clock::now();
+      if (std::chrono::steady_clock::now() - idle_since >= patience_) {
+        return refusal(fmt::format("others have waited for it for {:.3g} s, and it asks for nothing",
+                                   std::chrono::duration<double>(patience_).count()));
+      }
+      auto received = receive_message(socket_, std::min(deadline, in(kStopSlice)));
+      if (received) {
+        if (!received->message) return refusal(fmt::format("what came is no message of link version {}", kVersion));
+        return std::move(*received->message);
+      }
+      if (received.error().code == ErrorCode::kDisconnected) return gone();
+      if (std::chrono::steady_clock::now() >= deadline) return received.error();
+    }
+  }
+
+  [[nodiscard]] bool awaits_images() const {
+    return std::any_of(views_.begin(), views_.end(),
+                       [](const View& view) { return view.slots && view.slots->is_any_busy(); });
+  }
+
+  Status reply(const Message& message, int file = -1) {
+    if (auto sent = send_message(socket_, message, in(kSendTime), file); !sent) return gone();
+    return {};
+  }
+  Status reply_with(const Status& status) {
+    if (!status) return reply(Failed{status.error().code, status.error().message});
+    return reply(Done{});
+  }
+
+  static Error gone() { return {ErrorCode::kDisconnected, "the program ended"}; }
+  static Error stopping() { return {ErrorCode::kDisconnected, "the server stops"}; }
+  [[nodiscard]] Error no_view(std::uint32_t view) const {
+    return refusal(fmt::format("view {}, where there are {}", view, views_.size()));
+  }
+
+  const int socket_;
+  SimulationHost& host_;
+  const std::function<void(const std::string&)>& report_;
+  const std::atomic<bool>& stop_;
+  const std::chrono::milliseconds patience_;
+
+  std::string robot_;
+  std::unique_ptr<RobotSession> session_;
+  std::unique_ptr<ImageSender> sender_;
+  std::vector<View> views_;
+  std::uint32_t slots_ = 0;
+  std::uint64_t last_order_ = 0;
+  bool left_ = false;
+};
+
+}  // namespace
+
+ClientConnection::ClientConnection(base::UniqueFd socket, std::shared_ptr<SimulationHost> host,
+                                   std::function<void(const std::string&)> report, const std::atomic<bool>& stop,
+                                   std::chrono::milliseconds patience)
+    : socket_(std::move(socket)),
+      host_(std::move(host)),
+      report_(std::move(report)),
+      thread_([this, &stop, patience] { work(stop, patience); }) {}
+
+void ClientConnection::work(const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
+  Conversation(socket_.get(), *host_, report_, stop, patience).run();
+  socket_.reset();
+  finished_ = true;
+}
+
+}  // namespace twocone::sim_povray::server

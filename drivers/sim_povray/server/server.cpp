@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/server/server.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <list>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/server/client_connection.h"
+#include "drivers/sim_povray/server/served_name.h"
+#include "drivers/sim_povray/server/socket.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+constexpr std::size_t kMaxConnections = 64;
+/// How often `stop` is checked.
+constexpr std::chrono::milliseconds kSlice{50};
+
+/// Sends a refusal without waiting: a client that does not read it immediately misses it.
+void send_away(int socket, const std::string& why) {
+  const Status sent =
+      send_message(socket, server::Failed{ErrorCode::kUnavailable, why}, std::chrono::steady_clock::now());
+  static_cast<void>(sent);
+}
+
+}  // namespace
+
+Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& name,
+             const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
+             std::chrono::milliseconds patience) {
+  const auto path = world_socket(name);
+  if (!path) return path.error();
+  const auto claim = server::ServedName::claim(*path);
+  if (!claim) return claim.error();
+  auto listening = server::listen_at(*path);
+  if (!listening) return listening.error();
+
+  std::mutex report_mutex;
+  const auto report_in_turn = [&](const std::string& line) {
+    const std::lock_guard lock(report_mutex);
+    report(line);
+  };
+  report_in_turn(fmt::format("serving '{}' at {}", name, path->string()));
+  std::list<server::ClientConnection> sessions;
+  while (!stop) {
+    pollfd entry{listening->get(), POLLIN, 0};
+    const int ready = ::poll(&entry, 1, static_cast<int>(kSlice.count()));
+    sessions.remove_if([](const server::ClientConnection& session) { return session.finished(); });
+    if (ready <= 0) continue;
+    base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!socket.valid()) {
+      // Usually no descriptor is left. The caller stays in the queue, so without a pause this would spin.
+      if (errno != EINTR && errno != ECONNABORTED) std::this_thread::sleep_for(kSlice);
+      continue;
+    }
+    if (sessions.size() >= kMaxConnections) {
+      send_away(socket.get(),
+                fmt::format("'{}' serves {} programs already, and no more at one time", name, kMaxConnections));
+      continue;
+    }
+    try {
+      sessions.emplace_back(std::move(socket), host, report_in_turn, stop, patience);
+    } catch (const std::system_error& error) {  // no thread is available
+      report_in_turn(fmt::format("a program was sent away: {}", error.what()));
+    }
+  }
+  // No new client finds the socket from now on; `sessions` is joined before the claim goes.
+  ::unlink(path->c_str());
+  listening->reset();
+  return {};
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/server/socket.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <unistd.h>
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "hal/clock.h"
+
+namespace twocone::sim_povray::server {
+namespace {
+
+constexpr int kBacklog = 64;
+constexpr std::chrono::milliseconds kConnectPause{10};
+
+std::string words(int error_number) { return std::generic_category().message(error_number); }
+
+/// The caller has made sure that it fits (served_name.cpp).
+sockaddr_un address_of(const std::filesystem::path& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string& text = path.native();
+  assert(text.size() < sizeof(address.sun_path));
+  std::memcpy(address.sun_path, text.data(), std::min(text.size(), sizeof(address.sun_path) - 1));
+  return address;
+}
+
+base::UniqueFd make_socket() {
+  return base::UniqueFd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+}
+
+/// Returns false at the deadline.
+bool wait_for(int socket, short events, SteadyTime deadline) {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    const auto wait = std::clamp(left, std::chrono::milliseconds(0), std::chrono::milliseconds(kLongestWait));
+    pollfd entry{socket, events, 0};
+    const int ready = ::poll(&entry, 1, static_cast<int>(wait.count()));
+    if (ready > 0) return true;  // also when the peer has hung up: the next call reports it
+    if (ready == 0 && left.count() <= 0) return false;
+  }
+}
+
+Error disconnected(const std::string& why) { return {ErrorCode::kDisconnected, why}; }
+
+/// The control part of a packet, aligned as the kernel requires.
+union Control {
+  cmsghdr header;
+  std::array<char, CMSG_SPACE(sizeof(int))> bytes;
+};
+
+base::UniqueFd file_in(msghdr& packet) {
+  for (cmsghdr* part = CMSG_FIRSTHDR(&packet); part != nullptr; part = CMSG_NXTHDR(&packet, part)) {
+    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS || part->cmsg_len != CMSG_LEN(sizeof(int))) {
+      continue;
+    }
+    int file = -1;
+    std::memcpy(&file, CMSG_DATA(part), sizeof(file));
+    return base::UniqueFd(file);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<base::UniqueFd> listen_at(const std::filesystem::path& path) {
+  const auto failed = [&path] {
+    return Error{ErrorCode::kUnavailable, fmt::format("no socket {}: {}", path.string(), words(errno))};
+  };
+  base::UniqueFd socket = make_socket();
+  if (!socket.valid()) return failed();
+  const sockaddr_un address = address_of(path);
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) return failed();
+  if (::chmod(path.c_str(), S_IRUSR | S_IWUSR) != 0 || ::listen(socket.get(), kBacklog) != 0) return failed();
+  return socket;
+}
+
+Result<base::UniqueFd> connect_to(const std::filesystem::path& path, SteadyTime deadline) {
+  base::UniqueFd socket = make_socket();
+  if (!socket.valid()) return Error{ErrorCode::kUnavailable, fmt::format("no socket: {}", words(errno))};
+  const sockaddr_un address = address_of(path);
+  while (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    if (errno == ENOENT || errno == ECONNREFUSED) {
+      return Error{ErrorCode::kNotFound, fmt::format("no program listens at {}", path.string())};
+    }
+    // EAGAIN: too many others are connecting, and there is nothing that poll() could wait for.
+    if (errno != EAGAIN && errno != EINTR) {
+      return Error{ErrorCode::kUnavailable, fmt::format("cannot connect to {}: {}", path.string(), words(errno))};
+    }
+    if (std::chrono::steady_clock::now() >= deadline) {
+      return Error{ErrorCode::kTimeout, fmt::format("no program accepts the connection at {}", path.string())};
+    }
+    std::this_thread::sleep_for(kConnectPause);
+  }
+  if (auto same_user = check_peer(peer_of(socket.get()), ::geteuid()); !same_user) return same_user.error();
+  return socket;
+}
+
+std::optional<Peer> peer_of(int socket) {
+  ucred credentials{};
+  socklen_t size = sizeof(credentials);
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return std::nullopt;
+  return Peer{credentials.uid, credentials.pid};
+}
+
+Status check_peer(const std::optional<Peer>& peer, uid_t user) {
+  if (!peer) return Error{ErrorCode::kRefused, "the other program's user is not known"};
+  if (peer->user == user) return {};
+  return Error{ErrorCode::kRefused, fmt::format("the other program (pid {}) is of user {}, this one of user {}",
+                                                peer->process, peer->user, user)};
+}
+
+Status send_message(int socket, const Message& message, SteadyTime deadline, int file) {
+  std::vector<std::uint8_t> bytes = encode(message);
+  assert(bytes.size() <= kMaxMessage);
+  iovec content{bytes.data(), bytes.size()};
+  msghdr packet{};
+  packet.msg_iov = &content;
+  packet.msg_iovlen = 1;
+  Control control{};
+  if (file >= 0) {
+    packet.msg_control = control.bytes.data();
+    packet.msg_controllen = control.bytes.size();
+    cmsghdr* part = CMSG_FIRSTHDR(&packet);
+    part->cmsg_level = SOL_SOCKET;
+    part->cmsg_type = SCM_RIGHTS;
+    part->cmsg_len = CMSG_LEN(sizeof(file));
+    std::memcpy(CMSG_DATA(part), &file, sizeof(file));
+  }
+  while (::sendmsg(socket, &packet, MSG_NOSIGNAL) < 0) {
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN) return disconnected(fmt::format("nothing can be sent: {}", words(errno)));
+    if (!wait_for(socket, POLLOUT, deadline)) return Error{ErrorCode::kTimeout, "the other program does not listen"};
+  }
+  return {};
+}
+
+Result<Received> receive_message(int socket, SteadyTime deadline, Files files) {
+  std::vector<std::uint8_t> bytes(kMaxMessage);
+  while (true) {
+    iovec content{bytes.data(), bytes.size()};
+    msghdr packet{};
+    packet.msg_iov = &content;
+    packet.msg_iovlen = 1;
+    // Without room for them, the kernel closes files that are sent along.
+    Control control{};
+    if (files == Files::kTake) {
+      packet.msg_control = control.bytes.data();
+      packet.msg_controllen = CMSG_LEN(sizeof(int));  // room for one, not for what alignment would add
+    }
+    const ssize_t size = ::recvmsg(socket, &packet, MSG_CMSG_CLOEXEC);
+    if (size == 0) return disconnected("the other program has ended or closed the link");
+    if (size > 0) {
+      Received received;
+      received.file = file_in(packet);
+      if ((packet.msg_flags & MSG_TRUNC) == 0) received.message = decode({bytes.data(), std::size_t(size)});
+      return received;
+    }
+    // ECONNRESET comes before the last message of the peer, which may hold its reason, and only once.
+    if (errno == EINTR || errno == ECONNRESET) continue;
+    if (errno != EAGAIN) return disconnected(fmt::format("nothing can be received: {}", words(errno)));
+    if (!wait_for(socket, POLLIN, deadline)) return Error{ErrorCode::kTimeout, "the other program says nothing"};
+  }
+}
+
+bool hung_up(int socket) {
+  pollfd entry{socket, POLLRDHUP, 0};
+  return ::poll(&entry, 1, 0) > 0 && (entry.revents & (POLLRDHUP | POLLHUP | POLLERR | POLLNVAL)) != 0;
+}
+
+}  // namespace twocone::sim_povray::server

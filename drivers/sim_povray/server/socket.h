@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "base/child_process.h"
+#include "drivers/sim_povray/server/protocol.h"
+#include "hal/result.h"
+
+/// Packets over Unix-domain sockets. No call waits longer than its deadline, and a peer that is gone is reported as an
+/// error, never by a signal.
+namespace twocone::sim_povray::server {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+/// Listens on `path`, which must be free; only this user may connect. Errors: kUnavailable.
+Result<base::UniqueFd> listen_at(const std::filesystem::path& path);
+
+/// Errors: kNotFound (no program listens there), kTimeout (no program accepts the connection), kUnavailable, and those
+/// of check_peer.
+Result<base::UniqueFd> connect_to(const std::filesystem::path& path, SteadyTime deadline);
+
+/// The process at the other end, as the kernel reports it; nothing if it does not.
+struct Peer {
+  uid_t user = 0;
+  pid_t process = 0;
+};
+std::optional<Peer> peer_of(int socket);
+
+/// A link joins programs of one user; root is a user like others. Errors: kRefused.
+Status check_peer(const std::optional<Peer>& peer, uid_t user);
+
+/// Errors: kTimeout (the peer does not read), kDisconnected. @param file sent along if it is not negative
+Status send_message(int socket, const Message& message, SteadyTime deadline, int file = -1);
+
+struct Received {
+  std::optional<Message> message;  ///< nothing: a packet came, but it is not a message
+  base::UniqueFd file;             ///< the file that was sent along, if it was asked for
+};
+enum class Files { kDrop, kTake };
+/// Errors: kTimeout, kDisconnected.
+Result<Received> receive_message(int socket, SteadyTime deadline, Files files = Files::kDrop);
+
+/// Whether the peer has closed its end or is dead, even if some of its messages are still unread.
+bool hung_up(int socket);
+
+}  // namespace twocone::sim_povray::server

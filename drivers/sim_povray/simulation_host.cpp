@@ -1,0 +1,467 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/simulation_host.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/child_process.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
+#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/image_pipeline.h"
+#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/render/mirror_finder.h"
+#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/world/world.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+constexpr std::string_view kRobot = "robot";
+
+/// The ordered images of one step, which may be unfinished.
+struct ImagesOfStep {
+  std::uint64_t step;
+  std::vector<std::shared_future<ImageResult>> images;
+};
+
+bool is_ready(const std::shared_future<ImageResult>& image) {
+  return image.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+bool is_finished(const ImagesOfStep& step) { return std::all_of(step.images.begin(), step.images.end(), is_ready); }
+
+/// The scene to be rendered, and its blocks that move.
+struct Stage {
+  RenderChoice choice;
+  Scene scene;
+  std::vector<NamedBlock> movers;  ///< robots and moving things
+};
+
+/// A robot that is, or was, in the world.
+struct HostedRobot {
+  std::optional<World::RobotId> id;
+  Pose2 start;  ///< pose at which the scene shows it
+  bool joined = false;
+  bool asked = false;  ///< whether it has requested the next step
+};
+
+/// A camera's claim to a rate.
+struct RateClaim {
+  std::string camera;
+  double rate_hz;
+};
+
+class LocalHost final : public SimulationHost, public std::enable_shared_from_this<LocalHost> {
+ public:
+  LocalHost(const PlaceSettings& place, Stage stage, std::optional<Povray> povray, std::unique_ptr<Renderer> renderer)
+      : place_(place),
+        choice_(std::move(stage.choice)),
+        scene_(std::move(stage.scene)),
+        movers_(std::move(stage.movers)),
+        povray_(std::move(povray)),
+        renderer_(std::move(renderer)),
+        world_(place) {
+    for (std::size_t i = 0; i < place_.moving.size(); ++i) moving_starts_.push_back(world_.moving_pose(i));
+  }
+  ~LocalHost() override {
+    stop_.raise();            // any search for a mirror ends
+    view_templates_.clear();  // and has ended before its renderer is destroyed
+    renderer_.reset();
+  }
+
+  Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) override;
+  [[nodiscard]] std::string rendering() const override { return renderer_->describe(); }
+
+ private:
+  friend class LocalSession;
+
+  void leave(const std::string& robot);
+  Status step(const std::string& robot, RobotSession::SteadyTime deadline);
+  void step_if_all_asked();
+  [[nodiscard]] std::string robots_not_ready() const;
+  [[nodiscard]] bool waits_for(const std::string& robot) const;
+  Status claim_rate(const void* view, const std::string& camera, double rate_hz);
+  void drop_rate(const void* view);
+  std::shared_ptr<FutureViewTemplate> view_template(const NamedBlock& robot, const NamedBlock& camera,
+                                                    const CameraSettings& size, int antialias);
+  /// Whether images may leave out the pixels outside the mirror.
+  [[nodiscard]] bool looks_for_mirror() const {
+    return povray_ && !place_.render.whole_image && choice_.why_whole.empty();
+  }
+  [[nodiscard]] ViewTemplateResult make_view_template(const NamedBlock& robot, const NamedBlock& camera,
+                                                      const CameraSettings& size, int antialias) const;
+  [[nodiscard]] std::string pose_text(const std::string& robot, std::chrono::nanoseconds before) const;
+  [[nodiscard]] FloorMotion motion_of(const NamedBlock& mover, std::chrono::nanoseconds before) const;
+
+  const PlaceSettings place_;
+  const RenderChoice choice_;
+  const Scene scene_;
+  const std::vector<NamedBlock> movers_;
+  const std::optional<Povray> povray_;
+  base::StopSignal stop_;
+  std::unique_ptr<Renderer> renderer_;
+
+  mutable std::mutex mutex_;  // protects all members below
+  std::condition_variable changed_;
+  World world_;
+  std::vector<Pose2> moving_starts_;           // poses at which the scene shows the moving things
+  std::map<std::string, HostedRobot> robots_;  // by block name, so that the order of joining does not matter
+  std::uint64_t steps_ = 0;                    // in total
+  std::map<const void*, RateClaim> claims_;
+  struct ViewTemplateKey {
+    std::string camera;
+    int width_px, height_px, antialias;
+    friend auto operator<=>(const ViewTemplateKey&,
+                            const ViewTemplateKey&) =
+        default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
+  };
+  std::map<ViewTemplateKey, std::shared_ptr<FutureViewTemplate>> view_templates_;
+};
+
+class LocalSession final : public RobotSession {
+ public:
+  LocalSession(std::shared_ptr<LocalHost> host, NamedBlock robot, World::RobotId id, const SessionSettings& settings)
+      : host_(std::move(host)), robot_(std::move(robot)), id_(id), settings_(settings) {}
+  ~LocalSession() override {
+    for (const auto& view : views_) release(*view);
+    host_->leave(robot_.name);
+  }
+
+  [[nodiscard]] const SessionState& state() const override { return state_; }
+
+  Result<ViewId> open_view(const ViewSettings& settings) override {
+    // robot.2 has the cameras lower.2 and upper.2.
+    auto block = host_->scene_.camera(settings.camera_name + robot_.name.substr(kRobot.size()));
+    if (!block) return block.error();
+    views_.push_back(std::make_unique<View>(View{settings, *std::move(block), nullptr}));
+    return ViewId(views_.size() - 1);
+  }
+
+  Status configure_view(ViewId number, const CameraSettings& settings) override {
+    View& view = *views_.at(number);
+    const std::lock_guard lock(host_->mutex_);
+    if (auto claimed = host_->claim_rate(&view, view.block.name, settings.rate_hz); !claimed) return claimed;
+    try {
+      view.view_template = host_->view_template(robot_, view.block, settings, view.settings.antialias);
+    } catch (const std::system_error& e) {
+      return Error{ErrorCode::kUnavailable,
+                   fmt::format("camera '{}': no thread is available: {}", view.block.name, e.what())};
+    }
+    return {};
+  }
+
+  void release_view(ViewId view) noexcept override { release(*views_.at(view)); }
+
+  Status step(SteadyTime deadline) override {
+    while (true) {
+      std::erase_if(unfinished_, is_finished);
+      if (unfinished_.size() < std::size_t(settings_.run_ahead_frames)) break;
+      // A failed image counts as finished: its frame holds the error.
+      for (const auto& image : unfinished_.front().images) {
+        if (image.wait_until(deadline) != std::future_status::ready) {
+          return Error{ErrorCode::kTimeout,
+                       fmt::format("the images of {} steps, the oldest being frame {}, are still being rendered; the "
+                                   "world waits for them",
+                                   unfinished_.size(), unfinished_.front().step)};
+        }
+      }
+    }
+    if (auto stepped = host_->step(robot_.name, deadline); !stepped) return stepped;
+    refresh();
+    return {};
+  }
+
+  std::shared_future<ImageResult> image(ViewId number) override {
+    const View& view = *views_.at(number);
+    ImageOrder order{fmt::format("frame {}, view {}", state_.step, view.block.name),
+                     {},
+                     view.settings.effects,
+                     settings_.body.seed,
+                     view.settings.camera_name,
+                     state_.step,
+                     settings_.rendered};
+    {
+      const std::lock_guard lock(host_->mutex_);
+      for (const auto before : shutter_samples_before(view.settings.effects)) {
+        order.poses.push_back(host_->pose_text(robot_.name, before));
+      }
+    }
+    auto image = take_image(*host_->renderer_, *view.view_template, std::move(order));
+    if (unfinished_.empty() || unfinished_.back().step != state_.step) unfinished_.push_back({state_.step, {}});
+    unfinished_.back().images.push_back(image);
+    return image;
+  }
+
+  Status command(const WheelSpeeds& speeds) override {
+    const std::lock_guard lock(host_->mutex_);
+    host_->world_.command(id_, speeds);
+    return {};
+  }
+  Status halt() noexcept override {
+    const std::lock_guard lock(host_->mutex_);
+    host_->world_.halt(id_);
+    return {};
+  }
+
+  [[nodiscard]] bool is_waited_for() const override { return host_->waits_for(robot_.name); }
+
+  /// Updates the state from the world.
+  void refresh() {
+    const std::lock_guard lock(host_->mutex_);
+    const World& world = host_->world_;
+    const World::Turned& turned = world.turned(id_);
+    // The pose belongs to the images: it is the pose in the middle of the first camera's exposure.
+    const auto before = views_.empty() ? std::chrono::nanoseconds(0) : capture_before(views_.front()->settings.effects);
+    state_ = {world.step_number(), world.now(),      world.pose_before(id_, before),
+              turned.left_rad,     turned.right_rad, world.contact(id_)};
+  }
+
+ private:
+  struct View {
+    ViewSettings settings;
+    NamedBlock block;
+    std::shared_ptr<FutureViewTemplate> view_template;  // set once the view is configured
+  };
+
+  void release(const View& view) noexcept {
+    const std::lock_guard lock(host_->mutex_);
+    host_->drop_rate(&view);
+  }
+
+  const std::shared_ptr<LocalHost> host_;
+  const NamedBlock robot_;
+  const World::RobotId id_;
+  const SessionSettings settings_;
+  SessionState state_;
+  std::vector<std::unique_ptr<View>> views_;
+  std::deque<ImagesOfStep> unfinished_;  // oldest first
+};
+
+Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
+  check(settings);
+  auto robot = scene_.robot(settings.name);
+  if (!robot) return robot.error();
+  if (!settings.map_outline.empty()) {
+    if (const std::string difference = first_difference(settings.map_outline, outline_of(place_));
+        !difference.empty()) {
+      return Error{ErrorCode::kRefused, fmt::format("the robot's map is not that of this world: {}", difference)};
+    }
+  }
+  std::unique_ptr<LocalSession> session;
+  {
+    const std::lock_guard lock(mutex_);
+    HostedRobot& hosted = robots_[robot->name];
+    if (hosted.joined) {
+      return Error{ErrorCode::kRefused, fmt::format("{} is taken by another program", robot->name)};
+    }
+    // A robot that joins again starts at its initial pose, whatever happened to its predecessor.
+    if (hosted.id) world_.remove(*hosted.id);
+    hosted = {};
+    RobotBody body = settings.body;
+    body.name = robot->name;
+    body.command_timeout = settings.drive.command_timeout;
+    const auto id = world_.add_robot(body);
+    if (!id) {
+      robots_.erase(robot->name);
+      return id.error();
+    }
+    hosted.id = *id;
+    hosted.start = wrapped(body.start);
+    hosted.joined = true;
+    session = std::make_unique<LocalSession>(shared_from_this(), *std::move(robot), *id, settings);
+  }
+  session->refresh();
+  return std::unique_ptr<RobotSession>(std::move(session));
+}
+
+void LocalHost::leave(const std::string& robot) {
+  const std::lock_guard lock(mutex_);
+  HostedRobot& hosted = robots_.at(robot);
+  world_.abandon(*hosted.id);
+  hosted.joined = hosted.asked = false;
+  const bool empty =
+      std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
+  if (empty) {
+    robots_.clear();
+    claims_.clear();
+    world_.begin_anew();
+  } else {
+    step_if_all_asked();
+  }
+  changed_.notify_all();
+}
+
+Status LocalHost::step(const std::string& robot, RobotSession::SteadyTime deadline) {
+  std::unique_lock lock(mutex_);
+  if (world_.rate_hz() == 0) {
+    return Error{ErrorCode::kInvalidState, "no camera of this world has been configured, so it has no rate to step at"};
+  }
+  robots_.at(robot).asked = true;
+  const std::uint64_t before = steps_;
+  step_if_all_asked();
+  if (changed_.wait_until(lock, deadline, [&] { return steps_ != before; })) return {};
+  const Error late{ErrorCode::kTimeout, fmt::format("the world waits for {}", robots_not_ready())};
+  robots_.at(robot).asked = false;
+  return late;
+}
+
+void LocalHost::step_if_all_asked() {
+  for (const auto& [name, robot] : robots_) {
+    if (robot.joined && !robot.asked) return;
+  }
+  world_.step();
+  ++steps_;
+  for (auto& [name, robot] : robots_) robot.asked = false;
+  changed_.notify_all();
+}
+
+std::string LocalHost::robots_not_ready() const {
+  std::vector<std::string> names;
+  for (const auto& [name, robot] : robots_) {
+    if (robot.joined && !robot.asked) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+bool LocalHost::waits_for(const std::string& robot) const {
+  const std::lock_guard lock(mutex_);
+  return !robots_.at(robot).asked &&
+         std::any_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.asked; });
+}
+
+Status LocalHost::claim_rate(const void* view, const std::string& camera, double rate_hz) {
+  for (const auto& [other, claim] : claims_) {
+    if (other != view && claim.rate_hz != rate_hz) {
+      return Error{ErrorCode::kRefused,
+                   fmt::format("camera '{}' wants {} Hz, but this world's camera '{}' runs at {} Hz, and a world has "
+                               "one rate",
+                               camera, rate_hz, claim.camera, claim.rate_hz)};
+    }
+  }
+  claims_[view] = {camera, rate_hz};
+  world_.set_rate(rate_hz);
+  return {};
+}
+
+void LocalHost::drop_rate(const void* view) { claims_.erase(view); }
+
+std::shared_ptr<FutureViewTemplate> LocalHost::view_template(const NamedBlock& robot, const NamedBlock& camera,
+                                                             const CameraSettings& size, int antialias) {
+  auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
+  if (view_template) return view_template;
+  if (!looks_for_mirror()) {
+    view_template = std::make_shared<FutureViewTemplate>(make_view_template(robot, camera, size, antialias));
+  } else {
+    view_template =
+        std::make_shared<FutureViewTemplate>([=, this] { return make_view_template(robot, camera, size, antialias); });
+  }
+  return view_template;
+}
+
+ViewTemplateResult LocalHost::make_view_template(const NamedBlock& robot, const NamedBlock& camera,
+                                                 const CameraSettings& size, int antialias) const {
+  std::optional<MirrorSight> mirror;
+  if (looks_for_mirror()) {
+    auto found = find_mirror(*povray_, scene_, robot, camera, size.width_px, size.height_px, stop_.fd());
+    if (!found) return found.error();
+    mirror = *std::move(found);
+  }
+  ViewTemplate view_template = scene_.view_template(movers_, camera, mirror ? mirror->mask : std::string());
+  view_template.width_px = size.width_px;
+  view_template.height_px = size.height_px;
+  view_template.antialias = antialias;
+  view_template.quality = choice_.quality;
+  view_template.one_shot = choice_.one_shot;
+  if (mirror) view_template.window = mirror->window;
+  return std::make_shared<const ViewTemplate>(std::move(view_template));
+}
+
+FloorMotion LocalHost::motion_of(const NamedBlock& mover, std::chrono::nanoseconds before) const {
+  const auto robot = robots_.find(mover.name);
+  if (robot != robots_.end()) {
+    return motion_between(robot->second.start, world_.pose_before(*robot->second.id, before));
+  }
+  for (std::size_t i = 0; i < place_.moving.size(); ++i) {
+    if (mover.name == "moving." + place_.moving[i].name) {
+      return motion_between(moving_starts_[i], world_.moving_pose_before(i, before));
+    }
+  }
+  return {};  // a robot that no session has claimed stands where the scene shows it
+}
+
+std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseconds before) const {
+  std::vector<FloorMotion> motions;
+  FloorMotion view;
+  for (const NamedBlock& mover : movers_) {
+    motions.push_back(motion_of(mover, before));
+    if (mover.name == robot) view = motions.back();
+  }
+  return scene_.pose_text(motions, view, place_.unit_m);
+}
+
+/// Returns all robots of the scene, and the moving things of the map. A robot that cannot be moved is skipped here; it
+/// is reported when a session claims it.
+Result<std::vector<NamedBlock>> find_movers(const Scene& scene, const std::vector<MovingThing>& moving) {
+  std::vector<NamedBlock> movers;
+  for (const std::string& name : scene.names()) {
+    if (name != kRobot && !name.starts_with("robot.")) continue;
+    if (auto block = scene.object(name)) movers.push_back(*std::move(block));
+  }
+  for (const MovingThing& thing : moving) {
+    const std::string name = "moving." + thing.name;
+    auto block = scene.object(name);
+    if (!block) return block.error();
+    movers.push_back(*std::move(block));
+  }
+  return movers;
+}
+
+Result<Stage> set_stage(const PlaceSettings& place, const Scene& scene) {
+  auto choice = choose_rendering(scene, place.switches, SceneAccess(place.scene, place.scene_paths));
+  if (!choice) return choice.error();
+  if (!choice->calls.endless.empty()) return Error{ErrorCode::kRefused, choice->calls.endless};
+  auto chosen = Scene::parse(choice->text, scene.path());
+  if (!chosen) return chosen.error();
+  auto movers = find_movers(*chosen, place.moving);
+  if (!movers) return movers.error();
+  return Stage{*std::move(choice), *std::move(chosen), *std::move(movers)};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings& place, const Scene& scene,
+                                                             std::unique_ptr<Renderer> renderer) {
+  check(place);
+  auto stage = set_stage(place, scene);
+  if (!stage) return stage.error();
+  return std::shared_ptr<SimulationHost>(
+      std::make_shared<LocalHost>(place, *std::move(stage), std::nullopt, std::move(renderer)));
+}
+
+Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings& place) {
+  check(place);
+  auto scene = Scene::read(place.scene);
+  if (!scene) return scene.error();
+  // Checked before POV-Ray is searched for: a scene can be corrected without it.
+  auto stage = set_stage(place, *scene);
+  if (!stage) return stage.error();
+  auto povray = confined_povray(place, stage->choice.calls);
+  if (!povray) return povray.error();
+  auto renderer = make_renderer(*povray, place.render);
+  return std::shared_ptr<SimulationHost>(
+      std::make_shared<LocalHost>(place, *std::move(stage), *std::move(povray), std::move(renderer)));
+}
+
+}  // namespace twocone::sim_povray

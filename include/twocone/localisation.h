@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "twocone/types.h"
+
+/// Position and heading from ranges and bearings of known landmarks. Link twocone::localisation; it needs no camera.
+namespace twocone {
+inline namespace v0_1 {
+
+/// What was measured of one landmark at a known place.
+struct LandmarkObservation {
+  double x_m = 0, y_m = 0;            ///< the landmark's axis, world frame
+  std::optional<double> range_m;      ///< horizontal distance from the body's origin, >= 0
+  std::optional<double> bearing_rad;  ///< in the body frame
+  double sigma_range_m = 0;           ///< standard deviation, > 0 where there is a range
+  double sigma_bearing_rad = 0;       ///< > 0 where there is a bearing
+};
+
+/// The most likely pose (Gaussian measurements), with its covariance. Needs two landmarks with range and bearing, three
+/// bearings, or three ranges (which give no heading: then the pose is empty). Wrong measurements are found and left out
+/// where the others outvote them. Error growth and limits: docs/accuracy.md.
+[[nodiscard]] PoseAnswer locate(std::span<const LandmarkObservation> observations);
+
+}  // namespace v0_1
+}  // namespace twocone

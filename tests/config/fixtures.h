@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/node/node.h>
+
+#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/config/yaml/yaml_reader.h"
+
+namespace twocone::config {
+
+inline std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/config/data" / name;
+}
+
+/// Returns `text` with its only `find` replaced. A case that no longer fits its fixture must not pass by accident.
+inline std::string with(const std::string& text, const std::string& find, const std::string& replace) {
+  const std::size_t at = text.find(find);
+  if (at == std::string::npos || text.find(find, at + 1) != std::string::npos) {
+    throw std::logic_error(fmt::format("'{}' must stand once in the fixture", find));
+  }
+  return std::string(text).replace(at, find.size(), replace);
+}
+
+/// Returns the message of the FileError that `read` throws, or "accepted".
+template <typename Read>
+std::string message_of(Read read) {
+  try {
+    read();
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// One change of a good file and the complete error message for it.
+struct BadCase {
+  const char* name;
+  const char* find;
+  const char* replace;
+  const char* message;
+
+  friend void PrintTo(const BadCase& bad, std::ostream* out) { *out << bad.name; }
+};
+
+template <typename Case>
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return info.param.name;
+}
+
+}  // namespace twocone::config

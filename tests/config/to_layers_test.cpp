@@ -1,0 +1,488 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/to_layers.h"
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/config/fixtures.h"
+
+namespace twocone::config {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+Robot good_robot() { return read_robot(data("good_robot.yaml")); }
+Map good_map() { return read_map(data("good_map.yaml")); }
+
+std::string all_of(const DriveLimits& limits) {
+  const auto& [max_speed_radps, command_timeout] = limits;
+  return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
+}
+
+std::string all_of(const drivers::CameraDevice& device) {
+  const auto& [name, format, controls] = device;
+  std::string text = name + " " + format + "\n";
+  for (const auto& [control, value] : controls) text += fmt::format("{} {}\n", control, value);
+  return text;
+}
+
+std::string all_of(const serial::SerialDriveSettings& serial) {
+  const auto& [port, protocol, baud, counts_per_turn, address, swap_wheels, reverse_left, reverse_right, watchdog,
+               least_speed_radps] = serial;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}\n", port, protocol, baud.value_or(0), counts_per_turn.value_or(0),
+                     address, swap_wheels, reverse_left, reverse_right, watchdog, least_speed_radps.value_or(-1));
+}
+
+std::string all_of(const drivers::CameraPart& part) {
+  const auto& [driver, asked, antialias, effects, device] = part;
+  const auto& [width_px, height_px, rate_hz] = asked;
+  const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples,
+               distortion, focal_px, drop, late, stamp_late_s] = effects;
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
+                     antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s, readout_s,
+                     shutter_samples, fmt::join(distortion, ","), focal_px, drop, late, stamp_late_s) +
+         all_of(device);
+}
+
+std::string all_of(const sim_povray::SessionSettings& session) {
+  const auto& [name, body, drive, map_outline, run_ahead, rendered, stored] = session;
+  const auto& [body_name, start, body_radius_m, wheels, timeout, physics, seed, begin, start_place] = body;
+  const auto& [separation_m, radius_m, slip, slip_correlation_s, counts, lag_s] = wheels;
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {}\n", name, body_name, start.x_m, start.y_m,
+                                 start.heading_rad, body_radius_m, run_ahead, map_outline, start_place);
+  text += fmt::format("{} {} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts, lag_s);
+  text += fmt::format("{} {} {} {} {} {}", timeout.count(), seed, begin.has_value(), bool(rendered), bool(stored),
+                      all_of(drive));
+  if (!physics) return text + "no physics\n";
+  const auto& [mass_kg, wheel_friction, body_friction] = *physics;
+  return text + fmt::format("{} {} {}\n", mass_kg, wheel_friction, body_friction);
+}
+
+std::string all_of(const sim_povray::PlaceSettings& place) {
+  const auto& [scene, scene_paths, unit_m, walls, solids, moving, switches, render] = place;
+  std::string text = fmt::format("{} {}\n", scene.string(), unit_m);
+  for (const auto& folder : scene_paths) text += folder.string() + "\n";
+  if (walls) text += fmt::format("{} {} {} {}\n", walls->min_x_m, walls->max_x_m, walls->min_y_m, walls->max_y_m);
+  for (const auto& [name, shape] : solids) {
+    text += name;
+    if (const auto* disc = std::get_if<sim_povray::Disc>(&shape)) {
+      text += fmt::format(" {} {} {}\n", disc->centre.x_m, disc->centre.y_m, disc->radius_m);
+    } else {
+      for (const auto& [x_m, y_m] : std::get<sim_povray::Outline>(shape)) text += fmt::format(" ({}, {})", x_m, y_m);
+    }
+  }
+  for (const auto& [name, path_m, speed_mps, loop, radius_m] : moving) {
+    text += fmt::format("{} {} {} {}", name, speed_mps, loop, radius_m);
+    for (const auto& [x_m, y_m] : path_m) text += fmt::format(" ({}, {})", x_m, y_m);
+  }
+  const auto& [shadows, area_lights, photons, radiosity, media, depth] = switches;
+  text += fmt::format("\n{} {} {} {} {} {}\n", shadows, area_lights, photons, radiosity, media, depth.value_or(-1));
+  const auto& [povray, processes, hold, whole_image, landlock, timeout, notice] = render;
+  return text + fmt::format("{} {} {} {} {} {} {}\n", povray, processes, hold, whole_image, landlock, timeout.count(),
+                            bool(notice));
+}
+
+/// Returns every field as text. The bindings name each field of each struct, so that a new field does not compile
+/// unnoticed.
+std::string all_of(const drivers::RobotSettings& settings) {
+  const auto& [lower, upper, drive, max_skew, others, world] = settings;
+  const auto& [driver, drive_limits, serial] = drive;
+  std::string text = all_of(lower) + all_of(upper) + driver + " " + all_of(drive_limits);
+  if (serial) text += all_of(*serial);
+  text += fmt::format("{}\n", max_skew.count());
+  for (const auto& [name, part] : others) text += name + " " + all_of(part);
+  if (!world) return text + "no world";
+  const auto& [attach, place, session] = *world;
+  return text + attach + "\n" + all_of(place) + all_of(session);
+}
+
+TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
+  const drivers::RobotSettings settings = to_robot_settings(good_robot(), good_map(), 77);
+  EXPECT_EQ(settings.lower.driver, "sim_povray");
+  EXPECT_EQ(settings.lower.settings, (CameraSettings{.width_px = 641, .height_px = 479, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.lower.antialias, 2);
+  EXPECT_EQ(settings.upper.settings, (CameraSettings{.width_px = 322, .height_px = 243, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.upper.antialias, 1);
+  EXPECT_EQ(settings.drive.driver, "sim_povray");
+  EXPECT_EQ(settings.drive.limits.max_speed_radps, 0.37 / 0.043);
+  EXPECT_EQ(settings.drive.limits.command_timeout, milliseconds(410));
+  EXPECT_EQ(settings.max_skew, milliseconds(11));
+
+  EXPECT_EQ(settings.lower.effects, good_robot().lower.effects);
+  EXPECT_EQ(settings.upper.effects, good_robot().upper.effects);
+  EXPECT_NE(settings.lower.effects, settings.upper.effects);
+  ASSERT_EQ(settings.others.size(), 1u);
+  EXPECT_EQ(settings.others[0].name, "aft_2");
+  EXPECT_EQ(settings.others[0].part.driver, "sim_povray");
+  EXPECT_EQ(settings.others[0].part.settings, (CameraSettings{.width_px = 80, .height_px = 60, .rate_hz = 12.5}));
+  EXPECT_EQ(settings.others[0].part.effects, good_robot().others[0].camera.effects);
+
+  ASSERT_TRUE(settings.world.has_value());
+  EXPECT_TRUE(settings.world->attach.empty());
+  const sim_povray::SessionSettings& session = settings.world->session;
+  EXPECT_EQ(session.name, "nina");
+  EXPECT_EQ(session.drive.max_speed_radps, 0.37 / 0.043);
+  EXPECT_EQ(session.drive.command_timeout, milliseconds(410));
+  EXPECT_EQ(session.run_ahead_frames, 5) << "latency_frames plus two";
+  EXPECT_EQ(session.body.start, (Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
+  EXPECT_EQ(session.body.radius_m, 0.17);
+  EXPECT_EQ(session.body.wheels.separation_m, 0.29);
+  EXPECT_EQ(session.body.wheels.radius_m, 0.043);
+  EXPECT_EQ(session.body.wheels.slip, 0.013);
+  EXPECT_EQ(session.body.wheels.encoder_counts_per_turn, 1200);
+  EXPECT_EQ(session.body.wheels.lag_s, 0.07);
+  EXPECT_EQ(session.body.command_timeout, milliseconds(410));
+  EXPECT_EQ(session.body.seed, 77u);
+  ASSERT_TRUE(session.body.physics.has_value());
+  EXPECT_EQ(session.body.physics->mass_kg, 4.2);
+  EXPECT_EQ(session.body.physics->body_friction, 0.25);
+  EXPECT_EQ(session.body.physics->wheel_friction, sim_povray::Physics{}.wheel_friction) << "not in the file";
+  EXPECT_EQ(all_of(settings.world->place), all_of(to_place(good_map())));
+}
+
+TEST(ToRobotSettings, TheWorldsWheelsMayDifferFromTheBelievedOnes) {
+  Robot robot = good_robot();
+  robot.effects.wheel_radius_m = 0.0437;
+  const auto radius = to_robot_settings(robot, good_map(), 1);
+  EXPECT_EQ(radius.world->session.body.wheels.radius_m, 0.0437);
+  EXPECT_EQ(radius.world->session.body.wheels.separation_m, 0.29) << "not in the file";
+  EXPECT_EQ(radius.drive.limits.max_speed_radps, 0.37 / 0.043) << "the robot uses its belief";
+  EXPECT_EQ(to_wheels(robot).radius_m, 0.043);
+  robot.effects.wheel_separation_m = 0.283;
+  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->session.body.wheels.separation_m, 0.283);
+  EXPECT_EQ(to_wheels(robot).separation_m, 0.29);
+}
+
+TEST(ToRobotSettings, WithoutMassAndFrictionThereIsNoPhysics) {
+  Robot robot = good_robot();
+  robot.effects.mass_kg.reset();
+  robot.effects.body_friction.reset();
+  EXPECT_FALSE(to_robot_settings(robot, good_map(), 1).world->session.body.physics.has_value());
+  robot.effects.wheel_friction = 0.6;
+  const auto physics = to_robot_settings(robot, good_map(), 1).world->session.body.physics;
+  ASSERT_TRUE(physics.has_value());
+  EXPECT_EQ(physics->wheel_friction, 0.6);
+  EXPECT_EQ(physics->mass_kg, sim_povray::Physics{}.mass_kg);
+}
+
+TEST(ToRobotSettings, AServedWorldNeedsNoLocalScene) {
+  Robot robot = good_robot();
+  robot.attach = "hall-2";
+  Map map = good_map();
+  map.scene.reset();
+  const drivers::RobotSettings settings = to_robot_settings(robot, map, 1);
+  ASSERT_TRUE(settings.world.has_value());
+  EXPECT_EQ(settings.world->attach, "hall-2");
+  EXPECT_EQ(settings.world->session.name, "nina");
+  EXPECT_EQ(all_of(settings.world->place), all_of(sim_povray::PlaceSettings{}));
+}
+
+TEST(ToPlace, HasEveryThingOfTheMap) {
+  const sim_povray::PlaceSettings place = to_place(good_map());
+  EXPECT_EQ(place.scene, data("cellar.pov"));
+  EXPECT_EQ(place.unit_m, 0.04);
+  ASSERT_TRUE(place.walls.has_value());
+  EXPECT_EQ(place.walls->min_x_m, -2.1);
+  EXPECT_EQ(place.walls->max_x_m, 3.3);
+  EXPECT_EQ(place.walls->min_y_m, -1.7);
+  EXPECT_EQ(place.walls->max_y_m, 2.9);
+  ASSERT_EQ(place.solids.size(), 4u);
+  EXPECT_EQ(place.solids[0].name, "landmark red");
+  const auto& red = std::get<sim_povray::Disc>(place.solids[0].shape);
+  EXPECT_EQ(red.centre, (sim_povray::FloorPoint{-1.9, 0.7}));
+  EXPECT_EQ(red.radius_m, 0.08);
+  EXPECT_EQ(place.solids[1].name, "landmark green");
+  EXPECT_EQ(place.solids[2].name, "obstacle 1");
+  EXPECT_EQ(std::get<sim_povray::Outline>(place.solids[2].shape),
+            (sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
+  EXPECT_EQ(place.solids[3].name, "obstacle 2");
+  EXPECT_EQ(std::get<sim_povray::Disc>(place.solids[3].shape).radius_m, 0.25);
+  ASSERT_EQ(place.moving.size(), 2u);
+  EXPECT_EQ(place.moving[0].name, "cart_2");
+  EXPECT_EQ(place.moving[0].path_m, (std::vector<sim_povray::FloorPoint>{{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}}));
+  EXPECT_EQ(place.moving[0].speed_mps, 0.23);
+  EXPECT_TRUE(place.moving[0].loop);
+  EXPECT_EQ(place.moving[0].radius_m, 0.19);
+  EXPECT_FALSE(place.moving[1].loop);
+  EXPECT_FALSE(place.switches.shadows);
+  EXPECT_TRUE(place.switches.area_lights);
+  EXPECT_FALSE(place.switches.photons);
+  EXPECT_TRUE(place.switches.radiosity);
+  EXPECT_TRUE(place.switches.media);
+  EXPECT_EQ(place.switches.reflection_depth, 3);
+}
+
+TEST(ToPlace, APlaceThatCannotBeServedIsAFileError) {
+  Map map = good_map();
+  map.file = "m.yaml";
+  map.unit_m = -0.04;
+  EXPECT_EQ(message_of([&] { to_place(map); }).rfind("m.yaml: ", 0), 0u);
+  map.scene.reset();
+  EXPECT_EQ(message_of([&] { to_place(map); }), "m.yaml: scene is missing: the POV-Ray file");
+}
+
+TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
+  Robot robot = good_robot();
+  robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+  robot.others.clear();
+  robot.start.reset();
+  Map map = good_map();
+  map.scene.reset();
+  EXPECT_EQ(to_robot_settings(robot, map, 1).world, std::nullopt);
+}
+
+/// Fails if any code on the simulator's side reads the robot's beliefs.
+TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Robot robot = good_robot();
+  auto& [lower, upper, separation_m, lens_height_m] = robot.rig;
+  separation_m *= 1.7;
+  lens_height_m += 0.31;
+  for (RigView* view : {&lower, &upper}) {
+    auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored, tilt_rad,
+           axis_offset_m, distortion, focal_px, principal_px, camera_info] = *view;
+    apex_rad *= 1.3;
+    mirror_radius_m *= 1.1;
+    lens_to_tip_m *= 0.9;
+    centre_px[0] += 5;
+    centre_px[1] -= 7;
+    rim_radius_px *= 1.2;
+    azimuth_rad += 0.6;
+    mirrored = !mirrored;
+    tilt_rad[0] += 0.03;
+    axis_offset_m[1] -= 0.002;
+    distortion = {0.1, -0.2, 0.003, 0.004};
+    focal_px = {611.0, 613.0};
+    principal_px = {317.0, 241.0};
+    camera_info = "lens.yaml";
+  }
+  EXPECT_NE(robot.rig, good_robot().rig);
+  EXPECT_EQ(all_of(to_robot_settings(robot, good_map(), 77)), before);
+}
+
+TEST(BeliefAndTruth, OfLandmarksOnlyWhatABodyTouchesReachesTheDrivers) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Map map = good_map();
+  map.landmarks[0].colour = {0.2, 0.3, 0.9};
+  map.landmarks[1].top_m *= 0.5;
+  EXPECT_EQ(all_of(to_robot_settings(good_robot(), map, 77)), before);
+}
+
+TEST(BeliefAndTruth, TheComparisonAboveSeesAChange) {
+  const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
+  Robot robot = good_robot();
+  robot.effects.slip = 0.0131;
+  EXPECT_NE(all_of(to_robot_settings(robot, good_map(), 77)), before);
+  EXPECT_NE(all_of(to_robot_settings(good_robot(), good_map(), 78)), before);
+}
+
+struct Mismatch {
+  const char* name;
+  std::function<void(Robot&, Map&)> change;
+  const char* message;  ///< {R} and {M} represent the files
+  friend void PrintTo(const Mismatch& mismatch, std::ostream* out) { *out << mismatch.name; }
+};
+
+class MismatchTest : public testing::TestWithParam<Mismatch> {};
+
+TEST_P(MismatchTest, IsRefusedInTheseWords) {
+  Robot robot = good_robot();
+  Map map = good_map();
+  robot.file = "r.yaml";
+  map.file = "m.yaml";
+  GetParam().change(robot, map);
+  EXPECT_EQ(message_of([&] { to_robot_settings(robot, map, 1); }), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, MismatchTest,
+    testing::Values(
+        Mismatch{"LandmarkThatTheMapHasNot",
+                 [](Robot& robot, Map&) {
+                   robot.estimator.landmarks = {"red", "blue", "green"};
+                 },
+                 "r.yaml: estimator.landmarks names 'blue', must be a landmark of m.yaml: red, green"},
+        Mismatch{"StartBeyondAWall", [](Robot& robot, Map&) { robot.start->x_m = 3.4; },
+                 "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
+        Mismatch{"StartInAnotherCountry",
+                 [](Robot& robot, Map&) {
+                   robot.start = Start{-9, 9.5, 0};
+                 },
+                 "r.yaml: start has x = -9 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3\n"
+                 "r.yaml: start has y = 9.5 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+        Mismatch{"WaypointBeyondAWall", [](Robot& robot, Map&) { robot.waypoints[1].y_m = -1.8; },
+                 "r.yaml: waypoints_m[1] has y = -1.8 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+        Mismatch{"NoStart", [](Robot& robot, Map&) { robot.start.reset(); },
+                 "r.yaml: start is missing: the pose at which the scene shows the robot; driver sim_povray needs it"},
+        Mismatch{"NoScene", [](Robot&, Map& map) { map.scene.reset(); },
+                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+        Mismatch{"OneSimulatedPartIsEnough",
+                 [](Robot& robot, Map& map) {
+                   robot.drive.driver = robot.lower.driver = "memory";
+                   map.scene.reset();
+                 },
+                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+        Mismatch{"AttachWithoutTheSimulator",
+                 [](Robot& robot, Map&) {
+                   robot.attach = "hall";
+                   robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+                   robot.others.clear();
+                 },
+                 "r.yaml: attach is 'hall', must be absent: no part has driver sim_povray"}),
+    name_of<Mismatch>);
+
+TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
+  Robot robot = good_robot();
+  robot.lower.width_px = -3;
+  const std::string message = message_of([&] { to_robot_settings(robot, good_map(), 1); });
+  EXPECT_EQ(message.rfind(robot.file.string() + ": ", 0), 0u) << message;
+  EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;
+}
+
+TEST(ToRig, HoldsEveryFieldOfBothMirrors) {
+  const vision::Rig rig = to_rig(good_robot());
+  const vision::MirrorViewSettings& lower = rig.lower.settings();
+  const vision::MirrorViewSettings& upper = rig.upper.settings();
+  EXPECT_EQ(lower.cone.apex_rad, 1.5708);
+  EXPECT_EQ(lower.cone.rim_radius_m, 0.061);
+  EXPECT_EQ(lower.cone.lens_to_tip_m, 0.118);
+  EXPECT_EQ(lower.lens_height_m, 0.23);
+  EXPECT_EQ(lower.centre_px, Eigen::Vector2d(318.25, 241.5));
+  EXPECT_EQ(lower.rim_radius_px, 233.75);
+  EXPECT_EQ(lower.azimuth_rad, 0.021);
+  EXPECT_FALSE(lower.mirrored);
+  EXPECT_EQ(upper.cone.apex_rad, 1.61);
+  EXPECT_EQ(upper.cone.rim_radius_m, 0.057);
+  EXPECT_EQ(upper.cone.lens_to_tip_m, 0.118);
+  EXPECT_EQ(upper.centre_px, Eigen::Vector2d(160.5, 120.75));
+  EXPECT_EQ(upper.rim_radius_px, 117.5);
+  EXPECT_EQ(upper.azimuth_rad, -0.034);
+  EXPECT_TRUE(upper.mirrored);
+  EXPECT_EQ(lower.tilt_rad, Eigen::Vector2d(0, 0));
+  EXPECT_EQ(upper.tilt_rad, Eigen::Vector2d(0.011, -0.007));
+  EXPECT_FALSE(lower.distortion.has_value());
+  Robot robot = good_robot();
+  robot.rig.lower.axis_offset_m = {0.003, -0.004};
+  EXPECT_EQ(to_rig(robot).lower.settings().axis_offset_m, Eigen::Vector2d(0.003, -0.004));
+}
+
+TEST(ToRig, ALensIsAboutTheMirrorsImageUnlessTheFileSaysOtherwise) {
+  Robot robot = good_robot();
+  robot.rig.lower.distortion = {-0.1, 0.02, 0.001, -0.002, 0.03};
+  const vision::Rig rig = to_rig(robot);
+  const auto& by_default = rig.lower.settings().distortion;
+  ASSERT_TRUE(by_default.has_value());
+  EXPECT_EQ(by_default->coefficients, robot.rig.lower.distortion);
+  EXPECT_EQ(by_default->focal_px, Eigen::Vector2d::Constant(rig.lower.focal_length_px()));
+  EXPECT_EQ(by_default->principal_px, Eigen::Vector2d(318.25, 241.5));
+  robot.rig.lower.distortion_focal_px = {701.25, 698.5};
+  robot.rig.lower.distortion_principal_px = {322.75, 243.125};
+  const vision::Rig other = to_rig(robot);
+  EXPECT_EQ(other.lower.settings().distortion->focal_px, Eigen::Vector2d(701.25, 698.5));
+  EXPECT_EQ(other.lower.settings().distortion->principal_px, Eigen::Vector2d(322.75, 243.125));
+}
+
+TEST(ToRig, TheTipsAreTheSeparationApartWhateverTheLenses) {
+  // The result has four sums and differences of numbers below 1, each rounded by at most half an epsilon.
+  constexpr double kRounding_m = 4 * std::numeric_limits<double>::epsilon();
+  Robot robot = good_robot();
+  for (const double lens_to_tip_m : {0.118, 0.093, 0.241}) {
+    robot.rig.upper.lens_to_tip_m = lens_to_tip_m;
+    const vision::Rig rig = to_rig(robot);
+    EXPECT_NEAR(rig.mirror_separation_m(), 0.307, kRounding_m) << "upper lens to tip " << lens_to_tip_m << " m";
+    EXPECT_NEAR(rig.upper.settings().lens_height_m, 0.23 + 0.118 + 0.307 - lens_to_tip_m, kRounding_m);
+  }
+}
+
+TEST(ToRig, ARejectedMirrorIsAFileErrorNamingFileAndMirror) {
+  for (const bool is_lower : {true, false}) {
+    Robot robot = good_robot();
+    robot.file = "r.yaml";
+    (is_lower ? robot.rig.lower : robot.rig.upper).rim_radius_px = -1;
+    const std::string message = message_of([&] { to_rig(robot); });
+    EXPECT_EQ(message.rfind(is_lower ? "r.yaml: rig, lower mirror: " : "r.yaml: rig, upper mirror: ", 0), 0u)
+        << message;
+    EXPECT_NE(message.find("rim_radius_px"), std::string::npos) << message;
+  }
+}
+
+TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
+  const std::vector<vision::Target> targets = to_targets(good_map());
+  const std::vector<Eigen::Vector2d> positions = to_landmark_positions(good_map());
+  ASSERT_EQ(targets.size(), 2u);
+  ASSERT_EQ(positions.size(), 2u);
+  EXPECT_EQ(targets[0].name, "red");
+  EXPECT_EQ(targets[0].colour, Eigen::Vector3d(0.9, 0.1, 0.05));
+  EXPECT_EQ(targets[0].radius_m, 0.08);
+  EXPECT_EQ(targets[0].top_m, good_map().landmarks[0].top_m);
+  EXPECT_NE(targets[0].top_m, targets[1].top_m);
+  // The range is from the opposite corner. The tolerance is some roundings of a few metres.
+  constexpr double kRounding_m = 16 * std::numeric_limits<double>::epsilon();
+  const Bounds bounds = good_map().bounds;
+  EXPECT_NEAR(*targets[0].greatest_range_m, std::hypot(bounds.max_x_m + 1.9, 0.7 - bounds.min_y_m), kRounding_m);
+  EXPECT_NEAR(*targets[1].greatest_range_m, std::hypot(2.3 - bounds.min_x_m, bounds.max_y_m + 1.1), kRounding_m);
+  EXPECT_EQ(positions[0], Eigen::Vector2d(-1.9, 0.7));
+  EXPECT_EQ(targets[1].name, "green");
+  EXPECT_EQ(targets[1].radius_m, 0.11);
+  EXPECT_EQ(positions[1], Eigen::Vector2d(2.3, -1.1));
+}
+
+TEST(ToWheels, AreThoseOfTheDrive) {
+  EXPECT_EQ(to_wheels(good_robot()).radius_m, 0.043);
+  EXPECT_EQ(to_wheels(good_robot()).separation_m, 0.29);
+}
+
+TEST(ToStartPose, IsTheFilesOrTheOrigin) {
+  Robot robot = good_robot();
+  EXPECT_EQ(to_start_pose(robot), (localisation::Pose{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
+  robot.start.reset();
+  EXPECT_EQ(to_start_pose(robot), localisation::Pose{});
+}
+
+TEST(CheckLandmarks, ReportsAllThatTheMapLacks) {
+  Robot robot = good_robot();
+  const Map map = good_map();
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }), "accepted") << "all landmarks of the map";
+  robot.estimator.landmarks = {"green", "red"};
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }), "accepted");
+  robot.file = "r.yaml";
+  robot.estimator.landmarks = {"grue", "red", "bleen"};
+  EXPECT_EQ(message_of([&] { check_landmarks(robot, map); }),
+            fmt::format("r.yaml: estimator.landmarks names 'grue', must be a landmark of {0}: red, green\n"
+                        "r.yaml: estimator.landmarks names 'bleen', must be a landmark of {0}: red, green",
+                        map.file.string()));
+}
+
+TEST(ToStartPose, BringsTheHeadingIntoItsRange) {
+  // The heading is below 8 rad, where doubles are 2^-50 apart. The sum and the wrapping may each be wrong by half of
+  // that.
+  constexpr double kRounding_rad = 4 * std::numeric_limits<double>::epsilon();
+  Robot robot = good_robot();
+  robot.start->heading_rad = 0.53 + std::numbers::pi;
+  EXPECT_NEAR(to_start_pose(robot).heading_rad, 0.53 - std::numbers::pi, kRounding_rad);
+  EXPECT_EQ(to_robot_settings(robot, good_map(), 1).world->session.body.start.heading_rad,
+            to_start_pose(robot).heading_rad);
+}
+
+TEST(ToArena, HasWallsLandmarksAndObstacles) {
+  const behaviours::Arena arena = to_arena(good_map());
+  EXPECT_EQ(arena.min_m, Eigen::Vector2d(-2.1, -1.7));
+  EXPECT_EQ(arena.max_m, Eigen::Vector2d(3.3, 2.9));
+  ASSERT_EQ(arena.outlines.size(), 1u);
+  EXPECT_EQ(arena.outlines[0], (behaviours::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
+  ASSERT_EQ(arena.discs.size(), 3u);
+  EXPECT_EQ(arena.discs[0].centre_m, Eigen::Vector2d(-1.9, 0.7));
+  EXPECT_EQ(arena.discs[0].radius_m, 0.08);
+  EXPECT_EQ(arena.discs[1].centre_m, Eigen::Vector2d(2.3, -1.1));
+  EXPECT_EQ(arena.discs[2].centre_m, Eigen::Vector2d(1.2, -0.8));
+  EXPECT_EQ(arena.discs[2].radius_m, 0.25);
+}
+
+}  // namespace
+}  // namespace twocone::config

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/doctor/image_checks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/doctor/bench_devices.h"
+
+namespace twocone::doctor {
+namespace {
+
+using testing::HasSubstr;
+
+const vision::RimCircle kBelieved{{79.5, 59.5}, 50, 0};
+
+Report looked_at(const Disc& disc, const std::optional<vision::RimCircle>& believed = kBelieved) {
+  Report report;
+  check_image("lower", image_of(disc), believed, report);
+  return report;
+}
+
+struct Case {
+  const char* name;
+  Disc disc;
+  const char* check;
+  Verdict verdict;
+  const char* advice;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class Images : public testing::TestWithParam<Case> {};
+
+TEST_P(Images, AreJudged) {
+  const Case& c = GetParam();
+  const Row row = row_of(looked_at(c.disc), "lower", c.check);
+  EXPECT_EQ(row.verdict, c.verdict) << row.check << ": " << row.measured;
+  EXPECT_THAT(row.advice, HasSubstr(c.advice));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, Images,
+    testing::Values(Case{"fine", {}, "exposure", Verdict::kOk, ""}, Case{"fine_mirror", {}, "mirror", Verdict::kOk, ""},
+                    Case{"fine_focus", {}, "focus", Verdict::kOk, ""},
+                    Case{"lens_cap", {.inside = 3, .outside = 2}, "exposure", Verdict::kFailed, "lens cap"},
+                    Case{"dim", {.inside = 30, .outside = 90}, "exposure", Verdict::kWarning, "dark"},
+                    Case{"bright", {.inside = 220, .outside = 90}, "exposure", Verdict::kWarning, "bright"},
+                    Case{"white", {.inside = 255, .outside = 255}, "exposure", Verdict::kFailed, "white"},
+                    Case{"no_rim_to_see", {.inside = 100, .outside = 100}, "mirror", Verdict::kWarning, "in view"},
+                    Case{"moved", {.column = 81.8}, "mirror", Verdict::kWarning, "centre_px: [81.8, 59.5]"},
+                    Case{"moved_far", {.column = 86.5}, "mirror", Verdict::kFailed, "centre_px: [86.5, 59.5]"},
+                    Case{"larger", {.radius = 52.6}, "mirror", Verdict::kWarning, "rim_radius_px: 52.6"},
+                    Case{"soft", {.sigma_px = 2.4}, "focus", Verdict::kWarning, "turn the lens"},
+                    Case{"blurred", {.sigma_px = 4.2}, "focus", Verdict::kFailed, "turn the lens"}),
+    [](const auto& each) { return each.param.name; });
+
+// Catches a correct rig that fails where fog or darkness hides the rim.
+TEST(DoctorImage, ARimThatIsNotFoundFailsOnlyWhereItCouldBeSeen) {
+  EXPECT_EQ(judge_mirror(std::nullopt, true, kBelieved, "lower").verdict, Verdict::kFailed);
+  const Row hidden = judge_mirror(std::nullopt, false, kBelieved, "lower");
+  EXPECT_EQ(hidden.verdict, Verdict::kWarning);
+  EXPECT_THAT(hidden.advice, HasSubstr("another brightness"));
+}
+
+TEST(DoctorImage, TheWidthOfAnEdgeFollowsItsBlur) {
+  // A pixel that samples the blurred edge at its middle gives sqrt(2 pi) sigma, 2.5066 sigma. The slope is measured
+  // over a pixel, which widens it like a box of that width, and only nine tenths of the slope's height count.
+  constexpr double kShare = 0.12;
+  for (const double sigma_px : {1.3, 2.1, 3.3}) {
+    const Image image = image_of({.sigma_px = sigma_px});
+    const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+    const auto width_px = edge_width_px(rgb, kBelieved);
+    ASSERT_TRUE(width_px);
+    EXPECT_NEAR(*width_px, 2.5066 * sigma_px, kShare * 2.5066 * sigma_px) << "px, sigma " << sigma_px << " px";
+  }
+}
+
+TEST(DoctorImage, ARimWithLittleContrastGivesNoFocus) {
+  const Row row = row_of(looked_at({.inside = 110, .outside = 100}), "lower", "focus");
+  EXPECT_EQ(row.verdict, Verdict::kNotRun) << row.measured;
+}
+
+TEST(DoctorImage, OnlyTheMirrorCountsForTheExposure) {
+  // A black wall around the mirror does not make the image dark.
+  EXPECT_EQ(row_of(looked_at({.inside = 150, .outside = 0}), "lower", "exposure").verdict, Verdict::kOk);
+}
+
+TEST(DoctorImage, ACameraWithoutMirrorHasItsExposureOnly) {
+  const Report report = looked_at({}, std::nullopt);
+  ASSERT_EQ(report.rows().size(), 1U);
+  EXPECT_EQ(report.rows()[0].check, "exposure");
+}
+
+}  // namespace
+}  // namespace twocone::doctor

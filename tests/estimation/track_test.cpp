@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/estimation/track.h"
+#include "apps/runlog/answer_rows.h"
+
+#include <gtest/gtest.h>
+
+namespace twocone::estimation {
+namespace {
+
+config::Robot robot() {
+  config::Robot robot;
+  robot.drive.wheel_radius_m = 0.05;
+  robot.drive.wheel_separation_m = 0.3;
+  return robot;
+}
+
+localisation::Fix fix_at(double x_m, double y_m, double heading_rad) {
+  localisation::Fix fix;
+  fix.verdict = localisation::FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(x_m, y_m);
+  fix.heading_rad = heading_rad;
+  fix.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-8).asDiagonal();
+  return fix;
+}
+
+runlog::TrackRow follow(Track& track, std::uint64_t frame, const runlog::DriveRow& drive,
+                        const runlog::PoseRow& odometry, const localisation::Fix& fix) {
+  return runlog::to_row(frame, odometry.t_s, fix,
+                        track.follow(drive.t_s, drive.left_rad, drive.right_rad, odometry.heading_rad, fix));
+}
+
+runlog::TrackRow track_row(std::uint64_t frame, double t_s, const localisation::Fix& fix) {
+  return runlog::to_row(frame, t_s, fix, track_without_wheels(fix));
+}
+
+TEST(Track, OfThePaperIsTheFixWithTheOdometrysHeading) {
+  Track track(Method::kPaper, robot());
+  const runlog::TrackRow row = follow(track, 7, {0.5, 0, 0, 1, 1}, {0.5, 9, 9, 0.25}, fix_at(1.5, -0.5, 0.7));
+  EXPECT_EQ(row.frame, 7U);
+  EXPECT_EQ(row.t_s, 0.5);
+  EXPECT_EQ(row.x_m, 1.5);
+  EXPECT_EQ(row.heading_rad, 0.25);
+  EXPECT_EQ(row.state, "") << "there is no filter";
+  EXPECT_EQ(row.use, "taken");
+  EXPECT_FALSE(row.var_x_m2);
+  const runlog::TrackRow none = follow(track, 8, {0.6, 0, 0, 1, 1}, {0.6, 9, 9, 0.25}, {});
+  EXPECT_FALSE(runlog::pose_of(none));
+  EXPECT_EQ(none.fix, "too_few");
+  EXPECT_EQ(none.use, "no_fix");
+  localisation::Fix two = fix_at(0, 1, 0);
+  two.other_position_m = Eigen::Vector2d(0, -1);
+  const runlog::TrackRow undecided = follow(track, 9, {0.7, 0, 0, 1, 1}, {0.7, 9, 9, 0.25}, two);
+  EXPECT_FALSE(runlog::pose_of(undecided)) << "it is unknown which is right";
+  EXPECT_EQ(undecided.use, "undecided");
+}
+
+// Catches a track that ignores the wheels where there is no fix.
+TEST(Track, OfOutlineContinuesWithTheWheelsWithoutAFix) {
+  Track track(Method::kOutline, robot());
+  const runlog::TrackRow nothing = follow(track, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, {});
+  EXPECT_FALSE(runlog::pose_of(nothing)) << "no pose is known yet";
+  EXPECT_EQ(nothing.state, "lost");
+  const runlog::TrackRow first = follow(track, 1, {0.1, 0, 0, 0, 0}, {0.1, 0, 0, 0}, fix_at(1.5, -0.5, 0.0));
+  EXPECT_EQ(first.use, "started");
+  EXPECT_EQ(first.state, "tracking");
+  EXPECT_EQ(first.var_heading_rad2, 1e-8);
+  const runlog::TrackRow row = follow(track, 2, {0.6, 10, 10, 4, 4}, {0.6, 0, 0, 0}, {});
+  // 4 rad of a wheel of 0.05 m, straight ahead.
+  ASSERT_TRUE(runlog::pose_of(row));
+  EXPECT_NEAR(*row.x_m, 1.7, 2e-3);
+  EXPECT_NEAR(*row.y_m, -0.5, 1e-6);
+  EXPECT_GT(*row.var_x_m2, 1e-6);
+  EXPECT_EQ(row.use, "no_fix");
+}
+
+// Catches a track that accepts a fix outside the robot file's walls, however small its sigma is.
+TEST(Track, AFixOutsideTheBoundsIsNotFollowed) {
+  Track track(Method::kOutline, robot());
+  ASSERT_TRUE(runlog::pose_of(follow(track, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, fix_at(1.5, -0.5, 0.0))));
+  localisation::Fix outside = fix_at(4, -0.5, 0.0);
+  outside.verdict = localisation::FixVerdict::kOutOfBounds;
+  for (int i = 1; i <= 5; ++i) {
+    const runlog::TrackRow row = follow(track, std::uint64_t(i), {0.1 * i, 0, 0, 0, 0}, {0.1 * i, 0, 0, 0}, outside);
+    EXPECT_EQ(row.use, "out_of_bounds");
+    EXPECT_EQ(row.fix, "out_of_bounds");
+    EXPECT_EQ(row.state, "tracking");
+    EXPECT_NEAR(*row.x_m, 1.5, 1e-9);
+  }
+  EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, outside))) << "nor without a filter";
+}
+
+TEST(Track, WithoutWheelsIsTheFixAlone) {
+  const runlog::TrackRow row = track_row(7, 0.7, fix_at(1.5, -0.5, 0.3));
+  EXPECT_EQ(row.t_s, 0.7);
+  EXPECT_EQ(row.y_m, -0.5);
+  EXPECT_EQ(row.heading_rad, 0.3);
+  localisation::Fix no_heading = fix_at(1.5, -0.5, 0.3);
+  no_heading.heading_rad.reset();
+  EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, no_heading))) << "no heading is invented";
+  localisation::Fix ambiguous = fix_at(1.5, -0.5, 0.3);
+  ambiguous.other_position_m = {0.1, 0.2};
+  EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, ambiguous)));
+  localisation::Fix weak = fix_at(1.5, -0.5, 0.3);
+  weak.verdict = localisation::FixVerdict::kWeak;
+  EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, weak))) << "anywhere along its unseen direction";
+  EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, {})));
+}
+
+}  // namespace
+}  // namespace twocone::estimation

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runlog/storage/disk.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/tables/tables.h"
+#include "apps/runlog/tables/truth_table.h"
+#include "tests/support/temporary_folder.h"
+
+namespace twocone::runlog {
+namespace {
+
+using testing_support::TemporaryFolder;
+
+std::string error_of(const auto& call) {
+  try {
+    call();
+  } catch (const runlog::DiskError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Disk, AWholeFileReplacesTheOldOneAndLeavesNoPart) {
+  const TemporaryFolder folder;
+  runlog::write_whole(folder.path() / "a.txt", "old");
+  runlog::write_whole(folder.path() / "a.txt", "new");
+  EXPECT_EQ(folder.read("a.txt"), "new");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt.part"));
+}
+
+TEST(Disk, LinesAreThereAtOnce) {
+  const TemporaryFolder folder;
+  runlog::LineFile lines(folder.path() / "a.csv");
+  lines.add("1,2");
+  EXPECT_EQ(folder.read("a.csv"), "1,2\n");
+  lines.add("3,4");
+  EXPECT_EQ(folder.read("a.csv"), "1,2\n3,4\n");
+}
+
+// Catches a table that becomes shorter while a run is resumed, and one that continues differently from its start.
+TEST(Disk, KeptLinesStayAndMustBeTheSame) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.csv", "a,b\n1,2.5\n3,4");  // killed in the middle of a line
+  {
+    runlog::LineFile lines(file, runlog::OldLines::kKeep);
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4");
+    lines.add("a,b");
+    lines.add("1,7", runlog::Equal::kButLastField);
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4") << "the old content is unchanged";
+    lines.add("3,44");
+    lines.add("5,6");
+    EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
+  }
+  {
+    runlog::LineFile lines(file, runlog::OldLines::kKeep);
+    lines.add("a,b");
+    EXPECT_THAT(error_of([&] { lines.add("2,2.5", runlog::Equal::kButLastField); }),
+                testing::HasSubstr("a.csv:2: is '1', but the repeated run gives '2'"));
+  }
+  runlog::LineFile lines(file, runlog::OldLines::kKeep);
+  lines.add("anything", runlog::Equal::kNot);
+  lines.add("1,2.5");
+  EXPECT_THAT(error_of([&] { lines.add("3,4"); }), testing::HasSubstr("a.csv:3: is '3,44'"));
+  EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
+}
+
+TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "");
+  EXPECT_EQ(error_of([&] { runlog::write_whole(file / "a", "x"); }),
+            "cannot write " + (file / "a.part").string() + ": Not a directory");
+  runlog::LineFile full("/dev/full");
+  EXPECT_EQ(error_of([&] { full.add("x"); }), "cannot write /dev/full: No space left on device");
+  EXPECT_EQ(error_of([&] { runlog::RunFolder run(file / "run"); }),
+            "cannot make the folder " + (file / "run").string() + ": Not a directory");
+}
+
+// Catches a row in frames.csv whose images are not there yet, because a reader relies on that row.
+TEST(Disk, OtherCamerasImagesLieBesideThePairs) {
+  const TemporaryFolder folder;
+  runlog::RunFolder run(folder.path() / "run");
+  const auto image = [](std::uint8_t level) { return Image{1, 1, PixelFormat::kRgb8, {level, level, level}}; };
+  runlog::FrameRecord record;
+  record.frame.frame = 12;
+  run.add(record, image(1), image(2),
+          {{"front", std::make_shared<Image>(image(3))}, {"back", std::make_shared<Image>(image(4))}});
+  for (const auto& [camera, level] : {std::pair{"lower", 1}, {"upper", 2}, {"front", 3}, {"back", 4}}) {
+    const auto stored = runlog::read_image(runlog::camera_image_file(run.path(), camera, 12));
+    ASSERT_TRUE(stored) << camera;
+    EXPECT_EQ(stored->bytes[0], level) << camera;
+  }
+  EXPECT_EQ(runlog::read_frames(run.path() / "frames.csv").size(), 1U);
+
+  (void)folder.write("run/left", "a file where a folder has to be");
+  record.frame.frame = 13;
+  EXPECT_THROW(run.add(record, image(1), image(2), {{"left", std::make_shared<Image>(image(5))}}), runlog::DiskError);
+  EXPECT_EQ(runlog::read_frames(run.path() / "frames.csv").size(), 1U) << "a frame without all its images has a row";
+}
+
+// Catches sightings of another method beside ranges that were not made from them.
+TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
+  const TemporaryFolder folder;
+  runlog::AnswerRows answer;
+  answer.fixes.resize(1);
+  runlog::write_results(folder.path(), "paper", {answer}, runlog::OnTop::kYes);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
+  runlog::AnswerRows sighted = answer;
+  sighted.sightings.resize(2);
+  runlog::write_results(folder.path(), "outline", {sighted}, runlog::OnTop::kYes);
+  EXPECT_EQ(runlog::read_sightings(folder.path() / "sightings.csv").size(), 2U);
+  runlog::write_results(folder.path(), "paper", {answer}, runlog::OnTop::kYes);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
+  EXPECT_EQ(runlog::read_sightings(folder.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
+
+  runlog::RunFolder run(folder.path() / "run");
+  const Image image{1, 1, PixelFormat::kRgb8, {1, 2, 3}};
+  runlog::FrameRecord record;
+  run.add(record, image, image);
+  EXPECT_FALSE(std::filesystem::exists(run.path() / "sightings.csv"));
+  record.frame.frame = 1;
+  record.answer = sighted;
+  record.answer.track = runlog::TrackRow{.frame = 1, .t_s = 0.1, .x_m = 2, .y_m = 3, .heading_rad = 0.5};
+  run.add(record, image, image);
+  runlog::file_results(run.path(), "outline");
+  EXPECT_EQ(runlog::read_track(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
+  EXPECT_EQ(runlog::read_poses(run.path() / "methods" / "outline" / "estimate.tum").size(), 1U);
+  EXPECT_EQ(runlog::read_sightings(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
+}
+
+TEST(Disk, TheTruthIsATableBesideItsImage) {
+  const TemporaryFolder folder;
+  const runlog::RunFolder run(folder.path() / "run");
+  const auto file = runlog::truth_file(run.path(), "upper", 7);
+  runlog::write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}},
+                      {{"red", 0, 0, 1, 1}, {"a, b", 0, 0, 1, 1}});
+  EXPECT_EQ(folder.read("run/upper/000007.truth.csv"),
+            "column_px,row_px,landmark,distance_m,height_m\n3,0,\"a, b\",2.12346,0.90000\n4,0,red,1.50000,0.12345\n");
+}
+
+TEST(Disk, ImagesComeBackAsTheyWere) {
+  const TemporaryFolder folder;
+  Image image{5, 3, PixelFormat::kRgb8, {}};
+  for (int i = 0; i < 45; ++i) image.bytes.push_back(std::uint8_t(5 * i));
+  runlog::write_image(folder.path() / "a.png", image);
+  const auto again = runlog::read_image(folder.path() / "a.png");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(*again, image);
+  image.format = PixelFormat::kBgr8;  // as a camera may deliver it; the stored image must show the same colours
+  runlog::write_image(folder.path() / "bgr.png", image);
+  EXPECT_EQ(*runlog::read_image(folder.path() / "bgr.png"), *to_rgb8(image));
+  const Image grey{2, 1, PixelFormat::kGrey8, {7, 200}};
+  runlog::write_image(folder.path() / "grey.png", grey);
+  EXPECT_EQ(*runlog::read_image(folder.path() / "grey.png"), *to_rgb8(grey));
+  EXPECT_EQ(runlog::read_image(folder.path() / "b.png").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(runlog::read_image(folder.write("c.png", "no image")).error().code, ErrorCode::kBadData);
+}
+
+}  // namespace
+}  // namespace twocone::runlog

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Noise and transfer of images in which both are known.
+#include "vision/image_quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/vision/image_quality_images.h"
+
+namespace twocone::vision {
+namespace {
+
+using image_quality_test::Camera;
+using image_quality_test::kLightPerGrey;
+using image_quality_test::lab_light;
+using image_quality_test::lab_region;
+using image_quality_test::taken;
+
+// A dozen answers are almost never farther off than this.
+constexpr double kSigmas = 3;
+
+const cv::Mat& room() {
+  static const cv::Mat kLight = lab_light();
+  return kLight;
+}
+
+NoiseModel model_of(const Camera& camera, int images) {
+  NoiseSamples samples;
+  for (int i = 0; i < images; ++i) samples.merge(noise_samples(taken(room(), camera, 71 + i), lab_region()));
+  const auto model = fit_noise(samples);
+  EXPECT_TRUE(model) << "no level was measured";
+  return model.value_or(NoiseModel{});
+}
+
+TEST(ImageNoise, WhatIsPlantedIsFound) {
+  constexpr double kShare = 0.05;  // accuracy that compare needs: its sigma is at least 1 % and 0.1 grey levels
+  for (const double grey : {1.0, 2.0, 4.0, 8.0}) {
+    // Half of the variance is of each kind at light kNoiseLevel.
+    const double half = grey * grey * kLightPerGrey * kLightPerGrey / 2;
+    const Camera camera{.shot = half / kNoiseLevel, .read = std::sqrt(half)};
+    const NoiseModel model = model_of(camera, 2);
+    EXPECT_NEAR(model.noise_grey, grey, kShare * grey) << "grey levels";
+    EXPECT_NEAR(model.noise_grey, grey, kSigmas * model.sigma_noise_grey) << "grey levels";
+    EXPECT_NEAR(model.shot, camera.shot, kSigmas * model.sigma_shot) << grey << " grey levels";
+    EXPECT_NEAR(model.read, camera.read, kSigmas * model.sigma_read) << grey << " grey levels";
+    // The sigmas are small enough: at 4 grey levels, either kind is significantly different from 0.
+    if (grey >= 4) {
+      EXPECT_GT(model.shot, kSigmas * model.sigma_shot) << grey << " grey levels";
+      EXPECT_GT(model.read, kSigmas * model.sigma_read) << grey << " grey levels";
+    }
+    EXPECT_NEAR(model.read_noise_electrons() / model.full_well_electrons(), model.read, 1e-12);
+  }
+}
+
+TEST(ImageNoise, OneKindIsNotTakenForTheOther) {
+  const double variance = 16 * kLightPerGrey * kLightPerGrey;
+  const NoiseModel shot = model_of({.shot = variance / kNoiseLevel}, 2);
+  EXPECT_LT(shot.read, kSigmas * shot.sigma_read);
+  EXPECT_NEAR(shot.shot, variance / kNoiseLevel, kSigmas * shot.sigma_shot);
+  const NoiseModel read = model_of({.read = std::sqrt(variance)}, 2);
+  EXPECT_LT(read.shot, kSigmas * read.sigma_shot);
+  EXPECT_NEAR(read.read, std::sqrt(variance), kSigmas * read.sigma_read);
+}
+
+TEST(ImageNoise, WithoutNoiseThereIsNone) {
+  // Rounding to 8 bits scatters by 0.29 grey levels: the answer must be less than that, and less than 3 sigma.
+  const NoiseModel model = model_of({}, 1);
+  EXPECT_LT(model.noise_grey, 0.29);
+  EXPECT_LT(model.noise_grey, kSigmas * model.sigma_noise_grey);
+}
+
+TEST(ImageNoise, MergingInAnyGroupingIsTheSame) {
+  NoiseSamples one_by_one, first, rest;
+  for (int i = 0; i < 19; ++i) {
+    NoiseSamples image;
+    image.images = 1;
+    image.blocks[0][5] = {.tiles = 100, .level = 20, .variance = 0.01 * i};
+    one_by_one.merge(image);
+    (i < 7 ? first : rest).merge(image);
+  }
+  first.merge(rest);
+  EXPECT_EQ(first.images, 19U);
+  for (std::size_t block = 0; block < NoiseSamples::kBlocks; ++block) {
+    EXPECT_EQ(first.blocks[block][5].variance, one_by_one.blocks[block][5].variance) << "block " << block;
+  }
+}
+
+TEST(ImageNoise, NothingToMeasureIsNoAnswer) {
+  EXPECT_FALSE(fit_noise({}));
+  const cv::Mat full(480, 640, CV_8UC3, cv::Scalar::all(255));
+  EXPECT_FALSE(fit_noise(noise_samples(full, lab_region()))) << "clipped everywhere";
+  ImageRegion elsewhere = lab_region();
+  elsewhere.centre_px = {5000, 5000};
+  EXPECT_FALSE(fit_noise(noise_samples(full, elsewhere)));
+}
+
+TEST(ImageTransfer, EqualImagesGiveExactlyNothing) {
+  const cv::Mat image = taken(room(), {}, 3);
+  const auto answer = transfer(image, image, lab_region());
+  ASSERT_TRUE(answer);
+  for (const double log_gain : answer->log_gain) EXPECT_EQ(log_gain, 0);
+  EXPECT_EQ(answer->vignetting, 0);
+}
+
+TEST(ImageTransfer, GainAndVignettingInSpiteOfNoiseShiftAndAMovedLandmark) {
+  // The required accuracy of the gain. The mirror shows vignetting up to rho^2 = 0.35 only. Its required accuracy is
+  // the value that changes the gain by as much at the rim, times three because the two must be separated.
+  constexpr double kGain = 0.005;
+  constexpr double kVignetting = 3 * kGain / 0.35;
+  const cv::Mat simulated = taken(room(), {}, 3);
+  const cv::Mat elsewhere = lab_light(3, 0.1);
+  for (const double vignetting : {0.0, 0.3}) {
+    const Camera camera{.gain = 1.2, .vignetting = vignetting, .read = 4 * kLightPerGrey};
+    const auto answer = transfer(simulated, taken(elsewhere, camera, 5), lab_region());
+    ASSERT_TRUE(answer);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(std::exp(answer->log_gain[std::size_t(i)]) / 1.2, 1, kGain) << "channel " << i;
+    }
+    EXPECT_NEAR(answer->vignetting, vignetting, kVignetting);
+  }
+}
+
+TEST(ImageTransfer, NothingPlainIsNoAnswer) {
+  const cv::Mat black(480, 640, CV_8UC3, cv::Scalar::all(0));
+  EXPECT_FALSE(transfer(black, black, lab_region()));
+  EXPECT_FALSE(transfer(black(cv::Rect(0, 0, 5, 5)), black(cv::Rect(0, 0, 5, 5)), lab_region()));
+}
+
+TEST(ImageQuality, WrongArgumentsAreNamed) {
+  const cv::Mat image(480, 640, CV_8UC3, cv::Scalar::all(100));
+  const cv::Mat grey(480, 640, CV_8UC1, cv::Scalar::all(100));
+  EXPECT_THROW(noise_samples(grey, lab_region()), std::invalid_argument);
+  EXPECT_THROW(noise_samples({}, lab_region()), std::invalid_argument);
+  EXPECT_THROW((void)transfer(image, image(cv::Rect(0, 0, 320, 240)), lab_region()), std::invalid_argument);
+  EXPECT_THROW((void)blur_px(grey, lab_region()), std::invalid_argument);
+  for (const ImageRegion& none : {ImageRegion{}, ImageRegion{{1, 1}, NAN}, ImageRegion{{1, 1}, 100, 0.5, 0.4}}) {
+    EXPECT_THROW(noise_samples(image, none), std::invalid_argument);
+    EXPECT_THROW((void)transfer(image, image, none), std::invalid_argument);
+    EXPECT_THROW((void)blur_px(image, none), std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace twocone::vision

@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests of the vision part of method `outline` on images in which the coverage of every pixel is known.
+#include "vision/outline_ranging.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/synthetic_lab.h"
+
+namespace twocone::vision {
+namespace {
+
+using namespace testing_support;  // NOLINT(google-build-using-namespace): the test's own helpers
+
+// The sides of a landmark are long, its top is short. Without noise, the remaining errors are rounding to whole grey
+// levels, 0.3 of one, over a contrast of 100 and more, and the straight segments between the outline's vertices (0.01
+// px).
+constexpr double kQuiet_px = 0.03;
+
+const SyntheticRig& lab() {
+  static const SyntheticRig rig(lab_rig());
+  return rig;
+}
+
+struct Truth {
+  double range_m, bearing_rad;
+};
+Truth truth_of(const SyntheticLandmark& l) { return {l.centre_m.norm(), std::atan2(l.centre_m.y(), l.centre_m.x())}; }
+
+std::vector<RangeMeasurement> look(const SyntheticRig& rig, const SyntheticScene& scene,
+                                   const std::vector<Target>& targets, const SyntheticCamera& camera = {},
+                                   std::uint64_t seed = 1) {
+  std::mt19937_64 random(seed);
+  const auto pair = rig.take(scene, camera, random);
+  return OutlineRanging(rig.rig, targets, kImage, kImage).measure(pair.lower, pair.upper);
+}
+
+/// Pixels per metre of range in the lower view, which determines the range best.
+double range_px(double range_m) { return 708 * 0.53 / std::pow(range_m - 0.15 + 0.12, 2); }
+
+void expect_near(const RangeMeasurement& m, const SyntheticLandmark& l, double most_px, const std::string& what) {
+  const Truth truth = truth_of(l);
+  ASSERT_TRUE(m.range_m) << what << ": " << to_string(m.verdict);
+  EXPECT_LT(std::abs(*m.range_m - truth.range_m) * range_px(truth.range_m), most_px)
+      << what << ": range " << *m.range_m << " m, is " << truth.range_m;
+  ASSERT_TRUE(m.bearing_rad) << what << ": " << to_string(m.verdict);
+  const double across_px = 708 * 0.53 / (truth.range_m - 0.03);
+  EXPECT_LT(std::abs(std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi)) * across_px, most_px)
+      << what << ": bearing " << *m.bearing_rad << " rad, is " << truth.bearing_rad;
+}
+
+TEST(OutlineRanging, WithoutNoiseFindsEveryLandmarkToAFewHundredthsOfAPixel) {
+  for (const auto& [x, y, heading] : {std::tuple{0.13, -0.21, 0.37}, {-0.61, 0.47, 2.11}, {0.83, 0.29, -1.73}}) {
+    SyntheticScene scene{seen_from(six_landmarks(), {x, y}, heading), {}, {}};
+    const auto measured = look(lab(), scene, targets_of(six_landmarks()));
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      // The tops of the nearest landmarks are beyond the lower mirror's rim.
+      EXPECT_TRUE(measured[k].verdict == RangeVerdict::kOk || measured[k].verdict == RangeVerdict::kOneView)
+          << to_string(measured[k].verdict) << " " << k;
+      expect_near(measured[k], scene.landmarks[k], kQuiet_px, "landmark " + std::to_string(k + 1));
+    }
+  }
+}
+
+TEST(OutlineRanging, BrightnessAndShadingOfTheScenesDoNotMoveTheEdges) {
+  SyntheticScene scene{seen_from(six_landmarks(), {0.31, 0.17}, 0.71), {}, {0.3, 0.7, 0.9}};
+  for (const double gain : {0.3, 0.7, 1.3}) {
+    const auto measured = look(lab(), scene, targets_of(six_landmarks()), {gain, 0});
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      // Half a landmark is in shadow, and the shadow's edge runs across it: a tenth of a pixel.
+      expect_near(measured[k], scene.landmarks[k], 0.1, "gain " + std::to_string(gain) + ", " + std::to_string(k + 1));
+    }
+  }
+}
+
+TEST(OutlineRanging, ChequeredBackgroundMovesEdgesByLessThanATenthOfAPixel) {
+  const SyntheticRig rig(lab_rig(), {.level = 0.5, .cells = 36, .contrast = 0.5});
+  SyntheticScene scene{seen_from(six_landmarks(), {-0.27, 0.33}, -0.41), {}, {}};
+  const auto measured = look(rig, scene, targets_of(six_landmarks()));
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    expect_near(measured[k], scene.landmarks[k], 0.12, "landmark " + std::to_string(k + 1));
+  }
+}
+
+TEST(OutlineRanging, ThinLandmarksAreFoundByTheirCoverage) {
+  // They are 2 to 3.6 px wide at the top in the lower view and half of that in the upper one, which covers no pixel
+  // wholly.
+  auto posts = six_landmarks();
+  for (std::size_t k = 0; k < posts.size(); ++k) posts[k].radius_m = 0.018 + 0.002 * double(k);
+  SyntheticScene scene{seen_from(posts, {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(posts), {1, 1.0});
+  int found = 0;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    const RangeMeasurement& m = measured[k];
+    if (!m.range_m) continue;
+    ++found;
+    const Truth truth = truth_of(scene.landmarks[k]);
+    // The edge is two pixels long, and the noise is a hundredth of its contrast.
+    EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 0.003) << k << to_string(m.verdict);
+    EXPECT_LT(*m.sigma_range_m, 0.02) << k;
+    if (!m.bearing_rad) continue;
+    const double off = std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi);
+    EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 1e-4) << k << to_string(m.verdict);
+  }
+  EXPECT_GE(found, 4) << "of six";
+}
+
+// Catches an invented range where the top is a single pixel.
+TEST(OutlineRanging, OfLandmarksThinnerThanAPixelNoRangeIsInvented) {
+  auto posts = six_landmarks();
+  for (auto& post : posts) post.radius_m = 0.004;  // 0.5 px
+  SyntheticScene scene{seen_from(posts, {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(posts), {1, 1.0});
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    if (!measured[k].range_m) continue;
+    EXPECT_LT(std::abs(*measured[k].range_m - truth_of(scene.landmarks[k]).range_m), 5 * *measured[k].sigma_range_m)
+        << k << to_string(measured[k].verdict);
+  }
+}
+
+TEST(OutlineRanging, AMirroredTurnedTiltedRigIsNoDifferent) {
+  Rig rig = lab_rig();
+  MirrorViewSettings lower = rig.lower.settings();
+  lower.mirrored = true;
+  lower.azimuth_rad = 0.83;
+  lower.tilt_rad = {0.009, -0.006};
+  MirrorViewSettings upper = rig.upper.settings();
+  upper.centre_px = {316.2, 243.9};
+  upper.axis_offset_m = {0.004, -0.003};
+  const SyntheticRig skewed(Rig{MirrorView(lower), MirrorView(upper)});
+  SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(skewed, scene, targets_of(six_landmarks()));
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    expect_near(measured[k], scene.landmarks[k], 2 * kQuiet_px, "landmark " + std::to_string(k + 1));
+  }
+}
+
+TEST(OutlineRanging, WithoutTheTopsHeightTheRangeIsThatOfTheDisparity) {
+  SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  auto targets = targets_of(six_landmarks());
+  for (Target& target : targets) target.top_m.reset();
+  const auto measured = look(lab(), scene, targets);
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    ASSERT_TRUE(measured[k].range_m) << to_string(measured[k].verdict);
+    const double truth_m = truth_of(scene.landmarks[k]).range_m;
+    // sigma_range = (range + d)^2 sigma_disparity / (v s), for a disparity that is off by kQuiet_px in each view.
+    EXPECT_LT(std::abs(*measured[k].range_m - truth_m), std::pow(truth_m + 0.12, 2) * 2 * kQuiet_px / 212.4) << k;
+  }
+}
+
+TEST(OutlineRanging, TooNearForTheLowerMirrorLeavesTheUpperOneAndThenNone) {
+  auto landmarks = six_landmarks();
+  SyntheticScene scene{seen_from(landmarks, {1.37, 0.52}, 0.2), {}, {}};  // 1.1 m from the cyan one
+  auto measured = look(lab(), scene, targets_of(landmarks));
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kOneView) << to_string(measured[3].verdict);
+  EXPECT_FALSE(measured[3].lower_sighting);
+  ASSERT_TRUE(measured[3].range_m);
+  EXPECT_NEAR(*measured[3].range_m, truth_of(scene.landmarks[3]).range_m, 0.001);
+
+  scene.landmarks = seen_from(landmarks, {1.75, 0.41}, 0.2);  // 0.71 m: above both rims
+  measured = look(lab(), scene, targets_of(landmarks));
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kTruncated) << to_string(measured[3].verdict);
+  EXPECT_FALSE(measured[3].range_m);
+}
+
+/// Sweeps a mast of that half width across the red landmark, in steps.
+void sweep_mast(const Eigen::Vector2d& from_m, double half_width_m, double step_rad) {
+  const auto landmarks = six_landmarks();
+  for (int step = -8; step <= 8; ++step) {
+    SyntheticScene scene{seen_from(landmarks, from_m, 0.37), {}, {}};
+    const Truth truth = truth_of(scene.landmarks[0]);
+    scene.strips.push_back({truth.bearing_rad + step * step_rad, 0.13, half_width_m, {0.2, 0.2, 0.2}});
+    const auto m = look(lab(), scene, targets_of(landmarks), {1, 1}).front();
+    if (m.bearing_rad) {
+      const double off = std::remainder(*m.bearing_rad - truth.bearing_rad, 2 * std::numbers::pi);
+      EXPECT_LT(std::abs(off), 5 * *m.sigma_bearing_rad + 2e-4)
+          << truth.range_m << " m, step " << step << " " << to_string(m.verdict);
+    }
+    if (m.range_m) {
+      EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 1e-3)
+          << truth.range_m << " m, step " << step << " " << to_string(m.verdict);
+    }
+  }
+}
+
+TEST(OutlineRanging, AMastBeforeALandmarkIsNeverQuietlyWrong) {
+  // The mast is 3.5 degrees wide and stands in front of a landmark that is 7 degrees wide.
+  sweep_mast({0.13, -0.21}, 0.004, 0.011);
+}
+
+TEST(OutlineRanging, NorIsAMastBeforeAFarOneThatTheUpperViewShowsAsALine) {
+  for (const Eigen::Vector2d& from_m : {Eigen::Vector2d(1.2, 1.0), {1.3, 1.6}, {2.2, 1.9}}) {
+    for (const double half_width_m : {0.002, 0.004, 0.006}) {
+      sweep_mast(from_m, half_width_m, 0.006);
+    }
+  }
+}
+
+TEST(OutlineRanging, TwoLandmarksOfOneColourAreFlaggedAndNeverTheNearerByLuck) {
+  auto landmarks = six_landmarks();
+  landmarks[3].colour = landmarks[0].colour;
+  SyntheticScene scene{seen_from(landmarks, {0.13, -0.21}, 0.37), {}, {}};
+  auto measured = look(lab(), scene, targets_of(landmarks));
+  EXPECT_EQ(measured[0].verdict, RangeVerdict::kSameColour);
+  EXPECT_EQ(measured[3].verdict, RangeVerdict::kSameColour);
+  EXPECT_FALSE(measured[0].range_m || measured[3].range_m);
+
+  // One of the two is not in the map.
+  auto targets = targets_of(six_landmarks());
+  measured = look(lab(), scene, targets);
+  EXPECT_EQ(measured[0].verdict, RangeVerdict::kTwoCandidates) << to_string(measured[0].verdict);
+  EXPECT_FALSE(measured[0].range_m);
+}
+
+/// Every place in this room is nearer to every landmark.
+constexpr double kRoom_m = 6;
+std::vector<Target> targets_of_room() {
+  auto targets = targets_of(six_landmarks());
+  for (Target& target : targets) target.greatest_range_m = kRoom_m;
+  return targets;
+}
+
+// Catches taking a nearer object for the landmark because it is larger in the image.
+TEST(OutlineRanging, ANearerThingOfALandmarksColourIsNotTakenForIt) {
+  const auto targets = targets_of_room();
+  const double bearings[] = {0.4, 1.3, 2.2, 3.05, 3.7, 4.6, 5.5};
+  for (const double distance_m : {0.83, 1.21, 1.67}) {
+    for (const double bearing_rad : bearings) {
+      SyntheticScene scene{seen_from(six_landmarks(), {0.37, -0.21}, 0.37), {}, {}};
+      const Truth truth = truth_of(scene.landmarks[0]);
+      const double off = std::abs(std::remainder(bearing_rad - truth.bearing_rad, 2 * std::numbers::pi));
+      // A landmark behind the object, or nearly behind it, cannot be seen.
+      if (off < std::asin(0.15 / distance_m)) continue;
+      scene.landmarks.push_back(
+          landmark(distance_m * std::cos(bearing_rad), distance_m * std::sin(bearing_rad), targets[0].colour));
+      const auto m = look(lab(), scene, targets, {1, 1}).front();
+      EXPECT_EQ(m.verdict, RangeVerdict::kTwoCandidates)
+          << distance_m << " m, " << off << " rad from the landmark: " << to_string(m.verdict);
+      EXPECT_FALSE(m.range_m) << distance_m << " m: " << *m.range_m << ", is " << truth.range_m;
+    }
+  }
+}
+
+TEST(OutlineRanging, ARivalIsAsLargeAsHalfTheLandmarkAtTheRoomsEnd) {
+  const auto targets = targets_of_room();
+  // The wedge is asin(0.15 / 6) wide to either side and extends from 16 px to 708 0.53 / (6 - 0.15 + 0.12) px.
+  const double top_px = 708 * 0.53 / (kRoom_m - 0.15 + 0.12);
+  const double half_px = 0.5 * std::asin(0.15 / kRoom_m) * (top_px * top_px - 16 * 16);
+  std::mt19937_64 random(1);
+  const SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto pair = lab().take(scene, {1, 1}, random);
+  const OutlineRanging ranging(lab().rig, targets, kImage, kImage);
+  // The side is even, since the finder tests every other pixel first.
+  for (const int side_px : {2, 4, 6, 8, 10, 20}) {
+    auto lower = pair.lower.clone();
+    lower(cv::Rect(400, 300, side_px, side_px)).setTo(cv::Scalar(200, 8, 8));
+    const auto m = ranging.measure(lower, pair.upper).front();
+    const bool is_rival = side_px * side_px >= half_px;
+    EXPECT_EQ(m.verdict, is_rival ? RangeVerdict::kTwoCandidates : RangeVerdict::kOk)
+        << side_px * side_px << " px of " << half_px << ": " << to_string(m.verdict);
+  }
+}
+
+// Catches taking the halves of one landmark for two landmarks.
+TEST(OutlineRanging, ALandmarkInHalvesIsOneLandmark) {
+  const auto landmarks = six_landmarks();
+  const auto targets = targets_of_room();
+  int ranges = 0;
+  for (const double half_width_m : {0.004, 0.008}) {  // 3.5 and 7 degrees in front of a landmark of 10 degrees
+    for (const double off_rad : {-0.02, 0.0, 0.013}) {
+      SyntheticScene scene{seen_from(landmarks, {-0.8, -0.35}, 0.37), {}, {}};
+      const Truth truth = truth_of(scene.landmarks[0]);
+      scene.strips.push_back({truth.bearing_rad + off_rad, 0.13, half_width_m, {0.2, 0.2, 0.2}});
+      const auto m = look(lab(), scene, targets, {1, 1}).front();
+      EXPECT_NE(m.verdict, RangeVerdict::kTwoCandidates) << half_width_m << " m, " << off_rad << " rad";
+      if (!m.range_m) continue;
+      ++ranges;
+      EXPECT_LT(std::abs(*m.range_m - truth.range_m), 5 * *m.sigma_range_m + 1e-3) << to_string(m.verdict);
+    }
+  }
+  EXPECT_GE(ranges, 1);
+}
+
+// Catches taking a top at another height than in the map for a top that a view does not show.
+TEST(OutlineRanging, ATopThatContradictsTheMapIsInconsistentHoweverMuch) {
+  const auto targets = targets_of_room();
+  for (const double lower_by_m : {-0.10, -0.05, 0.02, 0.05, 0.07, 0.10, 0.15}) {
+    auto landmarks = six_landmarks();
+    for (SyntheticLandmark& p : landmarks) p.top_m -= lower_by_m;
+    for (const auto& [x, y, heading] : {std::tuple{0.13, -0.21, 0.37}, {0.31, 0.17, 2.11}}) {
+      SyntheticScene scene{seen_from(landmarks, {x, y}, heading), {}, {}};
+      const auto measured = look(lab(), scene, targets, {1, 1});
+      for (std::size_t k = 0; k < measured.size(); ++k) {
+        EXPECT_EQ(measured[k].verdict, RangeVerdict::kInconsistent)
+            << lower_by_m << " m lower, landmark " << k + 1 << ": " << to_string(measured[k].verdict);
+        EXPECT_FALSE(measured[k].range_m || measured[k].bearing_rad) << lower_by_m << " m lower, landmark " << k + 1;
+      }
+    }
+  }
+}
+
+// Checks the building guide's table of troubles.
+TEST(OutlineRanging, ExchangedAndTurnedCamerasAreSeenByTheirVerdicts) {
+  const auto targets = targets_of_room();
+  std::mt19937_64 random(1);
+  const auto pair = lab().take({seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
+  const OutlineRanging ranging(lab().rig, targets, kImage, kImage);
+  const auto flipped = [](const cv::Mat& image, int code) {
+    cv::Mat result;
+    cv::flip(image, result, code);
+    return result;
+  };
+  for (const RangeMeasurement& m : ranging.measure(pair.upper, pair.lower)) {
+    EXPECT_FALSE(m.range_m) << "exchanged: " << to_string(m.verdict);
+  }
+  for (const int code : {0, 1, -1}) {
+    for (const auto& measured : {ranging.measure(flipped(pair.lower, code), pair.upper),
+                                 ranging.measure(pair.lower, flipped(pair.upper, code))}) {
+      for (const RangeMeasurement& m : measured) EXPECT_EQ(m.verdict, RangeVerdict::kTwoCandidates) << "flip " << code;
+    }
+  }
+  for (const RangeMeasurement& m : ranging.measure(flipped(pair.lower, 1), flipped(pair.upper, 1))) {
+    EXPECT_TRUE(m.range_m) << "both mirrored: " << to_string(m.verdict);
+  }
+}
+
+TEST(OutlineRanging, SaturatedLandmarksAreFlaggedOrLeftOut) {
+  SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  const auto measured = look(lab(), scene, targets_of(six_landmarks()), {60, 0});
+  for (const RangeMeasurement& m : measured) {
+    EXPECT_TRUE(m.verdict == RangeVerdict::kSaturated || m.verdict == RangeVerdict::kNotSeen ||
+                m.verdict == RangeVerdict::kNoMatch)
+        << to_string(m.verdict);
+    EXPECT_FALSE(m.range_m);
+  }
+}
+
+TEST(OutlineRanging, AnEmptyRoomABlackImageAndNoiseAloneShowNothing) {
+  const auto targets = targets_of(six_landmarks());
+  for (const SyntheticCamera& camera : {SyntheticCamera{1, 0}, {0, 0}, {1, 3}}) {
+    for (const RangeMeasurement& m : look(lab(), {}, targets, camera)) {
+      EXPECT_EQ(m.verdict, RangeVerdict::kNotSeen) << to_string(m.verdict);
+      EXPECT_FALSE(m.range_m || m.bearing_rad || m.lower_sighting || m.upper_sighting);
+    }
+  }
+}
+
+TEST(OutlineRanging, TheAnswerIsAFunctionOfTheImagesAlone) {
+  std::mt19937_64 random(5);
+  const auto targets = targets_of(six_landmarks());
+  const OutlineRanging ranging(lab().rig, targets, kImage, kImage);
+  const SyntheticScene here{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  const SyntheticScene there{seen_from(six_landmarks(), {-0.61, 0.47}, 2.11), {}, {}};
+  const auto first = lab().take(here, {1, 2}, random);
+  const auto second = lab().take(there, {1, 2}, random);
+  const auto cold = ranging.measure(first.lower, first.upper);
+  (void)ranging.measure(second.lower, second.upper);
+  const auto warm = ranging.measure(first.lower, first.upper);
+  for (std::size_t k = 0; k < cold.size(); ++k) {
+    ASSERT_TRUE(cold[k].range_m && warm[k].range_m);
+    EXPECT_EQ(*cold[k].range_m, *warm[k].range_m);
+    EXPECT_EQ(*cold[k].bearing_rad, *warm[k].bearing_rad);
+  }
+}
+
+TEST(OutlineRanging, RefusesImagesAndTargetsThatItCannotUse) {
+  const auto targets = targets_of(six_landmarks());
+  const OutlineRanging ranging(lab().rig, targets, kImage, kImage);
+  const cv::Mat right(kImage, CV_8UC3, cv::Scalar::all(0));
+  EXPECT_THROW((void)ranging.measure(cv::Mat(kImage, CV_8UC1), right), std::invalid_argument);
+  EXPECT_THROW((void)ranging.measure(right, cv::Mat(100, 100, CV_8UC3)), std::invalid_argument);
+  auto bad = targets;
+  bad[2].radius_m = 0;
+  EXPECT_THROW(OutlineRanging(lab().rig, bad, kImage, kImage), std::invalid_argument);
+  bad = targets;
+  bad[2].top_m = std::nan("");
+  EXPECT_THROW(OutlineRanging(lab().rig, bad, kImage, kImage), std::invalid_argument);
+  bad = targets;
+  bad[2].greatest_range_m = bad[2].radius_m;
+  EXPECT_THROW(OutlineRanging(lab().rig, bad, kImage, kImage), std::invalid_argument);
+  for (const cv::Size& size : {cv::Size(-4, 480), cv::Size(640, -4), cv::Size(0, 480)}) {
+    EXPECT_THROW(OutlineRanging(lab().rig, targets, size, kImage), std::invalid_argument) << size;
+    EXPECT_THROW(OutlineRanging(lab().rig, targets, kImage, size), std::invalid_argument) << size;
+  }
+  bad = targets;
+  bad[2].colour = {0.5, 0.5, 0.5};
+  EXPECT_THROW(OutlineRanging(lab().rig, bad, kImage, kImage), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twocone::vision

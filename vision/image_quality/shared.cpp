@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/image_quality/shared.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "vision/srgb.h"
+
+namespace twocone::vision::image_quality {
+
+const std::array<float, 256>& light_of_code() {
+  static const std::array<float, 256> kLight = [] {
+    std::array<float, 256> light{};
+    for (std::size_t code = 0; code < light.size(); ++code) light[code] = float(srgb_to_linear(double(code)));
+    return light;
+  }();
+  return kLight;
+}
+
+double code_of(double light) {
+  return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
+double light_per_grey(double code) {
+  const double coded = code / 255;
+  return (coded <= 0.04045 ? 1 / 12.92 : 2.4 / 1.055 * std::pow((coded + 0.055) / 1.055, 1.4)) / 255;
+}
+
+void check(const char* function, const cv::Mat& rgb, const ImageRegion& region) {
+  if (rgb.type() != CV_8UC3 || rgb.empty())
+    throw std::invalid_argument(fmt::format("{}: wants an image of r g b", function));
+  if (!(region.radius_px > 0) || !std::isfinite(region.radius_px) || !region.centre_px.allFinite() ||
+      !(region.inner >= 0) || !(region.outer > region.inner) || !(region.outer <= 1)) {
+    throw std::invalid_argument(fmt::format(
+        "{}: a ring from {} to {} of {} px about {}, {} px, must be finite, its radius > 0 and 0 <= inner < outer <= 1",
+        function, region.inner, region.outer, region.radius_px, region.centre_px.x(), region.centre_px.y()));
+  }
+}
+
+bool is_within(const ImageRegion& region, double column, double row, double margin_px) {
+  const double radius_px = std::hypot(column - region.centre_px.x(), row - region.centre_px.y());
+  return radius_px - margin_px >= region.inner * region.radius_px &&
+         radius_px + margin_px <= region.outer * region.radius_px;
+}
+
+}  // namespace twocone::vision::image_quality

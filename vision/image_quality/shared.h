@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include <opencv2/core.hpp>
+
+#include "vision/image_quality.h"
+
+namespace twocone::vision::image_quality {
+
+/// Linear light of each code.
+const std::array<float, 256>& light_of_code();
+/// The sRGB code, 0 to 255 and not rounded, of linear light.
+double code_of(double light);
+/// Linear light per grey level at a code, 0 to 255.
+double light_per_grey(double code);
+
+/// @throws std::invalid_argument as image_quality.h states; `function` begins the message
+void check(const char* function, const cv::Mat& rgb, const ImageRegion& region);
+
+/// Returns whether a square of half diagonal `margin_px` about that pixel lies within the ring.
+bool is_within(const ImageRegion& region, double column, double row, double margin_px);
+
+}  // namespace twocone::vision::image_quality

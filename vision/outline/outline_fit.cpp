@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/outline/outline_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "vision/outline/coverage.h"
+
+namespace twocone::vision {
+namespace {
+
+// These four values are tuned by hand on synthetic images; no test fixes them.
+constexpr double kLeastEdgeSamples = 8;
+constexpr int kIterations = 12;
+constexpr double kHuber = 3;        // larger residuals, in standard deviations, get less weight
+constexpr double kMostStep_px = 3;  // one step is at most half of it; a total of four times as much is a failure
+
+}  // namespace
+
+std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& cylinder, const Outline& outline,
+                                      const PixelNoise& noise, const FitLimits& limits) {
+  std::array<int, 3> all{};
+  std::array<int, 3> usable{};
+  for (const EdgeSample& s : read.edge_samples) {
+    ++all[s.part];
+    if (s.is_usable) ++usable[s.part];
+  }
+  if (usable[0] + usable[1] + usable[2] < kLeastEdgeSamples) return std::nullopt;
+  const auto share = [&](EdgeSample::Part part) { return all[part] > 0 ? double(usable[part]) / all[part] : 0.0; };
+
+  // The unknowns are range and bearing, both in pixels at the near point, and the blur.
+  const double range_px = outline.near().by_range_pxpm.norm();
+  const double bearing_px = outline.near().by_bearing_pxprad.norm();
+  Eigen::Vector3d unknown(0, 0, limits.least_blur_px);
+  OutlineFit fit;
+  Eigen::Matrix3d normal;
+
+  struct Model {
+    double value, by_out, by_opposite, by_blur;
+  };
+  const auto model = [&](const EdgeSample& s, const EdgePixel& p, double out_px, double opposite_px) -> Model {
+    const double width = unknown.z();
+    const double inside = p.inside_px + out_px;
+    const Coverage c = coverage(inside, s.wide * width, s.narrow * width);
+    Model m{c.value, c.slope, 0, -c.slope * inside / width};
+    if (s.width_px < 8 * width) {  // the opposite side may cross this pixel too
+      const double far_inside = s.width_px - p.inside_px + opposite_px;
+      const Coverage far = coverage(far_inside, s.wide * width, s.narrow * width);
+      m.value += far.value - 1;
+      m.by_opposite = far.slope;
+      m.by_blur -= far.slope * far_inside / width;
+    }
+    return m;
+  };
+  // The variance of coverage for a noise of one grey level: that of the pixel and that of the colours compared with it.
+  const auto grey_variance_of = [](const EdgeSample& s, const EdgePixel& p, double inner) {
+    return p.variance * (1 + inner * inner * s.inside_noise + (1 - inner) * (1 - inner) * s.outside_noise);
+  };
+  const auto variance_of = [&](const EdgeSample& s, const EdgePixel& p, double c) {
+    const double inner = std::clamp(c, 0.0, 1.0);
+    return s.doubt + noise.code_variance * grey_variance_of(s, p, inner) +
+           noise.sampling * std::max(inner * (1 - inner), 0.02);
+  };
+
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    // The lower half of the normal equations, and their right side.
+    double n00 = 0, n10 = 0, n11 = 0, n20 = 0, n21 = 0, n22 = 0, r0 = 0, r1 = 0, r2 = 0;
+    for (const EdgeSample& s : read.edge_samples) {
+      if (!s.is_usable) continue;
+      const double range_part = s.by_range_pxpm / range_px;
+      const double bearing_part = s.by_bearing_pxprad / bearing_px;
+      const double out_px = range_part * unknown.x() + bearing_part * unknown.y();
+      const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y();
+      for (int i = s.first; i < s.first + s.count; ++i) {
+        const EdgePixel& p = read.pixels[std::size_t(i)];
+        if (s.width_px >= 8 * unknown.z() && std::abs(p.inside_px + out_px) >= (s.wide + s.narrow) / 2 * unknown.z())
+          continue;
+        const Model m = model(s, p, out_px, opposite_px);
+        const double variance = variance_of(s, p, m.value);
+        const double residual = p.coverage - m.value;
+        double weight = 1 / variance;
+        const double squared = residual * residual * weight;
+        if (squared > kHuber * kHuber) weight *= kHuber / std::sqrt(squared);
+        const double by_range = range_part * (m.by_out + m.by_opposite);
+        const double by_bearing = bearing_part * (m.by_out - m.by_opposite);
+        n00 += weight * by_range * by_range;
+        n10 += weight * by_bearing * by_range;
+        n11 += weight * by_bearing * by_bearing;
+        n20 += weight * m.by_blur * by_range;
+        n21 += weight * m.by_blur * by_bearing;
+        n22 += weight * m.by_blur * m.by_blur;
+        r0 += weight * residual * by_range;
+        r1 += weight * residual * by_bearing;
+        r2 += weight * residual * m.by_blur;
+      }
+    }
+    normal << n00, n10, n20, n10, n11, n21, n20, n21, n22;
+    const Eigen::Vector3d right(r0, r1, r2);
+    // Only the data determine the blur. This term, of a standard deviation of 0.5 px, limits its steps: otherwise it
+    // would diverge where few pixels lie on the edge. Tuned by hand on synthetic images; no test fixes it.
+    constexpr double kBlurInformation = 1 / (0.5 * 0.5);
+    normal(2, 2) += kBlurInformation;
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    if (!step.allFinite()) return std::nullopt;
+    const double length = step.head<2>().norm();
+    const double share_of_step = length > kMostStep_px / 2 ? kMostStep_px / 2 / length : 1;
+    unknown += share_of_step * step;
+    unknown.z() = std::clamp(unknown.z(), limits.least_blur_px, limits.most_blur_px);
+    if (unknown.head<2>().norm() > 4 * kMostStep_px) return std::nullopt;
+    if (length < limits.converged_px) break;
+  }
+
+  // Scores of the edge samples at the answer.
+  std::array<double, 3> side_score{};
+  std::array<double, 3> side_information{};
+  double previous = 0;
+  double before = 0;
+  int arc_samples = 0;
+  for (const EdgeSample& s : read.edge_samples) {
+    if (!s.is_usable) {
+      previous = before = 0;
+      continue;
+    }
+    const double range_part = s.by_range_pxpm / range_px;
+    const double bearing_part = s.by_bearing_pxprad / bearing_px;
+    const double out_px = range_part * unknown.x() + bearing_part * unknown.y();
+    const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y();
+    double score = 0;
+    double information = 0;
+    for (int i = s.first; i < s.first + s.count; ++i) {
+      const EdgePixel& p = read.pixels[std::size_t(i)];
+      const Model m = model(s, p, out_px, opposite_px);
+      if (m.by_out == 0) continue;
+      const double inner = std::clamp(m.value, 0.0, 1.0);
+      const double residual = p.coverage - m.value;
+      const double sigma = std::sqrt(variance_of(s, p, m.value));
+      const double bounded = std::clamp(residual / sigma, -kHuber, kHuber);
+      score += m.by_out * bounded / sigma;
+      information += m.by_out * m.by_out / (sigma * sigma);
+      fit.residual += residual * residual;
+      fit.grey += grey_variance_of(s, p, inner);
+      fit.spread += inner * (1 - inner);
+    }
+    Scores& scores = s.part == EdgeSample::kArc ? fit.arc_scores : fit.side_scores;
+    scores.found += score * score + 2 * score * previous;
+    if (s.part != EdgeSample::kArc) scores.found += 2 * score * before;
+    scores.expected += information;
+    if (s.part == EdgeSample::kArc) ++arc_samples;
+    before = previous;
+    previous = score;
+    fit.length_px += 1 / s.wide;
+    side_score[s.part] += score;
+    side_information[s.part] += information;
+  }
+  if (!(fit.arc_scores.expected + fit.side_scores.expected > 0)) return std::nullopt;
+  // The fit makes the sum of the arc's scores zero, which reduces the sum of their products. This corrects for it.
+  fit.arc_scores.found /= std::max(0.2, 1 - 3.0 / std::max(arc_samples, 1));
+  // Eliminate the blur: it moves no edge, but for a thin landmark it is correlated with the width.
+  const Eigen::Matrix2d pixels =
+      normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 1>() * normal.bottomLeftCorner<1, 2>() / normal(2, 2);
+  const Eigen::Vector2d scale(range_px, bearing_px);
+  fit.information = scale.asDiagonal() * pixels * scale.asDiagonal();
+  fit.cylinder = cylinder;
+  fit.step = {unknown.x() / range_px, unknown.y() / bearing_px};
+  fit.cylinder.range_m += fit.step.x();
+  fit.cylinder.bearing_rad += fit.step.y();
+  fit.code_variance = read.code_variance;
+  fit.outline = outline;
+  fit.blur = unknown.z();
+  fit.left_support = share(EdgeSample::kLeft);
+  fit.arc_support = share(EdgeSample::kArc);
+  fit.right_support = share(EdgeSample::kRight);
+  if (side_information[EdgeSample::kLeft] > 0 && side_information[EdgeSample::kRight] > 0) {
+    fit.narrowness_px = -side_score[EdgeSample::kLeft] / side_information[EdgeSample::kLeft] -
+                        side_score[EdgeSample::kRight] / side_information[EdgeSample::kRight];
+    fit.sigma_narrowness_px =
+        std::sqrt(1 / side_information[EdgeSample::kLeft] + 1 / side_information[EdgeSample::kRight]);
+  }
+  return fit;
+}
+
+}  // namespace twocone::vision

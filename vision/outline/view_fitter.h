@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "vision/outline/finder.h"
+#include "vision/outline/outline_fit.h"
+#include "vision/sighting.h"
+
+namespace twocone::vision {
+
+/// The state of one landmark in one view, until its sighting is known.
+struct OutlineSearch {
+  std::optional<Candidate> candidate;
+  bool is_truncated = false;
+  bool is_saturated = false;
+  std::optional<OutlineFit> fit;  ///< the last fit: coarse, or fine where `is_fine`
+  bool is_fine = false;
+  /// The contribution of the coarse fit to the image's noise and blur. Empty for a landmark that was fitted with these
+  /// values from the start.
+  struct Pool {
+    double residual, grey, spread, code_variance, blur;
+  };
+  std::optional<Pool> pool;
+};
+
+/// The result for one landmark in one view.
+struct OutlineVerdict {
+  std::optional<Sighting> sighting;
+  bool is_occluded = false;  ///< the top cannot be trusted
+  bool is_narrow = false;    ///< the bearing cannot be trusted
+  bool is_wide = false;      ///< wider than a landmark of its radius is at that range
+};
+
+/// Finds and fits landmarks in one view.
+class ViewFitter {
+ public:
+  ViewFitter(const MirrorView& mirror, cv::Size size, const ColourTable& table)
+      : mirror_(mirror), size_(size), table_(table), finder_(mirror, size) {}
+
+  [[nodiscard]] cv::Size size() const { return size_; }
+  [[nodiscard]] const Finder& finder() const { return finder_; }
+
+  [[nodiscard]] Eigen::Vector2d pixel_of(const Candidate& candidate) const;
+  /// The bearing half way up to the top, where every candidate lies in the mirror.
+  [[nodiscard]] double bearing_of(const Candidate& candidate) const;
+  /// The cylinder whose near point is where the candidate's ray has the height `top_m`.
+  [[nodiscard]] std::optional<Cylinder> place(const Candidate& candidate, double radius_m, double top_m) const;
+
+  /// The near point of the top from the finder alone (Stage::kFound). Nothing where the candidate has no place.
+  [[nodiscard]] std::optional<Sighting> found(const Candidate& candidate, double radius_m, double top_m) const;
+
+  /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px.
+  void fit_coarse(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
+                  EdgeSamples& edge_samples) const;
+  /// Fits the outline roughly from an expected place, with one fit instead of two. Returns false and leaves `look`
+  /// unchanged where the outline is not there.
+  bool fit_near(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
+                EdgeSamples& edge_samples) const;
+
+  /// The values that the fits of a view's landmarks share. common() returns nothing without any coarse fit.
+  struct Common {
+    PixelNoise noise;
+    SampleReach reach;
+    double blur_px;
+  };
+  [[nodiscard]] static std::optional<Common> common(const std::vector<const OutlineSearch*>& looks);
+  /// Fits the whole outline, from the coarse fit.
+  void fit_fine(std::size_t k, const cv::Mat& image, const Common& common, OutlineSearch& look,
+                EdgeSamples& edge_samples) const;
+  /// As fit_fine(), from an expected place. Returns false and leaves `look` unchanged where the outline is not there.
+  bool fit_expected(std::size_t k, const cv::Mat& image, const Cylinder& expected, const Common& common,
+                    OutlineSearch& look, EdgeSamples& edge_samples) const;
+
+  /// Sightings of the fitted landmarks, with the scatter of all fits of the same stage.
+  [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);
+
+ private:
+  void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
+  [[nodiscard]] std::optional<OutlineFit> fit(std::size_t k, const cv::Mat& image, const Cylinder& cylinder,
+                                              const SampleReach& reach, const PixelNoise& noise,
+                                              const FitLimits& limits, int stride, OutlineSearch& look,
+                                              EdgeSamples& edge_samples) const;
+
+  const MirrorView& mirror_;
+  cv::Size size_;
+  const ColourTable& table_;
+  Finder finder_;
+};
+
+/// Width of the top in the image. A landmark that is too narrow does not show a mast that hides it.
+double rim_width_px(const OutlineFit& fit);
+
+}  // namespace twocone::vision

@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/outline_ranging.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <Eigen/Dense>
+
+#include "vision/image_arguments.h"
+#include "vision/outline/rivals.h"
+#include "vision/outline/view_fitter.h"
+#include "vision/target_colours.h"
+#include "vision/triangulation.h"
+
+namespace twocone::vision {
+namespace {
+
+// An object that hides a part of a landmark in one view, above all the rig's own mast, may hide it in the other view
+// too. A landmark that is narrower than this in the other view does not show that. Tuned by hand on synthetic images;
+// outline_ranging_test.cpp, NorIsAMastBeforeAFarOneThatTheUpperViewShowsAsALine, exercises it but does not fix it.
+constexpr double kTellingWidth_px = 8;
+// Greatest difference of the two views' bearings of one landmark. Tuned by hand on synthetic images;
+// outline_ranging_test.cpp, ExchangedAndTurnedCamerasAreSeenByTheirVerdicts, exercises it but does not fix it.
+constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
+
+double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+void check(const std::vector<Target>& targets, cv::Size lower, cv::Size upper) {
+  std::string bad = bad_sizes(lower, upper);
+  for (const Target& target : targets) {
+    if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
+      bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
+    }
+    if (target.top_m && !(std::isfinite(*target.top_m) && *target.top_m > 0)) {
+      bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, *target.top_m);
+    }
+    if (target.greatest_range_m && !(*target.greatest_range_m > target.radius_m)) {
+      bad += fmt::format(" greatest range of '{}' is {} m, must be > its radius, {} m;", target.name,
+                         *target.greatest_range_m, target.radius_m);
+    }
+  }
+  if (!bad.empty()) throw std::invalid_argument("method outline:" + bad);
+}
+
+/// The state of one landmark of a frame.
+struct Seen {
+  std::array<OutlineSearch, 2> looks;
+  std::array<std::optional<Sighting>, 2> found;
+  std::optional<double> top_m;
+  bool has_rivals = false;
+  bool is_too_wide = false;  ///< Rivals::kBeside in one view
+  std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
+  std::optional<Cylinder> expected;
+};
+
+}  // namespace
+
+std::string_view to_string(Stage stage) {
+  switch (stage) {
+    case Stage::kFound:
+      return "found";
+    case Stage::kCoarse:
+      return "coarse";
+    case Stage::kFine:
+      return "fine";
+  }
+  assert(false);
+  return "";
+}
+
+struct OutlineRanging::Impl {
+  Impl(const Rig& the_rig, const std::vector<Target>& all, cv::Size lower_size, cv::Size upper_size,
+       const std::vector<std::size_t>& which)
+      : rig(the_rig),
+        targets(all),
+        table(colours_of(all)),
+        views{ViewFitter(rig.lower, lower_size, table), ViewFitter(rig.upper, upper_size, table)},
+        wanted(all.size(), which.empty()) {
+    check(targets, lower_size, upper_size);
+    for (const std::size_t k : which) wanted.at(k) = true;
+    for (const Target& target : targets) {
+      least_px.push_back({least_area_px(rig.lower, target), least_area_px(rig.upper, target)});
+    }
+  }
+
+  Rig rig;
+  std::vector<Target> targets;
+  ColourTable table;
+  std::array<ViewFitter, 2> views;
+  std::vector<bool> wanted;
+  std::vector<std::array<double, 2>> least_px;  ///< least_area_px() of each target in each view
+};
+
+class FrameObservation::Impl {
+ public:
+  Impl(const OutlineRanging::Impl& ranging, const cv::Mat& lower, const cv::Mat& upper)
+      : ranging_(ranging), images_{lower, upper}, all_(ranging.targets.size()) {
+    check_image("OutlineRanging", "lower", lower, ranging.views[0].size());
+    check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
+    std::array<std::vector<Found>, 2> found;
+    for (std::size_t view = 0; view < 2; ++view) {
+      found[view] = ranging.views[view].finder().find(images_[view], ranging.table, ranging.wanted);
+    }
+    for (std::size_t k = 0; k < all_.size(); ++k) choose(k, {&found[0][k], &found[1][k]});
+  }
+
+  void expect(std::size_t k, double range_m, double bearing_rad) {
+    Seen& seen = all_.at(k);
+    const double radius_m = ranging_.targets[k].radius_m;
+    if (seen.top_m && range_m > radius_m) seen.expected = Cylinder{range_m, bearing_rad, radius_m, *seen.top_m};
+  }
+
+  void take(std::span<const std::size_t> landmarks, Stage stage, Views views) {
+    if (stage == Stage::kFound) return;
+    const auto is_asked = [views](std::size_t view) {
+      return views == Views::kBoth || (view == 0) == (views == Views::kLower);
+    };
+    for (const std::size_t k : landmarks) {
+      for (std::size_t view = 0; view < 2; ++view) {
+        if (is_asked(view)) take_to_coarse(k, view, stage);
+      }
+    }
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (stage == Stage::kFine && is_asked(view)) take_to_fine(view, landmarks);
+    }
+  }
+
+  [[nodiscard]] int refined() const {
+    return static_cast<int>(std::count_if(
+        all_.begin(), all_.end(), [](const Seen& seen) { return seen.looks[0].is_fine || seen.looks[1].is_fine; }));
+  }
+
+  [[nodiscard]] std::vector<RangeMeasurement> measurements() const {
+    const std::array<std::vector<OutlineVerdict>, 2> judged{ViewFitter::judge(looks(0)), ViewFitter::judge(looks(1))};
+    std::vector<RangeMeasurement> measurements;
+    measurements.reserve(all_.size());
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      std::array<OutlineVerdict, 2> both;
+      for (std::size_t view = 0; view < 2; ++view) {
+        both[view] = all_[k].stages[view] == Stage::kFound ? OutlineVerdict{all_[k].found[view]} : judged[view][k];
+      }
+      measurements.push_back(conclude(k, all_[k], both));
+    }
+    return measurements;
+  }
+
+ private:
+  [[nodiscard]] std::vector<const OutlineSearch*> looks(std::size_t view) const {
+    std::vector<const OutlineSearch*> looks;
+    looks.reserve(all_.size());
+    for (const Seen& seen : all_) looks.push_back(&seen.looks[view]);
+    return looks;
+  }
+
+  /// Chooses the candidates of both views that may be one landmark.
+  void choose(std::size_t k, const std::array<const Found*, 2>& found) {
+    Seen& seen = all_[k];
+    if (ranging_.table.is_ambiguous(k)) return;
+    std::array<const Candidate*, 2> chosen{};
+    const auto& views = ranging_.views;
+    const Target& target = ranging_.targets[k];
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (found[view]->candidates.empty()) continue;
+      chosen[view] = &found[view]->candidates.front();
+      const Rivals rivals = rivals_of(views[view], target, *found[view], ranging_.least_px[k][view]);
+      seen.has_rivals = seen.has_rivals || rivals == Rivals::kApart;
+      seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
+    }
+    if (chosen[0] != nullptr && chosen[1] != nullptr &&
+        std::abs(wrap(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) > kSameBearing_rad) {
+      seen.has_rivals = true;
+    }
+    if (seen.has_rivals) return;
+
+    seen.top_m = target.top_m;
+    if (!seen.top_m && chosen[0] != nullptr && chosen[1] != nullptr) {
+      Sighting lower;
+      Sighting upper;
+      lower.pixel_px = views[0].pixel_of(*chosen[0]);
+      upper.pixel_px = views[1].pixel_of(*chosen[1]);
+      seen.top_m = triangulate(ranging_.rig, &lower, &upper, target.radius_m, std::nullopt).top_m;
+    }
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (chosen[view] == nullptr) continue;
+      OutlineSearch& look = seen.looks[view];
+      look.candidate = *chosen[view];
+      look.is_truncated = chosen[view]->at_rim;
+      if (look.is_truncated || !seen.top_m) continue;
+      seen.found[view] = views[view].found(*chosen[view], target.radius_m, *seen.top_m);
+    }
+  }
+
+  void take_to_coarse(std::size_t k, std::size_t view, Stage stage) {
+    Seen& seen = all_.at(k);
+    if (seen.stages[view] != Stage::kFound) return;
+    seen.stages[view] = Stage::kCoarse;
+    OutlineSearch& look = seen.looks[view];
+    if (!seen.top_m || !look.candidate || look.is_truncated) return;
+    const ViewFitter& fitter = ranging_.views[view];
+    if (seen.expected) {
+      const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
+      const bool is_there = common ? fitter.fit_expected(k, images_[view], *seen.expected, *common, look, edge_samples_)
+                                   : fitter.fit_near(k, images_[view], *seen.expected, look, edge_samples_);
+      if (is_there) return;
+    }
+    const auto start = fitter.place(*look.candidate, ranging_.targets[k].radius_m, *seen.top_m);
+    if (start) fitter.fit_coarse(k, images_[view], *start, look, edge_samples_);
+  }
+
+  void take_to_fine(std::size_t view, std::span<const std::size_t> landmarks) {
+    const auto common = ViewFitter::common(looks(view));
+    for (const std::size_t k : landmarks) {
+      all_[k].stages[view] = Stage::kFine;
+      OutlineSearch& look = all_[k].looks[view];
+      if (common && look.fit && !look.is_fine) {
+        ranging_.views[view].fit_fine(k, images_[view], *common, look, edge_samples_);
+      }
+    }
+  }
+
+  /// Returns whether the landmark's colour was found without a usable outline.
+  static bool is_part_hidden(const OutlineSearch& look, const OutlineVerdict& judged) {
+    return look.candidate && !judged.sighting && !look.is_truncated && !look.is_saturated;
+  }
+
+  /// Returns whether both views show the whole top at another height than the map's. An outline that is projected with
+  /// a top far from the true one lies far from the pixels, so its fit fails as if something hid the landmark. Therefore
+  /// the outline is fitted again with an unknown height. A top that is hidden in one view gives a height as well, but a
+  /// range that contradicts the landmark's width.
+  [[nodiscard]] bool shows_another_top(std::size_t k, const Seen& seen) const {
+    const Target& target = ranging_.targets[k];
+    if (!target.top_m) return false;
+    std::array<OutlineSearch, 2> looks;
+    std::array<Sighting, 2> sightings;
+    for (std::size_t view = 0; view < 2; ++view) {
+      const OutlineSearch& look = seen.looks[view];
+      if (!look.candidate || look.candidate->at_rim || look.is_saturated) return false;
+      looks[view].candidate = look.candidate;
+      sightings[view].pixel_px = ranging_.views[view].pixel_of(*look.candidate);
+    }
+    const auto place = [&](const std::optional<double>& top_m) {
+      return triangulate(ranging_.rig, sightings.data(), &sightings[1], target.radius_m, top_m);
+    };
+    EdgeSamples edge_samples;
+    // The first height is as accurate as the finder's pixels, the second as accurate as the outlines.
+    for (int round = 0; round < 2; ++round) {
+      const Triangulation free = place(std::nullopt);
+      if (free.verdict != RangeVerdict::kOk) return false;
+      const Cylinder start{*free.range_m, *free.bearing_rad, target.radius_m, *free.top_m};
+      bool is_telling = false;
+      for (std::size_t view = 0; view < 2; ++view) {
+        const ViewFitter& fitter = ranging_.views[view];
+        const Candidate& candidate = *looks[view].candidate;
+        fitter.fit_coarse(k, images_[view], start, looks[view], edge_samples);
+        const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
+        if (judged.sighting) {
+          if (judged.is_narrow || judged.is_wide) return false;
+          sightings[view] = *judged.sighting;
+          is_telling = true;
+        } else {
+          // The landmark is too thin for an outline: use the finder's position.
+          const auto found = fitter.found(candidate, target.radius_m, start.top_m);
+          if (!found || 2 * candidate.top_px * target.radius_m > kTellingWidth_px * start.range_m) return false;
+          sightings[view] = *found;
+        }
+      }
+      if (!is_telling) return false;
+    }
+    // Only the height contradicts the map; the bearings of the two views agree.
+    return place(std::nullopt).verdict == RangeVerdict::kOk &&
+           place(target.top_m).verdict == RangeVerdict::kInconsistent;
+  }
+
+  [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen,
+                                          const std::array<OutlineVerdict, 2>& judged) const {
+    RangeMeasurement m;
+    const OutlineVerdict& lower = judged[0];
+    const OutlineVerdict& upper = judged[1];
+    if (!ranging_.wanted[k]) return m;
+    if (ranging_.table.is_ambiguous(k)) {
+      m.verdict = RangeVerdict::kSameColour;
+      return m;
+    }
+    if (seen.has_rivals) {
+      m.verdict = RangeVerdict::kTwoCandidates;
+      return m;
+    }
+    if (seen.is_too_wide) {
+      m.verdict = shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates;
+      return m;
+    }
+    m.lower_sighting = lower.sighting;
+    m.upper_sighting = upper.sighting;
+    if (lower.sighting) m.lower_px = lower.sighting->pixel_px;
+    if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
+    const Target& target = ranging_.targets[k];
+    const Triangulation t = triangulate(ranging_.rig, lower.sighting ? &*lower.sighting : nullptr,
+                                        upper.sighting ? &*upper.sighting : nullptr, target.radius_m, target.top_m);
+    m.verdict = t.verdict;
+    const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
+    // An outline is missing or not whole: either something hides it, or the map is wrong.
+    if ((!lower.sighting || !upper.sighting || is_narrow) && shows_another_top(k, seen)) {
+      m.verdict = RangeVerdict::kInconsistent;
+      m.disparity_px = t.disparity_px;
+      return m;
+    }
+    if (t.verdict == RangeVerdict::kNotSeen) {
+      const auto any = [&](auto what) { return what(seen.looks[0]) || what(seen.looks[1]); };
+      if (any([](const OutlineSearch& l) { return l.is_saturated; })) {
+        m.verdict = RangeVerdict::kSaturated;
+      } else if (lower.is_occluded || upper.is_occluded) {
+        m.verdict = RangeVerdict::kOccluded;
+      } else if (any([](const OutlineSearch& l) { return l.is_truncated; })) {
+        m.verdict = RangeVerdict::kTruncated;
+      } else if (any([](const OutlineSearch& l) { return l.candidate.has_value(); })) {
+        m.verdict = RangeVerdict::kNoMatch;
+      }
+      return m;
+    }
+    if (t.verdict == RangeVerdict::kOneView) {
+      // No occlusion makes a landmark wider than it is at its range: the top is not at the height of the map.
+      if (lower.sighting ? lower.is_wide : upper.is_wide) {
+        m.verdict = RangeVerdict::kInconsistent;
+        return m;
+      }
+      // No other view shows whether the top is whole.
+      const std::size_t shown = lower.sighting ? 0 : 1;
+      const auto& fit = seen.looks[shown].fit;
+      if (is_narrow ||
+          (is_part_hidden(seen.looks[1 - shown], judged[1 - shown]) && fit && rim_width_px(*fit) < kTellingWidth_px)) {
+        m.verdict = RangeVerdict::kOccluded;
+        return m;
+      }
+    }
+    m.range_m = t.range_m;
+    m.bearing_rad = t.bearing_rad;
+    m.covariance = t.covariance;
+    m.disparity_px = t.disparity_px;
+    if (t.covariance) {
+      m.sigma_range_m = std::sqrt((*t.covariance)(0, 0));
+      m.sigma_bearing_rad = std::sqrt((*t.covariance)(1, 1));
+    }
+    if (is_narrow) {
+      m.verdict = RangeVerdict::kOccluded;
+      m.bearing_rad.reset();
+      m.sigma_bearing_rad.reset();
+    }
+    return m;
+  }
+
+  const OutlineRanging::Impl& ranging_;
+  std::array<cv::Mat, 2> images_;
+  std::vector<Seen> all_;
+  EdgeSamples edge_samples_;  // shared by all fits, so that its memory is allocated once
+};
+
+FrameObservation::FrameObservation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+FrameObservation::~FrameObservation() = default;
+FrameObservation::FrameObservation(FrameObservation&&) noexcept = default;
+FrameObservation& FrameObservation::operator=(FrameObservation&&) noexcept = default;
+void FrameObservation::expect(std::size_t landmark, double range_m, double bearing_rad) {
+  impl_->expect(landmark, range_m, bearing_rad);
+}
+void FrameObservation::take(std::span<const std::size_t> landmarks, Stage stage, Views views) {
+  impl_->take(landmarks, stage, views);
+}
+std::vector<RangeMeasurement> FrameObservation::measurements() const { return impl_->measurements(); }
+int FrameObservation::refined() const { return impl_->refined(); }
+
+OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size,
+                               cv::Size upper_size, const std::vector<std::size_t>& wanted)
+    : impl_(std::make_unique<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
+OutlineRanging::~OutlineRanging() = default;
+OutlineRanging::OutlineRanging(OutlineRanging&&) noexcept = default;
+OutlineRanging& OutlineRanging::operator=(OutlineRanging&&) noexcept = default;
+
+FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper) const {
+  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper));
+}
+
+std::vector<RangeMeasurement> OutlineRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
+  FrameObservation observation = look(lower, upper);
+  std::vector<std::size_t> all(impl_->targets.size());
+  std::iota(all.begin(), all.end(), std::size_t(0));
+  observation.take(all, Stage::kFine);
+  return observation.measurements();
+}
+
+}  // namespace twocone::vision
