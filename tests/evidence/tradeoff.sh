@@ -107,8 +107,8 @@ choose() {
   fi
   local number tried better figure last
   number=$(jq .choice "$json")
-  tried=$(jq '.trials[:-1] | map(select(.holds | not)) | length' "$json")
-  last=$(jq -r '.trials[-1] | [.setting, .holds, (1e3 * .mean_m.value), (1e3 * .upper_limit_m), (1e3 * .robot_time_s.value), (1e3 * .robot_time_s.high), .is] | @tsv' "$json")
+  tried=$(jq '.validations[:-1] | map(select(.holds | not)) | length' "$json")
+  last=$(jq -r '.validations[-1] | [.setting, .holds, (1e3 * .mean_m.value), (1e3 * .upper_limit_m), (1e3 * .robot_time_s.value), (1e3 * .robot_time_s.high), .is] | @tsv' "$json")
   local setting_number holds mean upper time upper_time is
   IFS=$'\t' read -r setting_number holds mean upper time upper_time is <<<"$last"
   if [ "$option" = --target-mm ]; then
