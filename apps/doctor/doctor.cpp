@@ -10,9 +10,9 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/doctor/advice.h"
-#include "apps/doctor/camera_checks.h"
-#include "apps/doctor/drive_checks.h"
-#include "apps/doctor/pair_checks.h"
+#include "apps/doctor/checks/camera_checks.h"
+#include "apps/doctor/checks/drive_checks.h"
+#include "apps/doctor/checks/pair_checks.h"
 #include "apps/doctor/whole_robot.h"
 
 namespace twocone::doctor {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/advice.h"
-#include "apps/doctor/image_checks.h"
+#include "apps/doctor/checks/image_checks.h"
 
 namespace twocone::doctor {
 namespace {

@@ -16,7 +16,7 @@
 #include "apps/estimation/wheel_history.h"
 #include "apps/interface/convert.h"
 #include "apps/runs/devices.h"
-#include "apps/runs/image_wait.h"
+#include "apps/runs/loop/image_wait.h"
 #include "drivers/backends.h"
 
 namespace twocone {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/start_check.h"
+#include "apps/runs/loop/start_check.h"
 
 #include <numbers>
 

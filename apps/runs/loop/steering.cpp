@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/steering.h"
+#include "apps/runs/loop/steering.h"
 
 #include <stdexcept>
 #include <utility>

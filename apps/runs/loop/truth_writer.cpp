@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/truth_writer.h"
+#include "apps/runs/loop/truth_writer.h"
 
 #include <utility>
 

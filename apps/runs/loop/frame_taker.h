@@ -9,7 +9,7 @@
 
 #include "apps/estimation/wheel_history.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runs/fault_policy.h"
+#include "apps/runs/loop/fault_policy.h"
 #include "hal/robot.h"
 #include "localisation/odometry.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/image_wait.h"
+#include "apps/runs/loop/image_wait.h"
 
 #include <chrono>
 

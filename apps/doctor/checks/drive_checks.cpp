@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/drive_checks.h"
+#include "apps/doctor/checks/drive_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/advice.h"
+#include "apps/doctor/checks/stop_tests.h"
+#include "apps/doctor/checks/turn_tests.h"
 #include "apps/doctor/statistics.h"
-#include "apps/doctor/stop_tests.h"
-#include "apps/doctor/turn_tests.h"
 #include "apps/doctor/wheel_bench.h"
 
 namespace twocone::doctor {

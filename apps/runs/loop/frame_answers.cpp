@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/frame_answers.h"
+#include "apps/runs/loop/frame_answers.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/rim_warnings.h"
+#include "apps/runs/loop/rim_warnings.h"
 
 #include <cmath>
 #include <tuple>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/start_check.h"
+#include "apps/runs/loop/start_check.h"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runs/image_wait.h"
+#include "apps/runs/loop/image_wait.h"
 
 namespace twocone::runs {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "apps/doctor/drive_checks.h"
+#include "apps/doctor/checks/drive_checks.h"
 #include "apps/doctor/wheel_bench.h"
 
 namespace twocone::doctor {

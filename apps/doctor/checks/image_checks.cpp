@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/image_checks.h"
+#include "apps/doctor/checks/image_checks.h"
 
 #include <cmath>
 #include <cstdint>

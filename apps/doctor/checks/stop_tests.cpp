@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/stop_tests.h"
+#include "apps/doctor/checks/stop_tests.h"
 
 #include <cmath>
 

@@ -10,7 +10,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/estimation/believed_pose.h"
-#include "apps/runs/frame_taker.h"
+#include "apps/runs/loop/frame_taker.h"
 
 namespace twocone::runs {
 

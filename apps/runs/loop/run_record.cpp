@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/run_record.h"
+#include "apps/runs/loop/run_record.h"
 
 #include <utility>
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "apps/doctor/drive_checks.h"
+#include "apps/doctor/checks/drive_checks.h"
 #include "apps/doctor/wheel_bench.h"
 
 namespace twocone::doctor {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/pair_checks.h"
+#include "apps/doctor/checks/pair_checks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/camera_checks.h"
+#include "apps/doctor/checks/camera_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/doctor/advice.h"
-#include "apps/doctor/image_checks.h"
+#include "apps/doctor/checks/image_checks.h"
 #include "apps/doctor/statistics.h"
 
 namespace twocone::doctor {
