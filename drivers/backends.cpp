@@ -124,15 +124,21 @@ void list_serial_ports(Devices& devices) {
   }
 }
 
-std::string v4l2_node(const std::string& name) { return v4l2::node_of(name); }
+std::vector<std::string> v4l2_nodes(std::vector<std::string> names) {
+  for (std::string& name : names) name = v4l2::node_of(name);
+  return names;
+}
 
-/// The id of the one camera of that model; else the name itself.
-std::string libcamera_id(const std::string& name) {
+/// For each name the id of the one camera of that model, else the name itself. Lists the cameras once.
+std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   const auto cameras = libcamera_camera::list_cameras();
-  if (!cameras) return name;
-  const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
-  if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) return name;
-  return std::find_if(cameras->begin(), cameras->end(), is_it)->id;
+  if (!cameras) return names;
+  for (std::string& name : names) {
+    const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
+    if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) continue;
+    name = std::find_if(cameras->begin(), cameras->end(), is_it)->id;
+  }
+  return names;
 }
 
 /// All that the program knows of one driver. Only this table names every driver.
@@ -143,7 +149,8 @@ struct Row {
   std::string (*complain)(const CameraDevice&) =
       nullptr;                       ///< what is wrong with a camera's device keys; empty: nothing
   void (*list)(Devices&) = nullptr;  ///< adds this machine's devices
-  std::string (*device_id)(const std::string& name) = nullptr;  ///< equal for two names of one camera
+  /// One id for each name; two names of one camera have equal ids.
+  std::vector<std::string> (*device_ids)(std::vector<std::string> names) = nullptr;
 };
 
 using Keys = Backend::Keys;
@@ -155,13 +162,13 @@ const std::array kRows{
         nullptr,
         complaint_about_v4l2,
         list_v4l2,
-        v4l2_node},
+        v4l2_nodes},
     Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
         open_libcamera_camera,
         nullptr,
         complaint_about_libcamera,
         list_libcamera,
-        libcamera_id},
+        libcamera_ids},
     Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
         nullptr,
         open_serial_drive,
@@ -254,10 +261,6 @@ Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
   return rows;
 }
 
-Error in_part(const std::string& part, const Error& error) {
-  return {error.code, fmt::format("{}: {}", part, error.message)};
-}
-
 /// Adds what `checked` complains about to `bad`.
 template <typename Check>
 void collect(std::string& bad, const std::string& part, Check checked) {
@@ -314,7 +317,7 @@ Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const Camer
   if (camera.driver == kSimPovray) return not_alone(part);
   Shared shared;
   auto opened = (*row)->open_camera(shared, part.c_str(), camera);
-  if (!opened) return in_part(part, opened.error());
+  if (!opened) return with_name(part, opened.error());
   return opened;
 }
 
@@ -327,7 +330,7 @@ Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
   if (drive.driver == kSimPovray) return not_alone(kDrivePart);
   Shared shared;
   auto opened = (*row)->open_drive(shared, drive);
-  if (!opened) return in_part(kDrivePart, opened.error());
+  if (!opened) return with_name(kDrivePart, opened.error());
   return opened;
 }
 
@@ -339,9 +342,18 @@ Status check_cameras_differ(const RobotSettings& settings) {
   };
   std::vector<Entry> entries{{"cameras.lower", &settings.lower, {}}, {"cameras.upper", &settings.upper, {}}};
   for (const OtherCamera& other : settings.others) entries.push_back({other_part(other), &other.part, {}});
-  for (Entry& entry : entries) {
-    const Row* const row = find_row(entry.camera->driver);
-    if (row != nullptr && row->device_id != nullptr) entry.device = row->device_id(entry.camera->device.name);
+  for (const Row& row : kRows) {
+    if (row.device_ids == nullptr) continue;
+    std::vector<Entry*> of_driver;
+    std::vector<std::string> names;
+    for (Entry& entry : entries) {
+      if (entry.camera->driver != row.backend.name) continue;
+      of_driver.push_back(&entry);
+      names.push_back(entry.camera->device.name);
+    }
+    if (names.empty()) continue;
+    const std::vector<std::string> ids = row.device_ids(std::move(names));
+    for (std::size_t i = 0; i < ids.size(); ++i) of_driver[i]->device = ids[i];
   }
   for (auto a = entries.begin(); a != entries.end(); ++a) {
     for (auto b = a + 1; b != entries.end(); ++b) {
@@ -415,16 +427,16 @@ Result<Robot> open_robot(const RobotSettings& settings) {
             .notice = "POV-Ray takes some seconds for the first"};
   }
   auto lower = (*rows)[0]->open_camera(shared, "lower", settings.lower);
-  if (!lower) return in_part("cameras.lower", lower.error());
+  if (!lower) return with_name("cameras.lower", lower.error());
   auto upper = (*rows)[1]->open_camera(shared, "upper", settings.upper);
-  if (!upper) return in_part("cameras.upper", upper.error());
+  if (!upper) return with_name("cameras.upper", upper.error());
   auto drive = (*rows)[2]->open_drive(shared, settings.drive);
-  if (!drive) return in_part(kDrivePart, drive.error());
+  if (!drive) return with_name(kDrivePart, drive.error());
   std::vector<NamedCamera> others;
   for (std::size_t i = 0; i < settings.others.size(); ++i) {
     const OtherCamera& wanted = settings.others[i];
     auto camera = (*rows)[3 + i]->open_camera(shared, wanted.name.c_str(), wanted.part);
-    if (!camera) return in_part(other_part(wanted), camera.error());
+    if (!camera) return with_name(other_part(wanted), camera.error());
     others.push_back({wanted.name, *std::move(camera), wanted.part.settings});
   }
   return Robot(StereoRig(*std::move(lower), *std::move(upper), settings.max_skew), *std::move(drive), std::move(truth),

@@ -126,14 +126,18 @@ struct ConnectedRobot::Impl {
   std::uint64_t frames = 0;
   double zero_s = 0;
 
+  /// Stops the wheels; if the command does not arrive, the dead-man rule does.
+  Failure fail(const Error& error) {
+    static_cast<void>(robot.drive().stop());
+    return interface::to_failure(error);
+  }
+
   /// One wait of at most `slice`.
   Result<StereoFrame> take(std::chrono::milliseconds slice) {
     auto frame = robot.next_frame(slice);
     if (!frame || robot.pace().waits_for_program) return frame;
     // Pixels of devices are there already: damaged ones are found while there still is another frame to take.
-    for (Frame* view : {&frame->lower, &frame->upper}) {
-      if (auto decoded = runs::decode(*view); !decoded) return decoded.error();
-    }
+    if (auto decoded = runs::decode(*frame); !decoded) return decoded.error();
     return frame;
   }
 };
@@ -151,17 +155,13 @@ Expected<CapturedFrame> ConnectedRobot::next_frame(std::chrono::milliseconds tim
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     auto frame = impl_->take(std::clamp(left, std::chrono::milliseconds(0), runs::kStopSlice));
-    if (*impl_->stop) {
-      static_cast<void>(impl_->robot.drive().stop());
-      return Failure{FailureCode::kCancelled, "interrupted by a signal"};
-    }
+    if (*impl_->stop) return impl_->fail({ErrorCode::kCancelled, "interrupted by a signal"});
     if (!frame) {
       if (frame.error().code == ErrorCode::kTimeout && std::chrono::steady_clock::now() < deadline) continue;
-      static_cast<void>(impl_->robot.drive().stop());
-      return interface::to_failure(frame.error());
+      return impl_->fail(frame.error());
     }
     const auto angles = impl_->robot.drive().read_angles();
-    if (!angles) return interface::to_failure({angles.error().code, "drive: " + angles.error().message});
+    if (!angles) return impl_->fail(with_name("drive", angles.error()));
     impl_->history.add(*angles);
     const Timestamp captured = frame->lower.header().captured;
     if (impl_->frames == 0) impl_->zero_s = captured.seconds();
@@ -184,7 +184,7 @@ Expected<Velocity> ConnectedRobot::set_velocity(const Velocity& velocity) {
   const localisation::WheelGeometry& wheels = impl_->wheels;
   const auto turns = localisation::wheel_turns(wheels, velocity.forward_mps, velocity.turn_radps);
   const auto applied = impl_->robot.drive().set_speeds({turns.left_rad, turns.right_rad});
-  if (!applied) return interface::to_failure({applied.error().code, "drive: " + applied.error().message});
+  if (!applied) return interface::to_failure(with_name("drive", applied.error()));
   return Velocity{wheels.radius_m * (applied->left_radps + applied->right_radps) / 2,
                   wheels.radius_m * (applied->right_radps - applied->left_radps) / wheels.separation_m};
 }

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/named_camera.h"
+
 namespace twocone::runs {
 
 std::string describe(const std::string& view, const CameraFacts& facts) {
@@ -34,6 +36,12 @@ Status decode(Frame& frame) {
   // What the camera sends as rgb8 already comes back as it is: a copy, so that the buffer is the device's again.
   if (rgb->bytes.is_lent()) rgb->bytes = Bytes((*image)->bytes.begin(), (*image)->bytes.end());
   frame = Frame(frame.header(), std::move(*rgb));
+  return {};
+}
+
+Status decode(StereoFrame& frame) {
+  if (auto decoded = decode(frame.lower); !decoded) return with_name("lower", decoded.error());
+  if (auto decoded = decode(frame.upper); !decoded) return with_name("upper", decoded.error());
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/frame.h"
+#include "hal/stereo_rig.h"
 
 /// What a run on real devices needs beyond one in simulation.
 namespace twocone::runs {
@@ -19,5 +20,7 @@ std::string describe(const DriveFacts& facts);
 /// Puts rgb8 pixels in the place of the camera's own, which must be there already. Errors: those of Frame::image,
 /// to_rgb8.
 Status decode(Frame& frame);
+/// Decodes both views. Errors: the same, with the view's name.
+Status decode(StereoFrame& frame);
 
 }  // namespace twocone::runs

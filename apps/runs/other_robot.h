@@ -9,9 +9,9 @@ namespace twocone::runs {
 /// it: for localise() to range and fix with that file's `rig:` and wheels, after a calibration say. `from` stays as it
 /// is.
 ///
-/// Images are hard links where the disk can have them, copies else. The odometry is reckoned anew from the recorded
-/// angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still `from`'s, so a
-/// file that names a map with other landmarks or bounds is refused.
+/// Images are hard links where the disk supports them, otherwise copies. The odometry is computed again from the
+/// recorded angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still
+/// `from`'s, so a file that names a map with other landmarks or bounds is refused.
 /// @param from also a run that was cut off
 /// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
 /// @param to a folder without a run; `replace`: one that is there goes (replace_run.h). A failure leaves none

@@ -45,20 +45,6 @@ double cpu_seconds(int of) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-double seconds_since(SteadyTime begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-/// Where the robot file states `start`; the file alone where it cannot be read again.
-std::string place_of_start(const config::Robot& robot, const config::Map& map) {
-  try {
-    const auto places = config::key_places(robot, map);
-    if (const auto found = places.find("start"); found != places.end()) return found->second;
-  } catch (const config::FileError&) {  // a robot that was put together by a program
-  }
-  return robot.file.string();
-}
-
 /// One run, from its first call to its last table.
 class Loop {
  public:
@@ -117,7 +103,14 @@ class Loop {
       world.session.stored = stored;
       record_.info().events.push_back(fmt::format("resumed after {} frames that were there", stored.frames()));
     }
-    const std::string start_place = place_of_start(robot_, map_);
+    sim_povray::KeyPlaces places;
+    try {
+      places = config::key_places(robot_, map_);
+    } catch (const config::FileError&) {  // a robot that was put together by a program
+      if (!is_served) throw;
+    }
+    const auto start = places.find("start");
+    const std::string start_place = start != places.end() ? start->second : robot_.file.string();
     world.session.body.start_place = start_place;
     world.place.render.notice = [this](const std::string& notice) { record_.note_later(notice); };
     if (is_served) {  // its scene is known to its server only
@@ -125,8 +118,7 @@ class Loop {
           fmt::format("those of the world '{}', which another program serves", world.attach));
       return {};
     }
-    const auto table = sim_povray::effect_table(world.place, world.session, config::to_views(settings),
-                                                config::key_places(robot_, map_));
+    const auto table = sim_povray::effect_table(world.place, world.session, config::to_views(settings), places);
     if (!table) return table.error();
     for (const sim_povray::EffectRow& row : *table) {
       if (row.on) record_.info().effects.push_back(fmt::format("{}: {}", row.effect, row.reason));
@@ -162,7 +154,7 @@ class Loop {
       const auto number = std::uint64_t(i);
       if (stop_) return interrupted();
       auto taken = taker_->take(number, stop_);
-      if (!taken) return taken.error().code == ErrorCode::kCancelled ? interrupted() : taken.error();
+      if (!taken) return taken.error();
       steering_.add_odometry(number, taker_->odometry().pose());
       pending_.push_back(*std::move(taken));
       if (int(pending_.size()) > robot_.latency_frames) {
@@ -187,7 +179,6 @@ class Loop {
     pending_.pop_front();
     runlog::FrameRecord& record = taken.record;
     const auto failed = [&](const Error& error) {
-      if (error.code == ErrorCode::kCancelled) return interrupted();
       return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
@@ -219,7 +210,7 @@ class Loop {
   Status check_first(const Image& lower, const Image& upper) {
     if (start_check_) {
       const auto checked = start_check_->wait(stop_);
-      if (!checked) return checked.error().code == ErrorCode::kCancelled ? interrupted() : checked.error();
+      if (!checked) return checked.error();
       if (*checked) record_.note(**checked);
     }
     for (const std::string& warning : rim_warnings(robot_, lower, upper)) record_.note(warning);
@@ -249,12 +240,14 @@ class Loop {
   Result<runlog::RunInfo> end(const Status& done) {
     runlog::RunInfo& info = record_.info();
     if (!done) {
+      // Whatever was interrupted, the run says how far it came.
+      const Error error = done.error().code == ErrorCode::kCancelled ? interrupted() : done.error();
       // What ended the run is reported by the caller, alone.
       for (const std::string& notice : record_.take_later()) info.events.push_back(notice);
       if (auto event = answers_.over_budget()) info.events.push_back(*event);
-      info.events.push_back(done.error().message);
+      info.events.push_back(error.message);
       record_.write_yaml();
-      return done.error();
+      return error;
     }
     for (const std::string& notice : record_.take_later()) record_.note(notice);
     if (auto event = answers_.over_budget()) record_.note(*event);

@@ -46,8 +46,8 @@ struct RunOptions {
 ///
 /// Ranges and fixes are made as `robot.estimator` says, but by `options.method`; run.yaml keeps both.
 ///
-/// Method `paper` is made of the same images besides, into methods/paper/, as the baseline; where it cannot be
-/// (mirrors that its formulas do not hold for), run.yaml says so.
+/// Method `paper` also answers from the same images, into methods/paper/, as the baseline. Where its formulas do not hold
+/// for the mirrors, run.yaml states that there is no baseline.
 ///
 /// The folder is locked from the start, and goes again if the run ends before its first frame.
 ///

@@ -8,15 +8,12 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/runs/devices.h"
+#include "apps/runs/loop/image_wait.h"
 
 namespace twocone::runs {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenTries{10};
-
-double seconds_since(FrameTaker::SteadyTime begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 }  // namespace
 
@@ -36,15 +33,11 @@ Result<FrameTaker::Pair> FrameTaker::try_take() {
   if (!frame) return frame.error();
   const SteadyTime at = std::chrono::steady_clock::now();
   const auto angles = robot_.drive().read_angles();
-  if (!angles) return Error{angles.error().code, fmt::format("drive: {}", angles.error().message)};
+  if (!angles) return with_name("drive", angles.error());
   // The pixels of devices are there already. Decoding them now finds damaged ones while there still is another frame to
   // take, and gives lent buffers back.
   if (!pace_.waits_for_program) {
-    for (Frame* view : {&frame->lower, &frame->upper}) {
-      if (auto decoded = decode(*view); !decoded) {
-        return with_name(view == &frame->lower ? "lower" : "upper", decoded.error());
-      }
-    }
+    if (auto decoded = decode(*frame); !decoded) return decoded.error();
   }
   return Pair{std::move(*frame), *angles, at};
 }
@@ -117,7 +110,7 @@ Status FrameTaker::command(std::uint64_t number, const WheelSpeeds& speeds) {
   const auto applied = robot_.drive().set_speeds(speeds);
   if (!applied) {
     command_ = {};
-    return fault_policy_.failed(number, {applied.error().code, fmt::format("drive: {}", applied.error().message)});
+    return fault_policy_.failed(number, with_name("drive", applied.error()));
   }
   command_ = *applied;
   fault_policy_.over(number);

@@ -14,4 +14,8 @@ ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop);
 /// How often a wait looks whether it must end.
 constexpr std::chrono::milliseconds kStopSlice{100};
 
+inline double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 }  // namespace twocone::runs
