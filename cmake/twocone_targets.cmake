@@ -39,6 +39,10 @@ function(twocone_precompile target of)
     endif()
   endif()
   target_precompile_headers(${target} REUSE_FROM ${owner})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # GCC collects its garbage less often: a tenth of the time for some 200 MB more.
+    target_compile_options(${target} PRIVATE "SHELL:--param ggc-min-heapsize=524288")
+  endif()
   # GCC uses precompiled headers only if all macros are the same, and fmt defines one.
   target_link_libraries(${target} PRIVATE fmt::fmt)
 endfunction()
