@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/compare/compare.h"
-#include "apps/report/plain_text.h"
+#include "apps/report/kit/plain_text.h"
 
 namespace twocone::compare {
 namespace {

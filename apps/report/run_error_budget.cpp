@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::report {
 namespace {

@@ -3,8 +3,8 @@
 
 #include "apps/compare/show/findings.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
 
 namespace twocone::compare {
 namespace {

@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "apps/compare/show/images.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
 
 namespace twocone::compare {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
-#include "apps/report/figures/figure.h"
+#include "apps/report/kit/figure.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 /// Figures that gnuplot draws. A figure that fails has no SVG and adds a note. Private to apps/compare/show.

@@ -8,11 +8,11 @@
 #include "apps/compare/show/findings.h"
 #include "apps/compare/show/page_style.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/figures/gnuplot.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/gnuplot.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
 #include "apps/report/page/page.h"
-#include "apps/report/page/style.h"
+#include "apps/report/kit/style.h"
 
 namespace twocone::compare {
 namespace {

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "apps/compare/show/figures.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/figures/plan.h"
+#include "apps/report/kit/palette.h"
+#include "apps/report/kit/plan.h"
 
 namespace twocone::compare {
 namespace {

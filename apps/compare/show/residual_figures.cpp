@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/compare/show/figures.h"
-#include "apps/report/figures/palette.h"
+#include "apps/report/kit/palette.h"
 #include "apps/report/figures/series.h"
 
 namespace twocone::compare {

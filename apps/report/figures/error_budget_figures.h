@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "apps/error_budget/error_budget.h"
-#include "apps/report/figures/figure.h"
+#include "apps/report/figures/drawing.h"
 
 namespace twocone::report {
 

@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "apps/report/figures/figure.h"
+#include "apps/report/figures/drawing.h"
 
 namespace twocone::report {
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "apps/report/figures/figure.h"
+#include "apps/report/figures/drawing.h"
 
 namespace twocone::report {
 

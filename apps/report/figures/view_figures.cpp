@@ -13,8 +13,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
 
@@ -35,12 +35,6 @@ std::optional<Images> read_images(const runlog::RunData& run, std::uint64_t fram
   return images;
 }
 
-std::string jpeg_uri(const cv::Mat& image, int quality) {
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return data_uri("image/jpeg", jpeg);
-}
-
 std::string svg_begin(double width, double height, const std::string& title) {
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" "
@@ -48,13 +42,6 @@ std::string svg_begin(double width, double height, const std::string& title) {
       "font-family=\"sans-serif\" font-size=\"14\">\n<title>{}</title>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
       width, height, escape(title));
-}
-
-std::string svg_image(double x, double y, double width, double height, const std::string& uri) {
-  return fmt::format(
-      "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
-      "xlink:href=\"{}\"/>\n",
-      x, y, width, height, uri);
 }
 
 /// Returns text that is readable on any image.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/figures/figure.h"
+#include "apps/report/figures/drawing.h"
 
 namespace twocone::report {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/figures/figure.h"
 #include "apps/report/figures/view_figures.h"
+#include "apps/report/kit/figure.h"
 
 namespace twocone::report {
 
@@ -13,8 +13,7 @@ namespace twocone::report {
 struct FigureGroup {
   std::string id;  ///< in the page's HTML
   std::string title;
-  std::string intro;  ///< plain text, may be empty
-  std::vector<Figure> figures;
+  std::vector<Figure> figures{};
   std::string tables{};  ///< HTML, shown before the figures
 };
 
@@ -27,9 +26,6 @@ struct PageContent {
   std::vector<FrameView> frames;
   std::vector<std::string> notes;
 };
-
-/// Returns a figure with its caption as HTML.
-std::string figure_html(const Figure& figure);
 
 /// Returns report.html: one page that needs no other file. It is UTF-8 and well-formed XML, and equal content gives
 /// equal bytes.
