@@ -129,11 +129,6 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
 
 }  // namespace
 
-bool Comparison::is_within_limits() const {
-  return std::none_of(rows.begin(), rows.end(),
-                      [](const Row& row) { return row.light == Light::kAmber || row.light == Light::kRed; });
-}
-
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
   const auto report_progress = [&settings](double done, std::string_view what) {

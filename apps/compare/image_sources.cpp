@@ -36,19 +36,17 @@ MeanSigma mean_of(const std::vector<double>& series) {
   return result;
 }
 
-void add_gain(const ViewImages& view, const char* where, std::vector<Source>& sources) {
-  Source& source = sources.emplace_back();
-  source.kind = "exposure and colour";
-  source.where = where;
+void add_gain(const ViewImages& images, vision::Side view, std::vector<Source>& sources) {
+  Source& source = add_source(sources, Cause::kExposureAndColour, view);
   constexpr std::size_t kLeastPairs = 3;
-  if (view.transfers.size() < kLeastPairs) {
+  if (images.transfers.size() < kLeastPairs) {
     source.reason = fmt::format("{} pairs of images show nearly the same view, but {} are needed",
-                                view.transfers.size(), kLeastPairs);
+                                images.transfers.size(), kLeastPairs);
     return;
   }
   const auto series = [&](const auto& of) {
     std::vector<double> values;
-    for (const vision::Transfer& t : view.transfers) values.push_back(of(t));
+    for (const vision::Transfer& t : images.transfers) values.push_back(of(t));
     return mean_of(values);
   };
   constexpr std::array<const char*, 3> kNames{"gain.red", "gain.green", "gain.blue"};
@@ -62,12 +60,10 @@ void add_gain(const ViewImages& view, const char* where, std::vector<Source>& so
   judge(source);
 }
 
-void add_noise(const ViewImages& view, const char* where, std::vector<Source>& sources) {
-  Source& source = sources.emplace_back();
-  source.kind = "noise";
-  source.where = where;
-  const auto a = vision::fit_noise(view.simulated_noise);
-  const auto b = vision::fit_noise(view.real_noise);
+void add_noise(const ViewImages& images, vision::Side view, std::vector<Source>& sources) {
+  Source& source = add_source(sources, Cause::kNoise, view);
+  const auto a = vision::fit_noise(images.simulated_noise);
+  const auto b = vision::fit_noise(images.real_noise);
   // An uncertainty of some grey levels comes from a few tiles that are not uniform.
   constexpr double kMostSigma_grey = 1;
   const auto is_determined = [](const auto& noise) { return noise && noise->sigma_noise_grey <= kMostSigma_grey; };
@@ -80,27 +76,26 @@ void add_noise(const ViewImages& view, const char* where, std::vector<Source>& s
   judge(source);
 }
 
-void add_blur(const ViewImages& view, const char* where, std::vector<Source>& sources) {
-  Source& source = sources.emplace_back();
-  source.kind = "sharpness";
-  source.where = where;
-  if (view.simulated_blur_px.empty() || view.real_blur_px.empty()) {
-    source.reason = fmt::format("the {} images have no sharp edges", view.real_blur_px.empty() ? "real" : "simulated");
+void add_blur(const ViewImages& images, vision::Side view, std::vector<Source>& sources) {
+  Source& source = add_source(sources, Cause::kSharpness, view);
+  if (images.simulated_blur_px.empty() || images.real_blur_px.empty()) {
+    source.reason =
+        fmt::format("the {} images have no sharp edges", images.real_blur_px.empty() ? "real" : "simulated");
     return;
   }
   const auto sigma = [](const std::vector<double>& values) { return mean_of(values).sigma; };
-  source.components.push_back({"blur", "px", base::quantile(view.simulated_blur_px, 0.5),
-                               base::quantile(view.real_blur_px, 0.5),
-                               std::hypot(sigma(view.simulated_blur_px), sigma(view.real_blur_px), kModel.blur_px)});
+  source.components.push_back(
+      {"blur", "px", base::quantile(images.simulated_blur_px, 0.5), base::quantile(images.real_blur_px, 0.5),
+       std::hypot(sigma(images.simulated_blur_px), sigma(images.real_blur_px), kModel.blur_px)});
   judge(source);
 }
 
 }  // namespace
 
-void add_image_sources(const ViewImages& view, const char* where, std::vector<Source>& sources) {
-  add_gain(view, where, sources);
-  add_noise(view, where, sources);
-  add_blur(view, where, sources);
+void add_image_sources(const ViewImages& images, vision::Side view, std::vector<Source>& sources) {
+  add_gain(images, view, sources);
+  add_noise(images, view, sources);
+  add_blur(images, view, sources);
 }
 
 }  // namespace twocone::compare

@@ -185,7 +185,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
 void write_tables(const RenderAgain& settings, const Side& real, const std::vector<Place>& places) {
   std::vector<localisation::Pose> poses;
   poses.reserve(places.size());
-  for (const Place& place : places) poses.push_back({place.pose.x_m, place.pose.y_m, place.pose.heading_rad});
+  for (const Place& place : places) poses.push_back(pose_of(place.pose));
   const auto wheels = importer::wheels_of(poses, config::to_wheels(real.run.robot));
   std::string truth, drive = runlog::drive_header() + "\n", frames = runlog::frames_header() + "\n";
   for (std::size_t i = 0; i < places.size(); ++i) {
