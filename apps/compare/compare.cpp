@@ -24,6 +24,7 @@ namespace {
 constexpr double kSamePlace_m = 0.15;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kExhibits = 6;
+constexpr int kHeldOutFrames = 60;  // that measure the gap of ranges
 
 void check(const Settings& settings) {
   std::string bad;
@@ -32,7 +33,6 @@ void check(const Settings& settings) {
   };
   require(settings.fit_frames >= int(vision::CalibrationResult::kMinFrames),
           fmt::format("fit_frames is {}, must be >= {}", settings.fit_frames, vision::CalibrationResult::kMinFrames));
-  require(settings.held_out_frames >= 1, fmt::format("held_out_frames is {}, must be >= 1", settings.held_out_frames));
   require(settings.every >= 1, fmt::format("every is {}, must be >= 1", settings.every));
   require(settings.jobs >= 1, fmt::format("jobs is {}, must be >= 1", settings.jobs));
   require(settings.false_alarm > 0 && settings.false_alarm < 1,
@@ -188,7 +188,7 @@ Result<Outcome> compare(const Settings& settings) {
         fmt::format("{} more images cannot be read", images->unreadable_count - images->unreadable.size()));
   }
   found.sources = find_sources(both, *images, settings.false_alarm, found.level);
-  const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames, [&](double done) {
+  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames, [&](double done) {
     report_progress(kMeasured + (1 - kMeasured) * done, "ranges");
   });
   if (!held_out) return held_out.error();

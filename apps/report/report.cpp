@@ -23,9 +23,6 @@ constexpr int kBrowsedFrames = 12;
 
 void check(const runlog::RunData& run, const ReportSettings& settings) {
   std::string bad;
-  if (settings.gnuplot_timeout.count() <= 0) {
-    bad += fmt::format("\n  gnuplot_timeout is {} ms, must be > 0 ms", settings.gnuplot_timeout.count());
-  }
   for (const auto& [name, value] : {std::pair{"error_budget_draws", settings.error_budget_draws},
                                     {"error_budget_pose_step", settings.error_budget_pose_step}}) {
     if (value < 1) bad += fmt::format("\n  {} is {}, must be >= 1", name, value);
@@ -51,7 +48,7 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
   ReportResult result;
   result.html = run.folder / "report.html";
   const std::filesystem::path folder = run.folder / "figures";
-  const Gnuplot gnuplot(settings.gnuplot, folder, settings.gnuplot_timeout);
+  const Gnuplot gnuplot(settings.gnuplot, folder);
   report_step(0, "looking for gnuplot");
   if (const Status ready = gnuplot.prepare(); !ready) return ready.error();
 
@@ -61,9 +58,7 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
 
   FigureGroup paths{"paths", "Trajectories"};
   report_step(0.05, "the arena from above");
-  std::optional<cv::Mat> overhead;
-  if (settings.overhead) overhead = overhead_image(drawing, run.map, settings.render, "Figure 7 is");
-  paths.figures.push_back(draw_trajectory(drawing, overhead));
+  paths.figures.push_back(draw_trajectory(drawing, overhead_image(drawing, run.map, "Figure 7 is")));
   report_step(0.35, "positions");
   if (run.truth.empty())
     result.notes.emplace_back("There is no ground truth, so there is no figure of the position error.");

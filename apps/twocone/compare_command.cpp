@@ -191,7 +191,7 @@ void execute(Options options) {
   runlog::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
-    const Status written = compare::write_page(outcome->comparison, options.out, {});
+    const Status written = compare::write_page(outcome->comparison, options.out);
     if (written) {
       fmt::print("page    {}\n", (options.out / "compare.html").string());
     } else {

@@ -34,7 +34,7 @@ std::string without(std::string text, const std::string& part) {
 
 /// Returns the page after the checks that apply to every page.
 std::string page_of(const Comparison& comparison, const TemporaryFolder& folder) {
-  const Status written = write_page(comparison, folder.path(), {});
+  const Status written = write_page(comparison, folder.path());
   if (!written) ADD_FAILURE() << written.error().message;
   const std::string page = folder.read("compare.html");
   std::istringstream stream(page);

@@ -59,11 +59,9 @@ std::string page_of(const Comparison& comparison, const std::vector<Part>& parts
 
 }  // namespace
 
-Status write_page(const Comparison& comparison, const std::filesystem::path& folder,
-                  const sim_povray::RenderSettings& render) {
-  constexpr std::chrono::milliseconds kTimeout{30'000};
+Status write_page(const Comparison& comparison, const std::filesystem::path& folder) {
   const std::filesystem::path figures = folder / "figures";
-  const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
+  const report::Gnuplot gnuplot("gnuplot", figures);
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<std::string> notes;
@@ -81,7 +79,7 @@ Status write_page(const Comparison& comparison, const std::filesystem::path& fol
   add("frames", "Frames", exhibits_html(comparison, notes), "No frames are shown: there is no matched pair of images.");
   add("residuals", "Residuals", report::figures_html(draw_residuals(comparison, tools)),
       "No range residuals are shown.");
-  add("paths-over", "Paths", report::figures_html(draw_paths(comparison, tools, render)), "No paths are shown.");
+  add("paths-over", "Paths", report::figures_html(draw_paths(comparison, tools)), "No paths are shown.");
   return report::write_file(folder / "compare.html", page_of(comparison, parts, notes));
 }
 

@@ -37,12 +37,11 @@ config::Bounds world_of(const Comparison& comparison, const std::array<Path, 3>&
 
 }  // namespace
 
-std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools,
-                                       const sim_povray::RenderSettings& render) {
+std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools) {
   const std::array<Path, 3> paths = paths_of(comparison);
   if (std::all_of(paths.begin(), paths.end(), [](const Path& path) { return path.poses->empty(); })) return {};
   std::optional<cv::Mat> arena;
-  if (comparison.map.scene) arena = report::overhead_image(tools, comparison.map, render, "The paths are");
+  if (comparison.map.scene) arena = report::overhead_image(tools, comparison.map, "The paths are");
   const report::Sheet sheet = report::lay_out(world_of(comparison, paths), kWidth_px, kTallest_px);
   report::Plot plot = report::plot_over(sheet, comparison.map, arena);
   std::vector<std::string> plots;

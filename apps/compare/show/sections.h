@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/compare/comparison.h"
 #include "apps/report/kit/figure.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 /// The parts of the page. Functions with _html return the inner HTML of a section. A figure that fails has no SVG and
 /// adds a note. Private to apps/compare/show.
@@ -33,7 +31,6 @@ std::vector<report::Figure> draw_residuals(const Comparison& comparison, const r
 
 /// Draws both paths and the real odometry over the arena from above, or over its plan where there is no scene or it
 /// cannot be rendered. Returns nothing without a path.
-std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools,
-                                       const sim_povray::RenderSettings& render);
+std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools);
 
 }  // namespace twocone::compare

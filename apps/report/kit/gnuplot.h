@@ -35,7 +35,8 @@ class Gnuplot {
   /// @param folder receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw()
   /// requires that it exists
   /// @param timeout for one figure, > 0
-  Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout);
+  Gnuplot(std::string program, std::filesystem::path folder,
+          std::chrono::milliseconds timeout = std::chrono::seconds(30));
 
   /// Returns success if gnuplot runs. Error kUnavailable: names the package to install.
   [[nodiscard]] Status check() const;

@@ -13,6 +13,7 @@
 
 #include "apps/report/kit/markup.h"
 #include "apps/report/kit/palette.h"
+#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::report {
 namespace {
@@ -79,8 +80,7 @@ std::string landmark_commands(const config::Map& map, bool boxed) {
 }
 
 /// Errors: kNotFound (no scene), those of sim_povray::render_overhead.
-Result<cv::Mat> rendered_or_kept(const config::Map& map, const std::filesystem::path& cache,
-                                 const sim_povray::RenderSettings& render) {
+Result<cv::Mat> rendered_or_kept(const config::Map& map, const std::filesystem::path& cache) {
   if (!map.scene) return Error{ErrorCode::kNotFound, "the map names no scene"};
   std::error_code ignored;
   if (std::filesystem::exists(cache, ignored)) {
@@ -91,7 +91,7 @@ Result<cv::Mat> rendered_or_kept(const config::Map& map, const std::filesystem::
   if (!(b.min_x_m < b.max_x_m && b.min_y_m < b.max_y_m)) return Error{ErrorCode::kNotFound, "the map has no extent"};
   sim_povray::OverheadView view{b.min_x_m, b.max_x_m, b.min_y_m, b.max_y_m};
   view.width_px = kOverheadWidth_px;
-  const Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, render, map.scene_paths);
+  const Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, {}, map.scene_paths);
   if (!rendered) return rendered.error();
   Result<Image> rgb = to_rgb8(*rendered);
   if (!rgb) return rgb.error();
@@ -190,9 +190,8 @@ std::optional<config::Bounds> extent_of(std::initializer_list<const std::vector<
                         box->max_y_m + kMargin_m};
 }
 
-std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map,
-                                      const sim_povray::RenderSettings& render, std::string_view what_is) {
-  Result<cv::Mat> image = rendered_or_kept(map, tools.folder / "overhead.png", render);
+std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is) {
+  Result<cv::Mat> image = rendered_or_kept(map, tools.folder / "overhead.png");
   if (image) return *std::move(image);
   tools.notes.push_back(fmt::format("{} drawn over a plan instead of an image of the arena from above: {}", what_is,
                                     image.error().message));

@@ -12,7 +12,6 @@
 #include "apps/config/map_file.h"
 #include "apps/report/kit/figure.h"
 #include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::report {
 
@@ -48,7 +47,6 @@ std::string pose_block(const std::string& name, const std::vector<runlog::PoseRo
 /// Returns the arena from above, CV_8UC3 b g r, covering the map's bounds. The image is saved as overhead.png among the
 /// figures and read from there the next time. Where it cannot be made, a note explains it.
 /// @param what_is the subject of the note and its verb, such as "Figure 7 is"
-std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map,
-                                      const sim_povray::RenderSettings& render, std::string_view what_is);
+std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is);
 
 }  // namespace twocone::report
