@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/both_runs.h"
 #include "apps/compare/held_out.h"
+#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 #include "apps/compare/shares.h"
 #include "apps/compare/sources.h"

@@ -27,7 +27,4 @@ void judge(Source& source);
 /// Adds the sources of the two calibrations: views, alignment, exposure times, wheels.
 void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source>& sources);
 
-/// Adds colours, noise and sharpness of one view.
-void add_image_sources(const ViewImages& images, vision::Side view, std::vector<Source>& sources);
-
 }  // namespace twocone::compare

@@ -5,12 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/bound_figures.h"
-#include "apps/report/figures/error_budget_figures.h"
-#include "apps/report/figures/path_figures.h"
-#include "apps/report/figures/range_figures.h"
-#include "apps/report/figures/rig_figures.h"
-#include "apps/report/figures/view_figures.h"
+#include "apps/report/figures/figures.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/page/page.h"
 #include "apps/report/run_error_budget.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/rig_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <array>

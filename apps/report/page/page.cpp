@@ -9,7 +9,6 @@
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/markup.h"
 #include "apps/report/kit/style.h"
-#include "apps/report/page/results.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {
