@@ -86,11 +86,15 @@ std::string Source::name() const {
   return place.empty() ? what : place + " " + what;
 }
 
-const Source* find_differing(const std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view) {
-  const auto at = std::find_if(sources.begin(), sources.end(), [&](const Source& source) {
-    return source.cause == cause && source.view == view && source.differs();
-  });
+const Source* find_source(const std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view) {
+  const auto at = std::find_if(sources.begin(), sources.end(),
+                               [&](const Source& source) { return source.cause == cause && source.view == view; });
   return at == sources.end() ? nullptr : &*at;
+}
+
+const Source* find_differing(const std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view) {
+  const Source* const source = find_source(sources, cause, view);
+  return source && source->differs() ? source : nullptr;
 }
 
 bool Comparison::is_within_limits() const {

@@ -128,7 +128,10 @@ struct Source {
 /// Returns "" for numbers without a unit, else `before` and the unit.
 std::string unit_after(std::string_view before, const std::string& unit);
 
-/// Returns the source with that cause that differs; null if there is none. @param view of a cause of one view
+/// Returns the source with that cause; null if there is none. @param view of a cause of one view
+const Source* find_source(const std::vector<Source>& sources, Cause cause,
+                          std::optional<vision::Side> view = std::nullopt);
+/// Returns the same, if it differs; else null.
 const Source* find_differing(const std::vector<Source>& sources, Cause cause,
                              std::optional<vision::Side> view = std::nullopt);
 

@@ -97,15 +97,12 @@ struct Frame {
     const auto after_m = by(real.found, nullptr);
     if (!before_m || !after_m) return std::nullopt;
     HeldOutRange range{*before_m - to_m.norm(), *after_m - to_m.norm(), *m.sigma_range_m, {}};
-    const auto is_of_this = [&](const Source& s) {
-      return s.cause == Cause::kLandmark && s.landmark == target.name && s.components.size() == 2;
-    };
     for (std::size_t s = 0; s < sources.size(); ++s) {
       const Source& source = sources[s];
       double part_m = 0;
       if (!source.differs()) {
         // adds nothing
-      } else if (is_of_this(source)) {
+      } else if (source.cause == Cause::kLandmark && source.landmark == target.name && source.components.size() == 2) {
         // The map's distance is too short by the shift of the landmark along the line of sight.
         const Eigen::Vector2d shift_m = Eigen::Vector2d(source.components[0].real, source.components[1].real) / 1e3;
         part_m = (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m)).normalized().dot(shift_m);
@@ -154,29 +151,17 @@ vision::Rig with_believed(const Side& side, const Source& source) {
   const bool is_lower = source.view == vision::Side::kLower;
   vision::MirrorViewSettings& view = is_lower ? lower : upper;
   const vision::MirrorViewSettings& was = is_lower ? was_lower : was_upper;
-  switch (source.cause) {
-    case Cause::kFocalLength:
-      view.rim_radius_px = was.rim_radius_px;
-      break;
-    case Cause::kCentre:
-      view.centre_px = was.centre_px;
-      break;
-    case Cause::kTilt:
-      view.tilt_rad = was.tilt_rad;
-      break;
-    case Cause::kMirrorShape:
-      view.cone = was.cone;
-      break;
-    case Cause::kMirrorsAlignment:
-      upper.azimuth_rad = lower.azimuth_rad + was_upper.azimuth_rad - was_lower.azimuth_rad;
-      upper.axis_offset_m = lower.axis_offset_m + was_upper.axis_offset_m - was_lower.axis_offset_m;
-      break;
-    case Cause::kMirrorsHeights:
-      lower.lens_height_m = was_lower.lens_height_m;
-      upper.lens_height_m = was_upper.lens_height_m;
-      break;
-    default:
-      break;
+  if (source.cause == Cause::kFocalLength) view.rim_radius_px = was.rim_radius_px;
+  if (source.cause == Cause::kCentre) view.centre_px = was.centre_px;
+  if (source.cause == Cause::kTilt) view.tilt_rad = was.tilt_rad;
+  if (source.cause == Cause::kMirrorShape) view.cone = was.cone;
+  if (source.cause == Cause::kMirrorsAlignment) {
+    upper.azimuth_rad = lower.azimuth_rad + was_upper.azimuth_rad - was_lower.azimuth_rad;
+    upper.axis_offset_m = lower.axis_offset_m + was_upper.axis_offset_m - was_lower.axis_offset_m;
+  }
+  if (source.cause == Cause::kMirrorsHeights) {
+    lower.lens_height_m = was_lower.lens_height_m;
+    upper.lens_height_m = was_upper.lens_height_m;
   }
   vision::Rig rig = side.found;
   rig.lower = vision::MirrorView(lower);

@@ -72,27 +72,22 @@ class Table {
   std::vector<Row> rows_;
 };
 
-const Source* find(const std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view = std::nullopt) {
-  const auto at =
-      std::find_if(sources.begin(), sources.end(), [&](const Source& s) { return s.cause == cause && s.view == view; });
-  return at == sources.end() ? nullptr : &*at;
-}
-
 void add_image(Table& table, const Side& simulated, const Side& real, const std::vector<Source>& sources) {
   table.stage(Stage::kImage);
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
     const std::string view(to_string(side));
-    table.add(view + " rim, radius", find(sources, Cause::kFocalLength, side), view + ".rim_radius_px", "px", "rim-px");
+    table.add(view + " rim, radius", find_source(sources, Cause::kFocalLength, side), view + ".rim_radius_px", "px",
+              "rim-px");
     for (const char* const axis : {"column", "row"}) {
-      table.add(fmt::format("{} centre, {}", view, axis), find(sources, Cause::kCentre, side),
+      table.add(fmt::format("{} centre, {}", view, axis), find_source(sources, Cause::kCentre, side),
                 fmt::format("{}.centre_px.{}", view, axis), "px", "centre-px");
     }
     for (const char* const colour : {"red", "green", "blue"}) {
-      table.add(fmt::format("{} {}, real over simulated", view, colour), find(sources, Cause::kExposureAndColour, side),
-                fmt::format("gain.{}", colour), "1", "gain");
+      table.add(fmt::format("{} {}, real over simulated", view, colour),
+                find_source(sources, Cause::kExposureAndColour, side), fmt::format("gain.{}", colour), "1", "gain");
     }
-    table.add(view + " noise at mid grey", find(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
-    table.add(view + " edges' spread", find(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
+    table.add(view + " noise at mid grey", find_source(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
+    table.add(view + " edges' spread", find_source(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
     const auto edges = [side](const Side& of) {
       return of.calibration ? std::optional(of.calibration->result.rms_before_px[static_cast<std::size_t>(side)])
                             : std::nullopt;
@@ -134,24 +129,17 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
 }
 
 void add_answers(Table& table, const Residuals& a, const Residuals& b) {
-  struct Error {
-    Stage stage;
-    const char* what;
-    const char* unit;
-    Moments Residuals::*moments;
-    double shown_per_si;
-    const char* limit_key;
+  const auto add = [&](Stage stage, const char* what, const char* unit, Moments Residuals::*moments, double shown,
+                       const char* limit_key) {
+    const Moments &of_a = a.*moments, &of_b = b.*moments;
+    table.stage(stage);
+    table.add(fmt::format("{} error at the reference pose, rms", what), unit, times(of_a.rms(), shown),
+              times(of_b.rms(), shown), limit_key);
+    table.add("mean", unit, times(of_a.mean(), shown), times(of_b.mean(), shown));
   };
-  for (const Error& error :
-       {Error{Stage::kDisparity, "disparity", "px", &Residuals::disparity_px, 1, "disparity-px"},
-        {Stage::kRange, "range", "mm", &Residuals::range_m, 1e3, "range-mm"},
-        {Stage::kBearing, "bearing", "deg", &Residuals::bearing_rad, 1 / kDegree, "bearing-deg"}}) {
-    const Moments &of_a = a.*error.moments, &of_b = b.*error.moments;
-    table.stage(error.stage);
-    table.add(fmt::format("{} error at the reference pose, rms", error.what), error.unit,
-              times(of_a.rms(), error.shown_per_si), times(of_b.rms(), error.shown_per_si), error.limit_key);
-    table.add("mean", error.unit, times(of_a.mean(), error.shown_per_si), times(of_b.mean(), error.shown_per_si));
-  }
+  add(Stage::kDisparity, "disparity", "px", &Residuals::disparity_px, 1, "disparity-px");
+  add(Stage::kRange, "range", "mm", &Residuals::range_m, 1e3, "range-mm");
+  add(Stage::kBearing, "bearing", "deg", &Residuals::bearing_rad, 1 / kDegree, "bearing-deg");
   table.stage(Stage::kFix);
   table.add("error against the reference, rms", "mm", times(a.fix_m.rms(), 1e3), times(b.fix_m.rms(), 1e3), "fix-mm")
       .note = b.fix_m.count == 0 ? "the real run has no truth and no given trajectory" : "";
@@ -206,13 +194,13 @@ void add_timing(Table& table, const Timing& a, const Timing& b, const std::vecto
   table.add("jitter of a frame's time", "ms", 1e3 * a.jitter_s, 1e3 * b.jitter_s, "jitter-ms");
   table.add("stamped skew, mean", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, "skew-ms");
   table.add("stamped skew, largest", "ms", 1e3 * a.most_skew_s, 1e3 * b.most_skew_s);
-  table.add("skew beyond the stamps", find(sources, Cause::kSkew), "upper.skew_s", "ms", "skew-ms");
-  table.add("age of an image at its stamp", find(sources, Cause::kLatency), "latency_s", "ms", "latency-ms");
+  table.add("skew beyond the stamps", find_source(sources, Cause::kSkew), "upper.skew_s", "ms", "skew-ms");
+  table.add("age of an image at its stamp", find_source(sources, Cause::kLatency), "latency_s", "ms", "latency-ms");
   table.add("growth of the images' age over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
       b.ageing_s ? "" : "a simulated run has none";
   for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
-    table.add(fmt::format("{} frames lost", to_string(view)), find(sources, Cause::kFramesLost, view), "lost", "%",
-              "lost-percent");
+    table.add(fmt::format("{} frames lost", to_string(view)), find_source(sources, Cause::kFramesLost, view), "lost",
+              "%", "lost-percent");
   }
 }
 

@@ -31,9 +31,7 @@ bool is_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0; }
 
 double largest_share(const Source& source) {
   double most = 0;
-  for (const Share& share : source.shares) {
-    if (std::isfinite(share.share)) most = std::max(most, share.share);
-  }
+  for (const Share& share : source.shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
   return most;
 }
 
@@ -153,11 +151,11 @@ std::string headline_tests(const Comparison& comparison) {
 std::string light_html(Light light) {
   switch (light) {
     case Light::kGreen:
-      return "<span class=\"light green\">\u25cf\u00a0green</span>";
     case Light::kAmber:
-      return "<span class=\"light amber\">\u25b2\u00a0amber</span>";
-    case Light::kRed:
-      return "<span class=\"light red\">\u25a0\u00a0red</span>";
+    case Light::kRed: {
+      const char* const shape = light == Light::kGreen ? "\u25cf" : light == Light::kAmber ? "\u25b2" : "\u25a0";
+      return fmt::format("<span class=\"light {0}\">{1}\u00a0{0}</span>", to_string(light), shape);
+    }
     case Light::kCannotTell:
       return "<span class=\"light\">?\u00a0cannot\u00a0tell</span>";
     case Light::kNone:
