@@ -48,8 +48,8 @@ std::vector<double> times_of(const runlog::RunData& run) {
 
 std::vector<runlog::PoseRow> thinned(const std::vector<std::optional<runlog::PoseRow>>& poses) {
   std::vector<runlog::PoseRow> result;
-  const std::size_t every = (poses.size() + kMostPoses - 1) / std::max<std::size_t>(1, kMostPoses);
-  for (std::size_t i = 0; i < poses.size(); i += std::max<std::size_t>(1, every)) {
+  const std::size_t every = (poses.size() + kMostPoses - 1) / kMostPoses;
+  for (std::size_t i = 0; i < poses.size(); i += every) {
     if (poses[i]) result.push_back(*poses[i]);
   }
   return result;

@@ -2,7 +2,6 @@
 #include "apps/compare/held_out.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <Eigen/Geometry>
 
@@ -10,7 +9,6 @@
 #include "apps/estimation/adaptive.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/run_folder.h"
-#include "vision/triangulation.h"
 
 namespace twocone::compare {
 namespace {

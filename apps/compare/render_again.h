@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <functional>
 
-#include "apps/runlog/run_data.h"
 #include "hal/result.h"
 
 namespace twocone::compare {

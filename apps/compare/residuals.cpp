@@ -70,6 +70,20 @@ std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d
   return *lower_px - *upper_px * rig.lower.focal_length_px() / rig.upper.focal_length_px();
 }
 
+/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
+/// kNotSeen for a landmark without sightings.
+std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
+                                                   const runlog::AnswerRows& rows) {
+  const auto targets = config::to_targets(map);
+  const auto seen = by_landmark(map, rows);
+  std::vector<vision::RangeMeasurement> ranges(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
+    ranges[i] = range_under(rig, seen[i].lower, seen[i].upper, targets[i]);
+  }
+  return ranges;
+}
+
 }  // namespace
 
 Eigen::Vector2d in_body(const PoseRow& pose, const Eigen::Vector2d& place_m) {
@@ -104,18 +118,6 @@ vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional
   m.covariance = t.covariance;
   m.disparity_px = t.disparity_px;
   return m;
-}
-
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
-                                                   const runlog::AnswerRows& rows) {
-  const auto targets = config::to_targets(map);
-  const auto seen = by_landmark(map, rows);
-  std::vector<vision::RangeMeasurement> ranges(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
-    ranges[i] = range_under(rig, seen[i].lower, seen[i].upper, targets[i]);
-  }
-  return ranges;
 }
 
 void locate(Side& side) {

@@ -56,9 +56,4 @@ std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s)
 vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
                                      const std::optional<vision::Sighting>& upper, const vision::Target& target);
 
-/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
-/// kNotSeen for a landmark without sightings.
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
-                                                   const runlog::AnswerRows& rows);
-
 }  // namespace twocone::compare

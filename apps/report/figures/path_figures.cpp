@@ -2,7 +2,6 @@
 #include "apps/report/figures/figures.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include <fmt/format.h>

@@ -25,17 +25,6 @@ std::size_t utf8_length(std::string_view text) {
   return 0;
 }
 
-bool is_printable(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
-    const auto first = static_cast<unsigned char>(text[0]);
-    if (length == 0 || first < 0x20 || first == 0x7F) return false;
-    if (first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0) return false;  // control characters of 8 bits
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
 std::string ascii(std::string_view text) {
   std::string plain;
   for (const char c : text) {
@@ -68,6 +57,18 @@ std::string wrapped(std::size_t width, std::string_view first, std::string_view 
     begun = true;
   }
   return text + line + "\n";
+}
+
+/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
+static bool is_printable(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const auto first = static_cast<unsigned char>(text[0]);
+    if (length == 0 || first < 0x20 || first == 0x7F) return false;
+    if (first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0) return false;  // control characters of 8 bits
+    text.remove_prefix(length);
+  }
+  return true;
 }
 
 std::string shell_word(const std::string& word) {

@@ -12,9 +12,6 @@ namespace twocone::report {
 /// Returns the length of the well-formed UTF-8 character (RFC 3629) at the start of `text`; 0 if there is none.
 std::size_t utf8_length(std::string_view text);
 
-/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
-bool is_printable(std::string_view text);
-
 /// Returns `text` in plain ASCII: each other character of its UTF-8 becomes one '?'.
 std::string ascii(std::string_view text);
 

@@ -2,10 +2,7 @@
 #include "apps/report/kit/plan.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
