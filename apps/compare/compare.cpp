@@ -7,6 +7,7 @@
 #include <future>
 #include <mutex>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -28,15 +29,15 @@ constexpr int kHeldOutFrames = 60;  // that measure the gap of ranges
 
 void check(const Settings& settings) {
   std::string bad;
-  const auto require = [&bad](bool good, const std::string& what) {
-    if (!good) bad += " " + what + ";";
-  };
-  require(settings.fit_frames >= int(vision::CalibrationResult::kMinFrames),
-          fmt::format("fit_frames is {}, must be >= {}", settings.fit_frames, vision::CalibrationResult::kMinFrames));
-  require(settings.every >= 1, fmt::format("every is {}, must be >= 1", settings.every));
-  require(settings.jobs >= 1, fmt::format("jobs is {}, must be >= 1", settings.jobs));
-  require(settings.false_alarm > 0 && settings.false_alarm < 1,
-          fmt::format("false_alarm is {}, must be within 0 and 1", settings.false_alarm));
+  for (const auto& [name, value, least] :
+       {std::tuple{"fit_frames", settings.fit_frames, int(vision::CalibrationResult::kMinFrames)},
+        {"every", settings.every, 1},
+        {"jobs", settings.jobs, 1}}) {
+    if (value < least) bad += fmt::format(" {} is {}, must be >= {};", name, value, least);
+  }
+  if (!(settings.false_alarm > 0 && settings.false_alarm < 1)) {
+    bad += fmt::format(" false_alarm is {}, must be within 0 and 1;", settings.false_alarm);
+  }
   if (!bad.empty()) throw std::invalid_argument("compare:" + bad);
 }
 
@@ -68,11 +69,9 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
     const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
     const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
     const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
-    exhibits.push_back({runlog::lower_image_file(simulated.run.folder, in_a),
-                        runlog::upper_image_file(simulated.run.folder, in_a),
-                        runlog::lower_image_file(real.run.folder, in_b),
-                        runlog::upper_image_file(real.run.folder, in_b), a, b, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m),
-                        std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad))});
+    exhibits.push_back(
+        {runlog::lower_image_file(simulated.run.folder, in_a), runlog::upper_image_file(simulated.run.folder, in_a),
+         runlog::lower_image_file(real.run.folder, in_b), runlog::upper_image_file(real.run.folder, in_b), a, b});
   }
   return exhibits;
 }

@@ -164,8 +164,6 @@ struct ResidualPoint {
 struct Exhibit {
   std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< images
   runlog::PoseRow simulated, real;
-  double apart_m = 0;     ///< distance of both places
-  double turned_rad = 0;  ///< difference of both headings, absolute
 };
 
 /// All results of a comparison.

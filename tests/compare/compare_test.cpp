@@ -96,7 +96,8 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   ASSERT_FALSE(c.exhibits.empty());
   for (const Exhibit& exhibit : c.exhibits) {
     EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
-    EXPECT_EQ(exhibit.apart_m, 0);
+    EXPECT_EQ(exhibit.simulated.x_m, exhibit.real.x_m);
+    EXPECT_EQ(exhibit.simulated.y_m, exhibit.real.y_m);
   }
   EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
   EXPECT_EQ(reported.back(), 1);

@@ -2,6 +2,7 @@
 #include "apps/compare/show/sections.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "apps/compare/show/images.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/markup.h"
+#include "localisation/odometry.h"
 
 namespace twocone::compare {
 namespace {
@@ -96,8 +98,10 @@ std::string difference_legend() {
 }
 
 std::string name_of(const Exhibit& exhibit) {
-  return fmt::format("t = {:.2f} s simulated, {:.2f} s real; {:.1f} mm and {:.2f}\u00b0 apart", exhibit.simulated.t_s,
-                     exhibit.real.t_s, exhibit.apart_m * 1000, exhibit.turned_rad / kDegree);
+  const runlog::PoseRow &a = exhibit.simulated, &b = exhibit.real;
+  return fmt::format("t = {:.2f} s simulated, {:.2f} s real; {:.1f} mm and {:.2f}\u00b0 apart", a.t_s, b.t_s,
+                     std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) * 1000,
+                     std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad)) / kDegree);
 }
 
 std::string exhibits_at(const Comparison& comparison, const std::vector<std::array<ExhibitView, 2>>& images,
