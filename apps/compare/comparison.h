@@ -28,6 +28,7 @@ enum class Light {
 /// none, green, amber, red, cannot tell.
 std::string_view to_string(Light light);
 
+/// A step from image to pose.
 enum class Stage { kImage, kDetection, kDisparity, kRange, kBearing, kFix, kOdometry, kTrajectory, kTiming };
 /// image, detection, disparity, range, bearing, fix, odometry, trajectory, timing.
 std::string_view to_string(Stage stage);
@@ -76,7 +77,7 @@ std::string_view to_string(Cause cause);
 /// Returns how to make both runs agree, in one sentence.
 std::string_view advice_for(Cause cause);
 
-/// The errors of the real run that causes are held against.
+/// What a gap is measured in.
 enum class Quantity { kRange, kOdometry, kBrightness, kNoise };
 /// range, odometry, brightness, noise.
 std::string_view to_string(Quantity quantity);

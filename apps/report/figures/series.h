@@ -27,13 +27,13 @@ std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run)
 /// Returns the ranges to one landmark, in their order.
 std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark);
 
-/// Returns the number of errors beyond the end of their axis, to either side.
+/// Returns the number of absolute errors beyond the end of their axis.
 std::ptrdiff_t count_beyond(const std::vector<double>& errors, double limit);
 
 /// Errors in a data block of which the first column is the place.
 struct ErrorPoints {
   std::string_view block;
-  int column;      ///< of the errors, >= 0
+  int column;      ///< of the errors, from 1
   double limit;    ///< end of their axis
   bool is_beyond;  ///< some errors lie beyond it
   std::string_view beyond_title;
