@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/page/page.h"
 
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
