@@ -7,11 +7,12 @@
 #include <future>
 #include <mutex>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
-#include "apps/compare/both_runs.h"
 #include "apps/compare/held_out.h"
+#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 #include "apps/compare/shares.h"
 #include "apps/compare/sources.h"
@@ -24,19 +25,19 @@ namespace {
 constexpr double kSamePlace_m = 0.15;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kExhibits = 6;
+constexpr int kHeldOutFrames = 60;  // that measure the gap of ranges
 
 void check(const Settings& settings) {
   std::string bad;
-  const auto require = [&bad](bool good, const std::string& what) {
-    if (!good) bad += " " + what + ";";
-  };
-  require(settings.fit_frames >= int(vision::CalibrationResult::kMinFrames),
-          fmt::format("fit_frames is {}, must be >= {}", settings.fit_frames, vision::CalibrationResult::kMinFrames));
-  require(settings.held_out_frames >= 1, fmt::format("held_out_frames is {}, must be >= 1", settings.held_out_frames));
-  require(settings.every >= 1, fmt::format("every is {}, must be >= 1", settings.every));
-  require(settings.jobs >= 1, fmt::format("jobs is {}, must be >= 1", settings.jobs));
-  require(settings.false_alarm > 0 && settings.false_alarm < 1,
-          fmt::format("false_alarm is {}, must be within 0 and 1", settings.false_alarm));
+  for (const auto& [name, value, least] :
+       {std::tuple{"fit_frames", settings.fit_frames, int(vision::CalibrationResult::kMinFrames)},
+        {"every", settings.every, 1},
+        {"jobs", settings.jobs, 1}}) {
+    if (value < least) bad += fmt::format(" {} is {}, must be >= {};", name, value, least);
+  }
+  if (!(settings.false_alarm > 0 && settings.false_alarm < 1)) {
+    bad += fmt::format(" false_alarm is {}, must be within 0 and 1;", settings.false_alarm);
+  }
   if (!bad.empty()) throw std::invalid_argument("compare:" + bad);
 }
 
@@ -48,8 +49,8 @@ std::vector<double> times_of(const runlog::RunData& run) {
 
 std::vector<runlog::PoseRow> thinned(const std::vector<std::optional<runlog::PoseRow>>& poses) {
   std::vector<runlog::PoseRow> result;
-  const std::size_t every = (poses.size() + kMostPoses - 1) / std::max<std::size_t>(1, kMostPoses);
-  for (std::size_t i = 0; i < poses.size(); i += std::max<std::size_t>(1, every)) {
+  const std::size_t every = (poses.size() + kMostPoses - 1) / kMostPoses;
+  for (std::size_t i = 0; i < poses.size(); i += every) {
     if (poses[i]) result.push_back(*poses[i]);
   }
   return result;
@@ -68,11 +69,9 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
     const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
     const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
     const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
-    exhibits.push_back({runlog::lower_image_file(simulated.run.folder, in_a),
-                        runlog::upper_image_file(simulated.run.folder, in_a),
-                        runlog::lower_image_file(real.run.folder, in_b),
-                        runlog::upper_image_file(real.run.folder, in_b), a, b, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m),
-                        std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad))});
+    exhibits.push_back(
+        {runlog::lower_image_file(simulated.run.folder, in_a), runlog::upper_image_file(simulated.run.folder, in_a),
+         runlog::lower_image_file(real.run.folder, in_b), runlog::upper_image_file(real.run.folder, in_b), a, b});
   }
   return exhibits;
 }
@@ -128,11 +127,6 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
 }
 
 }  // namespace
-
-bool Comparison::is_within_limits() const {
-  return std::none_of(rows.begin(), rows.end(),
-                      [](const Row& row) { return row.light == Light::kAmber || row.light == Light::kRed; });
-}
 
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
@@ -193,7 +187,7 @@ Result<Outcome> compare(const Settings& settings) {
         fmt::format("{} more images cannot be read", images->unreadable_count - images->unreadable.size()));
   }
   found.sources = find_sources(both, *images, settings.false_alarm, found.level);
-  const auto held_out = held_out_ranges(*real, found.sources, settings.held_out_frames, [&](double done) {
+  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames, [&](double done) {
     report_progress(kMeasured + (1 - kMeasured) * done, "ranges");
   });
   if (!held_out) return held_out.error();

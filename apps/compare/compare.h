@@ -22,7 +22,6 @@ struct Settings {
   std::filesystem::path work;             ///< folder of finished parts; the same command continues from them
   bool is_rendered = false;               ///< `simulated` was made by render_again()
   int fit_frames = 150;                   ///< frames that each calibration uses, >= 4
-  int held_out_frames = 60;               ///< frames that measure the gap of ranges, >= 1
   int every = 1;                          ///< the images of every such real frame are measured, >= 1
   int jobs = 2;                           ///< threads, >= 1
   double false_alarm = 1e-3;              ///< probability for the whole comparison, in (0, 1)

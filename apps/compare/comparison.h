@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -13,6 +11,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
+#include "vision/calibration.h"
 
 /// The results of a comparison of a simulated with a real run: numbers only, for table, files and page.
 namespace twocone::compare {
@@ -29,11 +28,16 @@ enum class Light {
 /// none, green, amber, red, cannot tell.
 std::string_view to_string(Light light);
 
+/// A step from image to pose.
+enum class Stage { kImage, kDetection, kDisparity, kRange, kBearing, kFix, kOdometry, kTrajectory, kTiming };
+/// image, detection, disparity, range, bearing, fix, odometry, trajectory, timing.
+std::string_view to_string(Stage stage);
+
 /// One quantity of one stage, on both sides. Fields that do not apply or are unknown are empty.
 struct Row {
-  std::string stage;  ///< image, detection, disparity, range, bearing, fix, odometry, trajectory, timing
-  std::string name;   ///< as the table prints it: "lower rim, radius"
-  std::string unit;   ///< of all numbers of the row: px, mm, deg, ms, %, Hz, grey, 1; mm/m
+  Stage stage = Stage::kImage;
+  std::string name;  ///< as the table prints it: "lower rim, radius"
+  std::string unit;  ///< of all numbers of the row: px, mm, deg, ms, %, Hz, grey, 1; mm/m
   std::optional<double> simulated, real;
   std::optional<double> gap;        ///< the difference that the limit applies to, >= 0
   std::optional<double> gap_sigma;  ///< standard deviation of simulated - real, where known
@@ -44,6 +48,39 @@ struct Row {
 };
 
 // ---- possible causes
+
+/// What can make the runs differ.
+enum class Cause {
+  kFocalLength,  ///< of one view, as the next four
+  kCentre,
+  kTilt,
+  kMirrorShape,
+  kRollingShutter,
+  kMirrorsAlignment,
+  kMirrorsHeights,
+  kSkew,     ///< of the views' exposures beyond their stamps
+  kLatency,  ///< age of the images at their stamps
+  kWheelRadius,
+  kWheelRatio,
+  kWheelSeparation,
+  kSlip,
+  kLandmark,           ///< a landmark is not at its place in the map
+  kExposureAndColour,  ///< of one view, as the next three
+  kNoise,
+  kSharpness,
+  kFramesLost,
+  kFrameRate,
+  kStampedSkew,
+};
+/// focal length, centre, tilt, ...
+std::string_view to_string(Cause cause);
+/// Returns how to make both runs agree, in one sentence.
+std::string_view advice_for(Cause cause);
+
+/// What a gap is measured in.
+enum class Quantity { kRange, kOdometry, kBrightness, kNoise };
+/// range, odometry, brightness, noise.
+std::string_view to_string(Quantity quantity);
 
 enum class SourceVerdict {
   kDiffers,     ///< the data show it beyond the false-alarm level
@@ -65,29 +102,43 @@ struct Component {
 /// The part of one gap that a source explains, by projection (see shares.h). It is negative where the source hides a
 /// part of another source's effect.
 struct Share {
-  std::string of;  ///< Gap::of
+  Quantity of = Quantity::kRange;  ///< Gap::of
   double share = 0;
 };
 
 /// One possible cause of the gap, with its test.
 struct Source {
-  std::string kind;   ///< focal length, centre, tilt, rig geometry, gain, noise, sharpness, rolling shutter, skew, ...
-  std::string where;  ///< lower, upper, a landmark's name; empty: the robot as a whole
+  Cause cause = Cause::kFocalLength;
+  std::optional<vision::Side> view{};  ///< of a cause of one view
+  std::string landmark{};              ///< name, for Cause::kLandmark
   SourceVerdict verdict = SourceVerdict::kCannotTell;
-  std::vector<Component> components;      ///< empty where the data determine none
+  std::vector<Component> components{};    ///< empty where the data determine none
   double chi_squared = 0;                 ///< of the differences against 0
   double p_value = 1;                     ///< probability of that or more, by chance; compared with Comparison::level
   std::string reason{};                   ///< why the data do not determine it
   std::vector<Share> shares{};            ///< of a source that differs
   std::vector<std::string> confusable{};  ///< names of sources with nearly the same effect on the data
-  std::string advice{};                   ///< how to make both agree; for a source that differs
+  [[nodiscard]] bool differs() const { return verdict == SourceVerdict::kDiffers; }
+  /// Returns the view or the landmark; empty for the robot as a whole.
+  [[nodiscard]] std::string where() const { return view ? std::string(to_string(*view)) : landmark; }
   /// Returns the source's name: "upper centre".
-  [[nodiscard]] std::string name() const { return where.empty() ? kind : where + " " + kind; }
+  [[nodiscard]] std::string name() const;
+  /// Returns how to make both agree; empty for a source that does not differ.
+  [[nodiscard]] std::string_view advice() const { return differs() ? advice_for(cause) : ""; }
 };
+/// Returns "" for numbers without a unit, else `before` and the unit.
+std::string unit_after(std::string_view before, const std::string& unit);
+
+/// Returns the source with that cause; null if there is none. @param view of a cause of one view
+const Source* find_source(const std::vector<Source>& sources, Cause cause,
+                          std::optional<vision::Side> view = std::nullopt);
+/// Returns the same, if it differs; else null.
+const Source* find_differing(const std::vector<Source>& sources, Cause cause,
+                             std::optional<vision::Side> view = std::nullopt);
 
 /// The distance of the real run from the run that it would be without any difference.
 struct Gap {
-  std::string of;  ///< range, odometry, brightness, noise, sharpness, lost frames
+  Quantity of = Quantity::kRange;
   std::string unit;
   double before = 0;              ///< as measured, root mean square where it is of many numbers
   double after = 0;               ///< with the differences found corrected
@@ -114,8 +165,6 @@ struct ResidualPoint {
 struct Exhibit {
   std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< images
   runlog::PoseRow simulated, real;
-  double apart_m = 0;     ///< distance of both places
-  double turned_rad = 0;  ///< difference of both headings, absolute
 };
 
 /// All results of a comparison.
@@ -138,6 +187,7 @@ struct Comparison {
   std::vector<ResidualPoint> simulated_residuals, real_residuals;
   std::vector<Exhibit> exhibits;  ///< a few, spread over the run
   [[nodiscard]] bool is_within_limits() const;
+  [[nodiscard]] std::vector<const Source*> sources_with(SourceVerdict verdict) const;
 };
 
 }  // namespace twocone::compare

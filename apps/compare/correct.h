@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "apps/compare/compare.h"
 
@@ -19,8 +18,5 @@ std::string corrected_robot(const Outcome& outcome, const std::filesystem::path&
 /// blur, rolling shutter, skew, latency and lost frames as effects of the cameras, the frame rate, wheels and slip. The
 /// exposure of a real camera cannot be distinguished from its gain. @throws config::FileError as config::robot_text
 std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file);
-
-/// Sets Source::advice, a sentence that states what to change, for each source that differs.
-void advise(std::vector<Source>& sources);
 
 }  // namespace twocone::compare

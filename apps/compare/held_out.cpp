@@ -2,7 +2,6 @@
 #include "apps/compare/held_out.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <Eigen/Geometry>
 
@@ -10,33 +9,22 @@
 #include "apps/estimation/adaptive.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/run_folder.h"
-#include "vision/triangulation.h"
 
 namespace twocone::compare {
 namespace {
 
-using vision::MirrorViewSettings;
-
-void put_back(const Source& source, const MirrorViewSettings& believed, MirrorViewSettings& view) {
-  if (source.kind == "focal length") view.rim_radius_px = believed.rim_radius_px;
-  if (source.kind == "centre") view.centre_px = believed.centre_px;
-  if (source.kind == "tilt") view.tilt_rad = believed.tilt_rad;
-  if (source.kind == "mirror shape") view.cone = believed.cone;
-}
-
 /// Returns how late, according to `source`, a pixel's row was exposed relative to the frame's time.
 double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pixel_px, int height_px) {
-  const std::string view(to_string(side));
-  for (const Component& component : source.components) {
-    if (component.name == "upper.skew_s" && side == vision::Side::kUpper) return component.real / 1e3;
-    if (component.name == view + ".readout_s") {
-      return component.real / 1e3 * (pixel_px.y() / std::max(1, height_px - 1) - 0.5);
-    }
+  if (source.components.empty()) return 0;
+  const double real_s = source.components[0].real / 1e3;
+  if (source.cause == Cause::kSkew && side == vision::Side::kUpper) return real_s;
+  if (source.cause == Cause::kRollingShutter && source.view == side) {
+    return real_s * (pixel_px.y() / std::max(1, height_px - 1) - 0.5);
   }
   return 0;
 }
 
-bool is_of_time(const Source& source) { return source.kind == "skew" || source.kind == "rolling shutter"; }
+bool is_of_time(const Source& source) { return source.cause == Cause::kSkew || source.cause == Cause::kRollingShutter; }
 
 /// Returns the sighting that an exposure of its row at the frame's time would have given.
 vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
@@ -69,11 +57,10 @@ struct Frame {
   [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, Seen seen, const Eigen::Vector2d& to_m,
                                  const vision::Target& target) const {
     for (const Source& source : sources) {
-      if (!seen || !twist || source.verdict != SourceVerdict::kDiffers || !is_of_time(source) ||
-          &source == left_as_it_is)
-        continue;
-      const vision::MirrorView& view = side == vision::Side::kLower ? real.found.lower : real.found.upper;
-      const config::CameraEntry& camera = side == vision::Side::kLower ? real.run.robot.lower : real.run.robot.upper;
+      if (!seen || !twist || !source.differs() || !is_of_time(source) || &source == left_as_it_is) continue;
+      const bool is_lower = side == vision::Side::kLower;
+      const vision::MirrorView& view = is_lower ? real.found.lower : real.found.upper;
+      const config::CameraEntry& camera = is_lower ? real.run.robot.lower : real.run.robot.upper;
       seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
     }
     return seen;
@@ -90,7 +77,7 @@ struct Frame {
       const Eigen::Vector2d to_m = in_body(reference, landmarks_m[k]);
       const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, to_m, targets[k]);
       const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, to_m, targets[k]);
-      measured[k] = range_under(real.found, lower ? &*lower : nullptr, upper ? &*upper : nullptr, targets[k]);
+      measured[k] = range_under(real.found, lower, upper, targets[k]);
     }
     return pose_of(estimation::fix_of_outline(measured, landmarks_m, true), reference.t_s);
   }
@@ -100,7 +87,6 @@ struct Frame {
     if (!m.range_m || !m.sigma_range_m) return std::nullopt;
     const Eigen::Vector2d to_m = in_body(reference, landmark_m);
     const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
-    const auto differs = [](const Source& s) { return s.verdict == SourceVerdict::kDiffers; };
     const auto by = [&](const vision::Rig& rig, const Source* left_as_it_is) {
       return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower, lower, to_m, target),
                           in_time_but(left_as_it_is, vision::Side::kUpper, upper, to_m, target), target);
@@ -109,15 +95,12 @@ struct Frame {
     const auto after_m = by(real.found, nullptr);
     if (!before_m || !after_m) return std::nullopt;
     HeldOutRange range{*before_m - to_m.norm(), *after_m - to_m.norm(), *m.sigma_range_m, {}};
-    const auto is_of_this = [&](const Source& s) {
-      return s.kind == "landmark" && s.where == target.name && s.components.size() == 2;
-    };
     for (std::size_t s = 0; s < sources.size(); ++s) {
       const Source& source = sources[s];
       double part_m = 0;
-      if (!differs(source)) {
+      if (!source.differs()) {
         // adds nothing
-      } else if (is_of_this(source)) {
+      } else if (source.cause == Cause::kLandmark && source.landmark == target.name && source.components.size() == 2) {
         // The map's distance is too short by the shift of the landmark along the line of sight.
         const Eigen::Vector2d shift_m = Eigen::Vector2d(source.components[0].real, source.components[1].real) / 1e3;
         part_m = (landmark_m - Eigen::Vector2d(reference.x_m, reference.y_m)).normalized().dot(shift_m);
@@ -140,8 +123,7 @@ struct Frame {
     for (Seen* const seen : {&lower, &upper}) {
       if (*seen) (*seen)->covariance_px2 *= kDoubt * kDoubt;
     }
-    return vision::triangulate(rig, lower ? &*lower : nullptr, upper ? &*upper : nullptr, target.radius_m, target.top_m)
-        .range_m;
+    return range_under(rig, lower, upper, target).range_m;
   }
 };
 
@@ -161,19 +143,25 @@ std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, in
 
 /// Returns the rig that the calibration found, with the numbers of one source set back to the believed ones.
 vision::Rig with_believed(const Side& side, const Source& source) {
-  vision::Rig rig = side.found;
-  MirrorViewSettings lower = rig.lower.settings(), upper = rig.upper.settings();
-  const MirrorViewSettings &was_lower = side.believed.lower.settings(), &was_upper = side.believed.upper.settings();
-  if (source.where == "lower") put_back(source, was_lower, lower);
-  if (source.where == "upper") put_back(source, was_upper, upper);
-  if (source.kind == "mirrors' alignment") {
+  vision::MirrorViewSettings lower = side.found.lower.settings(), upper = side.found.upper.settings();
+  const vision::MirrorViewSettings &was_lower = side.believed.lower.settings(),
+                                   &was_upper = side.believed.upper.settings();
+  const bool is_lower = source.view == vision::Side::kLower;
+  vision::MirrorViewSettings& view = is_lower ? lower : upper;
+  const vision::MirrorViewSettings& was = is_lower ? was_lower : was_upper;
+  if (source.cause == Cause::kFocalLength) view.rim_radius_px = was.rim_radius_px;
+  if (source.cause == Cause::kCentre) view.centre_px = was.centre_px;
+  if (source.cause == Cause::kTilt) view.tilt_rad = was.tilt_rad;
+  if (source.cause == Cause::kMirrorShape) view.cone = was.cone;
+  if (source.cause == Cause::kMirrorsAlignment) {
     upper.azimuth_rad = lower.azimuth_rad + was_upper.azimuth_rad - was_lower.azimuth_rad;
     upper.axis_offset_m = lower.axis_offset_m + was_upper.axis_offset_m - was_lower.axis_offset_m;
   }
-  if (source.kind == "mirrors' heights") {
+  if (source.cause == Cause::kMirrorsHeights) {
     lower.lens_height_m = was_lower.lens_height_m;
     upper.lens_height_m = was_upper.lens_height_m;
   }
+  vision::Rig rig = side.found;
   rig.lower = vision::MirrorView(lower);
   rig.upper = vision::MirrorView(upper);
   return rig;

@@ -16,7 +16,19 @@
 #include "apps/runlog/storage/disk.h"
 #include "localisation/odometry.h"
 
+// A finished part as it is stored.
+namespace twocone::vision {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Transfer, log_gain, vignetting, tiles)
+
+void to_json(nlohmann::json& json, const NoiseSamples::Bin& bin) { json = {bin.tiles, bin.level, bin.variance}; }
+void from_json(const nlohmann::json& json, NoiseSamples::Bin& bin) { bin = {json.at(0), json.at(1), json.at(2)}; }
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NoiseSamples, images, blocks)
+}  // namespace twocone::vision
+
 namespace twocone::compare {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewImages, simulated_noise, real_noise, simulated_blur_px, real_blur_px, transfers)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Images, views, unreadable, unreadable_count)
+
 namespace {
 
 using Json = nlohmann::json;
@@ -42,67 +54,6 @@ cv::Mat turned(const cv::Mat& image, const vision::MirrorView& view, double turn
   return result;
 }
 
-// ---- a finished part as it is stored
-
-Json to_json(const vision::NoiseSamples& samples) {
-  Json blocks = Json::array();
-  for (const auto& block : samples.blocks) {
-    Json bins = Json::array();
-    for (const auto& bin : block) bins.push_back({bin.tiles, bin.level, bin.variance});
-    blocks.push_back(std::move(bins));
-  }
-  return {{"images", samples.images}, {"blocks", std::move(blocks)}};
-}
-
-vision::NoiseSamples to_noise(const Json& json) {
-  vision::NoiseSamples samples;
-  samples.images = json.at("images");
-  for (std::size_t b = 0; b < samples.blocks.size(); ++b) {
-    for (std::size_t i = 0; i < samples.blocks[b].size(); ++i) {
-      const Json& bin = json.at("blocks").at(b).at(i);
-      samples.blocks[b][i] = {bin.at(0), bin.at(1), bin.at(2)};
-    }
-  }
-  return samples;
-}
-
-Json to_json(const Images& part, const std::string& key) {
-  Json views = Json::array();
-  for (const ViewImages& view : part.views) {
-    Json transfers = Json::array();
-    for (const vision::Transfer& t : view.transfers) {
-      transfers.push_back({{"log_gain", t.log_gain}, {"vignetting", t.vignetting}, {"tiles", t.tiles}});
-    }
-    views.push_back({{"simulated_noise", to_json(view.simulated_noise)},
-                     {"real_noise", to_json(view.real_noise)},
-                     {"simulated_blur_px", view.simulated_blur_px},
-                     {"real_blur_px", view.real_blur_px},
-                     {"transfers", std::move(transfers)}});
-  }
-  return {{"key", key},
-          {"views", std::move(views)},
-          {"unreadable", part.unreadable},
-          {"unreadable_count", part.unreadable_count}};
-}
-
-Images to_images(const Json& json) {
-  Images part;
-  for (std::size_t v = 0; v < part.views.size(); ++v) {
-    const Json& from = json.at("views").at(v);
-    ViewImages& view = part.views[v];
-    view.simulated_noise = to_noise(from.at("simulated_noise"));
-    view.real_noise = to_noise(from.at("real_noise"));
-    view.simulated_blur_px = from.at("simulated_blur_px").get<std::vector<double>>();
-    view.real_blur_px = from.at("real_blur_px").get<std::vector<double>>();
-    for (const Json& t : from.at("transfers")) {
-      view.transfers.push_back({t.at("log_gain"), t.at("vignetting"), t.at("tiles")});
-    }
-  }
-  part.unreadable = json.at("unreadable").get<std::vector<std::string>>();
-  part.unreadable_count = json.at("unreadable_count");
-  return part;
-}
-
 std::filesystem::path part_file(const ImageWork& work, std::size_t number) {
   return work.folder / fmt::format("{:06}.json", number);
 }
@@ -114,7 +65,7 @@ std::optional<Images> kept_part(const ImageWork& work, std::size_t number) {
   try {
     const Json json = Json::parse(config::read_text(file));
     if (json.at("key") != work.key) return std::nullopt;
-    return to_images(json);
+    return json.get<Images>();
   } catch (const Json::exception&) {
     return std::nullopt;
   } catch (const config::FileError&) {
@@ -214,7 +165,9 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
           for (std::size_t i = number * kPartFrames; i < std::min(frames, (number + 1) * kPartFrames); ++i) {
             measurer.add(i * every, part);
           }
-          runlog::write_whole(part_file(work, number), to_json(part, work.key).dump());
+          Json json = part;
+          json["key"] = work.key;
+          runlog::write_whole(part_file(work, number), json.dump());
         }
       } catch (...) {
         const std::lock_guard lock(mutex);

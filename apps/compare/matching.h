@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/side.h"
+#include "apps/compare/timing.h"
 #include "apps/config/map_file.h"
 #include "apps/runlog/run_data.h"
 
@@ -35,6 +37,15 @@ double distance_m(const runlog::PoseRow& a, const runlog::PoseRow& b);
 /// Unknown poses match nothing.
 std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>> simulated,
                                  std::span<const std::optional<runlog::PoseRow>> real, double most_apart_m);
+
+/// The two runs with their timing and the frames of both that correspond to each other.
+struct BothRuns {
+  const Side& simulated;
+  const Side& real;
+  Timing simulated_timing{}, real_timing{};
+  std::vector<Match> by_time{}, by_pose{};
+  bool is_rendered = false;  ///< the simulated run was made by render_again()
+};
 
 /// Interpolates linearly between the two of `poses` around `t_s`; `poses` are in the order of their times. Returns
 /// nothing before the first, after the last, and where the two are farther apart in time than `longest_gap_s`.

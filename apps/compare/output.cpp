@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/compare/compare.h"
-#include "apps/report/plain_text.h"
+#include "apps/report/kit/plain_text.h"
 
 namespace twocone::compare {
 namespace {
@@ -38,28 +38,18 @@ std::string source_lines(const Source& source) {
   std::string text = fmt::format("  {}\n", source.name());
   for (const Component& c : source.components) {
     text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, number(c.simulated),
-                        number(c.real), c.difference(), c.sigma, c.unit == "1" ? "" : c.unit);
+                        number(c.real), c.difference(), c.sigma, unit_after("", c.unit));
   }
-  std::string shares;
+  std::vector<std::string> shares;
   for (const Share& share : source.shares) {
-    shares += fmt::format("{}{} of the gap in {}", shares.empty() ? "" : ", ", percent(share.share), share.of);
+    shares.push_back(fmt::format("{} of the gap in {}", percent(share.share), to_string(share.of)));
   }
-  if (!shares.empty()) text += lines("    ", "explains " + shares);
+  if (!shares.empty()) text += lines("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
   if (!source.confusable.empty()) {
-    std::string names;
-    for (const std::string& name : source.confusable) names += (names.empty() ? "" : ", ") + name;
-    text += lines("    ", "this drive hardly distinguishes it from " + names);
+    text +=
+        lines("    ", fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
   }
-  if (!source.advice.empty()) text += lines("    ", source.advice);
-  return text;
-}
-
-std::vector<const Source*> with(const Comparison& comparison, SourceVerdict verdict) {
-  std::vector<const Source*> all;
-  for (const Source& source : comparison.sources) {
-    if (source.verdict == verdict) all.push_back(&source);
-  }
-  return all;
+  return text + lines("    ", std::string(source.advice()));
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
@@ -74,13 +64,13 @@ Json to_json(const Source& source) {
                           {"difference", c.difference()},
                           {"sigma", c.sigma}});
   }
-  for (const Share& share : source.shares) shares.push_back({{"of", share.of}, {"share", share.share}});
-  return {{"name", source.name()},     {"kind", source.kind},
-          {"where", source.where},     {"verdict", to_string(source.verdict)},
+  for (const Share& share : source.shares) shares.push_back({{"of", to_string(share.of)}, {"share", share.share}});
+  return {{"name", source.name()},     {"kind", to_string(source.cause)},
+          {"where", source.where()},   {"verdict", to_string(source.verdict)},
           {"components", components},  {"chi_squared", source.chi_squared},
           {"p_value", source.p_value}, {"reason", source.reason},
           {"shares", shares},          {"hardly_told_from", source.confusable},
-          {"advice", source.advice}};
+          {"advice", source.advice()}};
 }
 
 }  // namespace
@@ -92,11 +82,11 @@ std::string table(const Comparison& comparison) {
                       comparison.matched_by_time, comparison.matched_by_pose, comparison.reference);
   for (const std::string& note : comparison.notes) text += lines("note: ", note);
 
-  const auto differing = with(comparison, SourceVerdict::kDiffers);
+  const auto differing = comparison.sources_with(SourceVerdict::kDiffers);
   text += differing.empty() ? "\nNo difference found.\n" : "\nDifferences (simulated -> real):\n";
   for (const Source* const source : differing) text += source_lines(*source);
-  const auto agreeing = with(comparison, SourceVerdict::kAgrees),
-             undetermined = with(comparison, SourceVerdict::kCannotTell);
+  const auto agreeing = comparison.sources_with(SourceVerdict::kAgrees),
+             undetermined = comparison.sources_with(SourceVerdict::kCannotTell);
   text += fmt::format("{} sources tested at {:.1g} each, {:.1g} for all; {} agree, {} cannot be determined.\n",
                       differing.size() + agreeing.size(), comparison.level, comparison.false_alarm, agreeing.size(),
                       undetermined.size());
@@ -109,8 +99,9 @@ std::string table(const Comparison& comparison) {
                         "floor", "unexplained");
   }
   for (const Gap& gap : comparison.gaps) {
-    text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", gap.of + ", " + gap.unit, number(gap.before),
-                        number(gap.after), number(gap.floor), gap.unexplained ? percent(*gap.unexplained) : "-");
+    text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", fmt::format("{}, {}", to_string(gap.of), gap.unit),
+                        number(gap.before), number(gap.after), number(gap.floor),
+                        gap.unexplained ? percent(*gap.unexplained) : "-");
     if (gap.unnamed && std::abs(*gap.unnamed) >= kWorthALine) {
       text += lines("  ",
                     fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
@@ -118,17 +109,17 @@ std::string table(const Comparison& comparison) {
     }
   }
 
-  std::string stage;
+  std::optional<Stage> stage;
   // At most 100 columns.
   text += fmt::format("\n{:<52} {:>9} {:>9} {:>8} {:>6}\n", "", "simulated", "real", "+-", "limit");
   for (const Row& row : comparison.rows) {
-    if (row.stage != stage) text += row.stage + "\n";
+    if (row.stage != stage) text += fmt::format("{}\n", to_string(row.stage));
     stage = row.stage;
     const bool is_gap_alone = !row.simulated && !row.real && row.gap;
-    text += fmt::format(
-        "  {:<50} {:>9} {:>9} {:>8} {:>6} {}\n", fmt::format("{}{}", row.name, row.unit == "1" ? "" : ", " + row.unit),
-        number(row.simulated), number(is_gap_alone ? row.gap : row.real), row.gap_sigma ? number(row.gap_sigma) : "",
-        row.limit ? fmt::format("{:g}", *row.limit) : "", row.light == Light::kNone ? "" : to_string(row.light));
+    text += fmt::format("  {:<50} {:>9} {:>9} {:>8} {:>6} {}\n", row.name + unit_after(", ", row.unit),
+                        number(row.simulated), number(is_gap_alone ? row.gap : row.real),
+                        row.gap_sigma ? number(row.gap_sigma) : "", row.limit ? fmt::format("{:g}", *row.limit) : "",
+                        row.light == Light::kNone ? "" : to_string(row.light));
   }
   text += lines("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
   return text;
@@ -137,7 +128,7 @@ std::string table(const Comparison& comparison) {
 std::string to_json(const Comparison& comparison) {
   Json rows = Json::array(), sources = Json::array(), gaps = Json::array(), limits = Json::object();
   for (const Row& row : comparison.rows) {
-    rows.push_back({{"stage", row.stage},
+    rows.push_back({{"stage", to_string(row.stage)},
                     {"name", row.name},
                     {"unit", row.unit},
                     {"simulated", or_null(row.simulated)},
@@ -151,7 +142,7 @@ std::string to_json(const Comparison& comparison) {
   }
   for (const Source& source : comparison.sources) sources.push_back(to_json(source));
   for (const Gap& gap : comparison.gaps) {
-    gaps.push_back({{"of", gap.of},
+    gaps.push_back({{"of", to_string(gap.of)},
                     {"unit", gap.unit},
                     {"before", gap.before},
                     {"after", gap.after},

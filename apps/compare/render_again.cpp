@@ -49,54 +49,33 @@ Result<std::vector<Place>> places_of(const Side& real) {
   return places;
 }
 
-/// Renders the images of the scene's two cameras at one pose after the other.
-class CamerasOfScene {
- public:
-  CamerasOfScene(const config::Robot& robot, const config::Map& map, const sim_povray::RenderSettings& render)
-      : robot_(robot), place_(config::to_place(map)) {
-    place_.render = render;
+/// Orders the images of the scene's two cameras at a pose.
+Result<std::array<Frame, 2>> look(sim_povray::ReusedHost& host, const config::Robot& robot, const Place& place) {
+  sim_povray::SessionSettings session;
+  const config::Start start = robot.start.value_or(config::Start{});
+  session.body.start = {start.x_m, start.y_m, start.heading_rad};
+  session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
+  session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
+  auto simulation = host.enter(session);
+  if (!simulation) return simulation.error();
+  std::vector<std::unique_ptr<Camera>> cameras;
+  for (const auto& [name, entry] : {std::pair{"lower", &robot.lower}, {"upper", &robot.upper}}) {
+    auto camera = (*simulation)->open_camera({name, entry->antialias, {}});
+    if (!camera) return camera.error();
+    CameraSettings settings;
+    settings.width_px = entry->width_px;
+    settings.height_px = entry->height_px;
+    settings.rate_hz = entry->rate_hz;
+    if (auto applied = (*camera)->configure(settings); !applied) return applied.error();
+    if (auto started = (*camera)->start(); !started) return started.error();
+    cameras.push_back(*std::move(camera));
   }
-
-  Status open() {
-    auto host = sim_povray::ReusedHost::open(place_);
-    if (!host) return host.error();
-    host_ = *std::move(host);
-    return {};
-  }
-
-  Result<std::array<Frame, 2>> look(const Place& place) {
-    sim_povray::SessionSettings session;
-    const config::Start start = robot_.start.value_or(config::Start{});
-    session.body.start = {start.x_m, start.y_m, start.heading_rad};
-    session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
-    session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
-    auto simulation = host_->enter(session);
-    if (!simulation) return simulation.error();
-    std::vector<std::unique_ptr<Camera>> cameras;
-    for (const auto& [name, entry] : {std::pair{"lower", &robot_.lower}, {"upper", &robot_.upper}}) {
-      sim_povray::ViewSettings view{name, entry->antialias, {}};
-      auto camera = (*simulation)->open_camera(view);
-      if (!camera) return camera.error();
-      CameraSettings settings;
-      settings.width_px = entry->width_px;
-      settings.height_px = entry->height_px;
-      settings.rate_hz = entry->rate_hz;
-      if (auto applied = (*camera)->configure(settings); !applied) return applied.error();
-      if (auto started = (*camera)->start(); !started) return started.error();
-      cameras.push_back(*std::move(camera));
-    }
-    auto lower = cameras[0]->grab(kImageTimeout);
-    if (!lower) return lower.error();
-    auto upper = cameras[1]->grab(kImageTimeout);
-    if (!upper) return upper.error();
-    return std::array<Frame, 2>{*std::move(lower), *std::move(upper)};
-  }
-
- private:
-  config::Robot robot_;
-  sim_povray::PlaceSettings place_;
-  std::optional<sim_povray::ReusedHost> host_;
-};
+  auto lower = cameras[0]->grab(kImageTimeout);
+  if (!lower) return lower.error();
+  auto upper = cameras[1]->grab(kImageTimeout);
+  if (!upper) return upper.error();
+  return std::array<Frame, 2>{*std::move(lower), *std::move(upper)};
+}
 
 /// Returns everything that determines the images: the map, its scene with the files beside it that it can include, the
 /// cameras, the poses.
@@ -152,8 +131,8 @@ Status keep(const std::filesystem::path& to, const Coming& coming) {
 
 Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
-  CamerasOfScene cameras(real.run.robot, map, settings.render);
-  if (auto opened = cameras.open(); !opened) return opened;
+  auto host = sim_povray::ReusedHost::open(config::to_place(map));
+  if (!host) return host.error();
   std::deque<Coming> coming;
   const auto keep_first = [&]() -> Status {
     Status kept = keep(settings.to, coming.front());
@@ -165,9 +144,10 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
       return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
     }
     if (!std::filesystem::exists(runlog::upper_image_file(settings.to, places[i].frame.frame))) {
-      auto frames = cameras.look(places[i]);
-      if (!frames)
+      auto frames = look(*host, real.run.robot, places[i]);
+      if (!frames) {
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
+      }
       coming.push_back({places[i], *std::move(frames)});
       if (coming.size() >= kOnTheWay) {
         if (auto kept = keep_first(); !kept) return kept;
@@ -185,7 +165,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
 void write_tables(const RenderAgain& settings, const Side& real, const std::vector<Place>& places) {
   std::vector<localisation::Pose> poses;
   poses.reserve(places.size());
-  for (const Place& place : places) poses.push_back({place.pose.x_m, place.pose.y_m, place.pose.heading_rad});
+  for (const Place& place : places) poses.push_back(pose_of(place.pose));
   const auto wheels = importer::wheels_of(poses, config::to_wheels(real.run.robot));
   std::string truth, drive = runlog::drive_header() + "\n", frames = runlog::frames_header() + "\n";
   for (std::size_t i = 0; i < places.size(); ++i) {

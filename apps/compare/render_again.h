@@ -5,19 +5,16 @@
 #include <filesystem>
 #include <functional>
 
-#include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
 namespace twocone::compare {
 
 struct RenderAgain {
-  std::filesystem::path real;   ///< run folder
-  std::filesystem::path scene;  ///< map with a scene
-  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
-  std::filesystem::path to;     ///< run folder to write, or one that was begun before
-  int fit_frames = 150;         ///< frames of the calibration that determines the poses
-  sim_povray::RenderSettings render{};
+  std::filesystem::path real;            ///< run folder
+  std::filesystem::path scene;           ///< map with a scene
+  std::filesystem::path poses;           ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
+  std::filesystem::path to;              ///< run folder to write, or one that was begun before
+  int fit_frames = 150;                  ///< frames of the calibration that determines the poses
   std::function<void(double)> progress;  ///< fraction done. May be empty
   const std::atomic<bool>* stop = nullptr;
 };

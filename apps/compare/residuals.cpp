@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/residuals.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <string_view>
 
 #include <Eigen/Dense>
 
@@ -10,6 +11,7 @@
 #include "apps/estimation/adaptive.h"
 #include "apps/runlog/tables/answer_reader.h"
 #include "localisation/odometry.h"
+#include "vision/calibration.h"
 #include "vision/triangulation.h"
 
 namespace twocone::compare {
@@ -25,11 +27,10 @@ struct Seen {
 
 std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& rows) {
   std::vector<Seen> seen(map.landmarks.size());
-  const auto find = [&](const std::string& name) -> Seen* {
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (map.landmarks[i].name == name) return &seen[i];
-    }
-    return nullptr;  // a landmark of another map
+  const auto find = [&](const std::string& name) {
+    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
+                                 [&](const config::Landmark& landmark) { return landmark.name == name; });
+    return at == map.landmarks.end() ? nullptr : &seen[std::size_t(at - map.landmarks.begin())];  // null: another map's
   };
   for (const runlog::RangeRow& row : rows.ranges) {
     if (Seen* const s = find(row.landmark)) s->range = &row;
@@ -41,7 +42,7 @@ std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& 
     sighting.pixel_px = {row.column_px, row.row_px};
     sighting.covariance_px2 << row.var_column_px2, row.cov_px2, row.cov_px2, row.var_row_px2;
     if (sighting.covariance_px2.llt().info() != Eigen::Success) continue;
-    (row.view == "lower" ? s->lower : s->upper) = sighting;
+    (row.view == to_string(vision::Side::kLower) ? s->lower : s->upper) = sighting;
   }
   return seen;
 }
@@ -49,27 +50,38 @@ std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& 
 /// Returns whether the landmark itself was sighted. Ranges may fail under a wrong rig; sightings do not.
 bool is_trusted(const runlog::RangeRow& row) {
   using vision::RangeVerdict;
-  for (const RangeVerdict good :
-       {RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent, RangeVerdict::kBeyondLimit}) {
-    if (row.verdict == to_string(good)) return true;
-  }
-  return false;
+  constexpr std::array kTrusted{RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent,
+                                RangeVerdict::kBeyondLimit};
+  return std::any_of(kTrusted.begin(), kTrusted.end(), [&](RangeVerdict v) { return row.verdict == to_string(v); });
 }
 
 /// Returns the disparity of the landmark's top in the undistorted images, as defined in triangulate().
 std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m,
                                    const vision::Target& target) {
   if (!target.top_m) return std::nullopt;
-  double radius_px[2];
-  const vision::MirrorView* const views[2]{&rig.lower, &rig.upper};
-  for (int i = 0; i < 2; ++i) {
-    const auto point = vision::near_top_point(*views[i], in_body_m, target.radius_m, *target.top_m);
-    const auto pixel = point ? views[i]->project(*point) : std::nullopt;
-    const auto undistorted = pixel ? views[i]->undistort_px(*pixel) : std::nullopt;
-    if (!undistorted) return std::nullopt;
-    radius_px[i] = (*undistorted - views[i]->settings().centre_px).norm();
+  const auto radius_px = [&](const vision::MirrorView& view) -> std::optional<double> {
+    const auto point = vision::near_top_point(view, in_body_m, target.radius_m, *target.top_m);
+    const auto pixel = point ? view.project(*point) : std::nullopt;
+    const auto undistorted = pixel ? view.undistort_px(*pixel) : std::nullopt;
+    return undistorted ? std::optional((*undistorted - view.settings().centre_px).norm()) : std::nullopt;
+  };
+  const auto lower_px = radius_px(rig.lower), upper_px = radius_px(rig.upper);
+  if (!lower_px || !upper_px) return std::nullopt;
+  return *lower_px - *upper_px * rig.lower.focal_length_px() / rig.upper.focal_length_px();
+}
+
+/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
+/// kNotSeen for a landmark without sightings.
+std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
+                                                   const runlog::AnswerRows& rows) {
+  const auto targets = config::to_targets(map);
+  const auto seen = by_landmark(map, rows);
+  std::vector<vision::RangeMeasurement> ranges(seen.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
+    ranges[i] = range_under(rig, seen[i].lower, seen[i].upper, targets[i]);
   }
-  return radius_px[0] - radius_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
+  return ranges;
 }
 
 }  // namespace
@@ -88,14 +100,17 @@ std::optional<double> Moments::rms() const {
   return count == 0 ? std::nullopt : std::optional(std::sqrt(squares / double(count)));
 }
 
+localisation::Pose pose_of(const PoseRow& row) { return {row.x_m, row.y_m, row.heading_rad}; }
+
 std::optional<PoseRow> pose_of(const localisation::Fix& fix, double t_s) {
   if (fix.verdict != localisation::FixVerdict::kOk || !fix.position_m || !fix.heading_rad) return std::nullopt;
   return PoseRow{t_s, fix.position_m->x(), fix.position_m->y(), *fix.heading_rad};
 }
 
-vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
-                                     const vision::Sighting* upper, const vision::Target& target) {
-  const vision::Triangulation t = vision::triangulate(rig, lower, upper, target.radius_m, target.top_m);
+vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
+                                     const std::optional<vision::Sighting>& upper, const vision::Target& target) {
+  const vision::Triangulation t =
+      vision::triangulate(rig, lower ? &*lower : nullptr, upper ? &*upper : nullptr, target.radius_m, target.top_m);
   vision::RangeMeasurement m;
   m.verdict = t.verdict;
   m.range_m = t.range_m;
@@ -103,19 +118,6 @@ vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sight
   m.covariance = t.covariance;
   m.disparity_px = t.disparity_px;
   return m;
-}
-
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
-                                                   const runlog::AnswerRows& rows) {
-  const auto targets = config::to_targets(map);
-  const auto seen = by_landmark(map, rows);
-  std::vector<vision::RangeMeasurement> ranges(seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (!seen[i].range || !is_trusted(*seen[i].range)) continue;
-    ranges[i] = range_under(rig, seen[i].lower ? &*seen[i].lower : nullptr, seen[i].upper ? &*seen[i].upper : nullptr,
-                            targets[i]);
-  }
-  return ranges;
 }
 
 void locate(Side& side) {
@@ -158,9 +160,7 @@ Residuals residuals_of(const Side& side) {
       const Eigen::Vector2d to_m = in_body(*reference, landmarks_m[k]);
       ResidualPoint point{frame.t_s, k, to_m.norm(), *row.range_m - to_m.norm(), std::nullopt};
       all.range_m.add(point.before_m);
-      if (after[k].range_m) {
-        point.after_m = *after[k].range_m - to_m.norm();
-      }
+      if (after[k].range_m) point.after_m = *after[k].range_m - to_m.norm();
       if (row.bearing_rad) {
         all.bearing_rad.add(localisation::wrap_angle_rad(*row.bearing_rad - std::atan2(to_m.y(), to_m.x())));
       }

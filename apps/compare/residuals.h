@@ -11,6 +11,7 @@
 #include "apps/compare/side.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
+#include "localisation/odometry.h"
 #include "vision/ranging.h"
 
 namespace twocone::compare {
@@ -46,16 +47,13 @@ Residuals residuals_of(const Side& side);
 /// Returns a point of the world in the body's frame.
 Eigen::Vector2d in_body(const runlog::PoseRow& pose, const Eigen::Vector2d& place_m);
 
+localisation::Pose pose_of(const runlog::PoseRow& row);
+
 /// Returns the pose of a fix, if it can be trusted.
 std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s);
 
-/// Returns the measurement from two sightings of a landmark under `rig`; null: that view has none.
-vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
-                                     const vision::Sighting* upper, const vision::Target& target);
-
-/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
-/// kNotSeen for a landmark without sightings.
-std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
-                                                   const runlog::AnswerRows& rows);
+/// Returns the measurement from two sightings of a landmark under `rig`; nothing: that view has none.
+vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
+                                     const std::optional<vision::Sighting>& upper, const vision::Target& target);
 
 }  // namespace twocone::compare

@@ -16,9 +16,12 @@ namespace {
 /// The measurements of a gap, with the part that each source adds to each.
 class Projection {
  public:
-  explicit Projection(std::size_t sources) : along_(sources, 0) {}
+  explicit Projection(std::vector<Source>& sources) : sources_(sources), along_(sources.size(), 0) {}
 
-  void add(double gap, std::size_t source, double part) { along_[source] += gap * part; }
+  /// @param source one of those of the constructor
+  void add(double gap, const Source& source, double part) {
+    along_[std::size_t(&source - sources_.data())] += gap * part;
+  }
   /// @param after the remainder of `gap` after correction
   void add(double gap, double after) {
     squares_ += gap * gap;
@@ -26,18 +29,19 @@ class Projection {
   }
 
   /// Writes the shares into the sources and the remainder into the gap.
-  void put_into(Gap& gap, std::vector<Source>& sources) const {
+  void put_into(Gap& gap) {
     if (!(squares_ > 0)) return;
     gap.unexplained = left_ / squares_;
     gap.unnamed = 1 - *gap.unexplained;
-    for (std::size_t k = 0; k < sources.size(); ++k) {
-      if (sources[k].verdict != SourceVerdict::kDiffers || along_[k] == 0) continue;
-      sources[k].shares.push_back({gap.of, along_[k] / squares_});
+    for (std::size_t k = 0; k < sources_.size(); ++k) {
+      if (!sources_[k].differs() || along_[k] == 0) continue;
+      sources_[k].shares.push_back({gap.of, along_[k] / squares_});
       *gap.unnamed -= along_[k] / squares_;
     }
   }
 
  private:
+  std::vector<Source>& sources_;
   std::vector<double> along_;
   double squares_ = 0, left_ = 0;
 };
@@ -45,16 +49,16 @@ class Projection {
 void add_range_gap(const std::vector<HeldOutRange>& held_out, std::vector<Source>& sources, std::vector<Gap>& gaps) {
   if (held_out.empty()) return;
   Moments before, after, floor;
-  Projection projection(sources.size());
+  Projection projection(sources);
   for (const HeldOutRange& range : held_out) {
     before.add(range.before_m);
     after.add(range.after_m);
     floor.add(range.sigma_m);
     projection.add(range.before_m, range.after_m);
-    for (std::size_t k = 0; k < sources.size(); ++k) projection.add(range.before_m, k, range.parts_m[k]);
+    for (std::size_t k = 0; k < sources.size(); ++k) projection.add(range.before_m, sources[k], range.parts_m[k]);
   }
-  gaps.push_back({"range", "mm", 1e3 * *before.rms(), 1e3 * *after.rms(), 1e3 * *floor.rms()});
-  projection.put_into(gaps.back(), sources);
+  gaps.push_back({Quantity::kRange, "mm", 1e3 * *before.rms(), 1e3 * *after.rms(), 1e3 * *floor.rms()});
+  projection.put_into(gaps.back());
 }
 
 /// Returns the wheels' motion over each stretch of the reference's path minus the reference's: along and across,
@@ -80,91 +84,81 @@ double rms(const std::vector<Eigen::Vector2d>& errors) {
 void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered, std::vector<Source>& sources,
                       std::vector<Gap>& gaps) {
   if (!real.calibration || real.run.drive.size() < real.run.frames.size()) return;
-  const auto find = [&](const char* kind) {
-    return std::find_if(sources.begin(), sources.end(),
-                        [&](const Source& s) { return s.kind == kind && s.verdict == SourceVerdict::kDiffers; });
-  };
   const config::Drive& drive = real.run.robot.drive;
   const WheelsAs believed{drive.wheel_radius_m, drive.wheel_separation_m, 0};
-  const auto latency = find("latency");
+  const Source* const latency = find_differing(sources, Cause::kLatency);
   const WheelsAs found{real.calibration->drive.wheel_radius_m, real.calibration->drive.wheel_separation_m,
-                       latency == sources.end() ? 0 : latency->components[0].real / 1e3};
+                       latency ? latency->components[0].real / 1e3 : 0};
   const auto errors = [&](const WheelsAs& wheels) {
     return stretch_errors(pairs_with(real.reference, odometry_by(real.run, wheels)));
   };
   const auto before = errors(believed), after = errors(found);
   if (before.size() != after.size() || before.empty()) return;
-  Projection projection(sources.size());
+  Projection projection(sources);
   for (std::size_t i = 0; i < before.size(); ++i) {
     for (const int axis : {0, 1}) projection.add(before[i][axis], after[i][axis]);
   }
   using Put = double WheelsAs::*;
-  for (const auto& [kind, number] : {std::pair<const char*, Put>{"wheel radius", &WheelsAs::radius_m},
-                                     {"wheel separation", &WheelsAs::separation_m},
-                                     {"latency", &WheelsAs::latency_s}}) {
-    const auto source = find(kind);
-    if (source == sources.end()) continue;
+  for (const auto& [cause, number] : {std::pair<Cause, Put>{Cause::kWheelRadius, &WheelsAs::radius_m},
+                                      {Cause::kWheelSeparation, &WheelsAs::separation_m},
+                                      {Cause::kLatency, &WheelsAs::latency_s}}) {
+    const Source* const source = find_differing(sources, cause);
+    if (!source) continue;
     WheelsAs put_back = found;
     put_back.*number = believed.*number;
     const auto with = errors(put_back);
     for (std::size_t i = 0; i < std::min(before.size(), with.size()); ++i) {
       const Eigen::Vector2d part = with[i] - after[i];
-      projection.add(before[i].x(), std::size_t(source - sources.begin()), part.x());
-      projection.add(before[i].y(), std::size_t(source - sources.begin()), part.y());
+      for (const int axis : {0, 1}) projection.add(before[i][axis], *source, part[axis]);
     }
   }
-  gaps.push_back({"odometry", "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m});
+  gaps.push_back(
+      {Quantity::kOdometry, "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m});
   if (!is_rendered) {
     const auto floor = stretch_errors(pairs_with(simulated.reference, simulated.run.odometry));
     gaps.back().floor = 1e3 * rms(floor) / kOdometryStretch_m;
   }
-  projection.put_into(gaps.back(), sources);
+  projection.put_into(gaps.back());
 }
 
 void add_brightness_gap(const Images& images, std::vector<Source>& sources, std::vector<Gap>& gaps) {
   Moments before, after;
-  Projection projection(sources.size());
-  for (const std::size_t view : {0, 1}) {
-    const char* const where = view == 0 ? "lower" : "upper";
-    const auto source = std::find_if(sources.begin(), sources.end(), [&](const Source& s) {
-      return s.kind == "exposure and colour" && s.where == where && s.verdict == SourceVerdict::kDiffers;
-    });
-    for (const vision::Transfer& t : images.views[view].transfers) {
+  Projection projection(sources);
+  for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
+    const Source* const source = find_differing(sources, Cause::kExposureAndColour, view);
+    for (const vision::Transfer& t : images.views[static_cast<std::size_t>(view)].transfers) {
       for (std::size_t c = 0; c < 3; ++c) {
-        const double found = source == sources.end() ? 0 : std::log(std::max(1e-9, source->components[c].real));
+        const double found = source ? std::log(std::max(1e-9, source->components[c].real)) : 0;
         before.add(t.log_gain[c]);
         after.add(t.log_gain[c] - found);
         projection.add(t.log_gain[c], t.log_gain[c] - found);
-        if (source != sources.end()) projection.add(t.log_gain[c], std::size_t(source - sources.begin()), found);
+        if (source) projection.add(t.log_gain[c], *source, found);
       }
     }
   }
   if (before.count == 0) return;
-  gaps.push_back({"brightness", "%", 100 * *before.rms(), 100 * *after.rms(), 0});
-  projection.put_into(gaps.back(), sources);
+  gaps.push_back({Quantity::kBrightness, "%", 100 * *before.rms(), 100 * *after.rms(), 0});
+  projection.put_into(gaps.back());
 }
 
 void add_noise_gap(std::vector<Source>& sources, std::vector<Gap>& gaps) {
   double before = 0, after = 0, floor = 0, count = 0;
-  Projection projection(sources.size());
-  for (std::size_t k = 0; k < sources.size(); ++k) {
-    const Source& source = sources[k];
-    if (source.kind != "noise" || source.components.empty()) continue;
+  Projection projection(sources);
+  for (const Source& source : sources) {
+    if (source.cause != Cause::kNoise || source.components.empty()) continue;
     const Component& c = source.components[0];
     ++count;
     before += c.difference() * c.difference();
     floor += c.sigma * c.sigma;
-    projection.add(c.difference(), source.verdict == SourceVerdict::kDiffers ? 0 : c.difference());
-    if (source.verdict == SourceVerdict::kDiffers) {
-      projection.add(c.difference(), k, c.difference());
-      after += c.sigma * c.sigma;  // the uncertainty of the correction remains
-    } else {
-      after += c.difference() * c.difference();
-    }
+    projection.add(c.difference(), source.differs() ? 0 : c.difference());
+    if (source.differs()) projection.add(c.difference(), source, c.difference());
+    // The uncertainty of the correction remains.
+    after += source.differs() ? c.sigma * c.sigma : c.difference() * c.difference();
   }
   if (count == 0) return;
-  gaps.push_back({"noise", "grey", std::sqrt(before / count), std::sqrt(after / count), std::sqrt(floor / count)});
-  projection.put_into(gaps.back(), sources);
+  gaps.push_back(
+      {Quantity::kNoise, "grey", std::sqrt(before / count), std::sqrt(after / count), std::sqrt(floor / count)});
+  projection.put_into(gaps.back());
 }
 
 }  // namespace
@@ -174,8 +168,7 @@ std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<r
   std::vector<localisation::PosePair> pairs;
   for (std::size_t i = 0; i < std::min(reference.size(), odometry.size()); ++i) {
     if (!reference[i]) continue;
-    pairs.push_back({{reference[i]->x_m, reference[i]->y_m, reference[i]->heading_rad},
-                     {odometry[i].x_m, odometry[i].y_m, odometry[i].heading_rad}});
+    pairs.push_back({pose_of(*reference[i]), pose_of(odometry[i])});
   }
   return pairs;
 }
@@ -183,8 +176,7 @@ std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<r
 std::vector<runlog::PoseRow> odometry_by(const runlog::RunData& run, const WheelsAs& wheels) {
   std::vector<runlog::PoseRow> poses;
   if (run.drive.empty() || run.odometry.empty()) return poses;
-  const runlog::PoseRow& start = run.odometry.front();
-  localisation::Odometry odometry({wheels.radius_m, wheels.separation_m}, {start.x_m, start.y_m, start.heading_rad});
+  localisation::Odometry odometry({wheels.radius_m, wheels.separation_m}, pose_of(run.odometry.front()));
   std::vector<runlog::PoseRow> read;
   for (std::size_t i = 0; i < std::min(run.frames.size(), run.drive.size()); ++i) {
     const localisation::Pose& pose = odometry.update(run.drive[i].left_rad, run.drive[i].right_rad);

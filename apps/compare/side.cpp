@@ -54,7 +54,7 @@ void ask_the_map(Side& side) {
   const auto shifts = vision::shifts_among(result, doubting.landmarks, limit);
   bool has_moved = false;
   for (const vision::RelativeShift& shift : shifts) {
-    side.map_shifts.emplace_back(side.run.map.landmarks.at(shift.shift.landmark).name, shift);
+    side.map_shifts.emplace(side.run.map.landmarks.at(shift.shift.landmark).name, shift);
     has_moved = has_moved || shift.moved;
     if (shift.moved) doubting.landmarks[shift.shift.landmark].place_m += shift.shift.shift_m;
   }
@@ -97,17 +97,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
   const std::string method = outline_method_of(folder, runlog::read_run_yaml(folder).info);
   runlog::RunData run = runlog::read_run(folder, method, runlog::Tables::kFrames);
   const vision::Rig believed = config::to_rig(run.robot);
-  Side side{.name = folder.string(),
-            .run = std::move(run),
-            .method = method,
-            .calibration = std::nullopt,
-            .why_no_calibration = {},
-            .map_shifts = {},
-            .left_out = {},
-            .believed = believed,
-            .found = believed,
-            .reference = {},
-            .reference_is = {}};
+  Side side{.name = folder.string(), .run = std::move(run), .method = method, .believed = believed, .found = believed};
   const std::size_t rows = runlog::read_frames(folder / "frames.csv").size();
   if (rows > side.run.frames.size()) {
     side.left_out.push_back(fmt::format("{}: {} of {} frames are used: images of the next one are missing",

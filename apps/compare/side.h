@@ -3,9 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "apps/calibrate/calibrate.h"
@@ -21,17 +21,17 @@ struct Side {
   runlog::RunData run;  ///< frames, wheels and poses; ranges and sightings are read where they are needed
   std::string method;   ///< method of the ranges and fixes that are compared; empty: those in the run folder itself
   /// None where the drive does not determine it; then `why_no_calibration` states the reason.
-  std::optional<calibrate::Report> calibration;
-  std::string why_no_calibration;
+  std::optional<calibrate::Report> calibration{};
+  std::string why_no_calibration{};
   int chosen = 0;  ///< frames chosen for the calibration
   /// Shifts of landmarks against the others, by name, for the landmarks in the calibration's frames.
-  std::vector<std::pair<std::string, vision::RelativeShift>> map_shifts;
-  std::vector<std::string> left_out;  ///< data of the run that are not used, a sentence each
-  vision::Rig believed;               ///< `rig:`
-  vision::Rig found;                  ///< rig of the calibration; without one, the believed rig
+  std::map<std::string, vision::RelativeShift> map_shifts{};
+  std::vector<std::string> left_out{};  ///< data of the run that are not used, a sentence each
+  vision::Rig believed;                 ///< `rig:`
+  vision::Rig found;                    ///< rig of the calibration; without one, the believed rig
   /// Pose of the robot at each frame.
-  std::vector<std::optional<runlog::PoseRow>> reference;
-  std::string reference_is;         ///< truth, given trajectory, estimate
+  std::vector<std::optional<runlog::PoseRow>> reference{};
+  std::string reference_is{};       ///< truth, given trajectory, estimate
   bool is_reference_apart = false;  ///< the reference does not come from the run's own images
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,6 +16,9 @@ namespace twocone::compare {
 
 inline constexpr ModelSigmas kModel;
 
+/// Adds a source whose numbers are not known yet. @param view of a cause of one view
+Source& add_source(std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view = std::nullopt);
+
 /// Sets chi-squared and p-value of the components' differences under `covariance`, in the components' own units.
 void judge(Source& source, const Eigen::MatrixXd& covariance);
 /// Sets the same for components without correlation.
@@ -22,8 +26,5 @@ void judge(Source& source);
 
 /// Adds the sources of the two calibrations: views, alignment, exposure times, wheels.
 void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source>& sources);
-
-/// Adds colours, noise and sharpness of one view. @param where lower or upper
-void add_image_sources(const ViewImages& view, const char* where, std::vector<Source>& sources);
 
 }  // namespace twocone::compare

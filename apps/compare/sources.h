@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/images.h"
+#include "apps/compare/matching.h"
 
 namespace twocone::compare {
 

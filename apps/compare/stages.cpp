@@ -26,7 +26,7 @@ class Table {
  public:
   explicit Table(const Limits& limits) : limits_(limits) {}
 
-  void stage(std::string name) { stage_ = std::move(name); }
+  void stage(Stage stage) { stage_ = stage; }
 
   /// @param gap none: the difference of both numbers, where both exist
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
@@ -54,13 +54,10 @@ class Table {
   /// Adds a number of a source: the component of that name, or a note why there is none.
   void add(std::string name, const Source* source, const std::string& component, const char* unit,
            const char* limit_key) {
-    const Component* found = nullptr;
-    if (source) {
-      for (const Component& c : source->components) {
-        if (c.name == component) found = &c;
-      }
-    }
-    if (found) {
+    const auto& components = source ? source->components : std::vector<Component>{};
+    const auto found =
+        std::find_if(components.begin(), components.end(), [&](const Component& c) { return c.name == component; });
+    if (found != components.end()) {
       add(std::move(name), found->unit, found->simulated, found->real, limit_key, std::nullopt, found->sigma);
     } else {
       add(std::move(name), unit, std::nullopt, std::nullopt, limit_key).note = source ? source->reason : "not measured";
@@ -71,33 +68,29 @@ class Table {
 
  private:
   const Limits& limits_;
-  std::string stage_;
+  Stage stage_ = Stage::kImage;
   std::vector<Row> rows_;
 };
 
-const Source* find(const std::vector<Source>& sources, const std::string& kind, const std::string& where) {
-  const auto at =
-      std::find_if(sources.begin(), sources.end(), [&](const Source& s) { return s.kind == kind && s.where == where; });
-  return at == sources.end() ? nullptr : &*at;
-}
-
 void add_image(Table& table, const Side& simulated, const Side& real, const std::vector<Source>& sources) {
-  table.stage("image");
-  for (const std::string view : {"lower", "upper"}) {
-    table.add(view + " rim, radius", find(sources, "focal length", view), view + ".rim_radius_px", "px", "rim-px");
+  table.stage(Stage::kImage);
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const std::string view(to_string(side));
+    table.add(view + " rim, radius", find_source(sources, Cause::kFocalLength, side), view + ".rim_radius_px", "px",
+              "rim-px");
     for (const char* const axis : {"column", "row"}) {
-      table.add(fmt::format("{} centre, {}", view, axis), find(sources, "centre", view),
+      table.add(fmt::format("{} centre, {}", view, axis), find_source(sources, Cause::kCentre, side),
                 fmt::format("{}.centre_px.{}", view, axis), "px", "centre-px");
     }
     for (const char* const colour : {"red", "green", "blue"}) {
-      table.add(fmt::format("{} {}, real over simulated", view, colour), find(sources, "exposure and colour", view),
-                fmt::format("gain.{}", colour), "1", "gain");
+      table.add(fmt::format("{} {}, real over simulated", view, colour),
+                find_source(sources, Cause::kExposureAndColour, side), fmt::format("gain.{}", colour), "1", "gain");
     }
-    table.add(view + " noise at mid grey", find(sources, "noise", view), "noise", "grey", "noise-grey");
-    table.add(view + " edges' spread", find(sources, "sharpness", view), "blur", "px", "blur-px");
-    const std::size_t k = view == "lower" ? 0 : 1;
-    const auto edges = [k](const Side& side) {
-      return side.calibration ? std::optional(side.calibration->result.rms_before_px[k]) : std::nullopt;
+    table.add(view + " noise at mid grey", find_source(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
+    table.add(view + " edges' spread", find_source(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
+    const auto edges = [side](const Side& of) {
+      return of.calibration ? std::optional(of.calibration->result.rms_before_px[static_cast<std::size_t>(side)])
+                            : std::nullopt;
     };
     table.add(view + " edge error under the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
   }
@@ -106,7 +99,7 @@ void add_image(Table& table, const Side& simulated, const Side& real, const std:
 /// Counts landmarks in frames at about the same place that have a range in one run and not in the other.
 void add_detection(Table& table, const Side& simulated, const Side& real, const Residuals& a, const Residuals& b,
                    const std::vector<Match>& by_pose) {
-  table.stage("detection");
+  table.stage(Stage::kDetection);
   table.add("landmarks with a range", "%", share_percent(a.ranged, a.looked_for),
             share_percent(b.ranged, b.looked_for));
   std::size_t both = 0, missed = 0, more = 0;
@@ -136,19 +129,18 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
 }
 
 void add_answers(Table& table, const Residuals& a, const Residuals& b) {
-  table.stage("disparity");
-  table.add("disparity error at the reference pose, rms", "px", a.disparity_px.rms(), b.disparity_px.rms(),
-            "disparity-px");
-  table.add("mean", "px", a.disparity_px.mean(), b.disparity_px.mean());
-  table.stage("range");
-  table.add("range error at the reference pose, rms", "mm", times(a.range_m.rms(), 1e3), times(b.range_m.rms(), 1e3),
-            "range-mm");
-  table.add("mean", "mm", times(a.range_m.mean(), 1e3), times(b.range_m.mean(), 1e3));
-  table.stage("bearing");
-  table.add("bearing error at the reference pose, rms", "deg", times(a.bearing_rad.rms(), 1 / kDegree),
-            times(b.bearing_rad.rms(), 1 / kDegree), "bearing-deg");
-  table.add("mean", "deg", times(a.bearing_rad.mean(), 1 / kDegree), times(b.bearing_rad.mean(), 1 / kDegree));
-  table.stage("fix");
+  const auto add = [&](Stage stage, const char* what, const char* unit, Moments Residuals::*moments, double shown,
+                       const char* limit_key) {
+    const Moments &of_a = a.*moments, &of_b = b.*moments;
+    table.stage(stage);
+    table.add(fmt::format("{} error at the reference pose, rms", what), unit, times(of_a.rms(), shown),
+              times(of_b.rms(), shown), limit_key);
+    table.add("mean", unit, times(of_a.mean(), shown), times(of_b.mean(), shown));
+  };
+  add(Stage::kDisparity, "disparity", "px", &Residuals::disparity_px, 1, "disparity-px");
+  add(Stage::kRange, "range", "mm", &Residuals::range_m, 1e3, "range-mm");
+  add(Stage::kBearing, "bearing", "deg", &Residuals::bearing_rad, 1 / kDegree, "bearing-deg");
+  table.stage(Stage::kFix);
   table.add("error against the reference, rms", "mm", times(a.fix_m.rms(), 1e3), times(b.fix_m.rms(), 1e3), "fix-mm")
       .note = b.fix_m.count == 0 ? "the real run has no truth and no given trajectory" : "";
 }
@@ -158,13 +150,13 @@ std::vector<localisation::PosePair> paths_by_time(const Side& simulated, const S
   std::vector<localisation::PosePair> pairs;
   for (const Match& match : by_time) {
     const auto &a = simulated.reference[match.simulated], &b = real.reference[match.real];
-    if (a && b) pairs.push_back({{a->x_m, a->y_m, a->heading_rad}, {b->x_m, b->y_m, b->heading_rad}});
+    if (a && b) pairs.push_back({pose_of(*a), pose_of(*b)});
   }
   return pairs;
 }
 
 void add_trajectories(Table& table, const Side& simulated, const Side& real, const std::vector<Match>& by_time) {
-  table.stage("odometry");
+  table.stage(Stage::kOdometry);
   const auto drift = [](const Side& side) {
     return localisation::relative_error_over(pairs_with(side.reference, side.run.odometry), kOdometryStretch_m);
   };
@@ -178,7 +170,7 @@ void add_trajectories(Table& table, const Side& simulated, const Side& real, con
   table.add("heading error over a metre (RPE), rms", "deg/m", rms_of(a, &TrajectoryError::rmse_rad, 1 / kDegree),
             rms_of(b, &TrajectoryError::rmse_rad, 1 / kDegree));
 
-  table.stage("trajectory");
+  table.stage(Stage::kTrajectory);
   auto pairs = paths_by_time(simulated, real, by_time);
   const auto one = [&](const char* name, const std::optional<TrajectoryError>& error, const char* key) {
     const auto gap = rms_of(error, &TrajectoryError::rmse_m, 1e3);
@@ -195,19 +187,20 @@ void add_trajectories(Table& table, const Side& simulated, const Side& real, con
 }
 
 void add_timing(Table& table, const Timing& a, const Timing& b, const std::vector<Source>& sources) {
-  table.stage("timing");
+  table.stage(Stage::kTiming);
   const auto rate = [](const Timing& t) { return t.rate_hz > 0 ? std::optional(t.rate_hz) : std::nullopt; };
   const auto share = rate(a) && rate(b) ? std::optional(100 * std::abs(b.rate_hz / a.rate_hz - 1)) : std::nullopt;
   table.add("frame rate", "Hz", rate(a), rate(b), "rate-percent", share).note = "the limit is for the difference in %";
   table.add("jitter of a frame's time", "ms", 1e3 * a.jitter_s, 1e3 * b.jitter_s, "jitter-ms");
   table.add("stamped skew, mean", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, "skew-ms");
   table.add("stamped skew, largest", "ms", 1e3 * a.most_skew_s, 1e3 * b.most_skew_s);
-  table.add("skew beyond the stamps", find(sources, "skew", ""), "upper.skew_s", "ms", "skew-ms");
-  table.add("age of an image at its stamp", find(sources, "latency", ""), "latency_s", "ms", "latency-ms");
+  table.add("skew beyond the stamps", find_source(sources, Cause::kSkew), "upper.skew_s", "ms", "skew-ms");
+  table.add("age of an image at its stamp", find_source(sources, Cause::kLatency), "latency_s", "ms", "latency-ms");
   table.add("growth of the images' age over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
       b.ageing_s ? "" : "a simulated run has none";
-  for (const std::string view : {"lower", "upper"}) {
-    table.add(view + " frames lost", find(sources, "frames lost", view), "lost", "%", "lost-percent");
+  for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
+    table.add(fmt::format("{} frames lost", to_string(view)), find_source(sources, Cause::kFramesLost, view), "lost",
+              "%", "lost-percent");
   }
 }
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
+#include "apps/compare/matching.h"
 #include "apps/compare/residuals.h"
 
 namespace twocone::compare {

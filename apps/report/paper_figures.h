@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <string>
 #include <string_view>
 
 /// The results of Burbridge & Spacek 2006, in one place. Their rig and room differ from ours and are not given in full,
@@ -30,11 +31,10 @@ inline constexpr int kFigure17Frames = 180;        ///< the graph of position er
 
 /// Returns the paper's numbers for the landmark called `name`, in upper or lower case; null for any other name.
 inline const LandmarkFigures* find_landmark(std::string_view name) {
-  const auto same = [&](const LandmarkFigures& landmark) {
-    return std::equal(name.begin(), name.end(), landmark.name.begin(), landmark.name.end(),
-                      [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
-  };
-  const auto* found = std::find_if(kLandmarks.begin(), kLandmarks.end(), same);
+  std::string lower(name);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto* found = std::find_if(kLandmarks.begin(), kLandmarks.end(),
+                                   [&](const LandmarkFigures& landmark) { return landmark.name == lower; });
   return found == kLandmarks.end() ? nullptr : found;
 }
 

@@ -5,13 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/bound_figures.h"
-#include "apps/report/figures/error_budget_figures.h"
-#include "apps/report/figures/path_figures.h"
-#include "apps/report/figures/plan.h"
-#include "apps/report/figures/range_figures.h"
-#include "apps/report/figures/rig_figures.h"
-#include "apps/report/figures/view_figures.h"
+#include "apps/report/figures/figures.h"
+#include "apps/report/kit/plan.h"
 #include "apps/report/page/page.h"
 #include "apps/report/run_error_budget.h"
 #include "apps/report/table.h"
@@ -23,9 +18,6 @@ constexpr int kBrowsedFrames = 12;
 
 void check(const runlog::RunData& run, const ReportSettings& settings) {
   std::string bad;
-  if (settings.gnuplot_timeout.count() <= 0) {
-    bad += fmt::format("\n  gnuplot_timeout is {} ms, must be > 0 ms", settings.gnuplot_timeout.count());
-  }
   for (const auto& [name, value] : {std::pair{"error_budget_draws", settings.error_budget_draws},
                                     {"error_budget_pose_step", settings.error_budget_pose_step}}) {
     if (value < 1) bad += fmt::format("\n  {} is {}, must be >= 1", name, value);
@@ -37,18 +29,8 @@ void check(const runlog::RunData& run, const ReportSettings& settings) {
   if (!bad.empty()) throw std::invalid_argument("write_report:" + bad);
 }
 
-std::optional<cv::Mat> find_overhead(const Drawing& drawing, const ReportSettings& settings) {
-  if (!settings.overhead) return std::nullopt;
-  Result<cv::Mat> image = overhead_image(drawing.run.map, drawing.folder / "overhead.png", settings.render);
-  if (image) return std::move(*image);
-  drawing.notes.push_back(fmt::format("Figure 7 is drawn over a plan instead of an image of the arena from above: {}",
-                                      image.error().message));
-  return std::nullopt;
-}
-
-template <typename Item>
-void append(std::vector<Item>& list, std::optional<Item> item) {
-  if (item) list.push_back(std::move(*item));
+void append(std::vector<Figure>& figures, std::optional<Figure> figure) {
+  if (figure) figures.push_back(*std::move(figure));
 }
 
 }  // namespace
@@ -61,46 +43,42 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
   ReportResult result;
   result.html = run.folder / "report.html";
   const std::filesystem::path folder = run.folder / "figures";
-  const Gnuplot gnuplot(settings.gnuplot, folder, settings.gnuplot_timeout);
+  const Gnuplot gnuplot(settings.gnuplot, folder);
   report_step(0, "looking for gnuplot");
-  if (const Status there = gnuplot.check(); !there) return there.error();
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder.string(), error.message())};
+  if (const Status ready = gnuplot.prepare(); !ready) return ready.error();
 
   const runlog::Summary summary = runlog::summarise(run);
   const std::optional<runlog::Summary> baseline = baseline_of(run, result.notes);
-  const Drawing drawing{run, summary, gnuplot, folder, result.notes};
+  const Drawing drawing{{gnuplot, folder, result.notes}, run, summary};
 
-  FigureGroup paths{"paths", "Trajectories", "", {}};
+  FigureGroup paths{"paths", "Trajectories"};
   report_step(0.05, "the arena from above");
-  paths.figures.push_back(draw_trajectory(drawing, find_overhead(drawing, settings)));
+  paths.figures.push_back(draw_trajectory(drawing, overhead_image(drawing, run.map, "Figure 7 is")));
   report_step(0.35, "positions");
   if (run.truth.empty())
     result.notes.emplace_back("There is no ground truth, so there is no figure of the position error.");
   paths.figures.push_back(draw_paths(drawing));
   append(paths.figures, draw_position_error(drawing));
 
-  FigureGroup ranges{"range-figures", "Ranges frame by frame", "", {}};
   report_step(0.45, "ranges");
-  ranges.figures = draw_ranges(drawing);
+  const FigureGroup ranges{"range-figures", "Ranges frame by frame", draw_ranges(drawing)};
 
-  FigureGroup bounded{"bounds", "Errors beside their bounds", "", {}};
+  FigureGroup bounded{"bounds", "Errors beside their bounds"};
   append(bounded.figures, draw_error_and_bound(drawing));
   append(bounded.figures, draw_normalised_errors(drawing));
 
   report_step(0.6, "the error budget");
   const RunErrorBudget run_error_budget =
       error_budget_of(run, settings.error_budget_draws, settings.error_budget_pose_step);
-  FigureGroup budgeted{"error-budget", "The error budget", "", {}, error_budget_table(run_error_budget)};
+  FigureGroup budgeted{"error-budget", "The error budget", {}, error_budget_table(run_error_budget)};
   append(budgeted.figures, draw_error_budget(drawing, run_error_budget.error_budget));
 
-  FigureGroup rig{"rig", "The rig", "", {}};
+  FigureGroup rig{"rig", "The rig"};
   report_step(0.65, "the rig");
   rig.figures.push_back(draw_geometry(drawing));
   append(rig.figures, draw_resolution(drawing));
 
-  FigureGroup views{"views", "Images of the mirrors", "", {}};
+  FigureGroup views{"views", "Images of the mirrors"};
   report_step(0.75, "views");
   append(views.figures, draw_superimposed(drawing));
   append(views.figures, draw_strips(drawing));

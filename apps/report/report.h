@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -9,19 +8,14 @@
 #include <vector>
 
 #include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
 namespace twocone::report {
 
 struct ReportSettings {
-  std::string gnuplot = "gnuplot";                    ///< the program: a path, or a name looked up in PATH
-  std::chrono::milliseconds gnuplot_timeout{30'000};  ///< for one figure, > 0
-  /// true: an image of the arena from above is rendered where the run and the machine allow it; false: a plan is drawn.
-  bool overhead = true;
-  sim_povray::RenderSettings render;  ///< how that image is rendered
-  int error_budget_draws = 400;       ///< draws of the error budget's Monte Carlo for each of its lines, >= 1
-  int error_budget_pose_step = 15;    ///< the error budget uses the pose of every such frame, >= 1
+  std::string gnuplot = "gnuplot";  ///< the program: a path, or a name looked up in PATH
+  int error_budget_draws = 400;     ///< draws of the error budget's Monte Carlo for each of its lines, >= 1
+  int error_budget_pose_step = 15;  ///< the error budget uses the pose of every such frame, >= 1
   /// Called before each step with the fraction done, in [0, 1], and the name of the step. May be empty.
   std::function<void(double, std::string_view)> progress;
 };
@@ -38,7 +32,7 @@ struct ReportResult {
 /// report of the data that it has, with a note of the data that are missing.
 ///
 /// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails becomes a note.
-/// @throws std::invalid_argument for a timeout, draws or step that are not positive, or a folder that does not exist
+/// @throws std::invalid_argument for draws or a step that are not positive, or a folder that does not exist
 Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings = {});
 
 }  // namespace twocone::report

@@ -6,6 +6,16 @@
 #include <numbers>
 
 namespace twocone::report {
+namespace {
+
+/// Returns the range from which the lower mirror shows a point that is `above_tip_m` above its tip.
+double inside_rim_from_m(const config::Rig& rig, double above_tip_m) {
+  const double d = rig.lower.lens_to_tip_m;
+  const double R = rig.lower.mirror_radius_m;
+  return above_tip_m * (d + R) / R - d;
+}
+
+}  // namespace
 
 double range_per_pixel_m(const config::Rig& rig, double range_m) {
   const double d = rig.lower.lens_to_tip_m;
@@ -13,16 +23,10 @@ double range_per_pixel_m(const config::Rig& rig, double range_m) {
   return (range_m + d) * (range_m + d) / (v_px * rig.mirror_separation_m);
 }
 
-double nearest_common_m(const config::Rig& rig) {
-  const double d = rig.lower.lens_to_tip_m;
-  const double R = rig.lower.mirror_radius_m;
-  return rig.mirror_separation_m * (d + R) / R - d;
-}
+double nearest_common_m(const config::Rig& rig) { return inside_rim_from_m(rig, rig.mirror_separation_m); }
 
 double nearest_top_m(const config::Rig& rig, double top_m) {
-  const double d = rig.lower.lens_to_tip_m;
-  const double R = rig.lower.mirror_radius_m;
-  return std::max(0.0, (top_m - rig.lens_height_m - d) * (d + R) / R - d);
+  return std::max(0.0, inside_rim_from_m(rig, top_m - rig.lens_height_m - rig.lower.lens_to_tip_m));
 }
 
 bool is_right_angled(const config::Rig& rig) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::report {
 namespace {
@@ -48,8 +47,6 @@ std::string mm(double metres) {
 }  // namespace
 
 RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_step) {
-  if (pose_step < 1)
-    throw std::invalid_argument(fmt::format("error_budget_of: pose_step is {}, must be >= 1", pose_step));
   error_budget::ErrorBudgetSettings settings = error_budget::settings_for(run.robot);
   settings.draws = draws;
   const std::vector<runlog::PoseRow>& path = path_of(run);

@@ -3,16 +3,18 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
+#include <initializer_list>
 #include <numbers>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
+#include "apps/estimation/method.h"
+#include "apps/report/kit/plain_text.h"
 #include "apps/report/paper_figures.h"
-#include "apps/report/plain_text.h"
 #include "localisation/pose_filter.h"
+#include "vision/ranging.h"
 
 namespace twocone::report {
 namespace {
@@ -21,44 +23,56 @@ constexpr std::size_t kWidth = 100;
 constexpr std::size_t kNameWidth = 12;
 constexpr double kMmPerM = 1000;
 constexpr double kDegreesPerRad = 180 / std::numbers::pi;
+const std::string_view kOk = to_string(vision::RangeVerdict::kOk);
 
 std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
 
 /// Formats a number in nine columns, the first of them blank. A number that is too long for that, such as the error of
 /// a wild answer, is written in powers of ten.
-std::string column(double value, int digits = 2) {
-  const std::string text = fmt::format("{:9.{}f}", value, digits);
-  return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", value);
+std::string column(std::optional<double> value, int digits = 2) {
+  if (!value) return fmt::format("{:>9}", "-");
+  const std::string text = fmt::format("{:9.{}f}", *value, digits);
+  return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", *value);
+}
+
+using ErrorMember = double runlog::ErrorStatistics::*;
+std::string columns(const std::optional<runlog::ErrorStatistics>& error, std::initializer_list<ErrorMember> members) {
+  std::string text;
+  for (const ErrorMember member : members)
+    text += column(error ? std::optional(*error.*member * kMmPerM) : std::nullopt);
+  return text;
 }
 
 std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  if (!error) return fmt::format("{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
-  return column(error->mean_m * kMmPerM) + column(error->rmse_m * kMmPerM) + column(error->p95_m * kMmPerM) +
-         column(error->max_m * kMmPerM);
+  using runlog::ErrorStatistics;
+  return columns(
+      error, {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
 }
 
 std::string baseline_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  if (!error) return fmt::format(" |{:>9}{:>9}", "-", "-");
-  return " |" + column(error->mean_m * kMmPerM) + column(error->max_m * kMmPerM);
+  return " |" + columns(error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
 }
 
-std::string paper_columns(std::optional<double> mean_mm, std::optional<double> max_mm) {
-  if (!mean_mm) return " |";
-  return fmt::format(" |{:>7}{:>6}", *mean_mm, *max_mm);
+std::string paper_columns(double mean_mm, double max_mm) { return fmt::format(" |{:>7}{:>6}", mean_mm, max_mm); }
+
+/// Returns the beginning of a row: a name, the number of frames that have such an answer, and their share of `whole`.
+std::string row_head(std::string_view name, int frames, int whole) {
+  return fmt::format("{:<{}}{:>8}{:>9}", cut(name, kNameWidth - 1), kNameWidth, frames, percent(frames, whole));
 }
 
-/// Returns the counts by verdict: `ok` first, then the others by frequency.
+/// Returns the items of a list with the commas between them.
+std::vector<std::string> listed(std::vector<std::string> items) {
+  for (std::size_t i = 0; i + 1 < items.size(); ++i) items[i] += ',';
+  return items;
+}
+
+/// Returns the counts by verdict, the most frequent first.
 std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool with_ok) {
-  std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
-  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-    return (a.first == "ok") != (b.first == "ok") ? a.first == "ok" : a.second > b.second;
-  });
   std::vector<std::string> words;
-  for (const auto& [verdict, count] : sorted) {
-    if (count > 0 && (with_ok || verdict != "ok")) words.push_back(fmt::format("{} {},", ascii(verdict), count));
+  for (const auto& [verdict, count] : by_frequency(verdicts)) {
+    if (with_ok || verdict != kOk) words.push_back(fmt::format("{} {}", ascii(verdict), count));
   }
-  if (!words.empty()) words.back().pop_back();
-  return words;
+  return listed(words);
 }
 
 /// Returns the frames with a position that the track did not use, by reason; nothing if it used all.
@@ -79,14 +93,13 @@ std::string head(const runlog::Summary& summary, const runlog::RunInfo& info, co
   text += wrapped(kWidth, "", "  ",
                   {fmt::format("robot {},", ascii(robot.name)), fmt::format("behaviour {},", ascii(info.behaviour)),
                    fmt::format("method {},", ascii(summary.method)), fmt::format("seed {}", info.seed)});
-  std::vector<std::string> facts{fmt::format("{} of {} frames,", summary.frames, info.frames_wanted),
-                                 fmt::format("{:.2f} s,", summary.duration_s)};
-  if (summary.travelled_m) facts.push_back(fmt::format("{:.2f} m driven,", *summary.travelled_m));
+  std::vector<std::string> facts{fmt::format("{} of {} frames", summary.frames, info.frames_wanted),
+                                 fmt::format("{:.2f} s", summary.duration_s)};
+  if (summary.travelled_m) facts.push_back(fmt::format("{:.2f} m driven", *summary.travelled_m));
   if (summary.headings_covered_deg) {
-    facts.push_back(fmt::format("headings covered: {:.0f} of 360 degrees,", *summary.headings_covered_deg));
+    facts.push_back(fmt::format("headings covered: {:.0f} of 360 degrees", *summary.headings_covered_deg));
   }
-  facts.back().pop_back();
-  text += wrapped(kWidth, "", "  ", facts);
+  text += wrapped(kWidth, "", "  ", listed(facts));
   if (!info.finished) text += "This run was cut off: the results below are of the frames that it finished.\n";
 
   std::vector<std::string> words;
@@ -108,17 +121,12 @@ std::string device_lines(const runlog::CaptureSummary& capture, const runlog::Ru
 std::string range_rows(const runlog::Summary& summary, bool truth, const runlog::Summary* baseline) {
   std::string text;
   for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
-    const int seen = landmark.frames_with_range;
-    text += fmt::format("{:<{}}{:>8}{:>9}", cut(landmark.name, kNameWidth - 1), kNameWidth, seen,
-                        percent(seen, summary.frames));
+    text += row_head(landmark.name, landmark.frames_with_range, summary.frames);
     if (truth) {
       text += error_columns(landmark.error);
-      if (baseline != nullptr) {
-        const runlog::LandmarkSummary* other = find_landmark(baseline, landmark.name);
-        text += baseline_columns(other != nullptr ? other->error : std::nullopt);
-      }
+      if (baseline != nullptr) text += baseline_columns(landmark_of(*baseline, landmark.name).error);
       const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
-      text += figures != nullptr ? paper_columns(figures->mean_mm, figures->max_mm) : paper_columns({}, {});
+      text += figures != nullptr ? paper_columns(figures->mean_mm, figures->max_mm) : " |";
     }
     text += "\n";
   }
@@ -158,16 +166,14 @@ std::string why_not(const runlog::Summary& summary) {
 /// it was not searched for.
 std::string searched_for(const config::Robot& robot) {
   std::vector<std::string> words;
-  for (const std::string& name : robot.estimator.landmarks) words.push_back(cut(name, kNameWidth) + ",");
-  if (words.empty()) return "";
-  words.back().pop_back();
-  return wrapped(kWidth, "Only these landmarks were searched for: ", "  ", words);
+  for (const std::string& name : robot.estimator.landmarks) words.push_back(cut(name, kNameWidth));
+  return words.empty() ? "" : wrapped(kWidth, "Only these landmarks were searched for: ", "  ", listed(words));
 }
 
 std::string heading_row(std::string_view name, const std::optional<runlog::AngleStatistics>& error, int frames) {
   if (!error) return "";
-  return fmt::format("{:<{}}{:>8}{:>9}{:9.4f}{:9.4f}{:9.4f}{:9.4f}\n", name, kNameWidth, error->count,
-                     percent(error->count, frames), error->mean_rad * kDegreesPerRad, error->rmse_rad * kDegreesPerRad,
+  return fmt::format("{}{:9.4f}{:9.4f}{:9.4f}{:9.4f}\n", row_head(name, error->count, frames),
+                     error->mean_rad * kDegreesPerRad, error->rmse_rad * kDegreesPerRad,
                      error->p95_rad * kDegreesPerRad, error->max_rad * kDegreesPerRad);
 }
 
@@ -186,11 +192,10 @@ std::string share_within(const std::optional<runlog::Share>& share) {
 /// @param digits after the point, for the errors. @param scale from the comparison's unit to the table's
 std::string bound_row(std::string_view name, const std::optional<runlog::BoundComparison>& bound, int digits,
                       double scale) {
-  if (!bound) return fmt::format("{:<{}}{:>8}{:>9}{:>9}{:>9}", name, kNameWidth, 0, "-", "-", "-");
-  std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound->count);
-  text += bound->rmse ? column(*bound->rmse * scale, digits) : fmt::format("{:>9}", "-");
-  text += column(bound->bound_rms * scale, digits);
-  return text + (bound->rmse ? column(*bound->ratio()) : fmt::format("{:>9}", "-"));
+  std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound ? bound->count : 0);
+  if (!bound) return text + column({}) + column({}) + column({});
+  text += column(bound->rmse ? std::optional(*bound->rmse * scale) : std::nullopt, digits);
+  return text + column(bound->bound_rms * scale, digits) + column(bound->ratio());
 }
 
 std::string bounds(const runlog::Summary& summary) {
@@ -210,13 +215,9 @@ std::string bounds(const runlog::Summary& summary) {
 std::string outliers(const runlog::Summary& summary) {
   std::vector<std::string> words;
   for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
-    if (landmark.outliers > 0)
-      words.push_back(fmt::format("{} {},", cut(landmark.name, kNameWidth), landmark.outliers));
+    if (landmark.outliers > 0) words.push_back(fmt::format("{} {}", cut(landmark.name, kNameWidth), landmark.outliers));
   }
-  if (!words.empty()) {
-    words.back().pop_back();
-    return wrapped(kWidth, "Left out of fixes as outliers, in frames: ", "  ", words);
-  }
+  if (!words.empty()) return wrapped(kWidth, "Left out of fixes as outliers, in frames: ", "  ", listed(words));
   return has_bounds(summary) ? "No measurement was left out of a fix as an outlier.\n" : "";
 }
 
@@ -230,11 +231,13 @@ bool has_bounds(const runlog::Summary& summary) {
 }
 
 std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vector<std::string>& notes) {
+  const std::string paper(to_string(estimation::Method::kPaper));
   std::error_code ignored;
-  if (run.method == "paper" || !std::filesystem::is_directory(run.folder / "methods" / "paper", ignored))
+  if (run.method == paper || !std::filesystem::is_directory(run.folder / "methods" / paper, ignored)) {
     return std::nullopt;
+  }
   try {
-    return runlog::summarise(runlog::read_run(run.folder, "paper"));
+    return runlog::summarise(runlog::read_run(run.folder, paper));
   } catch (const config::FileError& error) {
     notes.push_back(fmt::format("The baseline, method paper, cannot be read: {}", error.what()));
     return std::nullopt;
@@ -254,16 +257,22 @@ bool has_truth(const runlog::Summary& summary) {
                      [](const runlog::LandmarkSummary& landmark) { return landmark.error.has_value(); });
 }
 
-int count_of(const std::map<std::string, int>& verdicts, const std::string& verdict) {
-  const auto found = verdicts.find(verdict);
-  return found == verdicts.end() ? 0 : found->second;
+std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts) {
+  std::vector<std::pair<std::string, int>> sorted;
+  for (const auto& [verdict, count] : verdicts) {
+    if (count > 0) sorted.emplace_back(verdict, count);
+  }
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return (a.first == kOk) != (b.first == kOk) ? a.first == kOk : a.second > b.second;
+  });
+  return sorted;
 }
 
-const runlog::LandmarkSummary* find_landmark(const runlog::Summary* summary, const std::string& name) {
-  if (summary == nullptr) return nullptr;
-  const auto found = std::find_if(summary->landmarks.begin(), summary->landmarks.end(),
+const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name) {
+  static const runlog::LandmarkSummary none;
+  const auto found = std::find_if(summary.landmarks.begin(), summary.landmarks.end(),
                                   [&](const runlog::LandmarkSummary& landmark) { return landmark.name == name; });
-  return found == summary->landmarks.end() ? nullptr : &*found;
+  return found == summary.landmarks.end() ? none : *found;
 }
 
 std::vector<std::string> capture_words(const runlog::CaptureSummary& capture) {
@@ -294,23 +303,6 @@ std::vector<std::string> timing_words(const runlog::TimingSummary& timing) {
   return words;
 }
 
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
-  if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
-  // A word with control characters or invalid UTF-8 is written as its bytes, so that the command can be pasted.
-  if (!is_printable(word)) {
-    std::string safe = "$'";
-    for (const char c : word) {
-      const bool is_plain = c >= 0x20 && c < 0x7F && c != '\'' && c != '\\';
-      safe += is_plain ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-    }
-    return safe + "'";
-  }
-  std::string safe = "'";
-  for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return safe + "'";
-}
-
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method) {
   if (info.behaviour == runlog::kImported) {
     std::string import;
@@ -321,9 +313,10 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   }
   // The time budget comes from the file or from the command line; naming it twice changes nothing. Twelve digits undo
   // the division by 1000.
-  const bool has_budget = method != "paper" && robot.estimator.stage == "adaptive" && robot.estimator.budget_s;
-  const std::string time_budget =
-      has_budget ? fmt::format(" --budget-ms {:.12g}", *robot.estimator.budget_s * 1e3) : std::string();
+  using estimation::Method;
+  const Method with_stages = method == to_string(Method::kPaper) ? Method::kPaper : Method::kOutline;
+  const auto budget_s = estimation::time_limit_of(with_stages, robot);
+  const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
   return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{} --seed {}",
                      shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted,
                      shell_word(method), time_budget, info.seed);
@@ -339,22 +332,18 @@ std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, c
   text += range_rows(summary, truth, baseline) + why_not(summary) + searched_for(robot) + "\n";
 
   text += group_heads("Position", truth, baseline) + column_heads("", truth, baseline);
-  text += fmt::format("{:<{}}{:>8}{:>9}", "fix", kNameWidth, summary.frames_with_fix,
-                      percent(summary.frames_with_fix, summary.frames));
+  text += row_head("fix", summary.frames_with_fix, summary.frames);
   if (truth) {
     text += error_columns(summary.fix_error);
     if (baseline != nullptr) text += baseline_columns(baseline->fix_error);
     text += paper_columns(paper::kPositionMean_mm, paper::kPositionWithin_mm) + "\n";
-    if (summary.estimate_error) {
-      text +=
-          fmt::format("{:<{}}{:>8}{:>9}{}", "estimate", kNameWidth, summary.estimate_error->count,
-                      percent(summary.estimate_error->count, summary.frames), error_columns(summary.estimate_error));
+    if (const auto& error = summary.estimate_error) {
+      text += row_head("estimate", error->count, summary.frames) + error_columns(error);
       if (baseline != nullptr) text += baseline_columns(baseline->estimate_error);
       text += "\n";
     }
-    const int poses = summary.odometry_error ? summary.odometry_error->count : 0;
-    text += fmt::format("{:<{}}{:>8}{:>9}", "odometry", kNameWidth, poses, percent(poses, summary.frames));
-    text += error_columns(summary.odometry_error);
+    const auto& odometry = summary.odometry_error;
+    text += row_head("odometry", odometry ? odometry->count : 0, summary.frames) + error_columns(odometry);
   }
   text += "\n";
   text += wrapped(kWidth, "Frames by verdict: ", "  ", counts(summary.fix_verdicts, true)) + outliers(summary) +

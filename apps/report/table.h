@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/config/robot_file.h"
@@ -38,11 +39,11 @@ bool has_bounds(const runlog::Summary& summary);
 /// Returns whether the summary was made with ground truth.
 bool has_truth(const runlog::Summary& summary);
 
-/// Returns the number of frames with that verdict; 0 if it does not occur.
-int count_of(const std::map<std::string, int>& verdicts, const std::string& verdict);
+/// Returns the verdicts that occur with their counts: `ok` first, then the others by frequency.
+std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts);
 
-/// Returns the summary of the landmark called `name`; null if there is none.
-const runlog::LandmarkSummary* find_landmark(const runlog::Summary* summary, const std::string& name);
+/// Returns the summary of the landmark called `name`; an empty one if there is none.
+const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name);
 
 /// Returns rate, skew and losses of a real robot's pairs of images, in words for a line that may be broken between
 /// them.
@@ -50,9 +51,6 @@ std::vector<std::string> capture_words(const runlog::CaptureSummary& capture);
 
 /// Returns the times of vision and localisation, in words likewise. They hold for one machine and one run on it.
 std::vector<std::string> timing_words(const runlog::TimingSummary& timing);
-
-/// Returns a word as a POSIX shell needs it: unchanged, or in quotes where it needs them.
-std::string shell_word(const std::string& word);
 
 /// Returns the command that makes this run again, its words quoted for a POSIX shell where they need it.
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method);

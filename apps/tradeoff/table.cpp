@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/plain_text.h"
+#include "apps/report/kit/plain_text.h"
 #include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/wording.h"

@@ -87,7 +87,7 @@ void write_robots(const Options& options, const compare::Outcome& outcome) {
 void judge(const Options& options, const compare::Comparison& comparison) {
   std::string beyond, undecided;
   const auto add = [](std::string& to, const compare::Row& row, const std::string& what) {
-    to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", row.stage, row.name, what);
+    to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", to_string(row.stage), row.name, what);
   };
   for (const compare::Row& row : comparison.rows) {
     const auto asked = options.limits.find(row.limit_key);
@@ -187,12 +187,11 @@ void execute(Options options) {
     settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
     outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
   }
-  compare::advise(outcome->comparison.sources);
   fmt::print("{}\n", compare::table(outcome->comparison));
   runlog::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
-    const Status written = compare::write_page(outcome->comparison, options.out, {});
+    const Status written = compare::write_page(outcome->comparison, options.out);
     if (written) {
       fmt::print("page    {}\n", (options.out / "compare.html").string());
     } else {

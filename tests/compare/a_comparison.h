@@ -18,26 +18,47 @@ inline Comparison a_comparison() {
   c.simulated_frames = 300, c.real_frames = 294;
   c.matched_by_time = 280, c.matched_by_pose = 291;
 
-  Row rim{"image", "lower rim, radius", "px", 214.02, 216.01, 1.99, 0.08, "rim_px", 1.0, Light::kAmber, ""};
-  Row noise{"image", "noise <of a pixel>", "grey", 0.6, 4.1, 3.5, 0.05, "noise_grey", 1.0, Light::kRed, ""};
-  Row fix{"fix", "position", "mm", 0.4, 0.9, 0.5, {}, "fix_mm", 5.0, Light::kGreen, ""};
-  Row skew{"timing", "age", "ms", {}, {}, {}, {}, "", {}, Light::kNone, "no clock is common to both"};
+  Row rim{Stage::kImage, "lower rim, radius", "px", 214.02, 216.01, 1.99, 0.08, "rim_px", 1.0, Light::kAmber, ""};
+  Row noise{Stage::kImage, "noise <of a pixel>", "grey", 0.6, 4.1, 3.5, 0.05, "noise_grey", 1.0, Light::kRed, ""};
+  Row fix{Stage::kFix, "position", "mm", 0.4, 0.9, 0.5, {}, "fix_mm", 5.0, Light::kGreen, ""};
+  Row skew{Stage::kTiming, "age", "ms", {}, {}, {}, {}, "", {}, Light::kNone, "no clock is common to both"};
   c.rows = {rim, noise, fix, skew};
 
-  Source small{"noise", "upper", SourceVerdict::kDiffers, {{"upper.noise_grey", "grey", 0.6, 4.1, 0.05}}, 4900, 0};
-  small.shares = {{"range", 0.12}};
-  small.advice = "effects.camera.noise_grey: 4.1";
-  Source large{"focal length", "lower", SourceVerdict::kDiffers, {{"lower.rim_radius_px", "px", 214, 216, 0.1}}, 400,
+  Source small{Cause::kNoise,
+               vision::Side::kUpper,
+               "",
+               SourceVerdict::kDiffers,
+               {{"upper.noise_grey", "grey", 0.6, 4.1, 0.05}},
+               4900,
+               0};
+  small.shares = {{Quantity::kRange, 0.12}};
+  Source large{Cause::kFocalLength,
+               vision::Side::kLower,
+               "",
+               SourceVerdict::kDiffers,
+               {{"lower.rim_radius_px", "px", 214, 216, 0.1}},
+               400,
                5.5e-89};
-  large.shares = {{"range", 0.71}, {"odometry", -0.02}};
+  large.shares = {{Quantity::kRange, 0.71}, {Quantity::kOdometry, -0.02}};
   large.confusable = {"lower tilt"};
-  large.advice = "rig.lower.rim_radius_px: 216.0";
-  Source equal{"gain", "lower", SourceVerdict::kAgrees, {{"lower.gain", "1", 1, 1.004, 0.006}}, 0.44, 0.51};
-  Source undetermined{
-      "rolling shutter", "", SourceVerdict::kCannotTell, {}, 0, 1, "the robot never turned fast enough"};
+  Source equal{Cause::kExposureAndColour,
+               vision::Side::kLower,
+               "",
+               SourceVerdict::kAgrees,
+               {{"lower.gain", "1", 1, 1.004, 0.006}},
+               0.44,
+               0.51};
+  Source undetermined{Cause::kRollingShutter,
+                      std::nullopt,
+                      "",
+                      SourceVerdict::kCannotTell,
+                      {},
+                      0,
+                      1,
+                      "the robot never turned fast enough"};
   c.sources = {small, equal, large, undetermined};
   c.level = c.false_alarm / 3;
-  c.gaps = {{"range", "mm", 9.2, 1.1, 0.9, 0.03}, {"odometry", "mm/m", 20.5, 4.0, 3.1, std::nullopt}};
+  c.gaps = {{Quantity::kRange, "mm", 9.2, 1.1, 0.9, 0.03}, {Quantity::kOdometry, "mm/m", 20.5, 4.0, 3.1, std::nullopt}};
 
   c.map.bounds = {-2, 2, -1.5, 1.5};
   c.map.landmarks = {{"<red>", {0.9, 0.1, 0.1}, 1.2, 0.7, 0.05, 0.4}, {"green", {0.1, 0.8, 0.1}, -1.2, 0.6, 0.05, 0.4}};

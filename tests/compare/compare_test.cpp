@@ -50,7 +50,7 @@ class Compare : public testing::Test {
     return names;
   }
 
-  static const Gap* gap_of(const Comparison& comparison, const std::string& of) {
+  static const Gap* gap_of(const Comparison& comparison, Quantity of) {
     const auto at =
         std::find_if(comparison.gaps.begin(), comparison.gaps.end(), [&](const Gap& g) { return g.of == of; });
     return at == comparison.gaps.end() ? nullptr : &*at;
@@ -96,7 +96,8 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   ASSERT_FALSE(c.exhibits.empty());
   for (const Exhibit& exhibit : c.exhibits) {
     EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
-    EXPECT_EQ(exhibit.apart_m, 0);
+    EXPECT_EQ(exhibit.simulated.x_m, exhibit.real.x_m);
+    EXPECT_EQ(exhibit.simulated.y_m, exhibit.real.y_m);
   }
   EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
   EXPECT_EQ(reported.back(), 1);
@@ -117,12 +118,12 @@ TEST_F(Compare, AShiftedCentreIsNamedAndCorrected) {
   EXPECT_NEAR(centre->components[1].difference(), 0, kSigmas * centre->components[1].sigma);
   EXPECT_LT(centre->components[0].sigma, 0.1) << "px";
 
-  const Gap* const range = gap_of(c, "range");
+  const Gap* const range = gap_of(c, Quantity::kRange);
   ASSERT_NE(range, nullptr);
   EXPECT_GT(range->before, 2) << "mm, or there is nothing to correct";
   EXPECT_LT(range->after, 0.3 * range->before);
   ASSERT_EQ(centre->shares.size(), 1U);
-  EXPECT_EQ(centre->shares[0].of, "range");
+  EXPECT_EQ(centre->shares[0].of, Quantity::kRange);
   EXPECT_NEAR(centre->shares[0].share + *range->unexplained + *range->unnamed, 1, 1e-9);
   EXPECT_NEAR(*range->unnamed, 0, 0.1) << "changes of the calibration within its sigmas";
   EXPECT_GT(centre->shares[0].share, 0.5)

@@ -34,10 +34,10 @@ class Correct : public testing::Test {
     report.drive.wheel_radius_m = 0.0512;
     report.drive.wheel_separation_m = 0.297;
   }
-  void add(const std::string& kind, const std::string& where, std::vector<Component> components,
+  void add(Cause cause, std::optional<vision::Side> view, std::vector<Component> components,
            SourceVerdict verdict = SourceVerdict::kDiffers) {
     outcome_.comparison.sources.push_back(
-        {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)});
+        {.cause = cause, .view = view, .verdict = verdict, .components = std::move(components)});
   }
   [[nodiscard]] config::Robot read(const std::string& text) const {
     return config::read_robot(folder_.write("new.yaml", text));
@@ -49,7 +49,7 @@ class Correct : public testing::Test {
 };
 
 TEST_F(Correct, TheRealRobotReadsBackWithTheCalibrationsNumbers) {
-  add("centre", "lower", {{"lower.centre_px.column", "px", 319.5, 322.5, 0.1}});
+  add(Cause::kCentre, vision::Side::kLower, {{"lower.centre_px.column", "px", 319.5, 322.5, 0.1}});
   const std::string text = corrected_robot(outcome_, folder_.path() / "new.yaml");
   EXPECT_THAT(text, HasSubstr("runs/real"));
   EXPECT_THAT(text, HasSubstr("Found to differ: lower centre."));
@@ -64,8 +64,8 @@ TEST_F(Correct, TheRealRobotReadsBackWithTheCalibrationsNumbers) {
 }
 
 TEST_F(Correct, WithoutADifferenceTheSimulationIsUnchanged) {
-  add("exposure and colour", "lower", {}, SourceVerdict::kCannotTell);
-  add("frames lost", "lower", {{"lost", "%", 0, 5, 1}}, SourceVerdict::kAgrees);
+  add(Cause::kExposureAndColour, vision::Side::kLower, {}, SourceVerdict::kCannotTell);
+  add(Cause::kFramesLost, vision::Side::kLower, {{"lost", "%", 0, 5, 1}}, SourceVerdict::kAgrees);
   const std::string text = like_the_real(outcome_, folder_.path() / "new.yaml");
   EXPECT_THAT(text, HasSubstr("No difference was found."));
   config::Robot robot = read(text);
@@ -74,23 +74,23 @@ TEST_F(Correct, WithoutADifferenceTheSimulationIsUnchanged) {
 }
 
 TEST_F(Correct, ADifferenceBecomesAnEffect) {
-  add("exposure and colour", "lower",
+  add(Cause::kExposureAndColour, vision::Side::kLower,
       {{"gain.red", "1", 1, 1.1, 0.01},
        {"gain.green", "1", 1, 1.2, 0.01},
        {"gain.blue", "1", 1, 1.3, 0.01},
        {"vignetting", "1", 0, 0.3, 0.02}});
-  add("exposure and colour", "upper",
+  add(Cause::kExposureAndColour, vision::Side::kUpper,
       {{"gain.red", "1", 1, 0.8, 0.01},
        {"gain.green", "1", 1, 0.8, 0.01},
        {"gain.blue", "1", 1, 0.8, 0.01},
        {"vignetting", "1", 0, 0.03, 0.02}});
-  add("frames lost", "upper", {{"lost", "%", 0, 5, 1}});
-  add("latency", "", {{"latency_s", "ms", 0, 40, 1}});
-  add("skew", "", {{"upper.skew_s", "ms", 0, -10, 1}});
-  add("rolling shutter", "lower", {{"lower.readout_s", "ms", 0, 25, 1}});
-  add("sharpness", "upper", {{"blur", "px", 0.4, 0.9, 0.05}});
-  add("frame rate", "", {{"rate_hz", "Hz", 15, 12.5, 0.1}});
-  add("slip", "", {{"slip", "%", 1, 2.5, 0.1}});
+  add(Cause::kFramesLost, vision::Side::kUpper, {{"lost", "%", 0, 5, 1}});
+  add(Cause::kLatency, std::nullopt, {{"latency_s", "ms", 0, 40, 1}});
+  add(Cause::kSkew, std::nullopt, {{"upper.skew_s", "ms", 0, -10, 1}});
+  add(Cause::kRollingShutter, vision::Side::kLower, {{"lower.readout_s", "ms", 0, 25, 1}});
+  add(Cause::kSharpness, vision::Side::kUpper, {{"blur", "px", 0.4, 0.9, 0.05}});
+  add(Cause::kFrameRate, std::nullopt, {{"rate_hz", "Hz", 15, 12.5, 0.1}});
+  add(Cause::kSlip, std::nullopt, {{"slip", "%", 1, 2.5, 0.1}});
   const config::Robot robot = like();
   const auto &lower = robot.lower.effects, &upper = robot.upper.effects;
   EXPECT_NEAR(lower.gain, std::cbrt(1.1 * 1.2 * 1.3), 1.2 * kFourDigits) << "the colours' mean";
@@ -114,7 +114,7 @@ TEST_F(Correct, ADifferenceBecomesAnEffect) {
 
 TEST_F(Correct, TheNoiseIsThatOfTheRealImages) {
   constexpr double kFullWell = 5000, kRead = 12;  // electrons
-  add("noise", "upper", {{"noise", "grey", 0, 3, 0.1}});
+  add(Cause::kNoise, vision::Side::kUpper, {{"noise", "grey", 0, 3, 0.1}});
   for (auto& block : outcome_.images.views[1].real_noise.blocks) {
     for (std::size_t bin = 4; bin < 13; ++bin) {
       const double light = 0.05 * double(bin), tiles = 100;
@@ -139,7 +139,7 @@ TEST_F(Correct, AVignetteThatIsAlreadySimulatedStays) {
                                         {});
   outcome_.comparison.simulated_robot = config::read_robot(folder_.write("with.yaml", text));
   ASSERT_EQ(outcome_.comparison.simulated_robot.lower.effects.vignetting, 0.3);
-  add("exposure and colour", "lower",
+  add(Cause::kExposureAndColour, vision::Side::kLower,
       {{"gain.red", "1", 1, 1.2, 0.01},
        {"gain.green", "1", 1, 1.2, 0.01},
        {"gain.blue", "1", 1, 1.2, 0.01},
@@ -149,7 +149,7 @@ TEST_F(Correct, AVignetteThatIsAlreadySimulatedStays) {
 
 TEST_F(Correct, WheelsAreThoseOfTheCalibration) {
   outcome_.comparison.simulated_robot.effects.wheel_radius_m = 0.049;
-  add("wheel radius", "", {{"wheel_radius_m", "mm", 50, 51.2, 0.1}});
+  add(Cause::kWheelRadius, std::nullopt, {{"wheel_radius_m", "mm", 50, 51.2, 0.1}});
   const config::Robot robot = like();
   EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
   EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
@@ -160,14 +160,13 @@ TEST(Advise, EverySourceThatDiffersGetsASentence) {
   const Side a = made_up_side("sim_povray", made_up_result()), b = made_up_side("memory", made_up_result());
   double level = 0;
   std::vector<Source> sources = find_sources({a, b, timing_of(a.run), timing_of(b.run)}, {}, 1e-3, level);
-  Source landmark;
-  landmark.kind = "landmark", landmark.where = "red";
-  sources.push_back(landmark);
-  for (Source& source : sources) source.verdict = SourceVerdict::kDiffers;
-  sources.front().verdict = SourceVerdict::kAgrees;
-  advise(sources);
-  EXPECT_TRUE(sources.front().advice.empty());
-  for (std::size_t i = 1; i < sources.size(); ++i) EXPECT_FALSE(sources[i].advice.empty()) << sources[i].name();
+  sources.push_back({.cause = Cause::kLandmark, .landmark = "red"});
+  for (Source& source : sources) {
+    source.verdict = SourceVerdict::kAgrees;
+    EXPECT_TRUE(source.advice().empty());
+    source.verdict = SourceVerdict::kDiffers;
+    EXPECT_FALSE(source.advice().empty()) << source.name();
+  }
 }
 
 }  // namespace

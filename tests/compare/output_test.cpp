@@ -18,26 +18,31 @@ using testing::Not;
 Comparison a_wide_comparison() {
   Comparison c = a_comparison();
   Source& wide = c.sources[2];
-  wide.kind = "mirrors' alignment", wide.where = "";
+  wide.cause = Cause::kMirrorsAlignment, wide.view.reset();
   for (const char* const axis : {"x", "y"}) {
     wide.components.push_back(
         {std::string("upper.axis_offset_minus_lower_m.") + axis, "grey", -123456.789, 123456.789, 1234.567});
   }
   wide.confusable = {"lower rolling shutter", "upper rolling shutter", "lower focal length",
                      "upper focal length",    "mirrors' heights",      "wheel separation"};
-  wide.advice = "put the real numbers into the real robot's `rig:` (--write-robot does), or move camera and mirror";
-  wide.shares = {{"range", 0.71}, {"odometry", -0.02}, {"brightness", 0.5}, {"noise", 1}};
+  wide.shares = {
+      {Quantity::kRange, 0.71}, {Quantity::kOdometry, -0.02}, {Quantity::kBrightness, 0.5}, {Quantity::kNoise, 1}};
   c.sources.back().reason =
       "the drive does not determine upper.azimuth_minus_lower_rad (both runs), upper.axis_offset_minus_lower_m.x (both "
       "runs), upper.axis_offset_minus_lower_m.y (real run)";
   c.notes.push_back(
       "the images are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
       "on and on, as notes of devices sometimes do");
-  Row row{"detection", "difference of the paths per metre (RPE), rms",
-          "mm",        -12345678,
-          -12345678,   3,
-          1234567,     "missed-percent",
-          0.125,       Light::kCannotTell,
+  Row row{Stage::kDetection,
+          "difference of the paths per metre (RPE), rms",
+          "mm",
+          -12345678,
+          -12345678,
+          3,
+          1234567,
+          "missed-percent",
+          0.125,
+          Light::kCannotTell,
           ""};
   c.rows.push_back(row);
   c.gaps.back().unnamed = 0.83;

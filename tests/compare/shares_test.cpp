@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
-Source source(const std::string& kind, const std::string& where, SourceVerdict verdict,
+Source source(Cause cause, std::optional<vision::Side> view, SourceVerdict verdict,
               std::vector<Component> components = {}) {
-  return {.kind = kind, .where = where, .verdict = verdict, .components = std::move(components)};
+  return {.cause = cause, .view = view, .verdict = verdict, .components = std::move(components)};
 }
 
-const Gap& gap(const std::vector<Gap>& gaps, std::string_view of) {
+const Gap& gap(const std::vector<Gap>& gaps, Quantity of) {
   const auto at = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.of == of; });
-  if (at == gaps.end()) throw std::out_of_range(std::string(of));
+  if (at == gaps.end()) throw std::out_of_range(std::string(to_string(of)));
   return *at;
 }
 
@@ -39,18 +39,18 @@ class Shares : public testing::Test {
 };
 
 TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
-  std::vector<Source> sources{source("centre", "lower", SourceVerdict::kDiffers),
-                              source("tilt", "lower", SourceVerdict::kAgrees),
-                              source("skew", "", SourceVerdict::kDiffers)};
+  std::vector<Source> sources{source(Cause::kCentre, vision::Side::kLower, SourceVerdict::kDiffers),
+                              source(Cause::kTilt, vision::Side::kLower, SourceVerdict::kAgrees),
+                              source(Cause::kSkew, std::nullopt, SourceVerdict::kDiffers)};
   held_out_ = {{0.003, 0.001, 0.001, {0.004, 0, -0.002}}, {-0.004, 0.001, 0.001, {-0.003, 0, 0.001}}};
   const auto found = gaps(sources);
-  const Gap& range = gap(found, "range");
+  const Gap& range = gap(found, Quantity::kRange);
   EXPECT_NEAR(range.before, std::sqrt((9 + 16) / 2.0), kRounding);
   EXPECT_NEAR(range.after, 1, kRounding);
   EXPECT_NEAR(*range.floor, 1, kRounding);
   // (3 4 + 4 3) / 25 and (-3 2 - 4 1) / 25
   ASSERT_EQ(sources[0].shares.size(), 1U);
-  EXPECT_EQ(sources[0].shares[0].of, "range");
+  EXPECT_EQ(sources[0].shares[0].of, Quantity::kRange);
   EXPECT_NEAR(sources[0].shares[0].share, 24.0 / 25, kRounding);
   EXPECT_TRUE(sources[1].shares.empty());
   ASSERT_EQ(sources[2].shares.size(), 1U);
@@ -62,7 +62,7 @@ TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
 
 TEST_F(Shares, WithoutRangesThereIsNoGapOfRanges) {
   std::vector<Source> none;
-  for (const Gap& g : gaps(none)) EXPECT_NE(g.of, "range");
+  for (const Gap& g : gaps(none)) EXPECT_NE(g.of, Quantity::kRange);
 }
 
 TEST_F(Shares, OfOdometryGoToTheWheels) {
@@ -70,10 +70,10 @@ TEST_F(Shares, OfOdometryGoToTheWheels) {
   constexpr double kMore = 1.04;
   for (auto& pose : real_.reference) pose->x_m *= kMore;
   real_.calibration->drive.wheel_radius_m *= kMore;
-  std::vector<Source> sources{source("wheel radius", "", SourceVerdict::kDiffers),
-                              source("wheel separation", "", SourceVerdict::kAgrees)};
+  std::vector<Source> sources{source(Cause::kWheelRadius, std::nullopt, SourceVerdict::kDiffers),
+                              source(Cause::kWheelSeparation, std::nullopt, SourceVerdict::kAgrees)};
   const auto found = gaps(sources);
-  const Gap& odometry = gap(found, "odometry");
+  const Gap& odometry = gap(found, Quantity::kOdometry);
   EXPECT_NEAR(odometry.after, 0, 1e-6);
   EXPECT_NEAR(*odometry.floor, 0, 1e-6);
   // The reference has 40 steps of 52 mm; a stretch is at least a metre: 20 steps are 1.04 m, of which 40 mm are
@@ -90,9 +90,9 @@ TEST_F(Shares, WhatTheCalibrationPutsRightWithoutASourceIsNotUnexplained) {
   constexpr double kMore = 1.04;
   for (auto& pose : real_.reference) pose->x_m *= kMore;
   real_.calibration->drive.wheel_radius_m *= kMore;
-  std::vector<Source> sources{source("wheel radius", "", SourceVerdict::kAgrees)};
+  std::vector<Source> sources{source(Cause::kWheelRadius, std::nullopt, SourceVerdict::kAgrees)};
   const auto found = gaps(sources);
-  const Gap& odometry = gap(found, "odometry");
+  const Gap& odometry = gap(found, Quantity::kOdometry);
   EXPECT_NEAR(odometry.after, 0, 1e-6);
   EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
   EXPECT_NEAR(*odometry.unnamed, 1, kRounding);
@@ -103,7 +103,7 @@ TEST_F(Shares, PlacesThatAreRenderedAgainHaveNoWheelsAndNoFloorOfOdometry) {
   is_rendered_ = true;
   for (auto& pose : real_.reference) pose->x_m *= 1.04;
   std::vector<Source> none;
-  EXPECT_FALSE(gap(gaps(none), "odometry").floor.has_value());
+  EXPECT_FALSE(gap(gaps(none), Quantity::kOdometry).floor.has_value());
 }
 
 TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
@@ -113,13 +113,13 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
     transfer.log_gain = {log_gain + off, log_gain + off, log_gain + off};
     images_.views[0].transfers.push_back(transfer);
   }
-  std::vector<Source> sources{source("exposure and colour", "lower", SourceVerdict::kDiffers,
+  std::vector<Source> sources{source(Cause::kExposureAndColour, vision::Side::kLower, SourceVerdict::kDiffers,
                                      {{"gain.red", "1", 1, 1.2, 0.01},
                                       {"gain.green", "1", 1, 1.2, 0.01},
                                       {"gain.blue", "1", 1, 1.2, 0.01},
                                       {"vignetting", "1", 0, 0, 0.02}})};
   const auto found = gaps(sources);
-  const Gap& brightness = gap(found, "brightness");
+  const Gap& brightness = gap(found, Quantity::kBrightness);
   EXPECT_NEAR(brightness.after, 1, kRounding) << "% of scatter";
   EXPECT_NEAR(brightness.before, 100 * std::hypot(log_gain, 0.01), kRounding);
   const double share = log_gain * log_gain / (log_gain * log_gain + 1e-4);
@@ -130,11 +130,11 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
 
 TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
   std::vector<Source> sources{
-      source("noise", "lower", SourceVerdict::kDiffers, {{"noise", "grey", 1, 4, 0.3}}),
-      source("noise", "upper", SourceVerdict::kAgrees, {{"noise", "grey", 1, 2, 0.4}}),
+      source(Cause::kNoise, vision::Side::kLower, SourceVerdict::kDiffers, {{"noise", "grey", 1, 4, 0.3}}),
+      source(Cause::kNoise, vision::Side::kUpper, SourceVerdict::kAgrees, {{"noise", "grey", 1, 2, 0.4}}),
   };
   const auto found = gaps(sources);
-  const Gap& noise = gap(found, "noise");
+  const Gap& noise = gap(found, Quantity::kNoise);
   EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kRounding);
   EXPECT_NEAR(noise.after, std::sqrt((0.09 + 1) / 2), kRounding) << "one sigma of the view that was found to differ";
   EXPECT_NEAR(*noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);

@@ -34,7 +34,7 @@ std::string without(std::string text, const std::string& part) {
 
 /// Returns the page after the checks that apply to every page.
 std::string page_of(const Comparison& comparison, const TemporaryFolder& folder) {
-  const Status written = write_page(comparison, folder.path(), {});
+  const Status written = write_page(comparison, folder.path());
   if (!written) ADD_FAILURE() << written.error().message;
   const std::string page = folder.read("compare.html");
   std::istringstream stream(page);
@@ -94,8 +94,8 @@ TEST(ComparePage, HoldsVerdictsLightsGapsAndAdvice) {
   const TemporaryFolder folder;
   const std::string page = page_of(a_comparison(), folder);
   for (const std::string& part :
-       {headline(a_comparison()), std::string("effects.camera.noise_grey: 4.1"),
-        std::string("rig.lower.rim_radius_px: 216.0"), std::string("71\u00a0% of range"),
+       {headline(a_comparison()), std::string("use more light; in the simulation set full_well_electrons"),
+        std::string("put the real numbers into the real robot&#39;s `rig:`"), std::string("71\u00a0% of range"),
         std::string("\u22122\u00a0% of odometry"), std::string("5.5e-89"), std::string("p &lt; 0.00033"),
         std::string("lower tilt"), std::string("Tested without a difference: 1"),
         std::string("Cannot be determined: 1"), std::string("the robot never turned fast enough"),
@@ -134,7 +134,7 @@ TEST(ComparePage, LeavesOutNumbersThatAreNotFinite) {
   const TemporaryFolder folder;
   Comparison c = a_comparison();
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  c.gaps.front() = {"range", "mm", nan, inf, -1, nan};
+  c.gaps.front() = {Quantity::kRange, "mm", nan, inf, -1, nan};
   c.rows.front().simulated = nan;
   c.rows.front().gap_sigma = 0;
   c.sources.front().components.front().sigma = nan;
@@ -222,7 +222,7 @@ TEST(CompareWording, RoundsToTheSigma) {
   EXPECT_EQ(percent(-0.034), "\u22123\u00a0%");
   EXPECT_EQ(percent(0.004), "<\u00a01\u00a0%");
   EXPECT_EQ(chance(0), "<\u00a01e-99");
-  const Source centre{"centre", "upper", SourceVerdict::kDiffers, {}};
+  const Source centre{Cause::kCentre, vision::Side::kUpper, "", SourceVerdict::kDiffers, {}};
   EXPECT_EQ(short_name(centre, {"upper.centre_px.column", "px", 0, 0, 1}), "column");
   EXPECT_EQ(short_name(centre, {"upper.centre_pixels", "px", 0, 0, 1}), "pixels");
 }

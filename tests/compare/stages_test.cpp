@@ -102,9 +102,9 @@ TEST_F(Rows, OfTwoEqualRunsNoLightIsBeyondGreen) {
 }
 
 TEST_F(Rows, StagesFollowTheOrderFromImageToPose) {
-  std::vector<std::string> stages;
+  std::vector<std::string_view> stages;
   for (const Row& r : rows()) {
-    if (stages.empty() || stages.back() != r.stage) stages.push_back(r.stage);
+    if (stages.empty() || stages.back() != to_string(r.stage)) stages.push_back(to_string(r.stage));
   }
   EXPECT_THAT(stages, testing::ElementsAre("image", "detection", "disparity", "range", "bearing", "fix", "odometry",
                                            "trajectory", "timing"));

@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include the listed folders and headers.
 # The first area that fits is used. DRIVER is the driver's own folder.
 set(areas base hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report apps/calibrate
+          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate
           apps/compare apps/doctor apps/import apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/reflected_truth.h
@@ -29,12 +29,15 @@ set(may_apps/estimation apps/estimation apps/config base hal/image.h hal/result.
 set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base localisation vision)
 set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
 set(may_apps/runs apps/runs ${common})
+# What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
+set(may_apps/report/kit apps/report/kit apps/report/figures/child.h apps/config apps/runlog/run_data.h base hal
+                        drivers/sim_povray/sim_povray.h)
 set(may_apps/report apps/report apps/error_budget ${common})
 set(may_apps/calibrate apps/calibrate ${common})
-set(may_apps/compare apps/compare apps/import/motion.h apps/report apps/calibrate apps/runs ${common})
+set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})
 set(may_apps/doctor apps/doctor ${common})
 set(may_apps/import apps/import apps/runlog apps/estimation/method.h apps/config hal/image.h localisation)
-set(may_apps/tradeoff apps/tradeoff apps/report ${common})
+set(may_apps/tradeoff apps/tradeoff apps/report/kit ${common})
 set(may_apps/twocone apps ${common})
 set(may_bench bench apps drivers base hal vision localisation tests/support)
 # The public interface stands alone; other programs see nothing else.

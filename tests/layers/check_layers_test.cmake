@@ -12,6 +12,7 @@ string(REGEX MATCHALL "[^\n]+:[0-9]+: [^\n]+" breaches "${report}")
 
 set(files_rule "apps/config, apps/behaviours, base, hal, vision, localisation, drivers/backends.h, drivers/serial_diffdrive/protocol.h, drivers/serial_diffdrive/serial_diffdrive.h, drivers/sim_povray/effects.h, drivers/sim_povray/reflected_truth.h, drivers/sim_povray/serve.h, drivers/sim_povray/sim_povray.h")
 set(behaviours_rule "apps/behaviours, localisation, hal/clock.h, hal/diff_drive.h, hal/pose.h")
+set(tradeoff_rule "apps/tradeoff, apps/report/kit, apps/config, apps/estimation, apps/runlog, apps/behaviours, base, hal, vision, localisation, drivers/backends.h, drivers/serial_diffdrive/protocol.h, drivers/serial_diffdrive/serial_diffdrive.h, drivers/sim_povray/effects.h, drivers/sim_povray/reflected_truth.h, drivers/sim_povray/serve.h, drivers/sim_povray/sim_povray.h")
 set(expected
   "apps/behaviours/CMakeLists.txt:2: apps/behaviours may link only: ${behaviours_rule}, not twocone::one (drivers/one)"
   "apps/behaviours/cheats.cpp:3: apps/behaviours may include only: ${behaviours_rule}, not \"hal/robot.h\""
@@ -19,6 +20,7 @@ set(expected
   "apps/config/reaches_inside.cpp:4: apps/config may include only: ${files_rule}, not \"robot_file.h\""
   "apps/config/reaches_inside.cpp:5: an include that this check cannot read: #include ROBOT_FILE"
   "apps/newcomer/anything.cpp:1: this folder has no rule, add one to tests/layers/check_layers.cmake"
+  "apps/tradeoff/reaches_inside.cpp:3: apps/tradeoff may include only: ${tradeoff_rule}, not \"apps/report/table.h\""
   "drivers/backends.cpp:4: drivers/backends may include only: hal, drivers, not \"apps/config/robot_file.h\""
   "drivers/one/reads_yaml.cpp:5: drivers/one must do without <yaml-cpp/yaml.h>"
   "drivers/two/knows_one.cpp:2: drivers/two may include only: base, hal, drivers/two, not \"drivers/one/one.h\""

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/report/kit/plain_text.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

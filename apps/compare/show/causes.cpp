@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "apps/compare/show/findings.h"
+#include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::compare {
 namespace {
@@ -12,32 +13,12 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-/// Returns a cell with one line for each component, so that the lines of a row's cells are level.
-template <typename Line>
-std::string lines(const Source& source, Line line) {
-  std::string cell;
-  for (const Component& component : source.components) {
-    cell += (cell.empty() ? "" : "<br/>") + escape(line(component));
-  }
-  return cell;
-}
-
-std::string unit_of(const Component& component) {
-  return component.unit.empty() || component.unit == "1" ? "" : "\u00a0" + component.unit;
-}
-
-std::string shares_of(const Source& source) {
-  std::string cell;
-  for (const Share& share : source.shares) {
-    cell += fmt::format("{}{} of {}", cell.empty() ? "" : "<br/>", percent(share.share), escape(share.of));
-  }
-  return cell.empty() ? "\u2013" : cell;
-}
-
-std::string confusable_of(const Source& source) {
-  std::string cell;
-  for (const std::string& other : source.confusable) cell += (cell.empty() ? "" : "<br/>") + escape(other);
-  return cell.empty() ? "\u2013" : cell;
+/// Returns a cell with one line for each item; an en dash without any.
+template <typename Items, typename Line>
+std::string lines(const Items& items, Line line) {
+  std::vector<std::string> texts;
+  for (const auto& item : items) texts.push_back(escape(line(item)));
+  return texts.empty() ? "\u2013" : fmt::format("{}", fmt::join(texts, "<br/>"));
 }
 
 std::string table_of(const std::vector<const Source*>& sources, const std::string& caption, bool differs) {
@@ -45,14 +26,21 @@ std::string table_of(const std::vector<const Source*>& sources, const std::strin
   if (differs) heads.insert(heads.end(), {"explains", "hard to distinguish from"});
   html::Table table(caption, html::head_row(heads), "class=\"sources\"");
   for (const Source* source : sources) {
+    // The cells of numbers have as many lines each, so that those of one component are level.
     std::vector<std::string> cells{
         escape(source->name()),
-        lines(*source, [](const Component& c) { return c.name; }),
-        lines(*source, [](const Component& c) { return to_precision_of(c.sigma, c.simulated); }),
-        lines(*source, [](const Component& c) { return to_precision_of(c.sigma, c.real); }),
-        lines(*source, [](const Component& c) { return with_sigma(c.difference(), c.sigma) + unit_of(c); }),
+        lines(source->components, [](const Component& c) { return c.name; }),
+        lines(source->components, [](const Component& c) { return to_precision_of(c.sigma, c.simulated); }),
+        lines(source->components, [](const Component& c) { return to_precision_of(c.sigma, c.real); }),
+        lines(source->components,
+              [](const Component& c) { return with_sigma(c.difference(), c.sigma) + unit_after("\u00a0", c.unit); }),
         escape(chance(source->p_value))};
-    if (differs) cells.insert(cells.end(), {shares_of(*source), confusable_of(*source)});
+    if (differs) {
+      cells.push_back(lines(source->shares, [](const Share& share) {
+        return fmt::format("{} of {}", percent(share.share), to_string(share.of));
+      }));
+      cells.push_back(lines(source->confusable, [](const std::string& other) { return other; }));
+    }
     table.add(cells);
   }
   return table.str();
@@ -61,10 +49,9 @@ std::string table_of(const std::vector<const Source*>& sources, const std::strin
 std::string advice_html(const std::vector<const Source*>& sources) {
   std::string items;
   for (const Source* source : sources) {
-    if (source->advice.empty()) continue;
-    items += html::element("li", html::text("strong", source->name() + ":") + escape(source->advice));
+    items += html::element("li", html::text("strong", source->name() + ":") + escape(source->advice()));
   }
-  return items.empty() ? "" : html::text("h3", "What to change") + html::element("ul", items);
+  return html::text("h3", "What to change") + html::element("ul", items);
 }
 
 std::string folded(const std::string& title, const std::string& inner) {
@@ -85,8 +72,8 @@ std::string test_sentence(const Comparison& comparison, std::size_t tested) {
 
 std::string causes_html(const Comparison& comparison) {
   const std::vector<const Source*> differing = sources_by_share(comparison);
-  const std::vector<const Source*> agreeing = sources_of(comparison, SourceVerdict::kAgrees);
-  const std::vector<const Source*> undetermined = sources_of(comparison, SourceVerdict::kCannotTell);
+  const std::vector<const Source*> agreeing = comparison.sources_with(SourceVerdict::kAgrees);
+  const std::vector<const Source*> undetermined = comparison.sources_with(SourceVerdict::kCannotTell);
   std::string text = html::text("p", test_sentence(comparison, differing.size() + agreeing.size()));
   if (!differing.empty()) {
     text += table_of(differing, "Sources that differ, sorted by the largest part of a gap that they explain", true);

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/show/exhibits.h"
+#include "apps/compare/show/sections.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 
 #include "apps/compare/show/images.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
+#include "localisation/odometry.h"
 
 namespace twocone::compare {
 namespace {
@@ -21,12 +23,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// Limit for all images as data URIs, so that the page can be sent by mail.
 constexpr std::size_t kMostBytes = 4'500'000;
 
-std::string jpeg_uri(const cv::Mat& image, int quality) {
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return report::data_uri("image/jpeg", jpeg);
-}
-
 std::string svg(cv::Size size, const std::string& title, const std::string& inner) {
   return fmt::format(
       "<svg viewBox=\"0 0 {} {}\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\"><title>{}</title>{}</svg>\n",
@@ -35,7 +31,7 @@ std::string svg(cv::Size size, const std::string& title, const std::string& inne
 
 std::string jpeg(const cv::Mat& image, const std::string& id, int quality) {
   return fmt::format("<image id=\"{}\" width=\"{}\" height=\"{}\" href=\"{}\"/>", id, image.cols, image.rows,
-                     jpeg_uri(image, quality));
+                     report::jpeg_uri(image, quality));
 }
 
 std::string captioned(const std::string& drawing, const std::string& words) {
@@ -46,7 +42,7 @@ std::string side_by_side(const ExhibitView& view, const std::string& prefix, int
   std::string inner;
   for (const auto& [side, image] : {std::pair{"simulated", &view.simulated}, std::pair{"real", &view.real}}) {
     if (image->empty()) continue;
-    const std::string words = view.view + ", " + side;
+    const std::string words = view.name() + ", " + side;
     inner += captioned(svg(image->size(), words, jpeg(*image, prefix + side, quality)), words);
   }
   return inner;
@@ -55,9 +51,9 @@ std::string side_by_side(const ExhibitView& view, const std::string& prefix, int
 /// Returns the real image over the simulated one. It refers to the images that the page already contains.
 std::string blended(const ExhibitView& view, const std::string& prefix) {
   if (view.simulated.empty() || view.real.empty()) return "";
-  return captioned(svg(view.simulated.size(), view.view + ", blended",
+  return captioned(svg(view.simulated.size(), view.name() + ", blended",
                        fmt::format("<use href=\"#{0}simulated\"/><use class=\"over\" href=\"#{0}real\"/>", prefix)),
-                   view.view + ", real over simulated");
+                   view.name() + ", real over simulated");
 }
 
 std::string bearing_axis() {
@@ -74,11 +70,11 @@ std::string strips(const ExhibitView& view, const std::string& prefix, int quali
                                     std::pair{"difference", &view.difference}}) {
     if (image->empty()) continue;
     inner += html::text("span", name, "class=\"strip-name\"");
-    inner += svg(image->size(), fmt::format("{}, {}, unrolled", view.view, name),
+    inner += svg(image->size(), fmt::format("{}, {}, unrolled", view.name(), name),
                  jpeg(*image, prefix + name + "-strip", quality));
   }
   if (inner.empty()) return "";
-  std::string caption = fmt::format("{} mirror unrolled", view.view == "lower" ? "Lower" : "Upper");
+  std::string caption = fmt::format("{} mirror unrolled", view.view == vision::Side::kLower ? "Lower" : "Upper");
   if (view.mean_difference_grey) {
     caption += fmt::format("; the brightness differs by {:.1f} grey levels on average", *view.mean_difference_grey);
   }
@@ -102,31 +98,26 @@ std::string difference_legend() {
 }
 
 std::string name_of(const Exhibit& exhibit) {
-  return fmt::format("t = {:.2f} s simulated, {:.2f} s real; {:.1f} mm and {:.2f}\u00b0 apart", exhibit.simulated.t_s,
-                     exhibit.real.t_s, exhibit.apart_m * 1000, exhibit.turned_rad / kDegree);
+  const runlog::PoseRow &a = exhibit.simulated, &b = exhibit.real;
+  return fmt::format("t = {:.2f} s simulated, {:.2f} s real; {:.1f} mm and {:.2f}\u00b0 apart", a.t_s, b.t_s,
+                     std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) * 1000,
+                     std::abs(localisation::wrap_angle_rad(a.heading_rad - b.heading_rad)) / kDegree);
 }
 
 std::string exhibits_at(const Comparison& comparison, const std::vector<std::array<ExhibitView, 2>>& images,
                         int quality) {
   std::string text;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    std::string notes;
-    std::string whole;
-    std::string blends;
-    std::string unrolled;
+    std::string notes, whole, blends, unrolled;
     for (const ExhibitView& view : images[i]) {
-      const std::string prefix = fmt::format("e{}-{}-", i, view.view);
+      const std::string prefix = fmt::format("e{}-{}-", i, view.name());
       for (const std::string& note : view.notes) notes += html::text("p", note, "class=\"warning\"");
       whole += html::element("div", side_by_side(view, prefix, quality), "class=\"pairs\"");
       blends += blended(view, prefix);
       unrolled += strips(view, prefix, quality);
     }
-    notes += whole;
-    notes += html::element("div", blends, "class=\"pairs\"");
-    notes += unrolled;
-    text += html::element("div", notes,
-                          fmt::format("class=\"frame\" data-name=\"{}\"{}", escape(name_of(comparison.exhibits[i])),
-                                      i == 0 ? "" : " hidden=\"hidden\""));
+    text += html::shown_frame(notes + whole + html::element("div", blends, "class=\"pairs\"") + unrolled,
+                              name_of(comparison.exhibits[i]), i == 0);
   }
   return text;
 }

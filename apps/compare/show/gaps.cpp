@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/compare/show/findings.h"
+#include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 
 namespace twocone::compare {
 namespace {
@@ -38,8 +37,8 @@ std::string bars_of(const Gap& gap, double y) {
   const double floor = drawable(gap.floor.value_or(0));
   const double most = std::max({drawable(gap.before), drawable(gap.after), floor});
   const double scale = most > 0 ? (kBarsEnd - kNamesEnd) / most : 0;
-  const std::string unit = gap.unit.empty() || gap.unit == "1" ? "" : " " + gap.unit;
-  std::string svg = svg_text(kNamesEnd - 12, y + kBarStep + 4, "end", gap.of, "font-weight=\"600\"");
+  const std::string unit = unit_after(" ", gap.unit);
+  std::string svg = svg_text(kNamesEnd - 12, y + kBarStep + 4, "end", to_string(gap.of), "font-weight=\"600\"");
   double top = y;
   for (const auto& [value, colour] :
        {std::pair{gap.before, report::kFixColour}, std::pair{gap.after, report::kOdometryColour}}) {
@@ -93,8 +92,9 @@ std::string gaps_html(const Comparison& comparison) {
     return value ? escape(percent(*value)) : std::string("\u2013");
   };
   for (const Gap& gap : comparison.gaps) {
-    table.add({escape(gap.of), escape(gap.unit), escape(plain_number(gap.before)), escape(plain_number(gap.after)),
-               escape(plain_number(gap.floor)), share(gap.unexplained), share(gap.unnamed)});
+    table.add({escape(to_string(gap.of)), escape(gap.unit), escape(plain_number(gap.before)),
+               escape(plain_number(gap.after)), escape(plain_number(gap.floor)), share(gap.unexplained),
+               share(gap.unnamed)});
   }
   const std::string caption = html::text("strong", "Distance of the real run from a run without any difference.") +
                               escape(

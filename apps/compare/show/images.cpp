@@ -63,16 +63,19 @@ cv::Mat strip_of(const cv::Mat& image, const config::Robot& robot, bool lower, d
 
 void unroll(ExhibitView& images, const Comparison& comparison, const cv::Mat& simulated, const cv::Mat& real,
             double turned_rad) {
-  const bool lower = images.view == "lower";
+  const bool lower = images.view == vision::Side::kLower;
   const auto attempt = [&](const cv::Mat& image, const config::Robot& robot, double turn_rad, const char* side) {
     cv::Mat strip;
     if (image.empty()) return strip;
+    const auto note = [&](const std::exception& error) {
+      images.notes.push_back(fmt::format("The {} {} image is not unrolled: {}", side, images.name(), error.what()));
+    };
     try {
       strip = strip_of(image, robot, lower, turn_rad);
     } catch (const config::FileError& error) {
-      images.notes.push_back(fmt::format("The {} {} image is not unrolled: {}", side, images.view, error.what()));
+      note(error);
     } catch (const std::invalid_argument& error) {
-      images.notes.push_back(fmt::format("The {} {} image is not unrolled: {}", side, images.view, error.what()));
+      note(error);
     }
     return strip;
   };
@@ -115,12 +118,13 @@ cv::Vec3b difference_colour(double grey) {
 
 std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhibit& exhibit) {
   std::array<ExhibitView, 2> views;
-  for (const bool lower : {true, false}) {
-    ExhibitView& images = views[lower ? 0 : 1];
-    images.view = lower ? "lower" : "upper";
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const bool lower = side == vision::Side::kLower;
+    ExhibitView& images = views[static_cast<std::size_t>(side)];
+    images.view = side;
     const cv::Mat simulated =
-        read(lower ? exhibit.simulated_lower : exhibit.simulated_upper, "simulated " + images.view, images.notes);
-    const cv::Mat real = read(lower ? exhibit.real_lower : exhibit.real_upper, "real " + images.view, images.notes);
+        read(lower ? exhibit.simulated_lower : exhibit.simulated_upper, "simulated " + images.name(), images.notes);
+    const cv::Mat real = read(lower ? exhibit.real_lower : exhibit.real_upper, "real " + images.name(), images.notes);
     // Both bodies head differently, so equal bearings of the world are different bearings of the bodies.
     unroll(images, comparison, simulated, real,
            std::remainder(exhibit.simulated.heading_rad - exhibit.real.heading_rad, 2 * std::numbers::pi));
@@ -132,7 +136,7 @@ std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhib
       images.notes.push_back(
           fmt::format("The real {} image, {} \u00d7 {} px, is drawn at the size of the simulated one, {} \u00d7 {} "
                       "px, so that both can be blended.",
-                      images.view, real.cols, real.rows, simulated.cols, simulated.rows));
+                      images.name(), real.cols, real.rows, simulated.cols, simulated.rows));
     }
   }
   return views;

@@ -15,7 +15,7 @@ namespace twocone::compare {
 
 /// A pair's images of one view, CV_8UC3 b g r; empty where there is none.
 struct ExhibitView {
-  std::string view;         ///< lower, upper
+  vision::Side view = vision::Side::kLower;
   cv::Mat simulated, real;  ///< original images, reduced to the width of the page; of one size where both exist
   /// Unrolled on one scale of bearings, that of the real robot's heading; the simulated strip is turned to it.
   cv::Mat simulated_strip, real_strip;
@@ -23,6 +23,8 @@ struct ExhibitView {
   cv::Mat difference;
   std::optional<double> mean_difference_grey;  ///< mean of its absolute values
   std::vector<std::string> notes;              ///< what is missing or was resized, a sentence each
+
+  [[nodiscard]] std::string name() const { return std::string(to_string(view)); }
 };
 
 /// Brightness differences of this many grey levels or more have the strongest colour.

@@ -3,16 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/show/exhibits.h"
-#include "apps/compare/show/figures.h"
-#include "apps/compare/show/findings.h"
 #include "apps/compare/show/page_style.h"
+#include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/figures/gnuplot.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
-#include "apps/report/page/page.h"
-#include "apps/report/page/style.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/style.h"
 
 namespace twocone::compare {
 namespace {
@@ -22,16 +17,13 @@ namespace html = report::html;
 std::string named(const std::string& name) { return name.empty() ? "not named" : name; }
 
 std::string what_html(const Comparison& comparison) {
-  std::string rows;
-  const auto add = [&](std::string_view name, const std::string& value) {
-    rows += html::text("dt", name) + html::text("dd", value);
-  };
-  add("simulated", fmt::format("{}, {} frames{}", named(comparison.simulated), comparison.simulated_frames,
-                               comparison.is_rendered ? ", rendered at the real run's poses" : ""));
-  add("real", fmt::format("{}, {} frames", named(comparison.real), comparison.real_frames));
-  add("matched", fmt::format("{} frames by time, {} by pose", comparison.matched_by_time, comparison.matched_by_pose));
-  add("poses of the real robot", comparison.reference.empty() ? "unknown" : comparison.reference);
-  std::string text = html::element("dl", rows);
+  std::string text = html::facts(
+      {{"simulated", fmt::format("{}, {} frames{}", named(comparison.simulated), comparison.simulated_frames,
+                                 comparison.is_rendered ? ", rendered at the real run's poses" : "")},
+       {"real", fmt::format("{}, {} frames", named(comparison.real), comparison.real_frames)},
+       {"matched",
+        fmt::format("{} frames by time, {} by pose", comparison.matched_by_time, comparison.matched_by_pose)},
+       {"poses of the real robot", comparison.reference.empty() ? "unknown" : comparison.reference}});
   if (!comparison.notes.empty()) text += html::text("h3", "Notes") + html::list(comparison.notes);
   return html::section("what", "What was compared", text);
 }
@@ -40,14 +32,6 @@ std::string what_html(const Comparison& comparison) {
 struct Part {
   std::string id, title, inner;
 };
-
-std::string figures_html(const std::vector<report::Figure>& figures) {
-  std::string text;
-  for (const report::Figure& figure : figures) {
-    if (!figure.svg.empty()) text += report::figure_html(figure);
-  }
-  return text.empty() ? "" : html::element("div", text, "class=\"figures\"");
-}
 
 std::string page_of(const Comparison& comparison, const std::vector<Part>& parts,
                     const std::vector<std::string>& notes) {
@@ -74,15 +58,13 @@ std::string page_of(const Comparison& comparison, const std::vector<Part>& parts
 
 }  // namespace
 
-Status write_page(const Comparison& comparison, const std::filesystem::path& folder,
-                  const sim_povray::RenderSettings& render) {
-  constexpr std::chrono::milliseconds kTimeout{30'000};
+Status write_page(const Comparison& comparison, const std::filesystem::path& folder) {
   const std::filesystem::path figures = folder / "figures";
-  const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
+  const report::Gnuplot gnuplot("gnuplot", figures);
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<std::string> notes;
-  const Drawing drawing{comparison, gnuplot, figures, notes};
+  const report::DrawingTools tools{gnuplot, figures, notes};
   std::vector<Part> parts{{"why", "Causes", causes_html(comparison)},
                           {"gaps", "Gaps before and after", gaps_html(comparison)},
                           {"stages", "Stage by stage", stages_html(comparison)}};
@@ -94,10 +76,9 @@ Status write_page(const Comparison& comparison, const std::filesystem::path& fol
     }
   };
   add("frames", "Frames", exhibits_html(comparison, notes), "No frames are shown: there is no matched pair of images.");
-  add("residuals", "Residuals", figures_html(draw_residuals(drawing)), "No range residuals are shown.");
-  std::vector<report::Figure> paths;
-  if (auto figure = draw_paths(drawing, render)) paths.push_back(std::move(*figure));
-  add("paths-over", "Paths", figures_html(paths), "No paths are shown.");
+  add("residuals", "Residuals", report::figures_html(draw_residuals(comparison, tools)),
+      "No range residuals are shown.");
+  add("paths-over", "Paths", report::figures_html(draw_paths(comparison, tools)), "No paths are shown.");
   return report::write_file(folder / "compare.html", page_of(comparison, parts, notes));
 }
 

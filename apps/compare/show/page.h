@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "apps/compare/comparison.h"
-#include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
 namespace twocone::compare {
@@ -14,9 +13,7 @@ namespace twocone::compare {
 /// by side and blended with a slider, unwrapped mirrors with their difference, residuals, and both paths over the arena
 /// from above follow. A figure or image that cannot be made is left out, and the page states why. The page is UTF-8 and
 /// well-formed XML; equal content gives equal bytes.
-/// @param render settings of the image from above, where the map names a scene
 /// Errors: kUnavailable (no gnuplot, a file that cannot be written)
-Status write_page(const Comparison& comparison, const std::filesystem::path& folder,
-                  const sim_povray::RenderSettings& render);
+Status write_page(const Comparison& comparison, const std::filesystem::path& folder);
 
 }  // namespace twocone::compare

@@ -6,9 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/show/figures.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/figures/series.h"
+#include "apps/compare/show/sections.h"
+#include "apps/report/kit/palette.h"
 
 namespace twocone::compare {
 namespace {
@@ -137,8 +136,7 @@ std::string panel_commands(const Comparison& comparison, const std::set<std::siz
   return text + report::plot_command(plots) + "unset label\n";
 }
 
-std::optional<report::Figure> draw(const Drawing& drawing, Axis axis) {
-  const Comparison& comparison = drawing.comparison;
+std::optional<report::Figure> draw(const Comparison& comparison, const report::DrawingTools& tools, Axis axis) {
   std::set<std::size_t> landmarks;
   std::vector<double> sizes_mm;
   double first = 0;
@@ -189,15 +187,15 @@ std::optional<report::Figure> draw(const Drawing& drawing, Axis axis) {
     figure.caption += " Triangles mark points beyond the axis.";
   }
   if (stride > 1) figure.caption += fmt::format(" One in {} points is drawn.", stride);
-  return report::drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
+  return report::drawn(tools, std::move(figure), std::move(plot));
 }
 
 }  // namespace
 
-std::vector<report::Figure> draw_residuals(const Drawing& drawing) {
+std::vector<report::Figure> draw_residuals(const Comparison& comparison, const report::DrawingTools& tools) {
   std::vector<report::Figure> figures;
   for (const Axis axis : {Axis::kTime, Axis::kRange}) {
-    if (auto figure = draw(drawing, axis)) figures.push_back(std::move(*figure));
+    if (auto figure = draw(comparison, tools, axis)) figures.push_back(std::move(*figure));
   }
   return figures;
 }

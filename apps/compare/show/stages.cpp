@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/show/findings.h"
+#include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::compare {
 namespace {
@@ -47,22 +47,18 @@ std::string lights_sentence(const Comparison& comparison) {
 
 std::string stages_html(const Comparison& comparison) {
   if (comparison.rows.empty()) return html::text("p", "No stage was compared.");
-  std::vector<std::string> stages;  // in order of appearance
-  for (const Row& row : comparison.rows) {
-    if (std::find(stages.begin(), stages.end(), row.stage) == stages.end()) stages.push_back(row.stage);
-  }
   const std::vector<std::string> heads{"quantity", "unit", "simulated", "real", "gap", "limit", "light", "note"};
   html::Table table("Both sides, their gap and its limit", html::head_row(heads), "class=\"stages\"");
-  for (const std::string& stage : stages) {
-    std::vector<std::string> title(heads.size());
-    title.front() = escape(stage);
-    table.add(title, "class=\"stage\"");
-    for (const Row& row : comparison.rows) {
-      if (row.stage != stage) continue;
-      table.add({escape(row.name), escape(row.unit), escape(plain_number(row.simulated)),
-                 escape(plain_number(row.real)), escape(gap_of(row)), limit_of(row), light_html(row.light),
-                 escape(row.note)});
+  std::optional<Stage> stage;
+  for (const Row& row : comparison.rows) {
+    if (row.stage != stage) {
+      stage = row.stage;
+      std::vector<std::string> title(heads.size());
+      title.front() = escape(to_string(row.stage));
+      table.add(title, "class=\"stage\"");
     }
+    table.add({escape(row.name), escape(row.unit), escape(plain_number(row.simulated)), escape(plain_number(row.real)),
+               escape(gap_of(row)), limit_of(row), light_html(row.light), escape(row.note)});
   }
   return lights_sentence(comparison) + table.str();
 }

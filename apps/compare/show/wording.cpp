@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace twocone::compare {
 namespace {
@@ -30,9 +31,7 @@ bool is_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0; }
 
 double largest_share(const Source& source) {
   double most = 0;
-  for (const Share& share : source.shares) {
-    if (std::isfinite(share.share)) most = std::max(most, share.share);
-  }
+  for (const Share& share : source.shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
   return most;
 }
 
@@ -52,11 +51,11 @@ std::string named_with_number(const Source& source) {
   if (component == nullptr) return source.name();
   std::string what = short_name(source, *component);
   // Words of the source's name are not repeated.
-  if (source.kind.find(what) != std::string::npos) what.clear();
-  if (what.ends_with(" " + source.kind)) what.resize(what.size() - source.kind.size() - 1);
-  const std::string unit = component->unit.empty() || component->unit == "1" ? "" : "\u00a0" + component->unit;
+  const std::string cause(to_string(source.cause));
+  if (cause.find(what) != std::string::npos) what.clear();
+  if (what.ends_with(" " + cause)) what.resize(what.size() - cause.size() - 1);
   return fmt::format("{} ({}{}{}{})", source.name(), what, what.empty() ? "" : " ",
-                     with_sigma(component->difference(), component->sigma), unit);
+                     with_sigma(component->difference(), component->sigma), unit_after("\u00a0", component->unit));
 }
 
 }  // namespace
@@ -96,10 +95,10 @@ std::string chance(double p_value) {
 
 std::string short_name(const Source& source, const Component& component) {
   std::string name = component.name;
-  const auto drop_front = [&](const std::string& front) {
-    if (!front.empty() && name.starts_with(front)) name.erase(0, front.size());
+  const auto drop_front = [&](std::string_view front) {
+    if (name.starts_with(front)) name.erase(0, front.size());
   };
-  drop_front(source.where + ".");
+  drop_front(source.where() + ".");
   // A unit ends the name or a part of it: centre_px.column. Names have the units of robot files, which are not those
   // shown.
   for (const std::string& unit :
@@ -111,21 +110,13 @@ std::string short_name(const Source& source, const Component& component) {
   }
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == '_' || c == '.'; }, ' ');
-  drop_front(source.kind);
+  drop_front(to_string(source.cause));
   drop_front(" ");
   return name;
 }
 
-std::vector<const Source*> sources_of(const Comparison& comparison, SourceVerdict verdict) {
-  std::vector<const Source*> found;
-  for (const Source& source : comparison.sources) {
-    if (source.verdict == verdict) found.push_back(&source);
-  }
-  return found;
-}
-
 std::vector<const Source*> sources_by_share(const Comparison& comparison) {
-  std::vector<const Source*> found = sources_of(comparison, SourceVerdict::kDiffers);
+  std::vector<const Source*> found = comparison.sources_with(SourceVerdict::kDiffers);
   std::stable_sort(found.begin(), found.end(),
                    [](const Source* a, const Source* b) { return largest_share(*a) > largest_share(*b); });
   return found;
@@ -134,22 +125,22 @@ std::vector<const Source*> sources_by_share(const Comparison& comparison) {
 std::string headline(const Comparison& comparison) {
   const std::vector<const Source*> differing = sources_by_share(comparison);
   if (differing.empty()) {
-    const bool any_tested = !sources_of(comparison, SourceVerdict::kAgrees).empty();
+    const bool any_tested = !comparison.sources_with(SourceVerdict::kAgrees).empty();
     return any_tested ? "No difference found." : "No source of a difference could be tested.";
   }
-  std::string text;
-  for (const Source* source : differing) text += (text.empty() ? "Differs: " : ", ") + named_with_number(*source);
-  return text + ".";
+  std::vector<std::string> names;
+  for (const Source* source : differing) names.push_back(named_with_number(*source));
+  return fmt::format("Differs: {}.", fmt::join(names, ", "));
 }
 
 std::string headline_tests(const Comparison& comparison) {
-  const bool any = !sources_of(comparison, SourceVerdict::kDiffers).empty();
-  const std::size_t agreeing = sources_of(comparison, SourceVerdict::kAgrees).size();
-  const std::size_t undetermined = sources_of(comparison, SourceVerdict::kCannotTell).size();
+  const bool any = !comparison.sources_with(SourceVerdict::kDiffers).empty();
+  const std::size_t agreeing = comparison.sources_with(SourceVerdict::kAgrees).size();
+  const std::size_t undetermined = comparison.sources_with(SourceVerdict::kCannotTell).size();
   std::string text;
   if (agreeing > 0) {
-    text = any ? fmt::format("{} other source{} tested without a difference", agreeing, agreeing == 1 ? "" : "s")
-               : fmt::format("{} source{} tested", agreeing, agreeing == 1 ? "" : "s");
+    text = fmt::format("{}{} source{} tested{}", agreeing, any ? " other" : "", agreeing == 1 ? "" : "s",
+                       any ? " without a difference" : "");
   }
   if (undetermined > 0) {
     text += fmt::format("{}{} cannot be determined from these data", text.empty() ? "" : "; ", undetermined);
@@ -160,11 +151,11 @@ std::string headline_tests(const Comparison& comparison) {
 std::string light_html(Light light) {
   switch (light) {
     case Light::kGreen:
-      return "<span class=\"light green\">\u25cf\u00a0green</span>";
     case Light::kAmber:
-      return "<span class=\"light amber\">\u25b2\u00a0amber</span>";
-    case Light::kRed:
-      return "<span class=\"light red\">\u25a0\u00a0red</span>";
+    case Light::kRed: {
+      const char* const shape = light == Light::kGreen ? "\u25cf" : light == Light::kAmber ? "\u25b2" : "\u25a0";
+      return fmt::format("<span class=\"light {0}\">{1}\u00a0{0}</span>", to_string(light), shape);
+    }
     case Light::kCannotTell:
       return "<span class=\"light\">?\u00a0cannot\u00a0tell</span>";
     case Light::kNone:

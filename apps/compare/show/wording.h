@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "apps/compare/comparison.h"
@@ -31,7 +30,6 @@ std::string short_name(const Source& source, const Component& component);
 
 /// Returns the sources that differ, the one that explains the largest part of any gap first.
 std::vector<const Source*> sources_by_share(const Comparison& comparison);
-std::vector<const Source*> sources_of(const Comparison& comparison, SourceVerdict verdict);
 
 /// Returns "Differs: ..." or "No difference found.", each source with its most certain component.
 std::string headline(const Comparison& comparison);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/bound_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,14 +8,13 @@
 #include <fmt/format.h>
 #include <Eigen/Core>
 
-#include "apps/report/figures/palette.h"
 #include "apps/report/figures/series.h"
+#include "apps/report/kit/palette.h"
 #include "apps/runlog/summary/bounds.h"
+#include "localisation/fix.h"
 
 namespace twocone::report {
 namespace {
-
-constexpr double kMmPerM = 1000;
 
 /// Returns the errors of ranges in units of their own stated sigmas.
 std::vector<double> normalised_ranges(const runlog::RunData& run) {
@@ -31,7 +30,9 @@ std::vector<double> normalised_ranges(const runlog::RunData& run) {
 std::vector<double> normalised_positions(const runlog::RunData& run) {
   std::vector<double> squares;
   for (const runlog::FixRow& row : run.fixes) {
-    if (row.verdict == "weak" || row.verdict == "ambiguous" || is_out_of_bounds(row)) continue;
+    using localisation::FixVerdict;
+    if (row.verdict == to_string(FixVerdict::kWeak) || row.verdict == to_string(FixVerdict::kAmbiguous)) continue;
+    if (is_out_of_bounds(row)) continue;
     if (!row.x_m || !row.y_m || !row.true_x_m || !row.true_y_m) continue;
     if (!row.var_x_m2 || !row.cov_xy_m2 || !row.var_y_m2) continue;
     const double determinant = *row.var_x_m2 * *row.var_y_m2 - *row.cov_xy_m2 * *row.cov_xy_m2;
@@ -45,8 +46,9 @@ std::vector<double> normalised_positions(const runlog::RunData& run) {
 }
 
 /// Returns bins of equal width from `from` to `to`, as densities. Values outside are counted in the total and not
-/// drawn.
+/// drawn. Returns nothing without a value.
 std::string histogram(const std::vector<double>& values, double from, double to, int bins) {
+  if (values.empty()) return "";
   std::vector<int> counts(std::size_t(bins), 0);
   const double width = (to - from) / bins;
   for (const double value : values) {
@@ -90,7 +92,7 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
   if (!any_bound || errors_mm.empty()) return std::nullopt;
 
   const double limit_mm = std::max(readable_limit(errors_mm), 1e-3);
-  const auto beyond = std::count_if(errors_mm.begin(), errors_mm.end(), [&](double e) { return e > limit_mm; });
+  const auto beyond = count_beyond(errors_mm, limit_mm);
   Plot plot;
   plot.height_px = 380;
   plot.commands = data_block("bound", curve) + data_block("fixes", points);
@@ -98,18 +100,11 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
       "set yrange [0:{:.6g}]\nset xlabel 'time / s' offset 0,0.3\nset ylabel 'position error / mm'\n"
       "set key outside top center horizontal maxrows 1\n",
       1.1 * limit_mm);
-  plot.commands += fmt::format(
-      "plot $fixes using 1:($2 <= {0:.9g} ? $2 : NaN) with points pt 7 ps 0.4 lc rgb '{1}' "
-      "title 'fix', \\\n     ",
-      limit_mm, kFixColour);
-  if (beyond > 0) {
-    plot.commands += fmt::format(
-        "$fixes using 1:($2 > {0:.9g} ? {0:.9g} : NaN) with points pt 9 ps 0.9 lc rgb '{1}' title 'beyond the axis', "
-        "\\\n     ",
-        limit_mm, kFixColour);
-  }
-  plot.commands += fmt::format(
-      "$bound using 1:2 with lines lw 2.5 lc rgb '{}' title 'bound, 1 sigma of the distance'\n", kBoundColour);
+  std::vector<std::string> plots;
+  add_error_plots({"$fixes", 2, limit_mm, beyond > 0, "beyond the axis"}, plots);
+  plots.push_back(fmt::format("$bound using 1:2 with lines lw 2.5 lc rgb '{}' title 'bound, 1 sigma of the distance'",
+                              kBoundColour));
+  plot.commands += plot_command(plots);
 
   Figure figure{"bound_position", "", "Position error and its Cram\u00e9r-Rao bound", "", ""};
   figure.caption =
@@ -133,8 +128,8 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
 
   Plot plot;
   plot.height_px = 380;
-  plot.commands = data_block("ranges", ranges.empty() ? "" : histogram(ranges, -kWidest, kWidest, kBins)) +
-                  data_block("positions", positions.empty() ? "" : histogram(positions, 0, kLargest, kBins));
+  plot.commands = data_block("ranges", histogram(ranges, -kWidest, kWidest, kBins)) +
+                  data_block("positions", histogram(positions, 0, kLargest, kBins));
   plot.commands +=
       "set multiplot layout 1,2 margins 0.08,0.98,0.16,0.84 spacing 0.09,0.1\nset samples 300\n"
       "set key outside top center horizontal\nset yrange [0:*]\n";
@@ -142,13 +137,13 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
                          const char* title) {
     plot.commands += fmt::format("set xrange [{:g}:{:g}]\nset boxwidth {:.6g}\nset xlabel '{}' offset 0,0.3\n", from,
                                  to, (to - from) / kBins, axis);
-    std::string plots;
+    std::vector<std::string> plots;
     if (any) {
-      plots = fmt::format("${} using 1:2 with boxes fs solid 0.45 lc rgb '{}' title 'this run', \\\n     ", data,
-                          kOdometryColour);
+      plots.push_back(
+          fmt::format("${} using 1:2 with boxes fs solid 0.45 lc rgb '{}' title 'this run'", data, kOdometryColour));
     }
-    plot.commands +=
-        fmt::format("plot {}{} with lines lw 2.5 lc rgb '{}' title '{}'\n", plots, expected, kBoundColour, title);
+    plots.push_back(fmt::format("{} with lines lw 2.5 lc rgb '{}' title '{}'", expected, kBoundColour, title));
+    plot.commands += plot_command(plots);
   };
   plot.commands += "set ylabel 'density'\n";
   panel("ranges", !ranges.empty(), -kWidest, kWidest, "range error / its sigma", "exp(-x*x/2)/sqrt(2*pi)", "normal");

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/error_budget_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/palette.h"
+#include "apps/report/figures/series.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 
 namespace twocone::report {
 namespace {
 
-constexpr double kMmPerM = 1000;
 /// Smaller values are not drawn: a logarithmic axis has no zero.
 constexpr double kLeastDrawn_mm = 0.01;
 
@@ -21,11 +21,7 @@ std::string drawn_mm(double metres) {
 }
 
 /// Returns the text of an axis label. gnuplot takes a '%' in it for the beginning of a number's format.
-std::string tic_string(const std::string& text) {
-  std::string safe;
-  for (const char c : text) safe += c == '%' ? std::string("%%") : std::string(1, c);
-  return gnuplot_string(safe);
-}
+std::string tic_string(const std::string& text) { return gnuplot_string(replaced(text, "%", "%%")); }
 
 }  // namespace
 
@@ -53,7 +49,7 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
   }
   Plot plot;
   plot.height_px = 130 + 27 * int(lines.size());
-  plot.commands = "$error_budget << END_OF_DATA\n" + data + "END_OF_DATA\n";
+  plot.commands = data_block("error_budget", data);
   plot.commands += fmt::format(
       "set logscale x\nset xrange [{0:g}:{1:.6g}]\nset yrange [{2:g}:0.6]\nset ytics ({3})\nset format x '%g'\n"
       "set xlabel 'root mean square / mm' offset 0,0.3\nset key outside top center horizontal\nunset grid\n"
@@ -70,10 +66,10 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
     return fmt::format("$error_budget using {}:($1 {:+g}) with points pt 6 ps 0.8 lw 1.5 lc rgb '{}' {}", column, at,
                        kTruthColour, title);
   };
-  plot.commands += "plot " +
-                   bars(2, 0.36, 0.02, kOdometryColour, fmt::format("range at {:g} m", error_budget.range_m)) +
-                   ", \\\n     " + bars(4, -0.02, -0.36, kFixColour, "position") + ", \\\n     " +
-                   marks(3, 0.19, "title 'Monte Carlo'") + ", \\\n     " + marks(5, -0.19, "notitle") + "\n";
+  plot.commands +=
+      plot_command({bars(2, 0.36, 0.02, kOdometryColour, fmt::format("range at {:g} m", error_budget.range_m)),
+                    bars(4, -0.02, -0.36, kFixColour, "position"), marks(3, 0.19, "title 'Monte Carlo'"),
+                    marks(5, -0.19, "notitle")});
 
   Figure figure{"error_budget", "", "The error budget", "", ""};
   figure.caption = fmt::format(

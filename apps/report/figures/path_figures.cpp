@@ -1,40 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/path_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <limits>
 #include <map>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
-#include "apps/report/figures/palette.h"
-#include "apps/report/figures/plan.h"
 #include "apps/report/figures/series.h"
+#include "apps/report/kit/palette.h"
+#include "apps/report/kit/plan.h"
 #include "apps/report/paper_figures.h"
+#include "apps/report/verdicts.h"
 
 namespace twocone::report {
 namespace {
 
-constexpr double kMmPerM = 1000;
 constexpr int kWidth_px = 640;
 constexpr int kTallest_px = 760;
-constexpr int kJpegQuality = 82;
-
-/// A rectangle that grows to hold the points that are added; it starts empty.
-struct Extent {
-  config::Bounds box{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
-                     std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  void add(const std::vector<runlog::PoseRow>& poses) {
-    for (const runlog::PoseRow& pose : poses) {
-      box = {std::min(box.min_x_m, pose.x_m), std::max(box.max_x_m, pose.x_m), std::min(box.min_y_m, pose.y_m),
-             std::max(box.max_y_m, pose.y_m)};
-    }
-  }
-  [[nodiscard]] bool empty() const { return box.min_x_m > box.max_x_m; }
-};
 
 /// Returns gnuplot commands that name the start and the end of a path, on sides that keep the two words apart.
 std::string ends(const std::vector<runlog::PoseRow>& path, bool boxed) {
@@ -45,8 +27,7 @@ std::string ends(const std::vector<runlog::PoseRow>& path, bool boxed) {
   const auto offset = [&](bool above) {
     return fmt::format("left offset 1,{}{}", above ? 0.9 : -0.9, boxed ? " boxed" : "");
   };
-  return data_block("start", fmt::format("{} {}\n", number(start.x_m), number(start.y_m))) +
-         data_block("end", fmt::format("{} {}\n", number(end.x_m), number(end.y_m))) +
+  return pose_block("start", {start}) + pose_block("end", {end}) +
          label_command("start", start.x_m, start.y_m, offset(start_above)) +
          label_command("end", end.x_m, end.y_m, offset(!start_above));
 }
@@ -74,8 +55,8 @@ FixData collect_fixes(const runlog::RunData& run) {
     }
     ++data.count;
     if (fix.error_m) data.errors_mm.push_back(*fix.error_m * kMmPerM);
-    data.points += fmt::format("{} {} {} {}\n", fix.frame, number(fix.x_m), number(fix.y_m),
-                               number(fix.error_m ? std::optional(*fix.error_m * kMmPerM) : std::nullopt));
+    data.points +=
+        fmt::format("{} {} {} {}\n", fix.frame, number(fix.x_m), number(fix.y_m), number(in_mm(fix.error_m)));
   }
   return data;
 }
@@ -88,22 +69,8 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   const bool wheels = runlog::has_odometry(run);
   const std::vector<runlog::PoseRow>& path = truth ? run.truth : wheels ? run.odometry : run.estimate;
   const char* const by = wheels ? "odometry" : "the fixes";
-  const Sheet sheet = lay_out(run.map.bounds, kWidth_px, kTallest_px);
 
-  Plot plot;
-  plot.width_px = sheet.width_px;
-  plot.height_px = sheet.height_px;
-  plot.commands = sheet_commands(sheet, run.map.unit_m);
-  if (overhead) {
-    Underlay image{sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px, {}};
-    cv::imencode(".jpg", *overhead, image.jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-    plot.underlay = std::move(image);
-    plot.commands += "unset grid\n";
-  } else {
-    plot.commands += plan_commands(run.map);
-  }
-  plot.commands +=
-      landmark_commands(run.map, overhead.has_value()) + "set key outside top center horizontal maxrows 1\n";
+  Plot plot = plot_over(lay_out(run.map.bounds, kWidth_px, kTallest_px), run.map, overhead);
   std::vector<std::string> plots;
   if (!path.empty()) {
     plot.commands += pose_block("path", path) + ends(path, true);
@@ -131,14 +98,12 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   const std::vector<std::optional<double>> odometry_m = odometry_errors_m(run);
   const FixData fixes = collect_fixes(run);
-  const bool any_odometry =
-      std::any_of(odometry_m.begin(), odometry_m.end(), [](const auto& e) { return e.has_value(); });
+  const bool any_odometry = std::any_of(odometry_m.begin(), odometry_m.end(), [](const auto& e) { return bool(e); });
   if (fixes.errors_mm.empty() && !any_odometry) return std::nullopt;
 
   std::string odometry;
   for (std::size_t i = 0; i < odometry_m.size(); ++i) {
-    const auto mm = odometry_m[i] ? std::optional(*odometry_m[i] * kMmPerM) : std::nullopt;
-    odometry += fmt::format("{} {}\n", run.frames[i].frame, number(mm));
+    odometry += fmt::format("{} {}\n", run.frames[i].frame, number(in_mm(odometry_m[i])));
   }
   const FrameSpan span = frame_span(run);
   Plot plot;
@@ -160,19 +125,8 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
     plots.push_back(fmt::format("$odometry using 1:2 with lines lw 2 lc rgb '{}' title 'odometry'", kOdometryColour));
   }
   const double limit_mm = std::max(readable_limit(fixes.errors_mm), 1.2 * paper::kPositionMean_mm);
-  const auto beyond =
-      std::count_if(fixes.errors_mm.begin(), fixes.errors_mm.end(), [&](double e) { return e > limit_mm; });
-  if (!fixes.errors_mm.empty()) {
-    plots.push_back(
-        fmt::format("$fixes using 1:($4 <= {:.9g} ? $4 : NaN) with points pt 7 ps 0.4 lc rgb '{}' title 'fix'",
-                    limit_mm, kFixColour));
-  }
-  if (beyond > 0) {
-    plots.push_back(
-        fmt::format("$fixes using 1:($4 > {0:.9g} ? {0:.9g} : NaN) with points pt 9 ps 0.9 lc rgb '{1}' title 'fix "
-                    "beyond the axis'",
-                    limit_mm, kFixColour));
-  }
+  const auto beyond = count_beyond(fixes.errors_mm, limit_mm);
+  if (!fixes.errors_mm.empty()) add_error_plots({"$fixes", 4, limit_mm, beyond > 0, "fix beyond the axis"}, plots);
   plots.push_back(fmt::format("{} with lines lw 1 dt (6,4) lc rgb '{}' title 'the paper''s mean'",
                               paper::kPositionMean_mm, kPaperColour));
   if (span.last > paper::kFigure17Frames) {
@@ -199,28 +153,14 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
 Figure draw_paths(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   const FixData fixes = collect_fixes(run);
-  Extent extent;
-  extent.add(run.truth);
-  extent.add(run.odometry);
-  config::Bounds world = run.map.bounds;
-  if (!extent.empty()) {
-    constexpr double kMargin_m = 0.35;
-    const config::Bounds& box = extent.box;
-    world = {box.min_x_m - kMargin_m, box.max_x_m + kMargin_m, box.min_y_m - kMargin_m, box.max_y_m + kMargin_m};
-  }
-  const int outside =
-      static_cast<int>(std::count_if(run.fixes.begin(), run.fixes.end(), [&](const runlog::FixRow& fix) {
-        return fix.x_m && fix.y_m &&
-               !(*fix.x_m >= world.min_x_m && *fix.x_m <= world.max_x_m && *fix.y_m >= world.min_y_m &&
-                 *fix.y_m <= world.max_y_m);
-      }));
+  const config::Bounds world = extent_of({&run.truth, &run.odometry}).value_or(run.map.bounds);
+  const auto outside = std::count_if(run.fixes.begin(), run.fixes.end(), [&](const runlog::FixRow& fix) {
+    return fix.x_m && fix.y_m &&
+           !(*fix.x_m >= world.min_x_m && *fix.x_m <= world.max_x_m && *fix.y_m >= world.min_y_m &&
+             *fix.y_m <= world.max_y_m);
+  });
 
-  const Sheet sheet = lay_out(world, kWidth_px, kTallest_px);
-  Plot plot;
-  plot.width_px = sheet.width_px;
-  plot.height_px = sheet.height_px;
-  plot.commands = sheet_commands(sheet, run.map.unit_m) + plan_commands(run.map) + landmark_commands(run.map, false) +
-                  "set key outside top center horizontal maxrows 1\n";
+  Plot plot = plot_over(lay_out(world, kWidth_px, kTallest_px), run.map, std::nullopt);
   std::vector<std::string> plots;
   const auto path = [&](const char* name, const std::vector<runlog::PoseRow>& poses, const std::string& style) {
     if (poses.empty()) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/range_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,16 +7,16 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/palette.h"
 #include "apps/report/figures/series.h"
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/table.h"
+#include "apps/report/verdicts.h"
 
 namespace twocone::report {
 namespace {
 
-constexpr double kMmPerM = 1000;
 /// Height of the marks, as a fraction of the plot's height.
 constexpr double kMarkHeight = 0.045;
 
@@ -27,6 +27,7 @@ struct RangeData {
   bool any_true = false, any_computed = false, any_error = false;
   double longest_m = 0;
   std::vector<double> errors_mm;  ///< absolute
+  double limit_mm = 0;            ///< of their axis
 };
 
 RangeData collect(const runlog::RunData& run, const std::string& landmark) {
@@ -46,33 +47,33 @@ RangeData collect(const runlog::RunData& run, const std::string& landmark) {
     if (error_mm) data.errors_mm.push_back(std::abs(*error_mm));
     data.longest_m = std::max({data.longest_m, row->range_m.value_or(0), row->true_range_m.value_or(0)});
   }
+  data.limit_mm = readable_limit(data.errors_mm);
   return data;
 }
 
 std::string data_blocks(const RangeData& data) {
-  std::string text = "$range << END_OF_DATA\n" + data.points + "END_OF_DATA\n";
+  std::string text = data_block("range", data.points);
   int k = 0;
-  for (const auto& [reason, frames] : data.reasons) {
-    text += fmt::format("$reason{} << END_OF_DATA\n{}END_OF_DATA\n", k++, frames);
-  }
+  for (const auto& [reason, frames] : data.reasons) text += data_block(fmt::format("reason{}", k++), frames);
   return text;
 }
 
 std::string range_panel(const RangeData& data, const std::string& colour) {
   const double top_m = data.longest_m > 0 && std::isfinite(data.longest_m) ? data.longest_m * 1.1 : 1;
-  std::string plots;
-  const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "plot " : ", \\\n     ") + plot; };
-  if (data.any_true) add(fmt::format("$range using 1:2 with lines lw 2 lc rgb '{}' title 'true'", kTruthColour));
+  std::vector<std::string> plots;
+  if (data.any_true) {
+    plots.push_back(fmt::format("$range using 1:2 with lines lw 2 lc rgb '{}' title 'true'", kTruthColour));
+  }
   if (data.any_computed) {
-    add(fmt::format("$range using 1:3 with points pt 7 ps 0.35 lc rgb '{}' title 'computed'", colour));
+    plots.push_back(fmt::format("$range using 1:3 with points pt 7 ps 0.35 lc rgb '{}' title 'computed'", colour));
   }
   int k = 0;
   for (const auto& [reason, frames] : data.reasons) {
-    add(fmt::format("$reason{} using 1:({}) axes x1y2 with boxes lc rgb '{}' title {}", k++, kMarkHeight,
-                    verdict_colour(reason), gnuplot_string(reason)));
+    plots.push_back(fmt::format("$reason{} using 1:({}) axes x1y2 with boxes lc rgb '{}' title {}", k++, kMarkHeight,
+                                verdict_colour(reason), gnuplot_string(reason)));
   }
-  if (plots.empty()) add("NaN notitle");
-  return fmt::format("set yrange [0:{:.6g}]\nset y2range [0:1]\nset ylabel 'range / m'\n{}\n", top_m, plots);
+  return fmt::format("set yrange [0:{:.6g}]\nset y2range [0:1]\nset ylabel 'range / m'\n{}", top_m,
+                     plot_command(plots));
 }
 
 /// Returns the distance of tick marks on an axis that reaches `reach` to both sides: 1, 2 or 5 times a power of ten,
@@ -85,16 +86,8 @@ double tick_step(double reach) {
   return 10 * power;
 }
 
-/// Returns the number of errors beyond the axis of the error panel.
-int count_beyond(const RangeData& data) {
-  const double limit_mm = readable_limit(data.errors_mm);
-  return static_cast<int>(
-      std::count_if(data.errors_mm.begin(), data.errors_mm.end(), [&](double e) { return e > limit_mm; }));
-}
-
 std::string error_panel(const RangeData& data, const std::string& colour) {
-  const double limit_mm = readable_limit(data.errors_mm);
-  const double reach_mm = std::max(limit_mm, 1e-3) * 1.15;
+  const double reach_mm = std::max(data.limit_mm, 1e-3) * 1.15;
   // Within the limit as dots; beyond it as triangles at the edge, pointing outwards.
   return fmt::format(
       "set ylabel 'error / mm'\nset yrange [{0:.6g}:{1:.6g}]\nset ytics {2:.6g}\nset xzeroaxis lc rgb '#777777' lw 1 "
@@ -102,7 +95,7 @@ std::string error_panel(const RangeData& data, const std::string& colour) {
       "plot $range using 1:(abs($4) <= {3:.9g} ? $4 : NaN) with points pt 7 ps 0.3 lc rgb '{4}' notitle, \\\n"
       "     $range using 1:($4 > {3:.9g} ? {3:.9g} : NaN) with points pt 9 ps 0.8 lc rgb '{4}' notitle, \\\n"
       "     $range using 1:($4 < -{3:.9g} ? -{3:.9g} : NaN) with points pt 11 ps 0.8 lc rgb '{4}' notitle\n",
-      -reach_mm, reach_mm, tick_step(reach_mm), limit_mm, colour);
+      -reach_mm, reach_mm, tick_step(reach_mm), data.limit_mm, colour);
 }
 
 Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::string& colour) {
@@ -130,18 +123,16 @@ Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::st
 }
 
 std::string caption(const Drawing& drawing, const config::Landmark& landmark, const RangeData& data) {
-  const runlog::LandmarkSummary* summary = find_landmark(&drawing.summary, landmark.name);
-  const int seen = summary != nullptr ? summary->frames_with_range : 0;
-  std::string text = fmt::format("{} of {} frames have a range.", seen, drawing.summary.frames);
-  if (summary != nullptr && summary->error) {
-    text +=
-        fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", summary->error->mean_m * kMmPerM,
-                    summary->error->p95_m * kMmPerM, summary->error->max_m * kMmPerM);
+  const runlog::LandmarkSummary& own = landmark_of(drawing.summary, landmark.name);
+  std::string text = fmt::format("{} of {} frames have a range.", own.frames_with_range, drawing.summary.frames);
+  if (own.error) {
+    text += fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", own.error->mean_m * kMmPerM,
+                        own.error->p95_m * kMmPerM, own.error->max_m * kMmPerM);
     if (const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name)) {
       text += fmt::format(" The paper: mean {}, worst {} mm.", figures->mean_mm, figures->max_mm);
     }
   }
-  if (const int beyond = count_beyond(data); beyond > 0) {
+  if (const auto beyond = count_beyond(data.errors_mm, data.limit_mm); beyond > 0) {
     text += fmt::format(" {} {} beyond the error axis: {} at its edge.", beyond,
                         beyond == 1 ? "error lies" : "errors lie", beyond == 1 ? "a triangle" : "triangles");
   }

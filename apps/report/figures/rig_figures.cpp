@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/rig_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <array>
@@ -10,15 +10,14 @@
 #include <Eigen/Core>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/figures/plan.h"
 #include "apps/report/figures/series.h"
+#include "apps/report/kit/palette.h"
+#include "apps/report/kit/plan.h"
 #include "apps/report/rig_numbers.h"
 
 namespace twocone::report {
 namespace {
 
-constexpr double kMmPerM = 1000;
 /// Smaller errors are drawn here, because a logarithmic axis has no zero.
 constexpr double kLeastDrawn_mm = 1;
 
@@ -101,15 +100,10 @@ std::string mirror_commands(const SideView& view, const config::Bounds& world, s
   return text;
 }
 
-std::set<double> distinct_tops_m(const config::Map& map) {
-  std::set<double> tops;
-  for (const config::Landmark& landmark : map.landmarks) tops.insert(landmark.top_m);
-  return tops;
-}
-
 /// Returns all heights of tops if there are at most three, else the lowest and the highest.
 std::vector<double> shown_tops_m(const config::Map& map) {
-  const std::set<double> tops = distinct_tops_m(map);
+  std::set<double> tops;
+  for (const config::Landmark& landmark : map.landmarks) tops.insert(landmark.top_m);
   if (tops.size() > 3) return {*tops.begin(), *tops.rbegin()};
   return {tops.begin(), tops.end()};
 }
@@ -164,9 +158,9 @@ Figure draw_geometry(const Drawing& drawing) {
   const auto points = [](const Point2& a, const Point2& b) {
     return fmt::format("{:.6g} {:.6g}\n{:.6g} {:.6g}\n", a.x(), a.y(), b.x(), b.y());
   };
-  plot.commands += "$lenses << END_OF_DATA\n" + points(lower.lens, upper.lens) +
-                   "END_OF_DATA\n$viewpoints << END_OF_DATA\n" + points(lower.viewpoint, upper.viewpoint) +
-                   "END_OF_DATA\nset key outside top center horizontal maxrows 1\n";
+  plot.commands += data_block("lenses", points(lower.lens, upper.lens)) +
+                   data_block("viewpoints", points(lower.viewpoint, upper.viewpoint)) +
+                   "set key outside top center horizontal maxrows 1\n";
   plot.commands +=
       "plot $lenses using 1:2 with points pt 7 ps 0.9 lc rgb '#222222' title 'camera lens', "
       "$viewpoints using 1:2 with points pt 1 ps 1.2 lw 2 lc rgb '#222222' title 'virtual viewpoint', "
@@ -203,14 +197,13 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
   }
   Plot plot;
   plot.height_px = 440;
-  plot.commands = "$curve << END_OF_DATA\n" + curve + "END_OF_DATA\n";
+  plot.commands = data_block("curve", curve);
   plot.commands += fmt::format(
       "set xrange [0:{:.6g}]\nset yrange [{:g}:*]\nset logscale y\nset format y '%g'\nset xlabel 'true range / m' "
       "offset 0,0.3\n"
       "set key outside top center horizontal\n",
       farthest, kLeastDrawn_mm);
-  std::string plots;
-  int k = 0;
+  std::vector<std::string> plots;
   constexpr std::array<int, 6> kShapes{7, 5, 9, 11, 13, 3};
   for (const config::Landmark& landmark : run.map.landmarks) {
     std::string points;
@@ -220,16 +213,17 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
       points += fmt::format("{} {}\n", number(*row->true_range_m), number(std::max(error_mm, kLeastDrawn_mm)));
     }
     if (points.empty()) continue;
-    plot.commands += fmt::format("$errors{} << END_OF_DATA\n{}END_OF_DATA\n", k, points);
-    const std::string style = fmt::format("pt {} lc rgb '{}'", kShapes.at(static_cast<std::size_t>(k) % kShapes.size()),
-                                          line_colour(landmark.colour));
+    const std::size_t k = plots.size();
+    plot.commands += data_block(fmt::format("errors{}", k), points);
+    const std::string style =
+        fmt::format("pt {} lc rgb '{}'", kShapes.at(k % kShapes.size()), line_colour(landmark.colour));
     // The key gets points of its own, because points this small cannot be distinguished in it.
-    plots += fmt::format(
-        "$errors{} using 1:2 with points {} ps 0.3 notitle, keyentry with points {} ps 0.9 title {}, \\\n     ", k,
-        style, style, gnuplot_string(landmark.name));
-    ++k;
+    plots.push_back(
+        fmt::format("$errors{0} using 1:2 with points {1} ps 0.3 notitle, keyentry with points {1} ps 0.9 title {2}", k,
+                    style, gnuplot_string(landmark.name)));
   }
-  plot.commands += fmt::format("set ylabel '{}'\n", k > 0 ? "range error / mm" : "range / mm per pixel");
+  const bool has_errors = !plots.empty();
+  plot.commands += fmt::format("set ylabel '{}'\n", has_errors ? "range error / mm" : "range / mm per pixel");
   const auto mark = [&](double range_m, const std::string& text, double height) {
     plot.commands += fmt::format(
         "set arrow from {0:.6g},graph 0 to {0:.6g},graph 1 nohead back lw 1 dt (4,3) lc rgb '#888888'\n"
@@ -244,15 +238,15 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
       mark(nearest, fmt::format("tops at {:.2f} m inside the lower rim from {:.2f} m", top_m, nearest), height);
     height -= 0.07;
   }
-  plot.commands +=
-      "plot " + plots +
-      fmt::format("$curve using 1:2 with lines lw 2.5 lc rgb '{}' title 'one pixel of disparity'\n", kTruthColour);
+  plots.push_back(
+      fmt::format("$curve using 1:2 with lines lw 2.5 lc rgb '{}' title 'one pixel of disparity'", kTruthColour));
+  plot.commands += plot_command(plots);
 
   Figure figure{"fig08_resolution", "", "Range of one pixel of disparity", "", ""};
   figure.caption = fmt::format(
       "Change of range for one pixel of disparity, (range + d)\u00b2 / (v s) by equation 1: it grows with the square "
       "of the range.{} Ranges are measured to the axis of a landmark.",
-      k > 0 ? " Points: the errors of this run, by landmark; errors below 1 mm are drawn at 1 mm." : "");
+      has_errors ? " Points: the errors of this run, by landmark; errors below 1 mm are drawn at 1 mm." : "");
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 

@@ -4,7 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "apps/report/kit/palette.h"
+
 namespace twocone::report {
+
+std::optional<double> in_mm(std::optional<double> metres) {
+  return metres ? std::optional(*metres * kMmPerM) : std::nullopt;
+}
+
 FrameSpan frame_span(const runlog::RunData& run) {
   if (run.frames.empty()) return {};
   const auto [first, last] = std::minmax_element(run.frames.begin(), run.frames.end(),
@@ -24,20 +33,26 @@ std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run)
   return errors;
 }
 
-double readable_limit(std::vector<double> values) {
-  std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const double most = values[(values.size() * 98 + 99) / 100 - 1];
-  return most > 0 && values.back() > 3 * most ? 1.5 * most : values.back();
-}
-
 std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark) {
   std::vector<const runlog::RangeRow*> rows;
   for (const runlog::RangeRow& row : run.ranges) {
     if (row.landmark == landmark) rows.push_back(&row);
   }
   return rows;
+}
+
+std::ptrdiff_t count_beyond(const std::vector<double>& errors, double limit) {
+  return std::count_if(errors.begin(), errors.end(), [limit](double error) { return error > limit; });
+}
+
+void add_error_plots(const ErrorPoints& points, std::vector<std::string>& plots) {
+  plots.push_back(
+      fmt::format("{0} using 1:(${1} <= {2:.9g} ? ${1} : NaN) with points pt 7 ps 0.4 lc rgb '{3}' title 'fix'",
+                  points.block, points.column, points.limit, kFixColour));
+  if (!points.is_beyond) return;
+  plots.push_back(
+      fmt::format("{0} using 1:(${1} > {2:.9g} ? {2:.9g} : NaN) with points pt 9 ps 0.9 lc rgb '{3}' title '{4}'",
+                  points.block, points.column, points.limit, kFixColour, points.beyond_title));
 }
 
 }  // namespace twocone::report

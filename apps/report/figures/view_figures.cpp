@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/view_figures.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +13,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/palette.h"
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
 
@@ -35,12 +35,6 @@ std::optional<Images> read_images(const runlog::RunData& run, std::uint64_t fram
   return images;
 }
 
-std::string jpeg_uri(const cv::Mat& image, int quality) {
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return data_uri("image/jpeg", jpeg);
-}
-
 std::string svg_begin(double width, double height, const std::string& title) {
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" "
@@ -48,13 +42,6 @@ std::string svg_begin(double width, double height, const std::string& title) {
       "font-family=\"sans-serif\" font-size=\"14\">\n<title>{}</title>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
       width, height, escape(title));
-}
-
-std::string svg_image(double x, double y, double width, double height, const std::string& uri) {
-  return fmt::format(
-      "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
-      "xlink:href=\"{}\"/>\n",
-      x, y, width, height, uri);
 }
 
 /// Returns text that is readable on any image.
@@ -82,19 +69,14 @@ cv::Mat upper_to_lower(const vision::Rig& rig) {
   return cv::getAffineTransform(from, to);
 }
 
-Eigen::Vector2d apply(const cv::Mat& affine, const Eigen::Vector2d& p) {
-  const auto at = [&](int row, int column) { return affine.at<double>(row, column); };
-  return {at(0, 0) * p.x() + at(0, 1) * p.y() + at(0, 2), at(1, 0) * p.x() + at(1, 1) * p.y() + at(1, 2)};
+Eigen::Vector2d apply(const cv::Matx23d& affine, const Eigen::Vector2d& p) {
+  return {affine(0, 0) * p.x() + affine(0, 1) * p.y() + affine(0, 2),
+          affine(1, 0) * p.x() + affine(1, 1) * p.y() + affine(1, 2)};
 }
 
-struct NamedMatch {
-  const config::Landmark* landmark;
-  vision::RangeMeasurement measurement;
-};
-
-/// Returns the matches of the paper's method in these images; none where the rig or the colours are outside its domain.
-std::vector<NamedMatch> match(const runlog::RunData& run, const Images& images) {
-  std::vector<NamedMatch> matches;
+/// Returns the matches of the paper's method in these images, in the order of the map's landmarks; none where the rig
+/// or the colours are outside its domain.
+std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Images& images) {
   try {
     const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
                                        images.upper.size());
@@ -102,12 +84,10 @@ std::vector<NamedMatch> match(const runlog::RunData& run, const Images& images) 
     cv::Mat upper;
     cv::cvtColor(images.lower, lower, cv::COLOR_BGR2RGB);
     cv::cvtColor(images.upper, upper, cv::COLOR_BGR2RGB);
-    const std::vector<vision::RangeMeasurement> measured = ranging.measure(lower, upper);
-    for (std::size_t i = 0; i < measured.size(); ++i) matches.push_back({&run.map.landmarks[i], measured[i]});
+    return ranging.measure(lower, upper);
   } catch (const std::invalid_argument&) {
-    matches.clear();
+    return {};
   }
-  return matches;
 }
 
 /// Returns the frames, best first: by the number of ranges, then by the largest disparities, which are the clearest to
@@ -132,8 +112,7 @@ std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
 std::vector<std::size_t> spread(std::size_t frames, int count) {
   std::set<std::size_t> places;
   const int steps = std::max(1, count - 1);
-  for (int i = 0; i < count && frames > 0; ++i)
-    places.insert((frames - 1) * static_cast<std::size_t>(i) / static_cast<std::size_t>(steps));
+  for (int i = 0; i < count && frames > 0; ++i) places.insert((frames - 1) * std::size_t(i) / std::size_t(steps));
   return {places.begin(), places.end()};
 }
 
@@ -264,15 +243,17 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
   figure.svg = svg_begin(kWidth, crop.height * scale, figure.title);
   figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(both(crop), 85));
   std::vector<std::string> missing;
-  for (const NamedMatch& match : match(run, *images)) {
-    const vision::RangeMeasurement& m = match.measurement;
+  const std::vector<vision::RangeMeasurement> matches = match(run, *images);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const vision::RangeMeasurement& m = matches[i];
+    const config::Landmark& landmark = run.map.landmarks[i];
     if (m.verdict != vision::RangeVerdict::kOk || !m.lower_px || !m.upper_px) {
-      missing.push_back(fmt::format("{} ({})", match.landmark->name, vision::to_string(m.verdict)));
+      missing.push_back(fmt::format("{} ({})", landmark.name, vision::to_string(m.verdict)));
       continue;
     }
     const Eigen::Vector2d a = place(*m.lower_px);
     const Eigen::Vector2d b = place(apply(affine, *m.upper_px));
-    const std::string colour = own_colour(match.landmark->colour);
+    const std::string colour = own_colour(landmark.colour);
     for (const auto& [stroke, width] : {std::pair{std::string("#000000"), 4.5}, std::pair{colour, 2.0}}) {
       figure.svg += fmt::format(
           "<g fill=\"none\" stroke=\"{0}\" stroke-width=\"{1}\"><circle cx=\"{2:.1f}\" cy=\"{3:.1f}\" r=\"9\"/>"
@@ -283,7 +264,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
     const Eigen::Vector2d outwards = (a - centre).normalized();
     const Eigen::Vector2d sideways(-outwards.y(), outwards.x());
     const Eigen::Vector2d at = a + sideways * 18;  // outside the circles
-    figure.svg += svg_label(at.x(), at.y() + 5, sideways.x() >= 0 ? "start" : "end", match.landmark->name);
+    figure.svg += svg_label(at.x(), at.y() + 5, sideways.x() >= 0 ? "start" : "end", landmark.name);
   }
   figure.svg += "</svg>\n";
   figure.caption = fmt::format(

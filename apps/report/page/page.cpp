@@ -1,42 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/page/page.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
-#include "apps/report/page/results.h"
-#include "apps/report/page/style.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/style.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
 
 std::string group_html(const FigureGroup& group) {
-  std::string figures;
-  for (const Figure& figure : group.figures) {
-    if (!figure.svg.empty()) figures += figure_html(figure);
-  }
+  const std::string figures = figures_html(group.figures);
   if (figures.empty() && group.tables.empty()) return "";
-  const std::string intro = group.intro.empty() ? "" : html::text("p", group.intro);
-  return html::section(
-      group.id, group.title,
-      intro + group.tables + (figures.empty() ? "" : html::element("div", figures, "class=\"figures\"")));
+  return html::section(group.id, group.title, group.tables + figures);
 }
 
 /// Returns a slider through some frames. Without a script the page shows the first one.
 std::string browser_html(const std::vector<FrameView>& frames) {
   if (frames.empty()) return "";
   std::string views;
-  bool first = true;
   for (const FrameView& view : frames) {
-    const std::string name = fmt::format("frame {}, t = {:.2f} s", view.frame, view.t_s);
-    views += html::element(
-        "div", inline_svg(view.svg, fmt::format("frame{}", view.frame)),
-        fmt::format("class=\"frame\" data-name=\"{}\"{}", escape(name), first ? "" : " hidden=\"hidden\""));
-    first = false;
+    views += html::shown_frame(inline_svg(view.svg, fmt::format("frame{}", view.frame)),
+                               fmt::format("frame {}, t = {:.2f} s", view.frame, view.t_s), views.empty());
   }
   const std::string slider = html::element(
       "div",
@@ -66,37 +54,36 @@ std::string repeat_html(const runlog::RunData& run) {
 }
 
 std::string facts_html(const runlog::RunData& run, const runlog::Summary& summary) {
-  std::string rows;
-  const auto add = [&](std::string_view name, const std::string& value) {
-    rows += html::text("dt", name) + html::text("dd", value);
-  };
-  add("twocone", fmt::format("{}, commit {}", run.info.version, run.info.commit));
-  add("compiler", run.info.compiler);
-  add("robot", fmt::format("{} ({})", run.robot.name, run.robot.file.string()));
-  add("map", run.map.file.string());
-  add("scene", run.map.scene ? run.map.scene->string() : "none: a real room");
-  add("behaviour", run.info.behaviour);
-  add("method", run.method == run.info.method
-                    ? run.method
-                    : fmt::format("{} (the run itself used {})", run.method, run.info.method));
-  add("seed", fmt::to_string(run.info.seed));
-  add("frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s));
-  add("images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
-                            run.robot.lower.rate_hz));
+  const auto joined = [](const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); };
+  std::vector<std::pair<std::string, std::string>> facts{
+      {"twocone", fmt::format("{}, commit {}", run.info.version, run.info.commit)},
+      {"compiler", run.info.compiler},
+      {"robot", fmt::format("{} ({})", run.robot.name, run.robot.file.string())},
+      {"map", run.map.file.string()},
+      {"scene", run.map.scene ? run.map.scene->string() : "none: a real room"},
+      {"behaviour", run.info.behaviour},
+      {"method", run.method == run.info.method
+                     ? run.method
+                     : fmt::format("{} (the run itself used {})", run.method, run.info.method)},
+      {"seed", fmt::to_string(run.info.seed)},
+      {"frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s)},
+      {"images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
+                             run.robot.lower.rate_hz)}};
   if (run.info.finished && run.info.wall_s > 0) {
-    add("time taken",
+    facts.emplace_back(
+        "time taken",
         fmt::format("{:.1f} s, of which {:.1f} s waiting for images; processor {:.1f} s here, {:.1f} s in POV-Ray",
                     run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
   }
   if (const auto& names = run.robot.estimator.landmarks; !names.empty()) {
-    add("searched for only", fmt::format("{}", fmt::join(names, ", ")));
+    facts.emplace_back("searched for only", fmt::format("{}", fmt::join(names, ", ")));
   }
-  const auto joined = [](const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); };
-  if (const auto timing = runlog::summarise_timing(run))
-    add("vision and localisation, per frame", joined(timing_words(*timing)));
-  for (const std::string& device : run.info.devices) add("device", device);
-  if (summary.capture) add("cameras", joined(capture_words(*summary.capture)));
-  return html::element("dl", rows);
+  if (const auto timing = runlog::summarise_timing(run)) {
+    facts.emplace_back("vision and localisation, per frame", joined(timing_words(*timing)));
+  }
+  for (const std::string& device : run.info.devices) facts.emplace_back("device", device);
+  if (summary.capture) facts.emplace_back("cameras", joined(capture_words(*summary.capture)));
+  return html::facts(facts);
 }
 
 std::string provenance_html(const PageContent& content) {
@@ -110,14 +97,6 @@ std::string provenance_html(const PageContent& content) {
 }
 
 }  // namespace
-
-std::string figure_html(const Figure& figure) {
-  std::string caption = html::text("strong", figure.title + ".");
-  if (!figure.number.empty()) caption += html::text("span", fmt::format("The paper's {}. ", figure.number));
-  caption = html::element("figcaption", caption + escape(figure.caption));
-  return html::element("figure", inline_svg(figure.svg, figure.stem) + caption,
-                       fmt::format("id=\"{}\"{}", escape(figure.stem), figure.wide ? " class=\"wide\"" : ""));
-}
 
 std::string page(const PageContent& content) {
   const runlog::RunData& run = content.run;

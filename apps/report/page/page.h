@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/figures/figure.h"
-#include "apps/report/figures/view_figures.h"
+#include "apps/report/figures/figures.h"
+#include "apps/report/kit/figure.h"
 
 namespace twocone::report {
 
@@ -13,8 +13,7 @@ namespace twocone::report {
 struct FigureGroup {
   std::string id;  ///< in the page's HTML
   std::string title;
-  std::string intro;  ///< plain text, may be empty
-  std::vector<Figure> figures;
+  std::vector<Figure> figures{};
   std::string tables{};  ///< HTML, shown before the figures
 };
 
@@ -28,11 +27,23 @@ struct PageContent {
   std::vector<std::string> notes;
 };
 
-/// Returns a figure with its caption as HTML.
-std::string figure_html(const Figure& figure);
-
 /// Returns report.html: one page that needs no other file. It is UTF-8 and well-formed XML, and equal content gives
 /// equal bytes.
 std::string page(const PageContent& content);
+
+// The parts of the page that describe in words and tables how a run went. Each returns HTML, except headline().
+
+/// Returns the result in one sentence, plain text.
+std::string headline(const runlog::Summary& summary);
+
+/// Returns the most important numbers.
+std::string tiles(const runlog::Summary& summary);
+
+/// Returns the criterion of success, whether the run met it, and how accurate the ground truth is.
+std::string rules(const PageContent& content);
+
+std::string range_table(const PageContent& content);
+std::string coverage_table(const PageContent& content);
+std::string position_table(const PageContent& content);
 
 }  // namespace twocone::report

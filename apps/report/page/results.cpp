@@ -1,21 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/page/results.h"
+#include "apps/report/page/page.h"
 
-#include <algorithm>
+#include <initializer_list>
 #include <numbers>
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "apps/report/figures/palette.h"
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/palette.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/rig_numbers.h"
 #include "apps/report/table.h"
+#include "apps/report/verdicts.h"
+#include "vision/ranging.h"
 
 namespace twocone::report {
 namespace {
+
+using vision::RangeVerdict;
 
 constexpr double kMmPerM = 1000;
 
@@ -25,17 +30,20 @@ std::string percent(int part, int whole) {
 }
 const std::string kNone = "\u2013";
 
+using ErrorMember = double runlog::ErrorStatistics::*;
+void add_columns(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error,
+                 std::initializer_list<ErrorMember> members) {
+  for (const ErrorMember member : members) cells.push_back(error ? mm(*error.*member) : kNone);
+}
+
 void add_errors(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  if (!error) {
-    cells.insert(cells.end(), 4, kNone);
-    return;
-  }
-  for (const double value : {error->mean_m, error->rmse_m, error->p95_m, error->max_m}) cells.push_back(mm(value));
+  using runlog::ErrorStatistics;
+  add_columns(cells, error,
+              {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
 }
 
 void add_mean_max(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  cells.push_back(error ? mm(error->mean_m) : kNone);
-  cells.push_back(error ? mm(error->max_m) : kNone);
+  add_columns(cells, error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
 }
 
 /// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
@@ -46,13 +54,10 @@ void add_bound(std::vector<std::string>& cells, const std::optional<runlog::Boun
   cells.push_back(share ? percent(share->held, share->count) : kNone);
 }
 
-/// Returns the verdicts with their counts: `ok` first, then the others by frequency.
-std::vector<std::pair<std::string, int>> ordered(const std::map<std::string, int>& verdicts) {
-  std::vector<std::pair<std::string, int>> sorted(verdicts.begin(), verdicts.end());
-  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-    return (a.first == "ok") != (b.first == "ok") ? a.first == "ok" : a.second > b.second;
-  });
-  return sorted;
+/// Returns the number of frames with that verdict; 0 if it does not occur.
+int count_of(const std::map<std::string, int>& verdicts, RangeVerdict verdict) {
+  const auto found = verdicts.find(std::string(to_string(verdict)));
+  return found == verdicts.end() ? 0 : found->second;
 }
 
 std::string swatch(const std::string& colour) {
@@ -63,8 +68,7 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
   int whole = 0;
   for (const auto& [verdict, count] : verdicts) whole += count;
   std::string parts;
-  for (const auto& [verdict, count] : ordered(verdicts)) {
-    if (count <= 0) continue;
+  for (const auto& [verdict, count] : by_frequency(verdicts)) {
     parts += fmt::format("<i style=\"width:{:.3f}%;background:{}\" title=\"{}: {}\"></i>", 100.0 * count / whole,
                          verdict_colour(verdict), escape(verdict), count);
   }
@@ -73,13 +77,14 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
 
 /// @param hidden_ranges number of ranges of verdict `occluded`, because not every such frame has one
 std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges = 0) {
-  std::string text;
-  for (const auto& [verdict, count] : ordered(verdicts)) {
-    if (count <= 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", verdict, count);
-    if (verdict == "occluded" && hidden_ranges > 0) text += fmt::format(" ({} with a range)", hidden_ranges);
+  std::vector<std::string> parts;
+  for (const auto& [verdict, count] : by_frequency(verdicts)) {
+    parts.push_back(fmt::format("{} {}", verdict, count));
+    if (verdict == to_string(RangeVerdict::kOccluded) && hidden_ranges > 0) {
+      parts.back() += fmt::format(" ({} with a range)", hidden_ranges);
+    }
   }
-  return escape(text);
+  return escape(fmt::format("{}", fmt::join(parts, ", ")));
 }
 
 /// Formats a number for large type, with as many digits as can be read at a glance.
@@ -166,48 +171,37 @@ std::string range_table(const PageContent& content) {
   std::vector<std::string> groups{"", "frames"};
   std::vector<int> spans{1, 2};
   std::vector<std::string> heads{"landmark", "with a range", "covered"};
+  const auto add_group = [&](const char* name, std::initializer_list<const char*> columns) {
+    groups.emplace_back(name);
+    spans.push_back(int(columns.size()));
+    heads.insert(heads.end(), columns.begin(), columns.end());
+  };
   if (truth) {
-    groups.emplace_back("error / mm");
-    spans.push_back(4);
-    heads.insert(heads.end(), {"mean", "rmse", "95\u00a0%", "max"});
-    if (!bounded) {
-      groups.emplace_back("rounding to pixels");
-      spans.push_back(1);
-      heads.emplace_back("alone: mean");
+    add_group("error / mm", {"mean", "rmse", "95\u00a0%", "max"});
+    if (bounded) {
+      add_group("Cram\u00e9r\u2013Rao bound", {"rms / mm", "rmse / bound", "in 1.96 \u03c3"});
     } else {
-      groups.emplace_back("Cram\u00e9r\u2013Rao bound");
-      spans.push_back(3);
-      heads.insert(heads.end(), {"rms / mm", "rmse / bound", "in 1.96 \u03c3"});
+      add_group("rounding to pixels", {"alone: mean"});
     }
-    if (content.baseline != nullptr) {
-      groups.emplace_back("method paper");
-      spans.push_back(2);
-      heads.insert(heads.end(), {"mean", "max"});
-    }
-    groups.emplace_back("the paper");
-    spans.push_back(2);
-    heads.insert(heads.end(), {"mean", "max"});
+    if (content.baseline != nullptr) add_group("method paper", {"mean", "max"});
+    add_group("the paper", {"mean", "max"});
   }
   html::Table table(truth ? "Range to each landmark, |computed \u2212 true|" : "Range to each landmark",
                     html::head_row(groups, spans) + html::head_row(heads));
   for (const config::Landmark& landmark : content.run.map.landmarks) {
-    const runlog::LandmarkSummary* own = find_landmark(&summary, landmark.name);
-    const int seen = own != nullptr ? own->frames_with_range : 0;
-    std::vector<std::string> cells{swatch(own_colour(landmark.colour)) + escape(landmark.name), fmt::to_string(seen),
-                                   percent(seen, summary.frames)};
+    const runlog::LandmarkSummary& own = landmark_of(summary, landmark.name);
+    std::vector<std::string> cells{swatch(own_colour(landmark.colour)) + escape(landmark.name),
+                                   fmt::to_string(own.frames_with_range),
+                                   percent(own.frames_with_range, summary.frames)};
     if (truth) {
-      add_errors(cells, own != nullptr ? own->error : std::nullopt);
+      add_errors(cells, own.error);
       if (!bounded) {
         const std::optional<double> rounding_m = rounding_error_m(content.run, landmark);
         cells.push_back(rounding_m ? mm(*rounding_m) : kNone);
       } else {
-        add_bound(cells, own != nullptr ? own->range_bound_m : std::nullopt,
-                  own != nullptr ? own->within_95 : std::nullopt);
+        add_bound(cells, own.range_bound_m, own.within_95);
       }
-      if (content.baseline != nullptr) {
-        const runlog::LandmarkSummary* other = find_landmark(content.baseline, landmark.name);
-        add_mean_max(cells, other != nullptr ? other->error : std::nullopt);
-      }
+      if (content.baseline != nullptr) add_mean_max(cells, landmark_of(*content.baseline, landmark.name).error);
       const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->mean_mm) : kNone);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->max_mm) : kNone);
@@ -239,8 +233,8 @@ std::string coverage_table(const PageContent& content) {
                     "class=\"words\"");
   std::set<std::string> verdicts;
   for (const runlog::LandmarkSummary& landmark : content.summary.landmarks) {
-    const int hidden_ranges =
-        landmark.frames_with_range - count_of(landmark.verdicts, "ok") - count_of(landmark.verdicts, "one_view");
+    const int hidden_ranges = landmark.frames_with_range - count_of(landmark.verdicts, RangeVerdict::kOk) -
+                              count_of(landmark.verdicts, RangeVerdict::kOneView);
     table.add({escape(landmark.name), share_bar(landmark.verdicts), words(landmark.verdicts, hidden_ranges)});
     for (const auto& [verdict, count] : landmark.verdicts) verdicts.insert(verdict);
   }
@@ -266,12 +260,10 @@ std::string heading_table(const runlog::Summary& summary) {
   const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
   const auto add = [&](const std::string& name, const runlog::AngleStatistics& error,
                        const std::optional<runlog::BoundComparison>& bound) {
-    std::vector<std::string> cells{name,
-                                   fmt::to_string(error.count),
-                                   degrees(error.mean_rad),
-                                   degrees(error.rmse_rad),
-                                   degrees(error.p95_rad),
-                                   degrees(error.max_rad)};
+    std::vector<std::string> cells{name, fmt::to_string(error.count)};
+    for (const double rad : {error.mean_rad, error.rmse_rad, error.p95_rad, error.max_rad}) {
+      cells.push_back(degrees(rad));
+    }
     if (bounded) {
       cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
       cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
@@ -286,13 +278,13 @@ std::string heading_table(const runlog::Summary& summary) {
 }
 
 std::string outlier_line(const runlog::Summary& summary) {
-  std::string named;
+  std::vector<std::string> named;
   for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
-    if (landmark.outliers > 0) {
-      named += fmt::format("{}{} {}", named.empty() ? "" : ", ", landmark.name, landmark.outliers);
-    }
+    if (landmark.outliers > 0) named.push_back(fmt::format("{} {}", landmark.name, landmark.outliers));
   }
-  if (!named.empty()) return html::text("p", "Left out of fixes as outliers, in frames: " + named + ".");
+  if (!named.empty()) {
+    return html::text("p", fmt::format("Left out of fixes as outliers, in frames: {}.", fmt::join(named, ", ")));
+  }
   return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
 }
 

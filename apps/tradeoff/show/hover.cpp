@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/markup.h"
-#include "apps/report/page/html.h"
-#include "apps/report/page/style.h"
+#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/kit/style.h"
 #include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/show/page_style.h"
 #include "apps/tradeoff/show/wording.h"

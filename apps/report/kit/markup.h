@@ -6,6 +6,10 @@
 #include <string>
 #include <string_view>
 
+namespace cv {
+class Mat;
+}
+
 namespace twocone::report {
 
 /// Returns `text` without what XML forbids: control characters are left out, bytes that are not UTF-8 become U+FFFD.
@@ -14,12 +18,17 @@ std::string cleaned(std::string_view text);
 /// Returns `text` for an XML or HTML text node or a quoted attribute: cleaned, with & < > " ' as entities.
 std::string escape(std::string_view text);
 
+/// Returns `text` with every `from` replaced by `to`.
+std::string replaced(std::string text, std::string_view from, std::string_view to);
+
 /// Returns the base64 encoding of RFC 4648, padded.
 std::string base64(std::span<const std::uint8_t> bytes);
 
-/// Returns "data:image/jpeg;base64,...".
-/// @param mime such as "image/jpeg"
-std::string data_uri(std::string_view mime, std::span<const std::uint8_t> bytes);
+/// Returns `image` (CV_8UC3 b g r) as "data:image/jpeg;base64,...". @param quality of the JPEG, 0 to 100
+std::string jpeg_uri(const cv::Mat& image, int quality);
+
+/// Returns an SVG's element for an image that is stretched into a rectangle.
+std::string svg_image(double x, double y, double width, double height, std::string_view uri);
 
 /// Returns `name` as a part of a file name: letters in lower case, digits and '_' stay, every other character becomes
 /// '_'; at most 32 characters.

@@ -1,33 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "apps/report/kit/plain_text.h"
 
 namespace twocone::report {
-namespace {
-
-/// Length of the well-formed UTF-8 character (RFC 3629) at the start of `text`; 0 if there is none.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-  const auto in = [](unsigned value, unsigned low, unsigned high) { return value >= low && value <= high; };
-  const auto tail = [&](std::size_t i) { return in(byte(i), 0x80, 0xBF); };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  if (in(first, 0xC2, 0xDF)) return tail(1) ? 2 : 0;
-  if (in(first, 0xE0, 0xEF)) {
-    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
-    const unsigned high = first == 0xED ? 0x9F : 0xBF;
-    return in(byte(1), low, high) && tail(2) ? 3 : 0;
-  }
-  if (in(first, 0xF0, 0xF4)) {
-    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
-    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
-    return in(byte(1), low, high) && tail(2) && tail(3) ? 4 : 0;
-  }
-  return 0;
-}
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
   for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
@@ -35,8 +20,6 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
   }
   return text;
 }
-
-}  // namespace
 
 std::string cleaned(std::string_view text) {
   constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
@@ -56,21 +39,11 @@ std::string cleaned(std::string_view text) {
 }
 
 std::string escape(std::string_view text) {
-  std::string safe;
-  for (const char c : cleaned(text)) {
-    if (c == '&') {
-      safe += "&amp;";
-    } else if (c == '<') {
-      safe += "&lt;";
-    } else if (c == '>') {
-      safe += "&gt;";
-    } else if (c == '"') {
-      safe += "&quot;";
-    } else if (c == '\'') {
-      safe += "&#39;";
-    } else {
-      safe += c;
-    }
+  std::string safe = cleaned(text);
+  // The ampersand comes first, because the others put new ones in.
+  for (const auto& [raw, entity] :
+       {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}}) {
+    safe = replaced(std::move(safe), raw, entity);
   }
   return safe;
 }
@@ -88,8 +61,17 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-std::string data_uri(std::string_view mime, std::span<const std::uint8_t> bytes) {
-  return "data:" + std::string(mime) + ";base64," + base64(bytes);
+std::string jpeg_uri(const cv::Mat& image, int quality) {
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return "data:image/jpeg;base64," + base64(jpeg);
+}
+
+std::string svg_image(double x, double y, double width, double height, std::string_view uri) {
+  return fmt::format(
+      "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
+      "xlink:href=\"{}\"/>\n",
+      x, y, width, height, uri);
 }
 
 std::string slug(std::string_view name) {

@@ -9,8 +9,8 @@
 /// Text for a terminal.
 namespace twocone::report {
 
-/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
-bool is_printable(std::string_view text);
+/// Returns the length of the well-formed UTF-8 character (RFC 3629) at the start of `text`; 0 if there is none.
+std::size_t utf8_length(std::string_view text);
 
 /// Returns `text` in plain ASCII: each other character of its UTF-8 becomes one '?'.
 std::string ascii(std::string_view text);
@@ -22,5 +22,8 @@ std::string cut(std::string_view text, std::size_t width);
 /// closes every line except the last. A word longer than `width` has a line of its own.
 std::string wrapped(std::size_t width, std::string_view first, std::string_view next,
                     const std::vector<std::string>& words, std::string_view end = "");
+
+/// Returns a word as a POSIX shell needs it: unchanged, or in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 }  // namespace twocone::report

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/gnuplot.h"
+#include "apps/report/kit/gnuplot.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -11,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/figures/child.h"
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::report {
 namespace {
@@ -41,10 +42,7 @@ void replace_between(std::string& text, std::string_view begin, std::string_view
 bool insert_underlay(std::string& svg, const Underlay& underlay) {
   const std::size_t at = svg.find("<defs>");  // follows the background
   if (at == std::string::npos) return false;
-  svg.insert(at, fmt::format("<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
-                             "preserveAspectRatio=\"none\" xlink:href=\"{}\"/>\n",
-                             underlay.x_px, underlay.y_px, underlay.width_px, underlay.height_px,
-                             data_uri("image/jpeg", underlay.jpeg)));
+  svg.insert(at, svg_image(underlay.x_px, underlay.y_px, underlay.width_px, underlay.height_px, underlay.uri));
   return true;
 }
 
@@ -116,6 +114,14 @@ std::string data_block(std::string_view name, std::string_view rows) {
 
 std::string plot_command(const std::vector<std::string>& plots) {
   return fmt::format("plot {}\n", plots.empty() ? "NaN notitle" : fmt::format("{}", fmt::join(plots, ", \\\n     ")));
+}
+
+double readable_limit(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const double most = values[(values.size() * 98 + 99) / 100 - 1];
+  return most > 0 && values.back() > 3 * most ? 1.5 * most : values.back();
 }
 
 Status write_file(const std::filesystem::path& file, std::string_view content) {

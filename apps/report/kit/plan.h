@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "apps/config/map_file.h"
-#include "apps/report/report.h"
+#include "apps/report/kit/figure.h"
+#include "apps/runlog/run_data.h"
 
 namespace twocone::report {
 
@@ -27,12 +29,14 @@ Sheet lay_out(config::Bounds world, int width_px, int tallest_px);
 /// Returns gnuplot commands: axes, margins and ranges of the sheet, with a scale bar. @param unit_m one POV-Ray unit
 std::string sheet_commands(const Sheet& sheet, double unit_m);
 
-/// Returns gnuplot commands: walls and obstacles in grey.
-std::string plan_commands(const config::Map& map);
+/// Returns a plot of the sheet over the arena from above (`overhead`: CV_8UC3 b g r, covering the sheet's world), or
+/// over the plan of the map, walls and obstacles in grey. The landmarks and their names are drawn, and the key is
+/// above.
+Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<cv::Mat>& overhead);
 
-/// Returns gnuplot commands: the landmarks with their names. @param boxed draws the names on white, for use over an
-/// image
-std::string landmark_commands(const config::Map& map, bool boxed);
+/// Returns the smallest rectangle around all poses, with a margin; nothing without a pose. Poses that are not finite do
+/// not count.
+std::optional<config::Bounds> extent_of(std::initializer_list<const std::vector<runlog::PoseRow>*> paths);
 
 /// Returns a gnuplot command that writes `text` at a point of the world.
 std::string label_command(const std::string& text, double x_m, double y_m, const std::string& options);
@@ -40,10 +44,9 @@ std::string label_command(const std::string& text, double x_m, double y_m, const
 /// Returns a data block of the positions of the poses.
 std::string pose_block(const std::string& name, const std::vector<runlog::PoseRow>& poses);
 
-/// Returns the arena from above, CV_8UC3 b g r, covering the map's bounds. The image is saved as `cache` and read from
-/// there the next time.
-/// Errors: kNotFound (no scene), those of sim_povray::render_overhead.
-Result<cv::Mat> overhead_image(const config::Map& map, const std::filesystem::path& cache,
-                               const sim_povray::RenderSettings& render);
+/// Returns the arena from above, CV_8UC3 b g r, covering the map's bounds. The image is saved as overhead.png among the
+/// figures and read from there the next time. Where it cannot be made, a note explains it.
+/// @param what_is the subject of the note and its verb, such as "Figure 7 is"
+std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is);
 
 }  // namespace twocone::report

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "apps/report/figures/gnuplot.h"
-#include "apps/runlog/run_data.h"
-#include "apps/runlog/summary/summary.h"
+#include "apps/report/kit/gnuplot.h"
 
 namespace twocone::report {
 
@@ -20,30 +19,17 @@ struct Figure {
   bool wide = true;     ///< true: takes the page's width; false: two such figures stand side by side
 };
 
-/// The data and tools that every figure is drawn with.
-struct Drawing {
-  const runlog::RunData& run;
-  const runlog::Summary& summary;
+/// What every figure of a page is drawn with.
+struct DrawingTools {
   const Gnuplot& gnuplot;
   std::filesystem::path folder;     ///< figures/
   std::vector<std::string>& notes;  ///< what could not be drawn and why
 };
 
 /// Draws `plot` into `figure`; a failure becomes a note and an empty figure.
-inline Figure drawn(const Gnuplot& gnuplot, std::vector<std::string>& notes, Figure figure, Plot plot) {
-  plot.stem = figure.stem;
-  plot.title = figure.title;
-  Result<std::string> svg = gnuplot.draw(plot);
-  if (svg) {
-    figure.svg = std::move(*svg);
-  } else {
-    notes.push_back("The figure \"" + figure.title + "\" is missing: " + svg.error().message);
-  }
-  return figure;
-}
+Figure drawn(const DrawingTools& tools, Figure figure, Plot plot);
 
-inline Figure drawn(const Drawing& drawing, Figure figure, Plot plot) {
-  return drawn(drawing.gnuplot, drawing.notes, std::move(figure), std::move(plot));
-}
+/// Returns the figures that have an SVG with their captions as HTML; empty if none has.
+std::string figures_html(const std::vector<Figure>& figures);
 
 }  // namespace twocone::report

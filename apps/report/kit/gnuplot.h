@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,7 +15,7 @@ namespace twocone::report {
 /// An image behind a plot. Its place is in the plot's pixels from the upper left corner.
 struct Underlay {
   double x_px = 0, y_px = 0, width_px = 0, height_px = 0;
-  std::vector<std::uint8_t> jpeg;
+  std::string uri;  ///< data URI
 };
 
 /// A figure for gnuplot.
@@ -36,7 +35,8 @@ class Gnuplot {
   /// @param folder receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw()
   /// requires that it exists
   /// @param timeout for one figure, > 0
-  Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout);
+  Gnuplot(std::string program, std::filesystem::path folder,
+          std::chrono::milliseconds timeout = std::chrono::seconds(30));
 
   /// Returns success if gnuplot runs. Error kUnavailable: names the package to install.
   [[nodiscard]] Status check() const;
@@ -65,6 +65,11 @@ std::string data_block(std::string_view name, std::string_view rows);
 
 /// Returns one plot of all `plots`; an empty plot if there are none. @param plots as gnuplot's `plot` takes them
 std::string plot_command(const std::vector<std::string>& plots);
+
+/// Returns the end of an axis on which errors can be read: the largest value, or 1.5 times the 98th percentile where a
+/// few values lie more than 3 times that percentile out; those must then be marked at the edge. @param values >= 0;
+/// values that are not finite are ignored
+double readable_limit(std::vector<double> values);
 
 /// Writes the whole file or leaves the old one: a neighbouring file is written first and then renamed.
 /// Error kUnavailable: names the file and the reason.

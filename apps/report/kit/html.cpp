@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/page/html.h"
+#include "apps/report/kit/html.h"
 
 #include <fmt/format.h>
 
-#include "apps/report/markup.h"
+#include "apps/report/kit/markup.h"
 
 namespace twocone::report::html {
 
@@ -24,6 +24,17 @@ std::string list(const std::vector<std::string>& sentences) {
   std::string items;
   for (const std::string& sentence : sentences) items += text("li", sentence);
   return element("ul", items);
+}
+
+std::string facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+  std::string items;
+  for (const auto& [name, value] : facts) items += text("dt", name) + text("dd", value);
+  return element("dl", items);
+}
+
+std::string shown_frame(std::string_view inner, std::string_view name, bool first) {
+  return element("div", inner,
+                 fmt::format("class=\"frame\" data-name=\"{}\"{}", escape(name), first ? "" : " hidden=\"hidden\""));
 }
 
 Table::Table(std::string_view caption, std::string_view head, std::string_view attributes)

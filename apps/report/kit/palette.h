@@ -20,10 +20,4 @@ std::string own_colour(const std::array<double, 3>& colour);
 /// Returns the same hue, dark enough for a thin line on white.
 std::string line_colour(const std::array<double, 3>& colour);
 
-/// Returns the colour of a verdict, the same in every figure and table.
-std::string verdict_colour(std::string_view verdict);
-
-/// Returns the meaning of a verdict of that method in plain words; empty for an unknown verdict.
-std::string_view verdict_meaning(std::string_view verdict, std::string_view method);
-
 }  // namespace twocone::report

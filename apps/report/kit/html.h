@@ -22,6 +22,13 @@ std::string section(std::string_view id, std::string_view title, std::string_vie
 /// Returns a list of plain sentences; empty if there are none.
 std::string list(const std::vector<std::string>& sentences);
 
+/// Returns a list of names and values (dl), both plain text.
+std::string facts(const std::vector<std::pair<std::string, std::string>>& facts);
+
+/// Returns one of the frames that script() shows one at a time. @param name plain text. @param first the one shown
+/// first
+std::string shown_frame(std::string_view inner, std::string_view name, bool first);
+
 /// A table that scrolls sideways by itself on a narrow screen. Cells are inner HTML; the first cell of a row is its
 /// head, the others are numbers.
 class Table {

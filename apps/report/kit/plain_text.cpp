@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/report/kit/plain_text.h"
+
+#include <fmt/format.h>
+
+namespace twocone::report {
+
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const auto in = [](unsigned value, unsigned low, unsigned high) { return value >= low && value <= high; };
+  const auto tail = [&](std::size_t i) { return in(byte(i), 0x80, 0xBF); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return 1;
+  if (in(first, 0xC2, 0xDF)) return tail(1) ? 2 : 0;
+  if (in(first, 0xE0, 0xEF)) {
+    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
+    const unsigned high = first == 0xED ? 0x9F : 0xBF;
+    return in(byte(1), low, high) && tail(2) ? 3 : 0;
+  }
+  if (in(first, 0xF0, 0xF4)) {
+    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
+    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
+    return in(byte(1), low, high) && tail(2) && tail(3) ? 4 : 0;
+  }
+  return 0;
+}
+
+std::string ascii(std::string_view text) {
+  std::string plain;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 && byte < 0xC0) continue;  // the rest of a character already replaced
+    plain += byte >= 0x20 && byte < 0x7F ? c : '?';
+  }
+  return plain;
+}
+
+std::string cut(std::string_view text, std::size_t width) {
+  std::string plain = ascii(text);
+  if (plain.size() > width) plain = plain.substr(0, width - 2) + "..";
+  return plain;
+}
+
+std::string wrapped(std::size_t width, std::string_view first, std::string_view next,
+                    const std::vector<std::string>& words, std::string_view end) {
+  std::string text;
+  std::string line{first};
+  bool begun = false;
+  for (const std::string& word : words) {
+    if (begun && line.size() + 1 + word.size() + end.size() > width) {
+      text += line + std::string(end) + "\n";
+      line = next;
+      begun = false;
+    }
+    if (begun) line += ' ';
+    line += word;
+    begun = true;
+  }
+  return text + line + "\n";
+}
+
+/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
+static bool is_printable(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const auto first = static_cast<unsigned char>(text[0]);
+    if (length == 0 || first < 0x20 || first == 0x7F) return false;
+    if (first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0) return false;  // control characters of 8 bits
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
+  if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
+  // A word with control characters or invalid UTF-8 is written as its bytes, so that the command can be pasted.
+  if (!is_printable(word)) {
+    std::string safe = "$'";
+    for (const char c : word) {
+      const bool is_plain = c >= 0x20 && c < 0x7F && c != '\'' && c != '\\';
+      safe += is_plain ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    }
+    return safe + "'";
+  }
+  std::string safe = "'";
+  for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return safe + "'";
+}
+
+}  // namespace twocone::report
