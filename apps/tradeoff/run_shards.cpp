@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <memory>
 #include <string>
 
 #include <fmt/format.h>
@@ -20,27 +19,11 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Returns the POV-Ray processes of one job: all jobs together have as many as one job alone, but each has at least
-/// two, for a pair of images.
-int processes_of(int jobs) { return std::max(2, sim_povray::RenderSettings{}.processes / jobs); }
-
 /// About proportional to the time of a shard: rendering grows with the number of pixels, and anti-aliasing with the
 /// fraction of pixels that it smooths, about a quarter (ViewSettings::antialias).
 double weight_of(const Plan::Shard& shard) {
   const double rays = 1 + 0.25 * (shard.images.antialias * shard.images.antialias - 1);
   return double(shard.images.width_px) * shard.images.height_px * rays * shard.episodes;
-}
-
-std::vector<Piece> pieces_of(const Plan& plan, const std::vector<std::size_t>& shards) {
-  std::vector<Images> kinds;
-  std::vector<Piece> pieces;
-  for (const std::size_t shard : shards) {
-    const Plan::Shard& planned = plan.shards.at(shard);
-    const auto kind = std::find(kinds.begin(), kinds.end(), planned.images);
-    pieces.push_back({shard, std::size_t(kind - kinds.begin()), weight_of(planned)});
-    if (kind == kinds.end()) kinds.push_back(planned.images);
-  }
-  return pieces;
 }
 
 std::string machine() {
@@ -80,24 +63,28 @@ Setting as_is(const Subject& subject) {
 }  // namespace
 
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
-                               const std::vector<std::size_t>& shards, const WorkOptions& options,
+                               const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop) {
-  const auto start = [&](const Notify& notify) -> DoShard {
-    sim_povray::RenderSettings render;
-    render.processes = processes_of(options.jobs);
-    render.notice = notify;
-    auto runner = std::make_shared<ShardRunner>(subject.robot, subject.map, subject.plan, render);
-    return [runner, &folder](std::size_t shard, const std::function<void(double)>& progress,
-                             const std::atomic<bool>& child_stop) -> Status {
-      // Another program has added it meanwhile.
-      if (folder.has(shard)) return {};
-      const Result<ShardRecord> record = runner->run(shard, progress, child_stop);
-      if (!record) return record.error();
+  sim_povray::RenderSettings render;
+  render.notice = watch.tell;
+  ShardRunner runner(subject.robot, subject.map, subject.plan, render);
+  double all = 0, before = 0;
+  for (const std::size_t shard : shards) all += weight_of(subject.plan.shards.at(shard));
+  std::size_t done = 0;
+  for (const std::size_t shard : shards) {
+    if (stop) break;
+    const double weight = weight_of(subject.plan.shards[shard]);
+    if (!folder.has(shard)) {
+      const auto progress = [&](double share) { watch.progress((before + share * weight) / all); };
+      const Result<ShardRecord> record = runner.run(shard, progress, stop);
+      if (!record && stop) break;
+      if (!record) return Error{record.error().code, fmt::format("shard {}: {}", shard, record.error().message)};
       folder.add(shard, *record);
-      return {};
-    };
-  };
-  return run_in_children(pieces_of(subject.plan, shards), options, start, stop);
+    }
+    before += weight;
+    ++done;
+  }
+  return done;
 }
 
 Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
@@ -124,7 +111,7 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
 }
 
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,
-                        const WorkOptions& options, const std::atomic<bool>& stop) {
+                        const Watch& watch, const std::atomic<bool>& stop) {
   const Images& images = setting.images;
   const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, images, episodes);
   const Subject checked{subject.robot, subject.map, plan};
@@ -132,7 +119,7 @@ Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const
                                        tradeoff::name(images.effects), episodes);
   const SweepFolder own(folder.path() / "checks" / name, subject.robot, subject.map, plan);
   const std::vector<std::size_t> missing = own.missing();
-  const Result<std::size_t> done = run_shards(checked, own, missing, options, stop);
+  const Result<std::size_t> done = run_shards(checked, own, missing, watch, stop);
   if (!done) return done.error();
   if (*done < missing.size()) return Error{ErrorCode::kCancelled, "stopped"};
 

@@ -63,11 +63,13 @@ void ProgressBar::clear() {
 }
 
 void ProgressBar::say(const std::string& line) {
+  const std::lock_guard lock(mutex_);
   clear();
   cli::say(line);
 }
 
 void ProgressBar::show(double done) {
+  const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
   if (!terminal_ || now - begin_ < kQuiet || now - last_ < kInterval) return;
   last_ = now;

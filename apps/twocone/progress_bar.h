@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
 
 namespace twocone::cli {
@@ -11,7 +12,7 @@ namespace twocone::cli {
 [[nodiscard]] std::string progress_line(const std::string& what, double done, double spent_s, int columns);
 
 /// Shows one line on stderr with a bar and the remaining time, after two seconds. It is silent if stderr is no
-/// terminal.
+/// terminal. Any thread may call it.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);
@@ -25,9 +26,10 @@ class ProgressBar {
   void say(const std::string& line);
 
  private:
-  void clear();
+  void clear();  ///< with mutex_ locked
 
   using Clock = std::chrono::steady_clock;
+  std::mutex mutex_;
   std::string what_;
   bool terminal_;
   bool shown_ = false;

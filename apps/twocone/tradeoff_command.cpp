@@ -31,7 +31,6 @@ struct Options {
   std::filesystem::path robot;
   std::filesystem::path out;
   tradeoff::PlanOptions plan;
-  int jobs = 1;
   std::optional<int> shard;
   bool shards = false, merge = false;
   std::optional<double> target_mm, budget_ms;
@@ -84,22 +83,17 @@ std::string ranges_of(const std::vector<std::size_t>& rising) {
   return text;
 }
 
-/// Returns options of the work that use the bar for progress and messages.
-tradeoff::WorkOptions shown_by(ProgressBar& bar, int jobs) {
-  tradeoff::WorkOptions work;
-  work.jobs = jobs;
-  work.progress = [&bar](double done) { bar.show(done); };
-  work.tell = [&bar](const std::string& line) { bar.say(line); };
-  return work;
+tradeoff::Watch shown_by(ProgressBar& bar) {
+  return {[&bar](double done) { bar.show(done); }, [&bar](const std::string& line) { bar.say(line); }};
 }
 
-void run_missing(const Options& options, const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
+void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
                  const std::vector<std::size_t>& missing, const std::atomic<bool>& stop) {
   if (missing.empty()) return;
   std::size_t done = 0;
   {
     ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
-    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar, options.jobs), stop));
+    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
   }
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
@@ -122,7 +116,7 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject
                        [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
                          ProgressBar bar(fmt::format("validation {}", ++tried));
                          return tradeoff::run_check(subject, folder, setting, options.validation_episodes,
-                                                    shown_by(bar, options.jobs), stop);
+                                                    shown_by(bar), stop);
                        }),
       fmt::format("interrupted: the sweep is in {}; next: the same command continues there", folder.path().string()));
   for (const tradeoff::Validation& validation : choice.validations)
@@ -189,7 +183,7 @@ void execute(Options options) {
   const std::atomic<bool>& stop = stop_on_signals();
   if (options.shard) {
     const auto shard = std::size_t(*options.shard);
-    if (!folder.has(shard)) run_missing(options, subject, folder, {shard}, stop);
+    if (!folder.has(shard)) run_missing(subject, folder, {shard}, stop);
     return;
   }
   const std::vector<std::size_t> missing = folder.missing();
@@ -200,7 +194,7 @@ void execute(Options options) {
   if (!missing.empty() && missing.size() < all) {
     say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
   }
-  run_missing(options, subject, folder, missing, stop);
+  run_missing(subject, folder, missing, stop);
   sweep_and_choose(options, subject, folder, stop);
 }
 
@@ -221,9 +215,15 @@ void add_tradeoff(CLI::App& program) {
       ->check(CLI::Range(3, 100'000))
       ->capture_default_str();
   command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the episodes");
-  command->add_option("--jobs", options->jobs, "Number of shards at one time, each in its own process")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--jobs",
+          [](const std::string& /*jobs*/) {
+            throw BadUsage(
+                "unknown option '--jobs': start a process with --shard K for each shard, then use --merge "
+                "(see twocone tradeoff --help)");
+          })
+      ->group("");  // it is not in --help
   auto* shard = command->add_option("--shard", options->shard, "Do this shard (from 0) and nothing else: for clusters")
                     ->check(CLI::Range(0, 1'000'000'000));
   auto* shards = command->add_flag("--shards", options->shards, "Print the number of shards, and do nothing else");

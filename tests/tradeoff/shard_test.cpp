@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/setting.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
@@ -105,6 +108,45 @@ TEST(Shard, StopsOnRequest) {
       0, [](double) {}, stop);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().code, ErrorCode::kCancelled);
+}
+
+TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
+  const Small small;
+  const testing_support::TemporaryFolder place;
+  const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
+  const Subject subject{small.robot, small.map, small.plan};
+  std::atomic<bool> stop = false;
+  std::vector<double> shares;
+  const Watch watch{[&](double share) {
+                      shares.push_back(share);
+                      stop = folder.missing().size() == 3;
+                    },
+                    [](const std::string&) {}};
+  const auto cut = run_shards(subject, folder, folder.missing(), watch, stop);
+  ASSERT_TRUE(cut) << cut.error().message;
+  EXPECT_EQ(*cut, 1U);
+  EXPECT_EQ(folder.missing(), (std::vector<std::size_t>{1, 2, 3}));
+  folder.add(2, {});  // as another program may
+  stop = false;
+  shares.clear();
+  const auto rest = run_shards(subject, folder, {1, 2, 3}, watch, stop);
+  ASSERT_TRUE(rest) << rest.error().message;
+  EXPECT_EQ(*rest, 3U);
+  EXPECT_TRUE(folder.missing().empty());
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_DOUBLE_EQ(shares.back(), 1);
+}
+
+TEST(RunShards, NamesTheShardThatFails) {
+  Small small;
+  const testing_support::TemporaryFolder place;
+  const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
+  small.map.scene = place.path() / "nowhere.pov";
+  const Watch watch{[](double) {}, [](const std::string&) {}};
+  const auto done = run_shards({small.robot, small.map, small.plan}, folder, {1, 2}, watch, false);
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, testing::StartsWith("shard 1: "));
+  EXPECT_EQ(folder.missing().size(), 4U);
 }
 
 }  // namespace
