@@ -2,6 +2,7 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
@@ -26,26 +27,16 @@ struct AxisWords {
   std::string_view title, cost;
   bool is_sized;  ///< larger values are "beyond" a smaller one
 };
-AxisWords words(Axis axis) {
-  switch (axis) {
-    case Axis::kSize:
-      return {"image size", "simulation time", true};
-    case Axis::kAntialias:
-      return {"anti-aliasing", "simulation time", true};
-    case Axis::kEffects:
-      return {"effects", "simulation time", false};
-    case Axis::kLevel:
-      return {"estimator", "robot time", false};
-    case Axis::kLandmarks:
-      return {"landmarks", "robot time", true};
-    case Axis::kBearings:
-      return {"bearings", "robot time", false};
-    case Axis::kRate:
-      return {"frame rate", "robot time", true};
-    case Axis::kFrames:
-      return {"frames fused", "robot time", true};
-  }
-  return {};
+const AxisWords& words(Axis axis) {
+  static constexpr std::array<AxisWords, 8> kWords{{{"image size", "simulation time", true},
+                                                    {"anti-aliasing", "simulation time", true},
+                                                    {"effects", "simulation time", false},
+                                                    {"estimator", "robot time", false},
+                                                    {"landmarks", "robot time", true},
+                                                    {"bearings", "robot time", false},
+                                                    {"frame rate", "robot time", true},
+                                                    {"frames fused", "robot time", true}}};
+  return kWords.at(std::size_t(axis));
 }
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;

@@ -77,7 +77,7 @@ Sorted sorted_rows(const Plan& plan, const ShardRecord& all) {
   for (const RangeRow& row : all.ranges) add(of(row).ranges, row.episode, row.error_m);
   for (const RenderRow& row : all.renders) add(images_of(row).cpu_s, row.episode, row.cpu_s);
   for (const MemoryRow& row : all.memory) of(row).peak_bytes = std::max(of(row).peak_bytes, row.peak_bytes);
-  for (const RenderMemoryRow& row : all.render_memory) {
+  for (const MemoryRow& row : all.render_memory) {
     images_of(row).peak_bytes = std::max(images_of(row).peak_bytes, row.peak_bytes);
   }
   return sorted;

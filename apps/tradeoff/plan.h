@@ -60,7 +60,7 @@ struct Plan {
 Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOptions& options);
 
 /// Returns the sweep's settings with these images on `episodes` episodes that no sweep uses, for checks of choices.
-/// @throws as make_plan
+/// @throws as make_plan for the number of episodes and the room
 Plan make_check_plan(const config::Robot& robot, const config::Map& map, const Plan& sweep, const Images& images,
                      int episodes);
 

@@ -44,16 +44,11 @@ Setting as_is(const Subject& subject) {
   const config::EstimatorKeys& keys = robot.estimator;
   Setting setting;
   setting.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
-  if (keys.method == "paper") {
-    setting.level = Level::kPaper;
-  } else if (keys.stage == "found") {
-    setting.level = Level::kFound;
-  } else if (keys.stage == "coarse") {
-    setting.level = Level::kCoarse;
-  } else if (keys.stage == "adaptive") {
-    setting.level = Level::kAdaptive;
-    setting.enough_m = keys.enough_m;
+  const std::string& level = keys.method == name(Level::kPaper) ? keys.method : keys.stage;
+  for (const Level known : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kAdaptive}) {
+    if (level == name(known)) setting.level = known;
   }
+  if (setting.level == Level::kAdaptive) setting.enough_m = keys.enough_m;
   setting.landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size());
   setting.bearings = keys.bearings;
   setting.rate_hz = robot.lower.rate_hz;
@@ -125,15 +120,8 @@ Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const
 
   const int number = int(std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin());
   const ShardRecord record = own.read_all();
-  int frames = 0, answered = 0;
-  for (const FrameRow& row : record.frames) {
-    // Without a verdict no answer was required: the frame is an intermediate one of an answer from several frames.
-    if (row.setting != number || row.verdict.empty()) continue;
-    ++frames;
-    if (row.error_m) ++answered;
-  }
   return Check{position_errors(record, number), robot_times(record, number),
-               frames > 0 ? double(answered) / frames : 0};
+               merge(plan, record).settings[std::size_t(number)].answered_share()};
 }
 
 }  // namespace twocone::tradeoff

@@ -65,16 +65,10 @@ class RenderCosts {
   double peak_bytes_ = 0;
 };
 
-/// Settings with the same recipe give the same answers for a frame.
-struct Recipe {
-  Level level;
-  double enough_m;
-  int landmarks;
-  bool bearings;
-  friend auto operator<=>(const Recipe&,
-                          const Recipe&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
-};
-Recipe recipe_of(const Setting& s) { return {s.level, s.enough_m, s.landmarks, s.bearings}; }
+/// Returns an equal setting for all settings that give the same answers for a frame.
+Setting recipe_of(const Setting& s) {
+  return {.level = s.level, .enough_m = s.enough_m, .landmarks = s.landmarks, .bearings = s.bearings};
+}
 
 /// The answers of a recipe for every shot.
 struct Answers {
@@ -125,7 +119,7 @@ class ShardRunner::Impl {
     }
     record.render_memory.push_back({first, costs_->peak_bytes()});
 
-    std::map<Recipe, Answers> answers;
+    std::map<Setting, Answers> answers;
     for (const Setting& setting : plan_.settings) {
       if (setting.images != shard.images || answers.contains(recipe_of(setting))) continue;
       if (stop) return stopped();
@@ -265,7 +259,7 @@ class ShardRunner::Impl {
   /// Returns the bound of the pose for each shot; nothing where no outline was measured.
   [[nodiscard]] std::vector<std::optional<Eigen::Matrix3d>> bounds_of(const Images& images,
                                                                       const std::vector<Shot>& shots,
-                                                                      const std::map<Recipe, Answers>& answers) const {
+                                                                      const std::map<Setting, Answers>& answers) const {
     const Setting finest = finest_of(images);
     runlog::RunData run;
     run.robot = robot_of(finest, robot_, plan_.landmarks);

@@ -39,11 +39,7 @@ struct RenderRow {
 };
 struct MemoryRow {
   int setting = 0;
-  double peak_bytes = 0;  ///< resident memory, with one pair of images
-};
-struct RenderMemoryRow {
-  int setting = 0;
-  double peak_bytes = 0;  ///< of the largest POV-Ray process
+  double peak_bytes = 0;
 };
 
 /// The results of a shard.
@@ -51,8 +47,8 @@ struct ShardRecord {
   std::vector<FrameRow> frames;
   std::vector<RangeRow> ranges;
   std::vector<RenderRow> renders;
-  std::vector<MemoryRow> memory;
-  std::vector<RenderMemoryRow> render_memory;
+  std::vector<MemoryRow> memory;         ///< resident memory of the program, with one pair of images
+  std::vector<MemoryRow> render_memory;  ///< of the largest POV-Ray process, by images
 };
 
 /// Renders images and computes all answers from them. Keeps the world between shards of the same images, so that the

@@ -74,11 +74,11 @@ class Script {
   /// Adds a plot of `rows` of values.
   void plot(std::string_view rows, std::string_view with) {
     if (rows.empty()) return;
-    blocks_ += fmt::format("$d{} << END_OF_DATA\n{}END_OF_DATA\n", number_, rows);
-    plots_ += fmt::format("{}$d{} {}", number_ == 0 ? "plot " : ", \\\n     ", number_, with);
-    ++number_;
+    const std::string name = fmt::format("d{}", plots_.size());
+    blocks_ += report::data_block(name, rows);
+    plots_.push_back(fmt::format("${} {}", name, with));
   }
-  [[nodiscard]] std::string str() const { return text_ + blocks_ + plots_ + "\n"; }
+  [[nodiscard]] std::string str() const { return text_ + blocks_ + report::plot_command(plots_); }
 
  private:
   static std::string tics(const LogAxis& axis) {
@@ -90,8 +90,8 @@ class Script {
   }
 
   const Plane& plane_;
-  std::string text_, blocks_, plots_;
-  int number_ = 0;
+  std::string text_, blocks_;
+  std::vector<std::string> plots_;
 };
 
 std::string pair(PlanePoint point) { return fmt::format("{:.9g} {:.9g}\n", point.x, point.y); }

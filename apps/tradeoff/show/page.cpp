@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/report/markup.h"
 #include "apps/report/page/html.h"
@@ -34,10 +35,7 @@ std::string headline(const Sweep& sweep) {
 }
 
 std::string image_html(const PageImage& image) {
-  const std::size_t root = image.svg.find("<svg");
-  std::string_view svg = image.svg;
-  if (root != std::string_view::npos) svg.remove_prefix(root);
-  return html::element("figure", report::inline_svg(svg, image.id) + html::text("figcaption", image.caption),
+  return html::element("figure", report::inline_svg(image.svg, image.id) + html::text("figcaption", image.caption),
                        fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
 }
 
@@ -142,9 +140,7 @@ std::string facts_html(const Sweep& sweep) {
   add("map", sweep.map);
   add("seed", fmt::to_string(sweep.seed));
   add("episodes", fmt::to_string(sweep.episodes));
-  std::string landmarks;
-  for (const std::string& name : sweep.landmarks) landmarks += (landmarks.empty() ? "" : ", ") + name;
-  add("landmarks, the most important first", landmarks);
+  add("landmarks, the most important first", fmt::format("{}", fmt::join(sweep.landmarks, ", ")));
   return html::element("dl", rows);
 }
 
