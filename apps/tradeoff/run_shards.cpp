@@ -62,7 +62,7 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
                                const std::atomic<bool>& stop) {
   sim_povray::RenderSettings render;
   render.notice = watch.tell;
-  ShardRunner runner(subject.robot, subject.map, subject.plan, render);
+  const RunShard run = shard_runner(subject.robot, subject.map, subject.plan, render);
   double all = 0, before = 0;
   for (const std::size_t shard : shards) all += weight_of(subject.plan.shards.at(shard));
   std::size_t done = 0;
@@ -71,7 +71,7 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
     const double weight = weight_of(subject.plan.shards[shard]);
     if (!folder.has(shard)) {
       const auto progress = [&](double share) { watch.progress((before + share * weight) / all); };
-      const Result<ShardRecord> record = runner.run(shard, progress, stop);
+      const Result<ShardRecord> record = run(shard, progress, stop);
       if (!record && stop) break;
       if (!record) return Error{record.error().code, fmt::format("shard {}: {}", shard, record.error().message)};
       folder.add(shard, *record);

@@ -30,8 +30,8 @@ struct Watch {
   std::function<void(const std::string&)> tell;  ///< called from any thread with a line for the user
 };
 
-/// Runs shards of the plan one after the other by ShardRunner and adds each to the folder when it is complete. A shard
-/// that another program has added meanwhile is not run again. Errors: those of ShardRunner::run, with the shard's
+/// Runs shards of the plan one after the other and adds each to the folder when it is complete. A shard
+/// that another program has added meanwhile is not run again. Errors: those of RunShard, with the shard's
 /// number in front. @throws runlog::DiskError
 /// @returns the number of finished shards; less than all only after `stop`
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,

@@ -33,9 +33,9 @@ struct Small : Lab {
     }
   }
 
-  [[nodiscard]] ShardRecord run(ShardRunner& runner, std::size_t shard) const {
+  [[nodiscard]] ShardRecord run(const RunShard& runner, std::size_t shard) const {
     std::atomic<bool> stop = false;
-    auto record = runner.run(
+    auto record = runner(
         shard, [](double) {}, stop);
     if (!record) throw std::runtime_error(record.error().message);
     return *std::move(record);
@@ -61,16 +61,16 @@ void expect_same(const ShardRecord& a, const ShardRecord& b) {
 
 TEST(Shard, IsTheSameAfterOthersAndAlone) {
   const Small small;
-  ShardRunner all(small.robot, small.map, small.plan, {});
+  const RunShard all = shard_runner(small.robot, small.map, small.plan, {});
   std::vector<ShardRecord> in_order;
   for (std::size_t i = 0; i < small.plan.shards.size(); ++i) in_order.push_back(small.run(all, i));
-  ShardRunner backwards(small.robot, small.map, small.plan, {});
+  const RunShard backwards = shard_runner(small.robot, small.map, small.plan, {});
   for (std::size_t i : {3U, 1U}) expect_same(in_order[i], small.run(backwards, i));
 }
 
 TEST(Shard, ContainsTheAnswersOfItsSettings) {
   const Small small;
-  ShardRunner runner(small.robot, small.map, small.plan, {});
+  const RunShard runner = shard_runner(small.robot, small.map, small.plan, {});
   const ShardRecord record = small.run(runner, 1);
   // A single frame has one row. Several frames have one row each, of which the last is the answer.
   ASSERT_EQ(record.frames.size(), std::size_t(3 * kStepsOfEpisode));
@@ -102,9 +102,9 @@ TEST(Shard, ContainsTheAnswersOfItsSettings) {
 
 TEST(Shard, StopsOnRequest) {
   const Small small;
-  ShardRunner runner(small.robot, small.map, small.plan, {});
+  const RunShard runner = shard_runner(small.robot, small.map, small.plan, {});
   std::atomic<bool> stop = true;
-  const auto record = runner.run(
+  const auto record = runner(
       0, [](double) {}, stop);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().code, ErrorCode::kCancelled);
