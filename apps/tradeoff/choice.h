@@ -11,10 +11,14 @@
 
 namespace twocone::tradeoff {
 
-/// The requirement on a setting; exactly one of the two.
+enum class Goal {
+  kTarget,  ///< the cheapest setting (by robot_time_s()) with a mean position error below the limit
+  kBudget,  ///< the most accurate setting with a robot_time_s() below the limit
+};
+/// The requirement on a setting.
 struct Requirement {
-  std::optional<double> target_m;  ///< the cheapest setting (by robot_time_s()) with a mean position error below this
-  std::optional<double> budget_s;  ///< the most accurate setting with a robot_time_s() below this
+  Goal goal;
+  double limit;  ///< metres or seconds, finite and > 0
 };
 
 /// Errors and times of a setting on episodes that the sweep did not use.
@@ -45,7 +49,6 @@ struct Choice {
 /// For a time budget: those whose robot_time_s() is below it, most accurate first. Equal ones are ordered by the other
 /// number. Only settings that a robot can have are included: Effects::kScene, answered often enough. No other setting
 /// can be confirmed, because its mean or its time already exceeds the requirement.
-/// @throws std::invalid_argument for a requirement that is not exactly one of the two, or is not positive and finite
 std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requirement);
 
 /// Checks candidates until one is confirmed on fresh episodes. For a target, the upper 95 % confidence limit of the

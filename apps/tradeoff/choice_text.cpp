@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/choice_text.h"
 
+#include <sstream>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -28,9 +30,9 @@ ordered_json of(const Sweep& sweep, const Validation& validation) {
 }  // namespace
 
 std::string describe(const Requirement& requirement) {
-  return requirement.target_m
-             ? fmt::format("mean position error below {:g} mm", 1e3 * *requirement.target_m)
-             : fmt::format("vision and localisation below {:g} ms per frame", 1e3 * requirement.budget_s.value_or(0));
+  return requirement.goal == Goal::kTarget
+             ? fmt::format("mean position error below {:g} mm", 1e3 * requirement.limit)
+             : fmt::format("vision and localisation below {:g} ms per frame", 1e3 * requirement.limit);
 }
 
 std::string describe(const Sweep& sweep, const Validation& validation) {
@@ -43,8 +45,7 @@ std::string describe(const Sweep& sweep, const Validation& validation) {
 
 std::string choice_json(const Sweep& sweep, const Requirement& requirement, const Choice& choice) {
   ordered_json json{{"version", sweep.version}, {"commit", sweep.commit}, {"sweep", sweep.repeat}};
-  if (requirement.target_m) json["target_m"] = *requirement.target_m;
-  if (requirement.budget_s) json["budget_s"] = *requirement.budget_s;
+  json[requirement.goal == Goal::kTarget ? "target_m" : "budget_s"] = requirement.limit;
   json["settings_swept"] = sweep.settings.size();
   json["candidates"] = candidates(sweep, requirement).size();
   json["validations"] = ordered_json::array();
@@ -59,12 +60,8 @@ std::vector<std::string> choice_header(const Sweep& sweep, const Requirement& re
       fmt::format("Chosen by twocone {}, commit {}, for: {}.", sweep.version, sweep.commit, describe(requirement)),
       "  " + describe(sweep.settings.at(choice.setting.value()).setting), "Sweep: " + sweep.repeat};
   // A reason may have several lines; each one is a line of the comment.
-  std::size_t begin = 0;
-  while (begin < choice.why.size()) {
-    const std::size_t end = std::min(choice.why.find('\n', begin), choice.why.size());
-    lines.push_back(choice.why.substr(begin, end - begin));
-    begin = end + 1;
-  }
+  std::istringstream why(choice.why);
+  for (std::string line; std::getline(why, line);) lines.push_back(line);
   return lines;
 }
 

@@ -39,10 +39,8 @@ struct Options {
 
   [[nodiscard]] bool has_requirement() const { return target_mm || budget_ms; }
   [[nodiscard]] tradeoff::Requirement requirement() const {
-    tradeoff::Requirement requirement;
-    if (target_mm) requirement.target_m = *target_mm / 1e3;
-    if (budget_ms) requirement.budget_s = *budget_ms / 1e3;
-    return requirement;
+    return target_mm ? tradeoff::Requirement{tradeoff::Goal::kTarget, *target_mm / 1e3}
+                     : tradeoff::Requirement{tradeoff::Goal::kBudget, budget_ms.value_or(0) / 1e3};
   }
 };
 
