@@ -24,7 +24,7 @@ struct Requirement {
 /// Errors and times of a setting on episodes that the sweep did not use.
 struct Check {
   ByEpisode position_errors_m;
-  ByEpisode robot_times_s;
+  ByEpisode robot_times_s;    ///< vision and localisation of one frame together
   double answered_share = 0;  ///< 0 to 1
 };
 

@@ -118,10 +118,8 @@ Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const
   if (!done) return done.error();
   if (*done < missing.size()) return Error{ErrorCode::kCancelled, "stopped"};
 
-  const int number = int(std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin());
-  const ShardRecord record = own.read_all();
-  return Check{position_errors(record, number), robot_times(record, number),
-               merge(plan, record).settings[std::size_t(number)].answered_share()};
+  const auto number = std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin();
+  return check_of(plan, own.read_all(), std::size_t(number));
 }
 
 }  // namespace twocone::tradeoff

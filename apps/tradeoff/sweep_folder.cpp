@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/file_error.h"
@@ -124,6 +123,19 @@ fs::path shard_folder(const fs::path& sweep, std::size_t shard) {
   return sweep / "shards" / fmt::format("{:04}", shard);
 }
 
+/// "3, 5 to 9, 12"
+std::string ranges_of(const std::vector<std::size_t>& rising) {
+  std::string text;
+  for (std::size_t i = 0; i < rising.size();) {
+    std::size_t last = i;
+    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", rising[i]);
+    if (last > i) text += fmt::format("{}{}", last == i + 1 ? ", " : " to ", rising[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
 }  // namespace
 
 SweepFolder::SweepFolder(fs::path folder, const config::Robot& robot, const config::Map& map, const Plan& plan)
@@ -177,8 +189,8 @@ void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
 
 ShardRecord SweepFolder::read_all() const {
   if (const auto gaps = missing(); !gaps.empty()) {
-    throw config::FileError(fmt::format("{}: {} of {} shards are missing: {}", folder_.string(), gaps.size(), shards_,
-                                        fmt::join(gaps, ", ")));
+    throw config::FileError(
+        fmt::format("{} of {} shards are missing in {}: {}", gaps.size(), shards_, folder_.string(), ranges_of(gaps)));
   }
   ShardRecord all;
   for (std::size_t i = 0; i < shards_; ++i) read(shard_folder(folder_, i), all);

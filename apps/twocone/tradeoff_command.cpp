@@ -68,19 +68,6 @@ void check(const Options& options) {
   }
 }
 
-/// "3, 5 to 9, 12"
-std::string ranges_of(const std::vector<std::size_t>& rising) {
-  std::string text;
-  for (std::size_t i = 0; i < rising.size();) {
-    std::size_t last = i;
-    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
-    text += fmt::format("{}{}", text.empty() ? "" : ", ", rising[i]);
-    if (last > i) text += fmt::format("{}{}", last == i + 1 ? ", " : " to ", rising[last]);
-    i = last + 1;
-  }
-  return text;
-}
-
 tradeoff::Watch shown_by(ProgressBar& bar) {
   return {[&bar](double done) { bar.show(done); }, [&bar](const std::string& line) { bar.say(line); }};
 }
@@ -185,14 +172,10 @@ void execute(Options options) {
     return;
   }
   const std::vector<std::size_t> missing = folder.missing();
-  if (options.merge && !missing.empty()) {
-    throw CommandFailed(fmt::format("{} of {} shards are missing in {}: {}", missing.size(), all, options.out.string(),
-                                    ranges_of(missing)));
-  }
-  if (!missing.empty() && missing.size() < all) {
+  if (!options.merge && !missing.empty() && missing.size() < all) {
     say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
   }
-  run_missing(subject, folder, missing, stop);
+  if (!options.merge) run_missing(subject, folder, missing, stop);
   sweep_and_choose(options, subject, folder, stop);
 }
 
