@@ -94,11 +94,7 @@ void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<doubl
   if (heading_rad) row.heading_error_rad = std::abs(localisation::wrap_angle_rad(*heading_rad - truth.heading_rad));
   if (!covariance) return;
   const Eigen::LLT<Eigen::Matrix2d> factor(covariance->topLeftCorner<2, 2>());
-  if (factor.info() != Eigen::Success) {
-    row.in_ellipse = false;
-    return;
-  }
-  row.in_ellipse = factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
+  row.in_ellipse = factor.info() == Eigen::Success && factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
 }
 
 /// Returns the covariance, at pose `to`, of a pose that was known with `covariance` at pose `from`; the motion between

@@ -19,7 +19,6 @@ namespace {
 using report::ascii;
 
 constexpr std::size_t kWidth = 120;
-constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20;
 
 /// Returns `text`, wrapped between words.
 std::string paragraph(std::string_view text, std::string_view first = "", std::string_view next = "  ") {

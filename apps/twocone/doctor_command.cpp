@@ -16,8 +16,8 @@
 #include "apps/doctor/doctor.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
 #include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {

@@ -15,7 +15,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/key_places.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
 
 namespace twocone::cli {

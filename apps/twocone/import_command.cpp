@@ -9,8 +9,7 @@
 
 #include "apps/import/import_run.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -18,7 +17,6 @@ namespace {
 struct Options {
   importer::Recording recording;
   std::filesystem::path out;
-  std::string times_in;
   std::optional<double> max_skew_ms;
 };
 
@@ -32,7 +30,6 @@ const std::map<std::string, importer::StampUnit>& units() {
 }
 
 void execute(Options options) {
-  if (!options.times_in.empty()) options.recording.unit = units().at(options.times_in);
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
   importer::Imported imported;
   {
@@ -58,9 +55,10 @@ void add_import(CLI::App& program) {
                       "Lines TIME NAME or TIME,NAME of the lower images; default: their names are the times");
   command->add_option("--upper-times", recording.upper_times, "The same for the upper images");
   command
-      ->add_option("--times-in", options->times_in,
-                   "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
-                   "nanoseconds if they have 19 digits")
+      ->add_option_function<std::string>(
+          "--times-in", [options](const std::string& unit) { options->recording.unit = units().at(unit); },
+          "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
+          "nanoseconds if they have 19 digits")
       ->check(CLI::IsMember(units()));
   command->add_option("--trajectory", recording.trajectory,
                       "TUM file of the robot's true poses from another system, on the images' clock");

@@ -11,8 +11,7 @@
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {

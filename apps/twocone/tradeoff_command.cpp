@@ -20,9 +20,8 @@
 #include "apps/tradeoff/sweep_folder.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
 #include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -37,10 +36,10 @@ struct Options {
   std::filesystem::path write_robot;
   int validation_episodes = 40;
 
-  [[nodiscard]] bool has_requirement() const { return target_mm || budget_ms; }
-  [[nodiscard]] tradeoff::Requirement requirement() const {
-    return target_mm ? tradeoff::Requirement{tradeoff::Goal::kTarget, *target_mm / 1e3}
-                     : tradeoff::Requirement{tradeoff::Goal::kBudget, budget_ms.value_or(0) / 1e3};
+  [[nodiscard]] std::optional<tradeoff::Requirement> requirement() const {
+    if (target_mm) return tradeoff::Requirement{tradeoff::Goal::kTarget, *target_mm / 1e3};
+    if (budget_ms) return tradeoff::Requirement{tradeoff::Goal::kBudget, *budget_ms / 1e3};
+    return std::nullopt;
   }
 };
 
@@ -53,7 +52,7 @@ void check(const Options& options) {
   };
   positive("--target-mm", options.target_mm);
   positive("--budget-ms", options.budget_ms);
-  if (!options.write_robot.empty() && !options.has_requirement()) {
+  if (!options.write_robot.empty() && !options.requirement()) {
     throw BadUsage("--write-robot needs --target-mm or --budget-ms: the requirement for the choice");
   }
   // A fault is reported now rather than after a sweep.
@@ -88,9 +87,9 @@ void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& 
 }
 
 /// Makes the choice and writes its robot file and choice.json.
-tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
+tradeoff::Choice choose(const Options& options, const tradeoff::Requirement& requirement,
+                        const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
                         const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
-  const tradeoff::Requirement requirement = options.requirement();
   fmt::print("\ngoal    {}; settings that may meet it: {} of {}; each is tested on {} new episodes\n",
              tradeoff::describe(requirement), tradeoff::candidates(sweep, requirement).size(), sweep.settings.size(),
              options.validation_episodes);
@@ -130,7 +129,9 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
   fmt::print("{}", tradeoff::table(sweep));
   std::fflush(stdout);
   std::optional<tradeoff::Choice> choice;
-  if (options.has_requirement()) choice = choose(options, subject, sweep, folder, stop);
+  if (const auto requirement = options.requirement()) {
+    choice = choose(options, *requirement, subject, sweep, folder, stop);
+  }
   const Status drawn = tradeoff::write_images(sweep, choice ? &*choice : nullptr, folder.path());
   if (drawn) {
     fmt::print("\npage    {}\n", (folder.path() / "index.html").string());

@@ -17,7 +17,6 @@ namespace {
 
 using report::gnuplot_string;
 
-constexpr double kMm = 1e-3;
 constexpr int kFilled = 7, kOpen = 6, kCross = 2;
 
 /// Okabe and Ito's colours, with different shapes for print in black and white. Faint: the same hue, mixed with white.

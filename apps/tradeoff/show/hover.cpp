@@ -2,7 +2,6 @@
 #include "apps/tradeoff/show/hover.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -11,8 +10,6 @@
 
 namespace twocone::tradeoff {
 namespace {
-
-constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
 
 std::string frontiers(const SettingResult& result) {
   if (result.on_robot_frontier && result.on_simulation_frontier) return "on both frontiers";

@@ -2,7 +2,6 @@
 #include "apps/tradeoff/show/page.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,7 +19,6 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
 constexpr std::string_view kNone = "\u2013";
 
 std::string headline(const Sweep& sweep) {

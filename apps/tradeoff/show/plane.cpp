@@ -13,7 +13,6 @@
 namespace twocone::tradeoff {
 namespace {
 
-constexpr double kMm = 1e-3, kMs = 1e-3;
 constexpr double kListPitch_px = 17;
 
 bool is_drawable(double value) { return std::isfinite(value) && value > 0; }
