@@ -60,4 +60,14 @@ std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requi
 Result<Choice> choose(const Sweep& sweep, const Requirement& requirement,
                       const std::function<Result<Check>(const Setting&)>& check_setting);
 
+/// Returns "mean position error below 5 mm" or "vision and localisation below 20 ms per frame".
+std::string describe(const Requirement& requirement);
+/// Returns a check in one line: the setting, its results on fresh episodes, the limit, and whether it is confirmed.
+std::string describe(const Sweep& sweep, const Validation& validation);
+/// Returns choice.json: the requirement, the checks, the number of candidates, the choice and its reason. Metres and
+/// seconds, as the keys state.
+std::string choice_json(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
+/// Returns the first lines of the robot file of a choice. @param choice with a confirmed setting
+std::vector<std::string> choice_header(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
+
 }  // namespace twocone::tradeoff

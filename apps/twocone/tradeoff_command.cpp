@@ -13,7 +13,6 @@
 #include "apps/config/robot_writer.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/tradeoff/choice.h"
-#include "apps/tradeoff/choice_text.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/run_shards.h"
@@ -165,18 +164,16 @@ void execute(Options options) {
   const tradeoff::Subject subject{robot, map, plan};
   const tradeoff::SweepFolder folder(options.out, robot, map, plan);
 
-  // After a signal the present shards are abandoned, and finished ones are kept.
+  // After a signal the present shard is abandoned, and finished ones are kept.
   const std::atomic<bool>& stop = stop_on_signals();
-  if (options.shard) {
-    const auto shard = std::size_t(*options.shard);
-    if (!folder.has(shard)) run_missing(subject, folder, {shard}, stop);
-    return;
+  if (options.shard) return run_missing(subject, folder, {std::size_t(*options.shard)}, stop);
+  if (!options.merge) {
+    const std::vector<std::size_t> missing = folder.missing();
+    if (!missing.empty() && missing.size() < all) {
+      say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
+    }
+    run_missing(subject, folder, missing, stop);
   }
-  const std::vector<std::size_t> missing = folder.missing();
-  if (!options.merge && !missing.empty() && missing.size() < all) {
-    say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
-  }
-  if (!options.merge) run_missing(subject, folder, missing, stop);
   sweep_and_choose(options, subject, folder, stop);
 }
 
