@@ -5,7 +5,6 @@
 #include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string_view>
 
@@ -227,15 +226,13 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
 
 }  // namespace
 
-std::vector<Conclusion> conclusions(const Sweep& sweep) {
-  std::vector<Conclusion> all;
+std::map<Axis, std::string> conclusions(const Sweep& sweep) {
+  std::map<Axis, std::string> all;
   for (const Axis axis : all_axes()) {
     const auto differs = [&](const SettingResult& s) {
       return axis_place(s.setting, axis) != axis_place(sweep.settings.front().setting, axis);
     };
-    if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) {
-      all.push_back({axis, sentence_of(sweep, axis)});
-    }
+    if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) all[axis] = sentence_of(sweep, axis);
   }
   return all;
 }

@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "apps/tradeoff/output.h"
-#include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {
 namespace {

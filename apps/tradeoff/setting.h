@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"

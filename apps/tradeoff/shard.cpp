@@ -7,7 +7,6 @@
 #include <fstream>
 #include <map>
 #include <mutex>
-#include <tuple>
 
 #include <fmt/format.h>
 #include <Eigen/Dense>

@@ -3,8 +3,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <tuple>

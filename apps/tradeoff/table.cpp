@@ -164,7 +164,7 @@ std::string table(const Sweep& sweep) {
   text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n",
                       PaperPoint{}.mean_error_m / kMm, PaperPoint{}.time_s);
   text += counts(sweep) + "\n";
-  for (const Conclusion& conclusion : conclusions(sweep)) text += paragraph(conclusion.sentence);
+  for (const auto& [axis, sentence] : conclusions(sweep)) text += paragraph(sentence);
   const std::vector<std::string> grown = growth_sentences(sweep);
   if (!grown.empty()) text += "\nGrowth (exponents of power laws, 95 %):\n";
   for (const std::string& sentence : grown) text += paragraph(sentence, "  ", "    ");

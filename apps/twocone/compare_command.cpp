@@ -16,7 +16,6 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/run_lock.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/stop_signals.h"
 #include "apps/twocone/terminal.h"
 
 namespace twocone::cli {

@@ -12,12 +12,10 @@
 
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runs/resume.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/stop_signals.h"
 #include "apps/twocone/terminal.h"
 
 namespace twocone::cli {

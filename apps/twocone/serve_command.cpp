@@ -9,7 +9,6 @@
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/stop_signals.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/serve.h"
 

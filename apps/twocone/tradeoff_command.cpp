@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -19,7 +18,6 @@
 #include "apps/tradeoff/sweep_folder.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/stop_signals.h"
 #include "apps/twocone/terminal.h"
 
 namespace twocone::cli {

@@ -2,7 +2,6 @@
 #include "apps/tradeoff/show/plane.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>

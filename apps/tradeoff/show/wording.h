@@ -4,7 +4,6 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "apps/tradeoff/sweep.h"
