@@ -146,9 +146,8 @@ struct Fraction {
 
 /// Returns images of the robot's size times `k`; none where that is not a whole number of pixels.
 std::optional<Images> images_of(const config::Robot& robot, Fraction k, int antialias, Effects effects) {
-  const auto whole = [k](int side_px) { return side_px * k.over % k.under == 0; };
-  for (const config::CameraEntry* camera : {&robot.lower, &robot.upper}) {
-    if (!whole(camera->width_px) || !whole(camera->height_px)) return std::nullopt;
+  for (const int side_px : {robot.lower.width_px, robot.lower.height_px, robot.upper.width_px, robot.upper.height_px}) {
+    if (side_px * k.over % k.under != 0) return std::nullopt;
   }
   return Images{robot.lower.width_px * k.over / k.under, robot.lower.height_px * k.over / k.under, antialias, effects};
 }

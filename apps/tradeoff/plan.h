@@ -32,8 +32,6 @@ struct PlanOptions {
   /// Episodes of the cheapest images, >= 3; more expensive images have fewer (episodes_of), but at least a third or 3.
   int episodes = 28;
   bool fine = false;  ///< more sizes and more anti-aliasing, four times the episodes
-
-  friend bool operator==(const PlanOptions&, const PlanOptions&) = default;
 };
 
 /// All work of a sweep, in the order of the results.

@@ -29,12 +29,9 @@ double weight_of(const Plan::Shard& shard) {
 std::string machine() {
   std::ifstream info("/proc/cpuinfo");
   std::string line, model = "unknown processor";
-  while (std::getline(info, line)) {
-    if (line.rfind("model name", 0) != 0) continue;
-    const std::size_t text = line.find_first_not_of(" \t", line.find(':') + 1);
-    if (text != std::string::npos) model = line.substr(text);
-    break;
-  }
+  while (std::getline(info, line) && !line.starts_with("model name")) continue;
+  const std::size_t text = line.find_first_not_of(" \t", line.find(':') + 1);
+  if (info && text != std::string::npos) model = line.substr(text);
   return fmt::format("{}, {} cores", model, ::sysconf(_SC_NPROCESSORS_ONLN));
 }
 
@@ -109,12 +106,11 @@ Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const
                         const Watch& watch, const std::atomic<bool>& stop) {
   const Images& images = setting.images;
   const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, images, episodes);
-  const Subject checked{subject.robot, subject.map, plan};
   const std::string name = fmt::format("{}x{}-R{}-{}-episodes{}", images.width_px, images.height_px, images.antialias,
                                        tradeoff::name(images.effects), episodes);
   const SweepFolder own(folder.path() / "checks" / name, subject.robot, subject.map, plan);
   const std::vector<std::size_t> missing = own.missing();
-  const Result<std::size_t> done = run_shards(checked, own, missing, watch, stop);
+  const Result<std::size_t> done = run_shards({subject.robot, subject.map, plan}, own, missing, watch, stop);
   if (!done) return done.error();
   if (*done < missing.size()) return Error{ErrorCode::kCancelled, "stopped"};
 

@@ -79,7 +79,7 @@ config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::
     }
   }
   for (config::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
-  config::EstimatorKeys keys;
+  config::EstimatorKeys& keys = changed.estimator = {};
   keys.method = estimation::to_string(method_of(setting.level));
   keys.stage = stage_of(setting.level);
   if (std::size_t(setting.landmarks) < landmarks.size()) {
@@ -87,7 +87,6 @@ config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::
   }
   keys.bearings = setting.bearings;
   if (setting.level == Level::kAdaptive) keys.enough_m = setting.enough_m;
-  changed.estimator = std::move(keys);
   return changed;
 }
 

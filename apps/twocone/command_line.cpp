@@ -51,8 +51,6 @@ std::string what_of(const CLI::ParseError& error) {
   return what.substr(0, at) + " needs a value";
 }
 
-bool is_option(const std::string& word) { return word.size() > 1 && word.starts_with('-') && word != "--"; }
-
 }  // namespace
 
 std::string HelpFormatter::make_option_usage(const CLI::Option* option) const {
@@ -74,7 +72,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& command = is_program ? program : *chosen.front();
   std::string text, words;
   for (const std::string& word : command.remaining()) {
-    if (is_option(word)) {
+    if (word.size() > 1 && word.starts_with('-') && word != "--") {
       const std::string_view option = std::string_view(word).substr(0, word.find('='));
       const std::string_view present = config::present_name(config::NameOf::kOption, option);
       const auto meant = option_meant(command, word);

@@ -20,15 +20,6 @@ struct Options {
   std::optional<double> max_skew_ms;
 };
 
-const std::map<std::string, importer::StampUnit>& units() {
-  using importer::StampUnit;
-  static const std::map<std::string, StampUnit> kUnits{{"s", StampUnit::kSeconds},
-                                                       {"ms", StampUnit::kMilliseconds},
-                                                       {"us", StampUnit::kMicroseconds},
-                                                       {"ns", StampUnit::kNanoseconds}};
-  return kUnits;
-}
-
 void execute(Options options) {
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
   importer::Imported imported;
@@ -46,6 +37,10 @@ void execute(Options options) {
 void add_import(CLI::App& program) {
   auto options = std::make_shared<Options>();
   importer::Recording& recording = options->recording;
+  const std::map<std::string, importer::StampUnit> units{{"s", importer::StampUnit::kSeconds},
+                                                         {"ms", importer::StampUnit::kMilliseconds},
+                                                         {"us", importer::StampUnit::kMicroseconds},
+                                                         {"ns", importer::StampUnit::kNanoseconds}};
   CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
   command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
   command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();
@@ -56,10 +51,10 @@ void add_import(CLI::App& program) {
   command->add_option("--upper-times", recording.upper_times, "The same for the upper images");
   command
       ->add_option_function<std::string>(
-          "--times-in", [options](const std::string& unit) { options->recording.unit = units().at(unit); },
+          "--times-in", [options, units](const std::string& unit) { options->recording.unit = units.at(unit); },
           "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
           "nanoseconds if they have 19 digits")
-      ->check(CLI::IsMember(units()));
+      ->check(CLI::IsMember(units));
   command->add_option("--trajectory", recording.trajectory,
                       "TUM file of the robot's true poses from another system, on the images' clock");
   command->add_option("--odometry", recording.odometry,

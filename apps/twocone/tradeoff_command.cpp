@@ -105,17 +105,16 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Requirement& req
   fmt::print("choice  {}\n", choice.why);
   runlog::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, requirement, choice));
   const std::filesystem::path file = options.write_robot.empty() ? folder.path() / "chosen.yaml" : options.write_robot;
-  if (!choice.setting && options.write_robot.empty()) {
-    // A file from an earlier requirement does not belong to this one.
-    std::error_code none_there;
-    std::filesystem::remove(file, none_there);
-  }
   if (choice.setting) {
     const config::Robot changed =
         tradeoff::robot_of(subject.plan.settings.at(*choice.setting), subject.robot, subject.plan.landmarks);
     runlog::write_whole(file, config::robot_text(subject.robot.file, file, changed,
                                                  tradeoff::choice_header(sweep, requirement, choice)));
     fmt::print("robot   {}\n", file.string());
+  } else if (options.write_robot.empty()) {
+    // A file from an earlier requirement does not belong to this one.
+    std::error_code none_there;
+    std::filesystem::remove(file, none_there);
   }
   return choice;
 }
