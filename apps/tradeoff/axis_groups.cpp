@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 namespace twocone::tradeoff {
+
 AxisPlace axis_place(const Setting& setting, Axis axis) {
   const Images& images = setting.images;
   switch (axis) {
