@@ -4,43 +4,6 @@
 #include <stdexcept>
 
 namespace twocone::tradeoff {
-namespace {
-
-/// Returns an equal setting for all settings that differ in this axis only.
-Setting without(Setting setting, Axis axis) {
-  const Setting none;
-  switch (axis) {
-    case Axis::kSize:
-      setting.images.width_px = none.images.width_px;
-      setting.images.height_px = none.images.height_px;
-      break;
-    case Axis::kAntialias:
-      setting.images.antialias = none.images.antialias;
-      break;
-    case Axis::kEffects:
-      setting.images.effects = none.images.effects;
-      break;
-    case Axis::kLevel:
-      setting.level = none.level;
-      setting.enough_m = none.enough_m;
-      break;
-    case Axis::kLandmarks:
-      setting.landmarks = none.landmarks;
-      break;
-    case Axis::kBearings:
-      setting.bearings = none.bearings;
-      break;
-    case Axis::kRate:
-      setting.rate_hz = none.rate_hz;
-      break;
-    case Axis::kFrames:
-      setting.frames = none.frames;
-      break;
-  }
-  return setting;
-}
-
-}  // namespace
 
 AxisPlace axis_place(const Setting& setting, Axis axis) {
   const Images& images = setting.images;
@@ -66,10 +29,14 @@ AxisPlace axis_place(const Setting& setting, Axis axis) {
 }
 
 std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
-  std::map<Setting, AxisGroup> groups;
+  std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
   for (const SettingResult& result : sweep.settings) {
     if (!answers_enough(result)) continue;
-    groups[without(result.setting, axis)].emplace(axis_place(result.setting, axis), &result);
+    std::vector<AxisPlace> others;
+    for (const Axis other : all_axes()) {
+      if (other != axis) others.push_back(axis_place(result.setting, other));
+    }
+    groups[others].emplace(axis_place(result.setting, axis), &result);
   }
   std::vector<AxisGroup> of_two_or_more;
   for (auto& [others, group] : groups) {

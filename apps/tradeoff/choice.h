@@ -11,16 +11,20 @@
 
 namespace twocone::tradeoff {
 
-/// The requirement on a setting; exactly one of the two.
+enum class Goal {
+  kTarget,  ///< the cheapest setting (by robot_time_s()) with a mean position error below the limit
+  kBudget,  ///< the most accurate setting with a robot_time_s() below the limit
+};
+/// The requirement on a setting.
 struct Requirement {
-  std::optional<double> target_m;  ///< the cheapest setting (by robot_time_s()) with a mean position error below this
-  std::optional<double> budget_s;  ///< the most accurate setting with a robot_time_s() below this
+  Goal goal;
+  double limit;  ///< metres or seconds, finite and > 0
 };
 
 /// Errors and times of a setting on episodes that the sweep did not use.
 struct Check {
   ByEpisode position_errors_m;
-  ByEpisode robot_times_s;
+  ByEpisode robot_times_s;    ///< vision and localisation of one frame together
   double answered_share = 0;  ///< 0 to 1
 };
 
@@ -45,7 +49,6 @@ struct Choice {
 /// For a time budget: those whose robot_time_s() is below it, most accurate first. Equal ones are ordered by the other
 /// number. Only settings that a robot can have are included: Effects::kScene, answered often enough. No other setting
 /// can be confirmed, because its mean or its time already exceeds the requirement.
-/// @throws std::invalid_argument for a requirement that is not exactly one of the two, or is not positive and finite
 std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requirement);
 
 /// Checks candidates until one is confirmed on fresh episodes. For a target, the upper 95 % confidence limit of the
@@ -56,5 +59,15 @@ std::vector<std::size_t> candidates(const Sweep& sweep, const Requirement& requi
 /// @param check_setting returns errors and times of a setting on fresh episodes; its errors end the search
 Result<Choice> choose(const Sweep& sweep, const Requirement& requirement,
                       const std::function<Result<Check>(const Setting&)>& check_setting);
+
+/// Returns "mean position error below 5 mm" or "vision and localisation below 20 ms per frame".
+std::string describe(const Requirement& requirement);
+/// Returns a check in one line: the setting, its results on fresh episodes, the limit, and whether it is confirmed.
+std::string describe(const Sweep& sweep, const Validation& validation);
+/// Returns choice.json: the requirement, the checks, the number of candidates, the choice and its reason. Metres and
+/// seconds, as the keys state.
+std::string choice_json(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
+/// Returns the first lines of the robot file of a choice. @param choice with a confirmed setting
+std::vector<std::string> choice_header(const Sweep& sweep, const Requirement& requirement, const Choice& choice);
 
 }  // namespace twocone::tradeoff

@@ -2,10 +2,11 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <ranges>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -26,26 +27,16 @@ struct AxisWords {
   std::string_view title, cost;
   bool is_sized;  ///< larger values are "beyond" a smaller one
 };
-AxisWords words(Axis axis) {
-  switch (axis) {
-    case Axis::kSize:
-      return {"image size", "simulation time", true};
-    case Axis::kAntialias:
-      return {"anti-aliasing", "simulation time", true};
-    case Axis::kEffects:
-      return {"effects", "simulation time", false};
-    case Axis::kLevel:
-      return {"estimator", "robot time", false};
-    case Axis::kLandmarks:
-      return {"landmarks", "robot time", true};
-    case Axis::kBearings:
-      return {"bearings", "robot time", false};
-    case Axis::kRate:
-      return {"frame rate", "robot time", true};
-    case Axis::kFrames:
-      return {"frames fused", "robot time", true};
-  }
-  return {};
+const AxisWords& words(Axis axis) {
+  static constexpr std::array<AxisWords, 8> kWords{{{"image size", "simulation time", true},
+                                                    {"anti-aliasing", "simulation time", true},
+                                                    {"effects", "simulation time", false},
+                                                    {"estimator", "robot time", false},
+                                                    {"landmarks", "robot time", true},
+                                                    {"bearings", "robot time", false},
+                                                    {"frame rate", "robot time", true},
+                                                    {"frames fused", "robot time", true}}};
+  return kWords.at(std::size_t(axis));
 }
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;
@@ -122,9 +113,8 @@ std::vector<Step> steps_of(const Sweep& sweep, Axis axis) {
   for (const AxisGroup& group : groups) {
     for (const auto& [place, result] : group) examples.emplace(place, &result->setting);
   }
-  std::vector<AxisPlace> places;
-  places.reserve(examples.size());
-  for (const auto& [place, setting] : examples) places.push_back(place);
+  const auto keys = std::views::keys(examples);
+  const std::vector<AxisPlace> places(keys.begin(), keys.end());
   const bool is_simulated = words(axis).cost == "simulation time";
   std::vector<Step> steps;
   for (std::size_t to = 1; to < places.size(); ++to) {
@@ -236,15 +226,13 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
 
 }  // namespace
 
-std::vector<Conclusion> conclusions(const Sweep& sweep) {
-  std::vector<Conclusion> all;
+std::map<Axis, std::string> conclusions(const Sweep& sweep) {
+  std::map<Axis, std::string> all;
   for (const Axis axis : all_axes()) {
     const auto differs = [&](const SettingResult& s) {
       return axis_place(s.setting, axis) != axis_place(sweep.settings.front().setting, axis);
     };
-    if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) {
-      all.push_back({axis, sentence_of(sweep, axis)});
-    }
+    if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) all[axis] = sentence_of(sweep, axis);
   }
   return all;
 }

@@ -5,9 +5,7 @@
 
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/drawing.h"
-#include "apps/tradeoff/show/hover.h"
 #include "apps/tradeoff/show/page.h"
-#include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {
 namespace {

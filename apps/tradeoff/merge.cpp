@@ -47,87 +47,88 @@ TimeFigures times_of(const ByEpisode& values) {
   return figures;
 }
 
-/// All rows of one setting and of its images.
-struct Rows {
-  std::vector<const FrameRow*> frames;
-  ByEpisode ranges;
+/// The numbers in all rows of one setting, and of its images.
+struct Values {
+  int frames = 0;  ///< those that require an answer
+  ByEpisode position_m, heading_rad, range_m, in_ellipse, vision_s, localisation_s, robot_s;
+  double bound_squares = 0;
+  int bounds = 0;
   double peak_bytes = 0;
 };
-struct RenderRows {
+struct RenderValues {
   ByEpisode cpu_s;
   double peak_bytes = 0;
 };
-struct Sorted {
-  std::vector<Rows> settings;
-  std::map<Images, RenderRows> images;
+struct AllValues {
+  std::vector<Values> settings;
+  std::map<Images, RenderValues> images;
 };
 
-Sorted sorted_rows(const Plan& plan, const ShardRecord& all) {
-  Sorted sorted{.settings = std::vector<Rows>(plan.settings.size()), .images = {}};
+void add(Values& values, const FrameRow& row) {
+  add(values.vision_s, row.episode, row.vision_s);
+  add(values.localisation_s, row.episode, row.localisation_s);
+  add(values.robot_s, row.episode, row.vision_s + row.localisation_s);
+  if (row.verdict.empty()) return;
+  ++values.frames;
+  if (row.error_m) add(values.position_m, row.episode, *row.error_m);
+  if (row.heading_error_rad) add(values.heading_rad, row.episode, *row.heading_error_rad);
+  if (row.in_ellipse) add(values.in_ellipse, row.episode, *row.in_ellipse ? 1 : 0);
+  if (row.bound_m) {
+    values.bound_squares += *row.bound_m * *row.bound_m;
+    ++values.bounds;
+  }
+}
+
+AllValues values_of(const Plan& plan, const ShardRecord& all) {
+  AllValues values{.settings = std::vector<Values>(plan.settings.size()), .images = {}};
   const auto index = [&plan](const auto& row) {
     if (row.setting >= 0 && std::size_t(row.setting) < plan.settings.size()) return std::size_t(row.setting);
     throw std::invalid_argument(
         fmt::format("a row is of setting {}, but the plan has 0 to {}", row.setting, int(plan.settings.size()) - 1));
   };
-  const auto of = [&](const auto& row) -> Rows& { return sorted.settings[index(row)]; };
-  const auto images_of = [&](const auto& row) -> RenderRows& {
-    return sorted.images[plan.settings[index(row)].images];
+  const auto of = [&](const auto& row) -> Values& { return values.settings[index(row)]; };
+  const auto images_of = [&](const auto& row) -> RenderValues& {
+    return values.images[plan.settings[index(row)].images];
   };
-  for (const FrameRow& row : all.frames) of(row).frames.push_back(&row);
-  for (const RangeRow& row : all.ranges) add(of(row).ranges, row.episode, row.error_m);
+  for (const FrameRow& row : all.frames) add(of(row), row);
+  for (const RangeRow& row : all.ranges) add(of(row).range_m, row.episode, row.error_m);
   for (const RenderRow& row : all.renders) add(images_of(row).cpu_s, row.episode, row.cpu_s);
   for (const MemoryRow& row : all.memory) of(row).peak_bytes = std::max(of(row).peak_bytes, row.peak_bytes);
-  for (const RenderMemoryRow& row : all.render_memory) {
+  for (const MemoryRow& row : all.render_memory) {
     images_of(row).peak_bytes = std::max(images_of(row).peak_bytes, row.peak_bytes);
   }
-  return sorted;
+  return values;
 }
 
-SettingResult figures_of(const Setting& setting, const Rows& rows) {
+SettingResult figures_of(const Setting& setting, const Values& values) {
   SettingResult result;
   result.setting = setting;
-  ByEpisode position, heading, in_ellipse, vision, localisation, robot;
-  double bound_squares = 0;
-  int bounds = 0;
-  for (const FrameRow* row : rows.frames) {
-    add(vision, row->episode, row->vision_s);
-    add(localisation, row->episode, row->localisation_s);
-    add(robot, row->episode, row->vision_s + row->localisation_s);
-    if (row->verdict.empty()) continue;
-    ++result.frames;
-    if (row->error_m) add(position, row->episode, *row->error_m);
-    if (row->heading_error_rad) add(heading, row->episode, *row->heading_error_rad);
-    if (row->in_ellipse) add(in_ellipse, row->episode, *row->in_ellipse ? 1 : 0);
-    if (row->bound_m) {
-      bound_squares += *row->bound_m * *row->bound_m;
-      ++bounds;
-    }
-  }
-  result.answered = count(position);
-  result.position_m = errors_of(position);
-  result.heading_rad = errors_of(heading);
-  result.range_m = errors_of(rows.ranges);
-  if (count(in_ellipse) > 0) result.coverage = share_interval(in_ellipse, kLevel);
-  if (bounds > 0) result.bound_m = std::sqrt(bound_squares / bounds);
-  result.vision = times_of(vision);
-  result.localisation = times_of(localisation);
-  result.robot = times_of(robot);
-  result.peak_bytes = rows.peak_bytes;
+  result.frames = values.frames;
+  result.answered = count(values.position_m);
+  result.position_m = errors_of(values.position_m);
+  result.heading_rad = errors_of(values.heading_rad);
+  result.range_m = errors_of(values.range_m);
+  if (count(values.in_ellipse) > 0) result.coverage = share_interval(values.in_ellipse, kLevel);
+  if (values.bounds > 0) result.bound_m = std::sqrt(values.bound_squares / values.bounds);
+  result.vision = times_of(values.vision_s);
+  result.localisation = times_of(values.localisation_s);
+  result.robot = times_of(values.robot_s);
+  result.peak_bytes = values.peak_bytes;
   return result;
 }
 
 }  // namespace
 
 Sweep merge(const Plan& plan, const ShardRecord& all) {
-  const Sorted sorted = sorted_rows(plan, all);
+  const AllValues values = values_of(plan, all);
   std::map<Images, TimeFigures> rendering;
-  for (const auto& [images, rows] : sorted.images) rendering[images] = times_of(rows.cpu_s);
+  for (const auto& [images, of_images] : values.images) rendering[images] = times_of(of_images.cpu_s);
   Sweep sweep;
   for (std::size_t i = 0; i < plan.settings.size(); ++i) {
-    SettingResult result = figures_of(plan.settings[i], sorted.settings[i]);
-    if (const auto rows = sorted.images.find(result.setting.images); rows != sorted.images.end()) {
-      result.render_cpu = rendering[rows->first];
-      result.render_bytes = rows->second.peak_bytes;
+    SettingResult result = figures_of(plan.settings[i], values.settings[i]);
+    if (const auto found = values.images.find(result.setting.images); found != values.images.end()) {
+      result.render_cpu = rendering[found->first];
+      result.render_bytes = found->second.peak_bytes;
     }
     sweep.settings.push_back(result);
   }
@@ -135,20 +136,9 @@ Sweep merge(const Plan& plan, const ShardRecord& all) {
   return sweep;
 }
 
-ByEpisode position_errors(const ShardRecord& all, int setting) {
-  ByEpisode errors_m;
-  for (const FrameRow& row : all.frames) {
-    if (row.setting == setting && !row.verdict.empty() && row.error_m) add(errors_m, row.episode, *row.error_m);
-  }
-  return errors_m;
-}
-
-ByEpisode robot_times(const ShardRecord& all, int setting) {
-  ByEpisode times_s;
-  for (const FrameRow& row : all.frames) {
-    if (row.setting == setting) add(times_s, row.episode, row.vision_s + row.localisation_s);
-  }
-  return times_s;
+Check check_of(const Plan& plan, const ShardRecord& all, std::size_t setting) {
+  const Values values = values_of(plan, all).settings.at(setting);
+  return {values.position_m, values.robot_s, values.frames > 0 ? double(count(values.position_m)) / values.frames : 0};
 }
 
 }  // namespace twocone::tradeoff

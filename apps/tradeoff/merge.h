@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/shard.h"
 #include "apps/tradeoff/sweep.h"
 
@@ -12,9 +13,7 @@ namespace twocone::tradeoff {
 /// numbers that statistics.h rejects
 Sweep merge(const Plan& plan, const ShardRecord& all);
 
-/// Return the setting's position errors and times (vision and localisation of one frame together); element i is episode
-/// i.
-ByEpisode position_errors(const ShardRecord& all, int setting);
-ByEpisode robot_times(const ShardRecord& all, int setting);
+/// Returns a setting's errors and times from the frames of all shards. @throws as merge
+Check check_of(const Plan& plan, const ShardRecord& all, std::size_t setting);
 
 }  // namespace twocone::tradeoff

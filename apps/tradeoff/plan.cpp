@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -95,28 +95,20 @@ constexpr double kEdgeNoise_px = 0.1;
 /// Used where the remaining landmarks do not determine the pose.
 constexpr double kUnknown_m2 = 100;
 
-/// Returns information[episode][landmark] of range and bearing.
-std::vector<std::vector<Eigen::Matrix2d>> information_of(const config::Robot& robot, const config::Map& map,
-                                                         const std::vector<Episode>& episodes) {
+std::vector<std::string> rank_landmarks(const config::Robot& robot, const config::Map& map,
+                                        const std::vector<Episode>& episodes) {
   const vision::Rig rig = config::to_rig(robot);
   const std::vector<vision::Target> targets = config::to_targets(map);
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(map);
   const auto noise_px = [](const std::string&, const std::string&) { return std::optional(kEdgeNoise_px); };
-  std::vector<std::vector<Eigen::Matrix2d>> information;
-  information.reserve(episodes.size());
+  std::vector<localisation::Pose> poses;
+  std::vector<std::vector<Eigen::Matrix2d>> all;  // [episode][landmark], of range and bearing
   for (const Episode& episode : episodes) {
-    const localisation::Pose pose{episode.from.x_m, episode.from.y_m, episode.from.heading_rad};
-    information.push_back(runlog::landmark_information(rig, targets, places_m, pose, noise_px));
+    poses.push_back({episode.from.x_m, episode.from.y_m, episode.from.heading_rad});
+    all.push_back(runlog::landmark_information(rig, targets, places_m, poses.back(), noise_px));
   }
-  return information;
-}
-
-std::vector<std::string> rank_landmarks(const config::Robot& robot, const config::Map& map,
-                                        const std::vector<Episode>& episodes) {
-  const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(map);
-  const auto all = information_of(robot, map, episodes);
-  std::vector<std::size_t> kept;
-  for (std::size_t k = 0; k < places_m.size(); ++k) kept.push_back(k);
+  std::vector<std::size_t> kept(places_m.size());
+  std::iota(kept.begin(), kept.end(), 0);
   const auto cost_without = [&](std::size_t out) {
     double sum_m2 = 0;
     for (std::size_t i = 0; i < episodes.size(); ++i) {
@@ -124,8 +116,7 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
       for (std::size_t k = 0; k < information.size(); ++k) {
         if (k == out || std::find(kept.begin(), kept.end(), k) == kept.end()) information[k].setZero();
       }
-      const Pose2& from = episodes[i].from;
-      const auto bound = localisation::pose_bound({from.x_m, from.y_m, from.heading_rad}, places_m, information);
+      const auto bound = localisation::pose_bound(poses[i], places_m, information);
       sum_m2 += bound ? std::min((*bound)(0, 0) + (*bound)(1, 1), kUnknown_m2) : kUnknown_m2;
     }
     return sum_m2;
@@ -155,9 +146,8 @@ struct Fraction {
 
 /// Returns images of the robot's size times `k`; none where that is not a whole number of pixels.
 std::optional<Images> images_of(const config::Robot& robot, Fraction k, int antialias, Effects effects) {
-  const auto whole = [k](int side_px) { return side_px * k.over % k.under == 0; };
-  for (const config::CameraEntry* camera : {&robot.lower, &robot.upper}) {
-    if (!whole(camera->width_px) || !whole(camera->height_px)) return std::nullopt;
+  for (const int side_px : {robot.lower.width_px, robot.lower.height_px, robot.upper.width_px, robot.upper.height_px}) {
+    if (side_px * k.over % k.under != 0) return std::nullopt;
   }
   return Images{robot.lower.width_px * k.over / k.under, robot.lower.height_px * k.over / k.under, antialias, effects};
 }
@@ -181,9 +171,8 @@ constexpr std::array kEnough_m{0.0001, 0.0003, 0.001};
 
 class Settings {
  public:
-  Settings(const config::Robot& robot, const config::Map& map) {
-    all_.landmarks = int(map.landmarks.size());
-    all_.rate_hz = robot.lower.rate_hz;
+  Settings(const config::Robot& robot, const config::Map& map)
+      : landmarks_(int(map.landmarks.size())), rate_hz_(robot.lower.rate_hz) {
     try {
       const estimation::Estimator paper(estimation::Method::kPaper, robot, map);
     } catch (const config::FileError&) {
@@ -203,10 +192,10 @@ class Settings {
   }
   /// Adds settings that need no further images but are swept for few sizes only.
   void add_details(const Images& images) {
-    for (int n = 3; n < all_.landmarks; ++n) add(images, {.landmarks = n});
+    for (int n = 3; n < landmarks_; ++n) add(images, {.landmarks = n});
     add(images, {.bearings = false});
-    if (all_.landmarks > 4) add(images, {.landmarks = 4, .bearings = false});
-    for (const int part : {1, 2, 3}) add(images, {.rate_hz = all_.rate_hz / part, .frames = 2});
+    if (landmarks_ > 4) add(images, {.landmarks = 4, .bearings = false});
+    for (const int part : {1, 2, 3}) add(images, {.rate_hz = rate_hz_ / part, .frames = 2});
   }
   void add_effects(const Images& images) {
     if (has_paper_) add(images, {.level = Level::kPaper});
@@ -217,28 +206,16 @@ class Settings {
   [[nodiscard]] std::vector<Setting> take() { return std::move(settings_); }
 
  private:
-  /// The difference from the most accurate setting of single frames.
-  struct Change {
-    Level level = Level::kFine;
-    double enough_m = 0;
-    int landmarks = 0;
-    bool bearings = true;
-    double rate_hz = 0;
-    int frames = 1;
-  };
-  void add(const Images& images, const Change& change) {
-    Setting setting = all_;
+  /// @param setting without images; with all landmarks and at the robot's rate, unless it has its own
+  void add(const Images& images, Setting setting) {
     setting.images = images;
-    setting.level = change.level;
-    setting.enough_m = change.enough_m;
-    if (change.landmarks > 0) setting.landmarks = change.landmarks;
-    setting.bearings = change.bearings;
-    if (change.rate_hz > 0) setting.rate_hz = change.rate_hz;
-    setting.frames = change.frames;
+    if (setting.landmarks == 0) setting.landmarks = landmarks_;
+    if (setting.rate_hz == 0) setting.rate_hz = rate_hz_;
     settings_.push_back(setting);
   }
 
-  Setting all_;
+  int landmarks_;
+  double rate_hz_;
   bool has_paper_ = true;
   std::vector<Setting> settings_;
 };
@@ -282,6 +259,11 @@ void check(const config::Robot& robot, const config::Map& map) {
   (void)config::to_robot_settings(robot, map, 1);
 }
 
+void check_number(int episodes) {
+  if (episodes >= kLeastEpisodes) return;
+  throw std::invalid_argument(fmt::format("episodes is {}, must be >= {}", episodes, kLeastEpisodes));
+}
+
 }  // namespace
 
 std::vector<int> steps_of(const Setting& setting, double robot_rate_hz) {
@@ -293,9 +275,7 @@ std::vector<int> steps_of(const Setting& setting, double robot_rate_hz) {
 }
 
 Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOptions& options) {
-  if (options.episodes < kLeastEpisodes) {
-    throw std::invalid_argument(fmt::format("episodes is {}, must be >= {}", options.episodes, kLeastEpisodes));
-  }
+  check_number(options.episodes);
   check(robot, map);
   Plan plan;
   plan.options = options;
@@ -329,17 +309,12 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
 
 Plan make_check_plan(const config::Robot& robot, const config::Map& map, const Plan& sweep, const Images& images,
                      int episodes) {
-  if (episodes < kLeastEpisodes)
-    throw std::invalid_argument(fmt::format("episodes is {}, must be >= {}", episodes, kLeastEpisodes));
-  check(robot, map);
-  Plan plan;
-  plan.options = sweep.options;
+  check_number(episodes);
+  Plan plan = sweep;
   plan.options.episodes = episodes;
-  plan.robot_rate_hz = sweep.robot_rate_hz;
   plan.episodes = make_episodes(robot, map, sweep.options.seed, Stream::kCheck, episodes);
-  plan.landmarks = sweep.landmarks;
-  std::copy_if(sweep.settings.begin(), sweep.settings.end(), std::back_inserter(plan.settings),
-               [&](const Setting& setting) { return setting.images == images; });
+  std::erase_if(plan.settings, [&](const Setting& setting) { return setting.images != images; });
+  plan.shards.clear();
   add_shards(images, episodes, plan.shards);
   return plan;
 }

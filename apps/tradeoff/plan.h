@@ -32,8 +32,6 @@ struct PlanOptions {
   /// Episodes of the cheapest images, >= 3; more expensive images have fewer (episodes_of), but at least a third or 3.
   int episodes = 28;
   bool fine = false;  ///< more sizes and more anti-aliasing, four times the episodes
-
-  friend bool operator==(const PlanOptions&, const PlanOptions&) = default;
 };
 
 /// All work of a sweep, in the order of the results.
@@ -60,7 +58,7 @@ struct Plan {
 Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOptions& options);
 
 /// Returns the sweep's settings with these images on `episodes` episodes that no sweep uses, for checks of choices.
-/// @throws as make_plan
+/// @throws as make_plan for the number of episodes and the room
 Plan make_check_plan(const config::Robot& robot, const config::Map& map, const Plan& sweep, const Images& images,
                      int episodes);
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <memory>
 #include <string>
 
 #include <fmt/format.h>
@@ -20,10 +19,6 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Returns the POV-Ray processes of one job: all jobs together have as many as one job alone, but each has at least
-/// two, for a pair of images.
-int processes_of(int jobs) { return std::max(2, sim_povray::RenderSettings{}.processes / jobs); }
-
 /// About proportional to the time of a shard: rendering grows with the number of pixels, and anti-aliasing with the
 /// fraction of pixels that it smooths, about a quarter (ViewSettings::antialias).
 double weight_of(const Plan::Shard& shard) {
@@ -31,27 +26,12 @@ double weight_of(const Plan::Shard& shard) {
   return double(shard.images.width_px) * shard.images.height_px * rays * shard.episodes;
 }
 
-std::vector<Piece> pieces_of(const Plan& plan, const std::vector<std::size_t>& shards) {
-  std::vector<Images> kinds;
-  std::vector<Piece> pieces;
-  for (const std::size_t shard : shards) {
-    const Plan::Shard& planned = plan.shards.at(shard);
-    const auto kind = std::find(kinds.begin(), kinds.end(), planned.images);
-    pieces.push_back({shard, std::size_t(kind - kinds.begin()), weight_of(planned)});
-    if (kind == kinds.end()) kinds.push_back(planned.images);
-  }
-  return pieces;
-}
-
 std::string machine() {
   std::ifstream info("/proc/cpuinfo");
   std::string line, model = "unknown processor";
-  while (std::getline(info, line)) {
-    if (line.rfind("model name", 0) != 0) continue;
-    const std::size_t text = line.find_first_not_of(" \t", line.find(':') + 1);
-    if (text != std::string::npos) model = line.substr(text);
-    break;
-  }
+  while (std::getline(info, line) && !line.starts_with("model name")) continue;
+  const std::size_t text = line.find_first_not_of(" \t", line.find(':') + 1);
+  if (info && text != std::string::npos) model = line.substr(text);
   return fmt::format("{}, {} cores", model, ::sysconf(_SC_NPROCESSORS_ONLN));
 }
 
@@ -61,16 +41,11 @@ Setting as_is(const Subject& subject) {
   const config::EstimatorKeys& keys = robot.estimator;
   Setting setting;
   setting.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
-  if (keys.method == "paper") {
-    setting.level = Level::kPaper;
-  } else if (keys.stage == "found") {
-    setting.level = Level::kFound;
-  } else if (keys.stage == "coarse") {
-    setting.level = Level::kCoarse;
-  } else if (keys.stage == "adaptive") {
-    setting.level = Level::kAdaptive;
-    setting.enough_m = keys.enough_m;
+  const std::string& level = keys.method == name(Level::kPaper) ? keys.method : keys.stage;
+  for (const Level known : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kAdaptive}) {
+    if (level == name(known)) setting.level = known;
   }
+  if (setting.level == Level::kAdaptive) setting.enough_m = keys.enough_m;
   setting.landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size());
   setting.bearings = keys.bearings;
   setting.rate_hz = robot.lower.rate_hz;
@@ -80,24 +55,28 @@ Setting as_is(const Subject& subject) {
 }  // namespace
 
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
-                               const std::vector<std::size_t>& shards, const WorkOptions& options,
+                               const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop) {
-  const auto start = [&](const Notify& notify) -> DoShard {
-    sim_povray::RenderSettings render;
-    render.processes = processes_of(options.jobs);
-    render.notice = notify;
-    auto runner = std::make_shared<ShardRunner>(subject.robot, subject.map, subject.plan, render);
-    return [runner, &folder](std::size_t shard, const std::function<void(double)>& progress,
-                             const std::atomic<bool>& child_stop) -> Status {
-      // Another program has added it meanwhile.
-      if (folder.has(shard)) return {};
-      const Result<ShardRecord> record = runner->run(shard, progress, child_stop);
-      if (!record) return record.error();
+  sim_povray::RenderSettings render;
+  render.notice = watch.tell;
+  const RunShard run = shard_runner(subject.robot, subject.map, subject.plan, render);
+  double all = 0, before = 0;
+  for (const std::size_t shard : shards) all += weight_of(subject.plan.shards.at(shard));
+  std::size_t done = 0;
+  for (const std::size_t shard : shards) {
+    if (stop) break;
+    const double weight = weight_of(subject.plan.shards[shard]);
+    if (!folder.has(shard)) {
+      const auto progress = [&](double share) { watch.progress((before + share * weight) / all); };
+      const Result<ShardRecord> record = run(shard, progress, stop);
+      if (!record && stop) break;
+      if (!record) return Error{record.error().code, fmt::format("shard {}: {}", shard, record.error().message)};
       folder.add(shard, *record);
-      return {};
-    };
-  };
-  return run_in_children(pieces_of(subject.plan, shards), options, start, stop);
+    }
+    before += weight;
+    ++done;
+  }
+  return done;
 }
 
 Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
@@ -124,29 +103,19 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
 }
 
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,
-                        const WorkOptions& options, const std::atomic<bool>& stop) {
+                        const Watch& watch, const std::atomic<bool>& stop) {
   const Images& images = setting.images;
   const Plan plan = make_check_plan(subject.robot, subject.map, subject.plan, images, episodes);
-  const Subject checked{subject.robot, subject.map, plan};
   const std::string name = fmt::format("{}x{}-R{}-{}-episodes{}", images.width_px, images.height_px, images.antialias,
                                        tradeoff::name(images.effects), episodes);
   const SweepFolder own(folder.path() / "checks" / name, subject.robot, subject.map, plan);
   const std::vector<std::size_t> missing = own.missing();
-  const Result<std::size_t> done = run_shards(checked, own, missing, options, stop);
+  const Result<std::size_t> done = run_shards({subject.robot, subject.map, plan}, own, missing, watch, stop);
   if (!done) return done.error();
   if (*done < missing.size()) return Error{ErrorCode::kCancelled, "stopped"};
 
-  const int number = int(std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin());
-  const ShardRecord record = own.read_all();
-  int frames = 0, answered = 0;
-  for (const FrameRow& row : record.frames) {
-    // Without a verdict no answer was required: the frame is an intermediate one of an answer from several frames.
-    if (row.setting != number || row.verdict.empty()) continue;
-    ++frames;
-    if (row.error_m) ++answered;
-  }
-  return Check{position_errors(record, number), robot_times(record, number),
-               frames > 0 ? double(answered) / frames : 0};
+  const auto number = std::find(plan.settings.begin(), plan.settings.end(), setting) - plan.settings.begin();
+  return check_of(plan, own.read_all(), std::size_t(number));
 }
 
 }  // namespace twocone::tradeoff

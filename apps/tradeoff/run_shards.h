@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "apps/config/map_file.h"
@@ -11,7 +13,7 @@
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/sweep.h"
 #include "apps/tradeoff/sweep_folder.h"
-#include "apps/tradeoff/work.h"
+#include "hal/result.h"
 
 namespace twocone::tradeoff {
 
@@ -22,10 +24,18 @@ struct Subject {
   const Plan& plan;
 };
 
-/// Runs shards of the plan by ShardRunner in child processes (errors and return value: run_in_children) and adds each
-/// to the folder when it is complete. A shard that another program has added meanwhile is not run again.
+/// Receives what happens while shards are run.
+struct Watch {
+  std::function<void(double)> progress;          ///< called with the fraction of all shards that is done
+  std::function<void(const std::string&)> tell;  ///< called from any thread with a line for the user
+};
+
+/// Runs shards of the plan one after the other and adds each to the folder when it is complete. A shard
+/// that another program has added meanwhile is not run again. Errors: those of RunShard, with the shard's
+/// number in front. @throws runlog::DiskError
+/// @returns the number of finished shards; less than all only after `stop`
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
-                               const std::vector<std::size_t>& shards, const WorkOptions& options,
+                               const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop);
 
 /// Merges a complete folder and writes errors.csv, tradeoff.csv and tradeoff.txt into it.
@@ -37,6 +47,6 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder);
 /// folder, in checks/, so that nothing is rendered twice.
 /// @param setting one of the plan's. Errors: those of run_shards; kCancelled if it was stopped
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,
-                        const WorkOptions& options, const std::atomic<bool>& stop);
+                        const Watch& watch, const std::atomic<bool>& stop);
 
 }  // namespace twocone::tradeoff

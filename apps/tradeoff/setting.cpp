@@ -22,56 +22,19 @@ std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Le
 std::span<const Axis> all_axes() { return kAxes; }
 
 std::string_view name(Axis axis) {
-  switch (axis) {
-    case Axis::kSize:
-      return "size";
-    case Axis::kAntialias:
-      return "antialias";
-    case Axis::kEffects:
-      return "effects";
-    case Axis::kLevel:
-      return "estimator";
-    case Axis::kLandmarks:
-      return "landmarks";
-    case Axis::kBearings:
-      return "bearings";
-    case Axis::kRate:
-      return "rate";
-    case Axis::kFrames:
-      return "frames";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, kAxes.size()> kNames{"size",      "antialias", "effects", "estimator",
+                                                              "landmarks", "bearings",  "rate",    "frames"};
+  return kNames.at(std::size_t(axis));
 }
 
 std::string_view name(Level level) {
-  switch (level) {
-    case Level::kPaper:
-      return "paper";
-    case Level::kFound:
-      return "found";
-    case Level::kCoarse:
-      return "coarse";
-    case Level::kFine:
-      return "fine";
-    case Level::kAdaptive:
-      return "adaptive";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 5> kNames{"paper", "found", "coarse", "fine", "adaptive"};
+  return kNames.at(std::size_t(level));
 }
 
 std::string_view name(Effects effects) {
-  switch (effects) {
-    case Effects::kScene:
-      return "scene";
-    case Effects::kFlat:
-      return "flat";
-    case Effects::kNoise:
-      return "noise";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 3> kNames{"scene", "flat", "noise"};
+  return kNames.at(std::size_t(effects));
 }
 
 std::string value(const Setting& setting, Axis axis) {
@@ -116,7 +79,7 @@ config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::
     }
   }
   for (config::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
-  config::EstimatorKeys keys;
+  config::EstimatorKeys& keys = changed.estimator = {};
   keys.method = estimation::to_string(method_of(setting.level));
   keys.stage = stage_of(setting.level);
   if (std::size_t(setting.landmarks) < landmarks.size()) {
@@ -124,7 +87,6 @@ config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::
   }
   keys.bearings = setting.bearings;
   if (setting.level == Level::kAdaptive) keys.enough_m = setting.enough_m;
-  changed.estimator = std::move(keys);
   return changed;
 }
 

@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
@@ -44,7 +43,7 @@ struct Images {
 
 /// One configuration of a robot's vision and localisation.
 struct Setting {
-  Images images;
+  Images images{};
   Level level = Level::kFine;
   double enough_m = 0;   ///< for kAdaptive: config::EstimatorKeys::enough_m; else 0
   int landmarks = 0;     ///< number searched for, >= 3: the first ones of Plan::landmarks

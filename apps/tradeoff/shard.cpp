@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <mutex>
-#include <tuple>
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
@@ -17,18 +17,14 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
-#include "apps/tradeoff/peak_memory.h"
 #include "localisation/odometry.h"
 #include "localisation/pose_filter.h"
 
 namespace twocone::tradeoff {
 namespace {
 
-using std::chrono::milliseconds;
-
-/// Time limit for an image on a machine that is busy with other programs.
-constexpr milliseconds kImageTimeout{600'000};
-constexpr milliseconds kStepTimeout{600'000};
+/// Time limit for a step, and for an image, on a machine that is busy with other programs.
+constexpr std::chrono::milliseconds kTimeout{600'000};
 /// Rendering's part of a shard's progress.
 constexpr double kRenderingShare = 0.9;
 
@@ -43,38 +39,45 @@ struct Shot {
 };
 
 /// Costs of rendering, reported from other threads. It must live until the last image is complete.
-class RenderCosts {
- public:
+struct RenderCosts {
+  std::mutex mutex;
+  std::map<std::pair<int, int>, double> cpu_s;  ///< of episode and step
+  double peak_bytes = 0;
+
   void add(int episode, const sim_povray::RenderedImage& image) {
-    const std::lock_guard lock(mutex_);
-    cpu_s_[{episode, int(image.step)}] += std::chrono::duration<double>(image.cpu).count();
-    peak_bytes_ = std::max(peak_bytes_, double(image.peak_bytes));
+    const std::lock_guard lock(mutex);
+    cpu_s[{episode, int(image.step)}] += std::chrono::duration<double>(image.cpu).count();
+    peak_bytes = std::max(peak_bytes, double(image.peak_bytes));
   }
-  [[nodiscard]] std::map<std::pair<int, int>, double> cpu_s() const {
-    const std::lock_guard lock(mutex_);
-    return cpu_s_;
+};
+
+/// The peak of this process's resident memory since construction. The kernel keeps one such mark for each process, so
+/// only one object may exist at a time.
+class PeakMemory {
+ public:
+  PeakMemory() {
+    std::ofstream mark("/proc/self/clear_refs");
+    mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
+    is_fresh_ = bool(mark);
   }
-  [[nodiscard]] double peak_bytes() const {
-    const std::lock_guard lock(mutex_);
-    return peak_bytes_;
+  /// Returns nothing where the kernel does not report the peak or does not allow its reset.
+  [[nodiscard]] std::optional<double> bytes() const {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; is_fresh_ && status >> word;) {
+      double kibibytes = 0;
+      if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+    }
+    return std::nullopt;
   }
 
  private:
-  mutable std::mutex mutex_;
-  std::map<std::pair<int, int>, double> cpu_s_;
-  double peak_bytes_ = 0;
+  bool is_fresh_ = false;
 };
 
-/// Settings with the same recipe give the same answers for a frame.
-struct Recipe {
-  Level level;
-  double enough_m;
-  int landmarks;
-  bool bearings;
-  friend auto operator<=>(const Recipe&,
-                          const Recipe&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
-};
-Recipe recipe_of(const Setting& s) { return {s.level, s.enough_m, s.landmarks, s.bearings}; }
+/// Returns an equal setting for all settings that give the same answers for a frame.
+Setting recipe_of(const Setting& s) {
+  return {.level = s.level, .enough_m = s.enough_m, .landmarks = s.landmarks, .bearings = s.bearings};
+}
 
 /// The answers of a recipe for every shot.
 struct Answers {
@@ -90,11 +93,7 @@ void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<doubl
   if (heading_rad) row.heading_error_rad = std::abs(localisation::wrap_angle_rad(*heading_rad - truth.heading_rad));
   if (!covariance) return;
   const Eigen::LLT<Eigen::Matrix2d> factor(covariance->topLeftCorner<2, 2>());
-  if (factor.info() != Eigen::Success) {
-    row.in_ellipse = false;
-    return;
-  }
-  row.in_ellipse = factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
+  row.in_ellipse = factor.info() == Eigen::Success && factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
 }
 
 /// Returns the covariance, at pose `to`, of a pose that was known with `covariance` at pose `from`; the motion between
@@ -106,11 +105,12 @@ Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, cons
   return by_pose * covariance * by_pose.transpose();
 }
 
-}  // namespace
+/// The bound of the pose for each shot; nothing where no outline was measured.
+using Bounds = std::vector<std::optional<Eigen::Matrix3d>>;
 
-class ShardRunner::Impl {
+class ShardRunner {
  public:
-  Impl(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render)
+  ShardRunner(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render)
       : robot_(std::move(robot)), map_(std::move(map)), plan_(plan), render_(std::move(render)) {}
 
   Result<ShardRecord> run(std::size_t number, const std::function<void(double)>& progress,
@@ -120,12 +120,15 @@ class ShardRunner::Impl {
     if (!shots) return shots.error();
     ShardRecord record;
     const int first = first_setting_of(shard.images);
-    for (const auto& [place, cpu_s] : costs_->cpu_s()) {
-      record.renders.push_back({first, place.first, place.second, cpu_s});
+    {
+      const std::lock_guard lock(costs_->mutex);
+      for (const auto& [place, cpu_s] : costs_->cpu_s) {
+        record.renders.push_back({first, place.first, place.second, cpu_s});
+      }
+      record.render_memory.push_back({first, costs_->peak_bytes});
     }
-    record.render_memory.push_back({first, costs_->peak_bytes()});
 
-    std::map<Recipe, Answers> answers;
+    std::map<Setting, Answers> answers;
     for (const Setting& setting : plan_.settings) {
       if (setting.images != shard.images || answers.contains(recipe_of(setting))) continue;
       if (stop) return stopped();
@@ -159,14 +162,7 @@ class ShardRunner::Impl {
   }
   /// Returns the most accurate setting, whose outlines give the bound its noise.
   [[nodiscard]] Setting finest_of(const Images& images) const {
-    Setting setting = plan_.settings[std::size_t(first_setting_of(images))];
-    setting.level = Level::kFine;
-    setting.enough_m = 0;
-    setting.landmarks = int(plan_.landmarks.size());
-    setting.bearings = true;
-    setting.rate_hz = plan_.robot_rate_hz;
-    setting.frames = 1;
-    return setting;
+    return {.images = images, .landmarks = int(plan_.landmarks.size()), .rate_hz = plan_.robot_rate_hz};
   }
 
   /// Opens the world for these images, once for all consecutive shards with the same images.
@@ -183,7 +179,7 @@ class ShardRunner::Impl {
     return {};
   }
 
-  /// Drives the shard's episodes; the images may still be rendering when this returns.
+  /// Drives an episode; the images may still be rendering when this returns.
   Status drive(int number, std::vector<Shot>& shots) {
     const Episode& episode = plan_.episodes[std::size_t(number)];
     sim_povray::SessionSettings session = settings_->world->session;
@@ -193,28 +189,28 @@ class ShardRunner::Impl {
     session.run_ahead_frames = kStepsOfEpisode + 1;
     session.rendered = [costs = costs_, number](const sim_povray::RenderedImage& p) { costs->add(number, p); };
     auto simulation = host_->enter(session);
-    if (!simulation) return with_episode(number, simulation.error());
+    if (!simulation) return simulation.error();
     const auto views = config::to_views(*settings_);
     std::vector<std::unique_ptr<Camera>> cameras;
     for (const auto& [view, part] : {std::pair{&views[0], &settings_->lower}, {&views[1], &settings_->upper}}) {
       auto camera = (*simulation)->open_camera(*view);
-      if (!camera) return with_episode(number, camera.error());
-      if (auto applied = (*camera)->configure(part->settings); !applied) return with_episode(number, applied.error());
-      if (auto started = (*camera)->start(); !started) return with_episode(number, started.error());
+      if (!camera) return camera.error();
+      if (auto applied = (*camera)->configure(part->settings); !applied) return applied.error();
+      if (auto started = (*camera)->start(); !started) return started.error();
       cameras.push_back(*std::move(camera));
     }
     const auto wheels = (*simulation)->open_drive();
     const auto truth = (*simulation)->open_truth();
     for (int i = 0; i < kStepsOfEpisode; ++i) {
-      auto lower = cameras[0]->grab(kStepTimeout);
-      if (!lower) return with_episode(number, lower.error());
-      auto upper = cameras[1]->grab(kStepTimeout);
-      if (!upper) return with_episode(number, upper.error());
+      auto lower = cameras[0]->grab(kTimeout);
+      if (!lower) return lower.error();
+      auto upper = cameras[1]->grab(kTimeout);
+      if (!upper) return upper.error();
       const auto angles = wheels->read_angles();
-      if (!angles) return with_episode(number, angles.error());
+      if (!angles) return angles.error();
       const double t_s = lower->header().captured.seconds();
       shots.push_back({number, i, truth->true_pose(), *angles, t_s, *std::move(lower), *std::move(upper)});
-      if (auto driving = wheels->set_speeds(episode.speeds); !driving) return with_episode(number, driving.error());
+      if (auto driving = wheels->set_speeds(episode.speeds); !driving) return driving.error();
     }
     return {};
   }
@@ -229,13 +225,13 @@ class ShardRunner::Impl {
     if (auto opened = open(shard.images); !opened) return opened.error();
     std::vector<Shot> shots;
     for (int episode = shard.first_episode; episode < shard.first_episode + shard.episodes; ++episode) {
-      if (auto driven = drive(episode, shots); !driven) return driven.error();
+      if (auto driven = drive(episode, shots); !driven) return with_episode(episode, driven.error());
     }
     for (std::size_t i = 0; i < shots.size(); ++i) {
       if (stop) return stopped();
       Shot& shot = shots[i];
       for (const auto& [frame, image] : {std::pair{&shot.lower, &shot.lower_image}, {&shot.upper, &shot.upper_image}}) {
-        auto finished = frame->image(kImageTimeout);
+        auto finished = frame->image(kTimeout);
         if (!finished) return with_episode(shot.episode, finished.error());
         *image = *std::move(finished);
       }
@@ -262,10 +258,8 @@ class ShardRunner::Impl {
     return answers;
   }
 
-  /// Returns the bound of the pose for each shot; nothing where no outline was measured.
-  [[nodiscard]] std::vector<std::optional<Eigen::Matrix3d>> bounds_of(const Images& images,
-                                                                      const std::vector<Shot>& shots,
-                                                                      const std::map<Recipe, Answers>& answers) const {
+  [[nodiscard]] Bounds bounds_of(const Images& images, const std::vector<Shot>& shots,
+                                 const std::map<Setting, Answers>& answers) const {
     const Setting finest = finest_of(images);
     runlog::RunData run;
     run.robot = robot_of(finest, robot_, plan_.landmarks);
@@ -283,14 +277,14 @@ class ShardRunner::Impl {
         run.sightings.insert(run.sightings.end(), rows.sightings.begin(), rows.sightings.end());
       }
     }
-    std::vector<std::optional<Eigen::Matrix3d>> result(shots.size());
+    Bounds result(shots.size());
     const auto bounds = runlog::bounds(run);
     for (std::size_t i = 0; i < bounds.size(); ++i) result[i] = bounds[i].covariance;
     return result;
   }
 
-  void judge_frames(int setting, const std::vector<Shot>& shots, const Answers& made,
-                    const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
+  void judge_frames(int setting, const std::vector<Shot>& shots, const Answers& made, const Bounds& bounds,
+                    ShardRecord& record) const {
     for (std::size_t i = 0; i < shots.size(); ++i) {
       const Shot& shot = shots[i];
       const estimation::FrameAnswer& answer = made.frames[i];
@@ -312,7 +306,7 @@ class ShardRunner::Impl {
 
   /// Adds one answer for each episode: that of the filter, which starts with the first of the frames.
   void judge_estimates(int number, const Setting& setting, const std::vector<Shot>& shots, const Answers& made,
-                       const std::vector<std::optional<Eigen::Matrix3d>>& bounds, ShardRecord& record) const {
+                       const Bounds& bounds, ShardRecord& record) const {
     auto steps = steps_of(setting, plan_.robot_rate_hz);
     std::reverse(steps.begin(), steps.end());
     for (std::size_t episode = 0; episode < shots.size(); episode += kStepsOfEpisode) {
@@ -366,13 +360,14 @@ class ShardRunner::Impl {
   std::shared_ptr<RenderCosts> costs_;
 };
 
-ShardRunner::ShardRunner(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render)
-    : impl_(std::make_unique<Impl>(std::move(robot), std::move(map), plan, std::move(render))) {}
-ShardRunner::~ShardRunner() = default;
+}  // namespace
 
-Result<ShardRecord> ShardRunner::run(std::size_t shard, const std::function<void(double)>& progress,
-                                     const std::atomic<bool>& stop) {
-  return impl_->run(shard, progress, stop);
+RunShard shard_runner(const config::Robot& robot, const config::Map& map, const Plan& plan,
+                      const sim_povray::RenderSettings& render) {
+  const auto runner = std::make_shared<ShardRunner>(robot, map, plan, render);
+  return [runner](std::size_t shard, const std::function<void(double)>& progress, const std::atomic<bool>& stop) {
+    return runner->run(shard, progress, stop);
+  };
 }
 
 }  // namespace twocone::tradeoff

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -39,11 +37,7 @@ struct RenderRow {
 };
 struct MemoryRow {
   int setting = 0;
-  double peak_bytes = 0;  ///< resident memory, with one pair of images
-};
-struct RenderMemoryRow {
-  int setting = 0;
-  double peak_bytes = 0;  ///< of the largest POV-Ray process
+  double peak_bytes = 0;
 };
 
 /// The results of a shard.
@@ -51,28 +45,19 @@ struct ShardRecord {
   std::vector<FrameRow> frames;
   std::vector<RangeRow> ranges;
   std::vector<RenderRow> renders;
-  std::vector<MemoryRow> memory;
-  std::vector<RenderMemoryRow> render_memory;
+  std::vector<MemoryRow> memory;         ///< resident memory of the program, with one pair of images
+  std::vector<MemoryRow> render_memory;  ///< of the largest POV-Ray process, by images
 };
 
-/// Renders images and computes all answers from them. Keeps the world between shards of the same images, so that the
-/// mirrors are located and POV-Ray is started once. For one thread at a time.
-class ShardRunner {
- public:
-  /// @param render settings of POV-Ray, with its number of `processes`
-  ShardRunner(config::Robot robot, config::Map map, const Plan& plan, sim_povray::RenderSettings render);
-  ~ShardRunner();
-  ShardRunner(const ShardRunner&) = delete;
-  ShardRunner& operator=(const ShardRunner&) = delete;
+/// Renders the images of a shard and computes all answers from them. Errors: those of sim_povray::Simulation and of
+/// images; kCancelled if `stop` was set. @param progress called with the fraction of the shard that is done
+using RunShard = std::function<Result<ShardRecord>(std::size_t shard, const std::function<void(double)>& progress,
+                                                   const std::atomic<bool>& stop)>;
 
-  /// Errors: those of sim_povray::Simulation and of images; kCancelled if `stop` was set.
-  /// @param progress called with the fraction of the shard that is done
-  Result<ShardRecord> run(std::size_t shard, const std::function<void(double)>& progress,
-                          const std::atomic<bool>& stop);
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// Returns a function that keeps the world between shards of the same images, so that the mirrors are located and
+/// POV-Ray is started once. For one thread at a time.
+/// @param plan must outlive the function. @param render settings of POV-Ray, with its number of `processes`
+RunShard shard_runner(const config::Robot& robot, const config::Map& map, const Plan& plan,
+                      const sim_povray::RenderSettings& render);
 
 }  // namespace twocone::tradeoff

@@ -3,14 +3,11 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <tuple>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/file_error.h"
@@ -27,72 +24,55 @@ namespace fs = std::filesystem;
 
 // ---- rows
 
-template <typename Row>
-struct Columns;
-template <>
-struct Columns<FrameRow> {
-  static constexpr const char* file = "frames.csv";
-  static constexpr const char* header =
-      "setting,episode,step,verdict,error_m,heading_error_rad,in_ellipse,bound_m,vision_s,localisation_s";
-  static auto of(auto& r) {
-    return std::tie(r.setting, r.episode, r.step, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m,
-                    r.vision_s, r.localisation_s);
-  }
-};
-template <>
-struct Columns<RangeRow> {
-  static constexpr const char* file = "ranges.csv";
-  static constexpr const char* header = "setting,episode,step,error_m";
-  static auto of(auto& r) { return std::tie(r.setting, r.episode, r.step, r.error_m); }
-};
-template <>
-struct Columns<RenderRow> {
-  static constexpr const char* file = "renders.csv";
-  static constexpr const char* header = "setting,episode,step,cpu_s";
-  static auto of(auto& r) { return std::tie(r.setting, r.episode, r.step, r.cpu_s); }
-};
-template <>
-struct Columns<MemoryRow> {
-  static constexpr const char* file = "memory.csv";
-  static constexpr const char* header = "setting,peak_bytes";
-  static auto of(auto& r) { return std::tie(r.setting, r.peak_bytes); }
-};
-template <>
-struct Columns<RenderMemoryRow> {
-  static constexpr const char* file = "render_memory.csv";
-  static constexpr const char* header = "setting,peak_bytes";
-  static auto of(auto& r) { return std::tie(r.setting, r.peak_bytes); }
-};
-
-template <typename Row>
-void write(const fs::path& folder, const std::vector<Row>& rows) {
-  std::string text = std::string(Columns<Row>::header) + '\n';
-  for (const Row& row : rows) text += runlog::join_fields(Columns<Row>::of(row)) + '\n';
-  runlog::write_whole(folder / Columns<Row>::file, text);
+/// Calls `handle(file, header, rows, fields_of_a_row)` for each table of a shard.
+void for_each_table(auto& record, const auto& handle) {
+  handle("frames.csv",
+         "setting,episode,step,verdict,error_m,heading_error_rad,in_ellipse,bound_m,vision_s,localisation_s",
+         record.frames, [](auto& r) {
+           return std::tie(r.setting, r.episode, r.step, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse,
+                           r.bound_m, r.vision_s, r.localisation_s);
+         });
+  handle("ranges.csv", "setting,episode,step,error_m", record.ranges,
+         [](auto& r) { return std::tie(r.setting, r.episode, r.step, r.error_m); });
+  handle("renders.csv", "setting,episode,step,cpu_s", record.renders,
+         [](auto& r) { return std::tie(r.setting, r.episode, r.step, r.cpu_s); });
+  const auto memory_fields = [](auto& r) { return std::tie(r.setting, r.peak_bytes); };
+  handle("memory.csv", "setting,peak_bytes", record.memory, memory_fields);
+  handle("render_memory.csv", "setting,peak_bytes", record.render_memory, memory_fields);
 }
 
-template <typename Row>
-void read(const fs::path& folder, std::vector<Row>& rows) {
-  const fs::path file = folder / Columns<Row>::file;
-  std::istringstream lines(config::read_text(file));
-  std::string line;
-  const auto refuse = [&](int number, const std::string& why) {
-    throw config::FileError(
-        fmt::format("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why, folder.string()));
-  };
-  if (!std::getline(lines, line) || config::present_columns(line) != Columns<Row>::header) {
-    refuse(1, fmt::format("the first line must be {}", Columns<Row>::header));
-  }
-  for (int number = 2; std::getline(lines, line); ++number) {
-    Row& row = rows.emplace_back();
-    const std::vector<std::string> fields = runlog::split_fields(line);
-    const auto take_all = [&](auto&... value) {
-      std::size_t at = 0;
-      return fields.size() == sizeof...(value) && (runlog::parse_field(fields[at++], value) && ...);
+void write(const fs::path& folder, const ShardRecord& record) {
+  for_each_table(record, [&](const char* file, const char* header, const auto& rows, const auto& fields_of) {
+    std::string text = std::string(header) + '\n';
+    for (const auto& row : rows) text += runlog::join_fields(fields_of(row)) + '\n';
+    runlog::write_whole(folder / file, text);
+  });
+}
+
+/// Appends the rows of the folder's tables.
+void read(const fs::path& folder, ShardRecord& record) {
+  for_each_table(record, [&](const char* name, const char* header, auto& rows, const auto& fields_of) {
+    const fs::path file = folder / name;
+    std::istringstream lines(config::read_text(file));
+    std::string line;
+    const auto refuse = [&](int number, const std::string& why) {
+      throw config::FileError(
+          fmt::format("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why, folder.string()));
     };
-    const bool is_row = std::apply(take_all, Columns<Row>::of(row));
-    if (!is_row) refuse(number, fmt::format("'{}' is not a row of {}", line, Columns<Row>::header));
-  }
+    if (!std::getline(lines, line) || config::present_columns(line) != header) {
+      refuse(1, fmt::format("the first line must be {}", header));
+    }
+    for (int number = 2; std::getline(lines, line); ++number) {
+      const std::vector<std::string> fields = runlog::split_fields(line);
+      const auto take_all = [&](auto&... value) {
+        std::size_t at = 0;
+        return fields.size() == sizeof...(value) && (runlog::parse_field(fields[at++], value) && ...);
+      };
+      if (!std::apply(take_all, fields_of(rows.emplace_back()))) {
+        refuse(number, fmt::format("'{}' is not a row of {}", line, header));
+      }
+    }
+  });
 }
 
 // ---- the plan's file
@@ -141,6 +121,19 @@ fs::path shard_folder(const fs::path& sweep, std::size_t shard) {
   return sweep / "shards" / fmt::format("{:04}", shard);
 }
 
+/// "3, 5 to 9, 12"
+std::string ranges_of(const std::vector<std::size_t>& rising) {
+  std::string text;
+  for (std::size_t i = 0; i < rising.size();) {
+    std::size_t last = i;
+    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", rising[i]);
+    if (last > i) text += fmt::format("{}{}", last == i + 1 ? ", " : " to ", rising[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
 }  // namespace
 
 SweepFolder::SweepFolder(fs::path folder, const config::Robot& robot, const config::Map& map, const Plan& plan)
@@ -184,11 +177,7 @@ void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
   fs::remove_all(coming, error);
   fs::create_directories(coming, error);
   if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", coming.string(), error.message()));
-  write(coming, record.frames);
-  write(coming, record.ranges);
-  write(coming, record.renders);
-  write(coming, record.memory);
-  write(coming, record.render_memory);
+  write(coming, record);
   fs::rename(coming, folder, error);
   if (!error) return;
   const std::string why = error.message();
@@ -198,18 +187,11 @@ void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
 
 ShardRecord SweepFolder::read_all() const {
   if (const auto gaps = missing(); !gaps.empty()) {
-    throw config::FileError(fmt::format("{}: {} of {} shards are missing: {}", folder_.string(), gaps.size(), shards_,
-                                        fmt::join(gaps, ", ")));
+    throw config::FileError(
+        fmt::format("{} of {} shards are missing in {}: {}", gaps.size(), shards_, folder_.string(), ranges_of(gaps)));
   }
   ShardRecord all;
-  for (std::size_t i = 0; i < shards_; ++i) {
-    const fs::path folder = shard_folder(folder_, i);
-    read(folder, all.frames);
-    read(folder, all.ranges);
-    read(folder, all.renders);
-    read(folder, all.memory);
-    read(folder, all.render_memory);
-  }
+  for (std::size_t i = 0; i < shards_; ++i) read(shard_folder(folder_, i), all);
   return all;
 }
 

@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/report/kit/plain_text.h"
 #include "apps/tradeoff/conclusions.h"
@@ -16,17 +19,11 @@ namespace {
 using report::ascii;
 
 constexpr std::size_t kWidth = 120;
-constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20;
 
 /// Returns `text`, wrapped between words.
 std::string paragraph(std::string_view text, std::string_view first = "", std::string_view next = "  ") {
-  std::vector<std::string> words;
-  const std::string plain = ascii(text);
-  for (std::size_t at = 0; at < plain.size();) {
-    const std::size_t end = std::min(plain.find(' ', at), plain.size());
-    if (end > at) words.push_back(plain.substr(at, end - at));
-    at = end + 1;
-  }
+  std::istringstream plain(ascii(text));
+  const std::vector<std::string> words{std::istream_iterator<std::string>(plain), {}};
   return report::wrapped(kWidth, first, next, words);
 }
 
@@ -133,12 +130,12 @@ std::string frontier_rows(const Sweep& sweep) {
 }
 
 std::string counts(const Sweep& sweep) {
-  std::string axes;
-  for (const Axis axis : swept_axes(sweep)) axes += fmt::format("{}{}", axes.empty() ? "" : ", ", name(axis));
+  std::vector<std::string_view> axes;
+  for (const Axis axis : swept_axes(sweep)) axes.push_back(name(axis));
   const auto on_robot = std::count_if(sweep.settings.begin(), sweep.settings.end(),
                                       [](const SettingResult& r) { return r.on_robot_frontier; });
-  std::string text =
-      paragraph(fmt::format("{} settings over {} axes ({})", sweep.settings.size(), swept_axes(sweep).size(), axes));
+  std::string text = paragraph(
+      fmt::format("{} settings over {} axes ({})", sweep.settings.size(), axes.size(), fmt::join(axes, ", ")));
   if (const auto span = span_of(sweep)) {
     text += paragraph(fmt::format(
         "On the frontier: {} of robot time, {} of simulation time; the latter spans a factor of {:.0f} in error "
@@ -167,7 +164,7 @@ std::string table(const Sweep& sweep) {
   text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n",
                       PaperPoint{}.mean_error_m / kMm, PaperPoint{}.time_s);
   text += counts(sweep) + "\n";
-  for (const Conclusion& conclusion : conclusions(sweep)) text += paragraph(conclusion.sentence);
+  for (const auto& [axis, sentence] : conclusions(sweep)) text += paragraph(sentence);
   const std::vector<std::string> grown = growth_sentences(sweep);
   if (!grown.empty()) text += "\nGrowth (exponents of power laws, 95 %):\n";
   for (const std::string& sentence : grown) text += paragraph(sentence, "  ", "    ");

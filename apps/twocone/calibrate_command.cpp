@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/config/robot_writer.h"
@@ -19,7 +21,7 @@
 #include "apps/runlog/storage/run_lock.h"
 #include "apps/runlog/version.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -51,20 +53,14 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
                                              {"wheel_separation_m", &priors.wheel_separation_m}};
   const std::size_t equals = text.find('=');
   const auto found = known.find(text.substr(0, equals));
-  std::string names;
-  for (const auto& [name, value] : known) names += (names.empty() ? "" : ", ") + name;
   if (equals == std::string::npos || found == known.end()) {
-    throw BadUsage(fmt::format("--prior '{}' must be NAME=SIGMA with one of: {}", text, names));
+    throw BadUsage(
+        fmt::format("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(std::views::keys(known), ", ")));
   }
   const std::string number = text.substr(equals + 1);
-  std::size_t read = 0;
-  double sigma = 0;
-  try {
-    sigma = std::stod(number, &read);
-  } catch (const std::exception&) {
-    read = 0;
-  }
-  if (read == 0 || read != number.size() || !(sigma > 0) || !std::isfinite(sigma)) {
+  char* end = nullptr;
+  const double sigma = std::strtod(number.c_str(), &end);
+  if (*end != '\0' || !(sigma > 0) || !std::isfinite(sigma)) {
     throw BadUsage(fmt::format("--prior {} is '{}', must be a number > 0", found->first, number));
   }
   *found->second = sigma;
@@ -85,13 +81,6 @@ config::Robot robot_of(const Options& options, const runlog::RunData& run) {
                                     run.robot.file.string(), run.folder.string()));
   }
   return now;
-}
-
-void refuse_overwriting(const std::vector<std::filesystem::path>& files) {
-  for (const auto& file : files) {
-    if (std::filesystem::exists(file))
-      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
-  }
 }
 
 std::vector<std::string> header_lines(const calibrate::Report& report) {
@@ -141,9 +130,7 @@ void execute(Options options) {
   const auto lock = lock_around(options.out);
   runlog::write_whole(options.json, calibrate::to_json(*report));
   if (!options.figures.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.figures, error);
-    if (error) throw CommandFailed(fmt::format("cannot make {}: {}", options.figures.string(), error.message()));
+    make_folder(options.figures);
     runlog::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
     runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
   }

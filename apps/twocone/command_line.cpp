@@ -13,8 +13,8 @@
 #include <fmt/ranges.h>
 
 #include "apps/config/yaml/old_names.h"
-#include "apps/estimation/method.h"
 #include "apps/config/yaml/suggestion.h"
+#include "apps/estimation/method.h"
 #include "apps/twocone/commands.h"
 
 namespace twocone::cli {
@@ -51,14 +51,6 @@ std::string what_of(const CLI::ParseError& error) {
   return what.substr(0, at) + " needs a value";
 }
 
-bool is_option(const std::string& word) { return word.size() > 1 && word.starts_with('-') && word != "--"; }
-
-std::vector<std::string> subcommand_names(const CLI::App& program) {
-  std::vector<std::string> names;
-  for (const CLI::App* const command : program.get_subcommands({})) names.push_back(command->get_name());
-  return names;
-}
-
 }  // namespace
 
 std::string HelpFormatter::make_option_usage(const CLI::Option* option) const {
@@ -80,7 +72,7 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& command = is_program ? program : *chosen.front();
   std::string text, words;
   for (const std::string& word : command.remaining()) {
-    if (is_option(word)) {
+    if (word.size() > 1 && word.starts_with('-') && word != "--") {
       const std::string_view option = std::string_view(word).substr(0, word.find('='));
       const std::string_view present = config::present_name(config::NameOf::kOption, option);
       const auto meant = option_meant(command, word);
@@ -102,11 +94,15 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
   return fmt::format("{} (see twocone {}--help)", text, is_program ? "" : command.get_name() + " ");
 }
 
-std::string no_such_subcommand(const CLI::App& program, std::string_view word) {
-  const std::vector<std::string> known = subcommand_names(program);
-  const auto meant = config::nearest(word, known);
-  return fmt::format("no subcommand '{}'{}; there are: {}", word,
-                     meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", "));
+const CLI::App& subcommand_named(const CLI::App& program, const std::string& name) {
+  std::vector<std::string> known;
+  for (const CLI::App* const command : program.get_subcommands({})) {
+    if (command->get_name() == name) return *command;
+    known.push_back(command->get_name());
+  }
+  const auto meant = config::nearest(name, known);
+  throw BadUsage(fmt::format("no subcommand '{}'{}; there are: {}", name,
+                             meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", ")));
 }
 
 void add_help(CLI::App& program) {
@@ -114,15 +110,9 @@ void add_help(CLI::App& program) {
   CLI::App* command = program.add_subcommand("help", "Print what a subcommand does, and its options");
   command->add_option("COMMAND", *name, "Subcommand; none: list all subcommands");
   command->callback([&program, name] {
-    const CLI::App* asked = &program;
-    std::string usage = "twocone";
-    if (!name->empty()) {
-      const auto commands = program.get_subcommands([&name](const CLI::App* c) { return c->get_name() == *name; });
-      if (commands.empty()) throw BadUsage(no_such_subcommand(program, *name));
-      asked = commands.front();
-      usage += " " + *name;
-    }
-    fmt::print("{}", program.get_formatter()->make_help(asked, usage, CLI::AppFormatMode::Normal));
+    const CLI::App& asked = name->empty() ? program : subcommand_named(program, *name);
+    const std::string usage = name->empty() ? "twocone" : "twocone " + *name;
+    fmt::print("{}", program.get_formatter()->make_help(&asked, usage, CLI::AppFormatMode::Normal));
   });
 }
 

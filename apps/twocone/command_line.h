@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -20,8 +19,9 @@ class HelpFormatter final : public CLI::Formatter {
 /// @param program after its parse() has thrown `error`
 [[nodiscard]] std::string explain(const CLI::App& program, const CLI::ParseError& error);
 
-/// Returns one line about an unknown subcommand, with the one that was probably meant and all existing ones.
-[[nodiscard]] std::string no_such_subcommand(const CLI::App& program, std::string_view word);
+/// Returns the subcommand of that name. @throws BadUsage with one line that names the one that was probably meant and
+/// all existing ones
+[[nodiscard]] const CLI::App& subcommand_named(const CLI::App& program, const std::string& name);
 
 /// Adds the subcommand help [COMMAND], which prints what COMMAND --help prints.
 void add_help(CLI::App& program);

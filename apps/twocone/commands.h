@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/twocone/stop_signals.h"
@@ -50,6 +53,22 @@ template <typename T>
 T value_or_interrupted(Result<T> result, const std::string& next) {
   if (!result && stop_signal() != 0) throw Interrupted(next);
   return value_or_fail(std::move(result));
+}
+
+/// @throws CommandFailed if one of the files exists
+inline void refuse_overwriting(const std::vector<std::filesystem::path>& files) {
+  for (const auto& file : files) {
+    if (std::filesystem::exists(file)) {
+      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
+    }
+  }
+}
+
+/// Makes the folder and those around it, unless it exists. @throws CommandFailed
+inline void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw CommandFailed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
 }
 
 void add_run(CLI::App& program);

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,9 +16,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/run_lock.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -33,7 +30,6 @@ struct Options {
   bool force = false;
   bool page = true;
   compare::Settings settings;
-  std::map<std::string, std::optional<double>> limits;
 };
 
 /// Returns F_sim.yaml beside F.yaml.
@@ -50,20 +46,16 @@ void check(const Options& options) {
   if (!options.scene.empty() && options.runs.size() != 1) {
     throw BadUsage("--scene renders the real run's places again: give one run folder, the real one");
   }
-  for (const auto& [key, value] : options.limits) {
-    if (value && !(std::isfinite(*value) && *value >= 0)) {
-      throw BadUsage(fmt::format("--max-{} is {}, must be a number >= 0", key, *value));
+  for (const auto& [key, value] : options.settings.limits) {
+    if (!(std::isfinite(value) && value >= 0)) {
+      throw BadUsage(fmt::format("--max-{} is {}, must be a number >= 0", key, value));
     }
   }
   if (!(options.settings.false_alarm > 0 && options.settings.false_alarm < 1)) {
     throw BadUsage(fmt::format("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm));
   }
   if (options.write_robot.empty() || options.force) return;
-  for (const auto& file : {options.write_robot, twin_of(options.write_robot)}) {
-    if (std::filesystem::exists(file)) {
-      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
-    }
-  }
+  refuse_overwriting({options.write_robot, twin_of(options.write_robot)});
 }
 
 /// Returns the name of a folder, also if a slash ends its path.
@@ -90,16 +82,16 @@ void judge(const Options& options, const compare::Comparison& comparison) {
     to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", to_string(row.stage), row.name, what);
   };
   for (const compare::Row& row : comparison.rows) {
-    const auto asked = options.limits.find(row.limit_key);
-    if (asked == options.limits.end() || !asked->second) continue;
+    const auto asked = options.settings.limits.find(row.limit_key);
+    if (asked == options.settings.limits.end()) continue;
     if (!row.gap) {
       add(undecided, row, "there is no number" + (row.note.empty() ? "" : " (" + row.note + ")"));
     } else if (row.light == compare::Light::kCannotTell) {
       add(undecided, row,
-          fmt::format("{:.4g} +- {:.4g} {}, limit {:g}", *row.gap, *row.gap_sigma, row.unit, *asked->second));
-    } else if (*row.gap > *asked->second) {
+          fmt::format("{:.4g} +- {:.4g} {}, limit {:g}", *row.gap, *row.gap_sigma, row.unit, asked->second));
+    } else if (*row.gap > asked->second) {
       const std::string sigma = row.gap_sigma ? fmt::format(" +- {:.4g}", *row.gap_sigma) : "";
-      add(beyond, row, fmt::format("{:.4g}{} {}, limit {:g}", *row.gap, sigma, row.unit, *asked->second));
+      add(beyond, row, fmt::format("{:.4g}{} {}, limit {:g}", *row.gap, sigma, row.unit, asked->second));
     }
   }
   if (!undecided.empty()) undecided = "undecided: " + undecided;
@@ -114,9 +106,7 @@ class OutFolder {
  public:
   explicit OutFolder(const std::filesystem::path& folder)
       : folder_(folder), was_there_(std::filesystem::exists(folder)) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) throw CommandFailed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+    make_folder(folder);
     lock_.emplace(folder);
   }
   ~OutFolder() {
@@ -178,9 +168,6 @@ void execute(Options options) {
     }
   }
   settings.work = options.out / "parts";
-  for (const auto& [key, value] : options.limits) {
-    if (value) settings.limits[key] = *value;
-  }
   std::optional<compare::Outcome> outcome;
   {
     ProgressBar bar("compare");
@@ -239,8 +226,10 @@ void add_compare(CLI::App& program) {
       ->capture_default_str();
   for (const compare::LimitKind& kind : compare::limit_kinds()) {
     command
-        ->add_option(fmt::format("--max-{}", kind.key), options->limits[kind.key],
-                     fmt::format("Fail beyond this: {} (light's limit: {:g})", kind.what, kind.by_default))
+        ->add_option_function<double>(
+            fmt::format("--max-{}", kind.key),
+            [options, key = kind.key](double limit) { options->settings.limits[key] = limit; },
+            fmt::format("Fail beyond this: {} (light's limit: {:g})", kind.what, kind.by_default))
         ->group("Limits");
   }
   command->footer(

@@ -16,8 +16,7 @@
 #include "apps/doctor/doctor.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -62,15 +61,14 @@ class Terminal {
   }
   void show(const std::string& what, double share) {
     if (!bar_ || what != what_) {
-      bar_.reset();
-      bar_ = std::make_unique<ProgressBar>(what);
+      bar_.emplace(what);
       what_ = what;
     }
     bar_->show(share);
   }
 
  private:
-  std::unique_ptr<ProgressBar> bar_;
+  std::optional<ProgressBar> bar_;
   std::string what_;
 };
 

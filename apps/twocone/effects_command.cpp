@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,7 +16,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/key_places.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
 
 namespace twocone::cli {
@@ -27,10 +28,7 @@ struct Options {
 };
 
 /// A simulated camera and the size of its images.
-struct View {
-  sim_povray::ViewSettings settings;
-  CameraSettings size;
-};
+using View = std::pair<sim_povray::ViewSettings, CameraSettings>;
 
 std::vector<View> views_of(const drivers::RobotSettings& robot) {
   std::vector<View> views;
@@ -111,12 +109,9 @@ void execute(const Options& options) {
   const sim_povray::PlaceSettings place =
       settings.world->attach.empty() ? settings.world->place : config::to_place(map);
   const std::vector<View> views = views_of(settings);
-  std::vector<sim_povray::ViewSettings> asked;
-  asked.reserve(views.size());
-  for (const View& view : views) asked.push_back(view.settings);
-
-  print_effects(
-      value_or_fail(sim_povray::effect_table(place, settings.world->session, asked, config::key_places(robot, map))));
+  const auto asked = std::views::keys(views);
+  print_effects(value_or_fail(sim_povray::effect_table(place, settings.world->session, {asked.begin(), asked.end()},
+                                                       config::key_places(robot, map))));
   fmt::print("\n{}\n", sim_povray::describe_confinement(place));
   std::fflush(stdout);
   if (!options.verify) return;
@@ -124,10 +119,9 @@ void execute(const Options& options) {
   std::vector<sim_povray::Verification> results;
   {
     ProgressBar bar("verify");
-    for (const View& view : views) {
+    for (const auto& [view, size] : views) {
       bar.show(double(results.size()) / double(views.size()));
-      const auto verified =
-          value_or_fail(sim_povray::verify_effects(place, settings.world->session, {view.settings}, view.size));
+      const auto verified = value_or_fail(sim_povray::verify_effects(place, settings.world->session, {view}, size));
       results.insert(results.end(), verified.begin(), verified.end());
     }
   }

@@ -9,8 +9,7 @@
 
 #include "apps/import/import_run.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -18,21 +17,10 @@ namespace {
 struct Options {
   importer::Recording recording;
   std::filesystem::path out;
-  std::string times_in;
   std::optional<double> max_skew_ms;
 };
 
-const std::map<std::string, importer::StampUnit>& units() {
-  using importer::StampUnit;
-  static const std::map<std::string, StampUnit> kUnits{{"s", StampUnit::kSeconds},
-                                                       {"ms", StampUnit::kMilliseconds},
-                                                       {"us", StampUnit::kMicroseconds},
-                                                       {"ns", StampUnit::kNanoseconds}};
-  return kUnits;
-}
-
 void execute(Options options) {
-  if (!options.times_in.empty()) options.recording.unit = units().at(options.times_in);
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
   importer::Imported imported;
   {
@@ -49,6 +37,10 @@ void execute(Options options) {
 void add_import(CLI::App& program) {
   auto options = std::make_shared<Options>();
   importer::Recording& recording = options->recording;
+  const std::map<std::string, importer::StampUnit> units{{"s", importer::StampUnit::kSeconds},
+                                                         {"ms", importer::StampUnit::kMilliseconds},
+                                                         {"us", importer::StampUnit::kMicroseconds},
+                                                         {"ns", importer::StampUnit::kNanoseconds}};
   CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
   command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
   command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();
@@ -58,10 +50,11 @@ void add_import(CLI::App& program) {
                       "Lines TIME NAME or TIME,NAME of the lower images; default: their names are the times");
   command->add_option("--upper-times", recording.upper_times, "The same for the upper images");
   command
-      ->add_option("--times-in", options->times_in,
-                   "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
-                   "nanoseconds if they have 19 digits")
-      ->check(CLI::IsMember(units()));
+      ->add_option_function<std::string>(
+          "--times-in", [options, units](const std::string& unit) { options->recording.unit = units.at(unit); },
+          "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
+          "nanoseconds if they have 19 digits")
+      ->check(CLI::IsMember(units));
   command->add_option("--trajectory", recording.trajectory,
                       "TUM file of the robot's true poses from another system, on the images' clock");
   command->add_option("--odometry", recording.odometry,

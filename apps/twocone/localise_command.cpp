@@ -11,8 +11,7 @@
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -39,9 +38,8 @@ estimation::Method method_of(const Options& options) {
 runlog::RunData localise(const Options& options, estimation::Method method, const std::filesystem::path& folder) {
   const std::atomic<bool>& stop = stop_on_signals();
   ProgressBar bar("localise");
-  runs::LocaliseOptions how;
-  if (options.allow_missing) how.missing = runs::Missing::kAllowed;
-  how.stop = &stop;
+  const runs::LocaliseOptions how{.missing = options.allow_missing ? runs::Missing::kAllowed : runs::Missing::kRefused,
+                                  .stop = &stop};
   return value_or_interrupted(
       runs::localise(
           folder, method, [&bar](double done) { bar.show(done); }, how),

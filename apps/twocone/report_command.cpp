@@ -12,8 +12,7 @@
 #include "apps/runlog/storage/run_lock.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {

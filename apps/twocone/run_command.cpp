@@ -12,14 +12,11 @@
 
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runs/resume.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -61,12 +58,6 @@ std::string next_step(const runs::RunOptions& run) {
                      runs::why_not_resumed(run.out).empty() ? "run --resume" : "report", folder);
 }
 
-Result<runlog::RunInfo> drive(Options& options, const runs::Progress& progress, const std::atomic<bool>& stop,
-                              const config::Robot& robot) {
-  if (!options.resume.empty()) return runs::resume(options.run.out, options.run, progress, stop);
-  return runs::run(robot, config::read_map(robot.map), options.run, progress, stop);
-}
-
 void execute(Options options) {
   config::Robot robot;
   if (options.resume.empty()) {
@@ -89,8 +80,10 @@ void execute(Options options) {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
     options.run.notify = [&bar](const std::string& event) { bar.say(event); };
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
-    const auto driven = drive(
-        options, [&bar](double done) { bar.show(done); }, stop, robot);
+    const auto progress = [&bar](double done) { bar.show(done); };
+    const auto driven = options.resume.empty()
+                            ? runs::run(robot, config::read_map(robot.map), options.run, progress, stop)
+                            : runs::resume(options.run.out, options.run, progress, stop);
     if (!driven && stop) throw Interrupted(next_step(options.run));
     value_or_fail(driven);
   }

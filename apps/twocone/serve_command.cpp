@@ -9,8 +9,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/standard_streams.h"
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/serve.h"
 
 namespace twocone::cli {

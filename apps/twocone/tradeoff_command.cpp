@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,16 +12,13 @@
 #include "apps/config/robot_writer.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/tradeoff/choice.h"
-#include "apps/tradeoff/choice_text.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/sweep_folder.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
-#include "apps/twocone/progress_bar.h"
-#include "apps/twocone/standard_streams.h"
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
@@ -31,19 +27,16 @@ struct Options {
   std::filesystem::path robot;
   std::filesystem::path out;
   tradeoff::PlanOptions plan;
-  int jobs = 1;
   std::optional<int> shard;
   bool shards = false, merge = false;
   std::optional<double> target_mm, budget_ms;
   std::filesystem::path write_robot;
   int validation_episodes = 40;
 
-  [[nodiscard]] bool has_requirement() const { return target_mm || budget_ms; }
-  [[nodiscard]] tradeoff::Requirement requirement() const {
-    tradeoff::Requirement requirement;
-    if (target_mm) requirement.target_m = *target_mm / 1e3;
-    if (budget_ms) requirement.budget_s = *budget_ms / 1e3;
-    return requirement;
+  [[nodiscard]] std::optional<tradeoff::Requirement> requirement() const {
+    if (target_mm) return tradeoff::Requirement{tradeoff::Goal::kTarget, *target_mm / 1e3};
+    if (budget_ms) return tradeoff::Requirement{tradeoff::Goal::kBudget, *budget_ms / 1e3};
+    return std::nullopt;
   }
 };
 
@@ -56,7 +49,7 @@ void check(const Options& options) {
   };
   positive("--target-mm", options.target_mm);
   positive("--budget-ms", options.budget_ms);
-  if (!options.write_robot.empty() && !options.has_requirement()) {
+  if (!options.write_robot.empty() && !options.requirement()) {
     throw BadUsage("--write-robot needs --target-mm or --budget-ms: the requirement for the choice");
   }
   // A fault is reported now rather than after a sweep.
@@ -71,35 +64,17 @@ void check(const Options& options) {
   }
 }
 
-/// "3, 5 to 9, 12"
-std::string ranges_of(const std::vector<std::size_t>& rising) {
-  std::string text;
-  for (std::size_t i = 0; i < rising.size();) {
-    std::size_t last = i;
-    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
-    text += fmt::format("{}{}", text.empty() ? "" : ", ", rising[i]);
-    if (last > i) text += fmt::format("{}{}", last == i + 1 ? ", " : " to ", rising[last]);
-    i = last + 1;
-  }
-  return text;
+tradeoff::Watch shown_by(ProgressBar& bar) {
+  return {[&bar](double done) { bar.show(done); }, [&bar](const std::string& line) { bar.say(line); }};
 }
 
-/// Returns options of the work that use the bar for progress and messages.
-tradeoff::WorkOptions shown_by(ProgressBar& bar, int jobs) {
-  tradeoff::WorkOptions work;
-  work.jobs = jobs;
-  work.progress = [&bar](double done) { bar.show(done); };
-  work.tell = [&bar](const std::string& line) { bar.say(line); };
-  return work;
-}
-
-void run_missing(const Options& options, const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
+void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
                  const std::vector<std::size_t>& missing, const std::atomic<bool>& stop) {
   if (missing.empty()) return;
   std::size_t done = 0;
   {
     ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
-    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar, options.jobs), stop));
+    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
   }
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
@@ -109,9 +84,9 @@ void run_missing(const Options& options, const tradeoff::Subject& subject, const
 }
 
 /// Makes the choice and writes its robot file and choice.json.
-tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
+tradeoff::Choice choose(const Options& options, const tradeoff::Requirement& requirement,
+                        const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
                         const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
-  const tradeoff::Requirement requirement = options.requirement();
   fmt::print("\ngoal    {}; settings that may meet it: {} of {}; each is tested on {} new episodes\n",
              tradeoff::describe(requirement), tradeoff::candidates(sweep, requirement).size(), sweep.settings.size(),
              options.validation_episodes);
@@ -122,7 +97,7 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject
                        [&](const tradeoff::Setting& setting) -> Result<tradeoff::Check> {
                          ProgressBar bar(fmt::format("validation {}", ++tried));
                          return tradeoff::run_check(subject, folder, setting, options.validation_episodes,
-                                                    shown_by(bar, options.jobs), stop);
+                                                    shown_by(bar), stop);
                        }),
       fmt::format("interrupted: the sweep is in {}; next: the same command continues there", folder.path().string()));
   for (const tradeoff::Validation& validation : choice.validations)
@@ -130,17 +105,16 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Subject& subject
   fmt::print("choice  {}\n", choice.why);
   runlog::write_whole(folder.path() / "choice.json", tradeoff::choice_json(sweep, requirement, choice));
   const std::filesystem::path file = options.write_robot.empty() ? folder.path() / "chosen.yaml" : options.write_robot;
-  if (!choice.setting && options.write_robot.empty()) {
-    // A file from an earlier requirement does not belong to this one.
-    std::error_code none_there;
-    std::filesystem::remove(file, none_there);
-  }
   if (choice.setting) {
     const config::Robot changed =
         tradeoff::robot_of(subject.plan.settings.at(*choice.setting), subject.robot, subject.plan.landmarks);
     runlog::write_whole(file, config::robot_text(subject.robot.file, file, changed,
                                                  tradeoff::choice_header(sweep, requirement, choice)));
     fmt::print("robot   {}\n", file.string());
+  } else if (options.write_robot.empty()) {
+    // A file from an earlier requirement does not belong to this one.
+    std::error_code none_there;
+    std::filesystem::remove(file, none_there);
   }
   return choice;
 }
@@ -151,7 +125,9 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
   fmt::print("{}", tradeoff::table(sweep));
   std::fflush(stdout);
   std::optional<tradeoff::Choice> choice;
-  if (options.has_requirement()) choice = choose(options, subject, sweep, folder, stop);
+  if (const auto requirement = options.requirement()) {
+    choice = choose(options, *requirement, subject, sweep, folder, stop);
+  }
   const Status drawn = tradeoff::write_images(sweep, choice ? &*choice : nullptr, folder.path());
   if (drawn) {
     fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
@@ -185,22 +161,16 @@ void execute(Options options) {
   const tradeoff::Subject subject{robot, map, plan};
   const tradeoff::SweepFolder folder(options.out, robot, map, plan);
 
-  // After a signal the present shards are abandoned, and finished ones are kept.
+  // After a signal the present shard is abandoned, and finished ones are kept.
   const std::atomic<bool>& stop = stop_on_signals();
-  if (options.shard) {
-    const auto shard = std::size_t(*options.shard);
-    if (!folder.has(shard)) run_missing(options, subject, folder, {shard}, stop);
-    return;
+  if (options.shard) return run_missing(subject, folder, {std::size_t(*options.shard)}, stop);
+  if (!options.merge) {
+    const std::vector<std::size_t> missing = folder.missing();
+    if (!missing.empty() && missing.size() < all) {
+      say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
+    }
+    run_missing(subject, folder, missing, stop);
   }
-  const std::vector<std::size_t> missing = folder.missing();
-  if (options.merge && !missing.empty()) {
-    throw CommandFailed(fmt::format("{} of {} shards are missing in {}: {}", missing.size(), all, options.out.string(),
-                                    ranges_of(missing)));
-  }
-  if (!missing.empty() && missing.size() < all) {
-    say(fmt::format("{} of {} shards are there already", all - missing.size(), all));
-  }
-  run_missing(options, subject, folder, missing, stop);
   sweep_and_choose(options, subject, folder, stop);
 }
 
@@ -221,9 +191,15 @@ void add_tradeoff(CLI::App& program) {
       ->check(CLI::Range(3, 100'000))
       ->capture_default_str();
   command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the episodes");
-  command->add_option("--jobs", options->jobs, "Number of shards at one time, each in its own process")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--jobs",
+          [](const std::string& /*jobs*/) {
+            throw BadUsage(
+                "unknown option '--jobs': start a process with --shard K for each shard, then use --merge "
+                "(see twocone tradeoff --help)");
+          })
+      ->group("");  // it is not in --help
   auto* shard = command->add_option("--shard", options->shard, "Do this shard (from 0) and nothing else: for clusters")
                     ->check(CLI::Range(0, 1'000'000'000));
   auto* shards = command->add_flag("--shards", options->shards, "Print the number of shards, and do nothing else");

@@ -117,7 +117,7 @@ expect 'tradeoff for a target of 0 mm' 2 'target-mm is 0, must be a number > 0' 
 expect 'tradeoff for a target nan' 2 'target-mm is nan' "$twocone" tradeoff --robot robots/small.yaml --target-mm nan
 expect 'tradeoff, no requirement' 2 'write-robot needs' "$twocone" tradeoff --robot robots/small.yaml --write-robot "$work/chosen.yaml"
 expect 'tradeoff onto its own robot' 1 'is the robot that is swept' "$twocone" tradeoff --robot robots/small.yaml --target-mm 5 --write-robot robots/small.yaml
-expect 'tradeoff without jobs' 2 'jobs: Value 0 not in range' "$twocone" tradeoff --robot robots/small.yaml --jobs 0
+expect 'tradeoff with the jobs of before' 2 "unknown option '--jobs': start a process with --shard K" "$twocone" tradeoff --robot robots/small.yaml --jobs 2
 expect 'tradeoff with too few episodes' 2 'episodes: Value 2 not in range' "$twocone" tradeoff --robot robots/small.yaml --episodes 2
 expect 'tradeoff, a missing shard' 2 "shard is 100000, this sweep's are 0 to [0-9]+" "$twocone" tradeoff --robot robots/small.yaml --shard 100000
 expect 'tradeoff, merge of no folder' 1 'nothing to merge' "$twocone" tradeoff --robot robots/small.yaml --out "$work/nowhere" --merge

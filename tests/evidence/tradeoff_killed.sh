@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Compares a sweep that is killed (kill -9, the program and its workers) three times at random times and resumed with an undisturbed
+# Compares a sweep that is killed (kill -9, the program and its POV-Ray processes) three times at random times and resumed with an undisturbed
 # one: errors.csv must be byte-equal.
 #   tradeoff_killed.sh TWOCONE FOLDER ROBOT EPISODES
 # The undisturbed sweep remains in FOLDER/whole.

@@ -3,12 +3,17 @@
 
 #include <memory>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/terminal.h"
 
 namespace twocone::cli {
 namespace {
+
+using testing::StrEq;
+using testing::ThrowsMessage;
 
 struct Asked {
   std::string robot, budget;
@@ -76,9 +81,12 @@ TEST(CommandLine, OtherMistakesAreReportedWithTheRightHelp) {
 TEST(CommandLine, AnUnknownSubcommandNamesTheOneThatWasMeant) {
   Asked asked;
   const auto app = program(asked);
-  EXPECT_EQ(no_such_subcommand(*app, "calibrat"),
-            "no subcommand 'calibrat', did you mean calibrate?; there are: run, compare, calibrate");
-  EXPECT_EQ(no_such_subcommand(*app, "dance"), "no subcommand 'dance'; there are: run, compare, calibrate");
+  EXPECT_EQ(subcommand_named(*app, "run").get_name(), "run");
+  EXPECT_THAT([&] { (void)subcommand_named(*app, "calibrat"); },
+              ThrowsMessage<BadUsage>(
+                  StrEq("no subcommand 'calibrat', did you mean calibrate?; there are: run, compare, calibrate")));
+  EXPECT_THAT([&] { (void)subcommand_named(*app, "dance"); },
+              ThrowsMessage<BadUsage>(StrEq("no subcommand 'dance'; there are: run, compare, calibrate")));
 }
 
 TEST(CommandLine, UsageShowsHowOftenAWordMayOccur) {

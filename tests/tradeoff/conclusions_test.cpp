@@ -50,10 +50,7 @@ std::string from_to(const Setting& from, const Setting& to, Axis axis) {
 std::string sentence(const std::vector<SettingResult>& settings, Axis axis) {
   Sweep sweep;
   sweep.settings = settings;
-  for (const Conclusion& c : conclusions(sweep)) {
-    if (c.axis == axis) return c.sentence;
-  }
-  return "";
+  return conclusions(sweep)[axis];
 }
 
 TEST(Conclusions, StateTheEffectAndTheCostOfSizeAndAntialiasing) {

@@ -48,11 +48,13 @@ TEST(Merge, GroupsErrorsByEpisode) {
   // The rows are in the order in which shards end.
   all.frames = {row(0, 2, 0, 0.005, 1), row(0, 0, 0, 0.001, 2), row(0, 0, 1, 0.003, 3), row(0, 1, 0, std::nullopt, 4),
                 row(0, 3, 1, 0.004, 5)};
-  const ByEpisode errors = position_errors(all, 0);
+  const Check check = check_of(three_settings(), all, 0);
+  const ByEpisode& errors = check.position_errors_m;
   EXPECT_THAT(errors, ElementsAre(ElementsAre(0.001, 0.003), IsEmpty(), ElementsAre(0.005), ElementsAre(0.004)));
-  EXPECT_THAT(robot_times(all, 0),
+  EXPECT_THAT(check.robot_times_s,
               ElementsAre(ElementsAre(2.5, 3.5), ElementsAre(4.5), ElementsAre(1.5), ElementsAre(5.5)));
-  EXPECT_THAT(position_errors(all, 1), IsEmpty());
+  EXPECT_EQ(check.answered_share, 0.8);
+  EXPECT_THAT(check_of(three_settings(), all, 1).position_errors_m, IsEmpty());
 
   const SettingResult r = merge(three_settings(), all).settings[0];
   EXPECT_EQ(r.frames, 5);
@@ -80,7 +82,8 @@ TEST(Merge, TimesAreOfAllFramesAndVisionWithLocalisationOfEach) {
   EXPECT_EQ(r.vision.p95_s.value, 4);
   EXPECT_EQ(r.localisation.p95_s.value, 6);
   EXPECT_EQ(r.robot.p95_s.value, 7);  // 1 + 6, not 4 + 6
-  EXPECT_EQ(r.robot_time_s().high, quantile_interval(robot_times(all, 0), 0.95, 0.95).high);
+  EXPECT_EQ(r.robot_time_s().high,
+            quantile_interval(check_of(three_settings(), all, 0).robot_times_s, 0.95, 0.95).high);
 }
 
 TEST(Merge, IntermediateFramesCountForTimesOnly) {

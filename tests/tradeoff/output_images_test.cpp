@@ -10,7 +10,6 @@
 #include <boost/property_tree/xml_parser.hpp>
 
 #include "apps/tradeoff/output.h"
-#include "apps/tradeoff/show/hover.h"
 #include "apps/tradeoff/show/page.h"
 #include "apps/tradeoff/show/placing.h"
 #include "apps/tradeoff/show/plane.h"

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/setting.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
@@ -30,9 +33,9 @@ struct Small : Lab {
     }
   }
 
-  [[nodiscard]] ShardRecord run(ShardRunner& runner, std::size_t shard) const {
+  [[nodiscard]] ShardRecord run(const RunShard& runner, std::size_t shard) const {
     std::atomic<bool> stop = false;
-    auto record = runner.run(
+    auto record = runner(
         shard, [](double) {}, stop);
     if (!record) throw std::runtime_error(record.error().message);
     return *std::move(record);
@@ -58,16 +61,16 @@ void expect_same(const ShardRecord& a, const ShardRecord& b) {
 
 TEST(Shard, IsTheSameAfterOthersAndAlone) {
   const Small small;
-  ShardRunner all(small.robot, small.map, small.plan, {});
+  const RunShard all = shard_runner(small.robot, small.map, small.plan, {});
   std::vector<ShardRecord> in_order;
   for (std::size_t i = 0; i < small.plan.shards.size(); ++i) in_order.push_back(small.run(all, i));
-  ShardRunner backwards(small.robot, small.map, small.plan, {});
+  const RunShard backwards = shard_runner(small.robot, small.map, small.plan, {});
   for (std::size_t i : {3U, 1U}) expect_same(in_order[i], small.run(backwards, i));
 }
 
 TEST(Shard, ContainsTheAnswersOfItsSettings) {
   const Small small;
-  ShardRunner runner(small.robot, small.map, small.plan, {});
+  const RunShard runner = shard_runner(small.robot, small.map, small.plan, {});
   const ShardRecord record = small.run(runner, 1);
   // A single frame has one row. Several frames have one row each, of which the last is the answer.
   ASSERT_EQ(record.frames.size(), std::size_t(3 * kStepsOfEpisode));
@@ -99,12 +102,51 @@ TEST(Shard, ContainsTheAnswersOfItsSettings) {
 
 TEST(Shard, StopsOnRequest) {
   const Small small;
-  ShardRunner runner(small.robot, small.map, small.plan, {});
+  const RunShard runner = shard_runner(small.robot, small.map, small.plan, {});
   std::atomic<bool> stop = true;
-  const auto record = runner.run(
+  const auto record = runner(
       0, [](double) {}, stop);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().code, ErrorCode::kCancelled);
+}
+
+TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
+  const Small small;
+  const testing_support::TemporaryFolder place;
+  const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
+  const Subject subject{small.robot, small.map, small.plan};
+  std::atomic<bool> stop = false;
+  std::vector<double> shares;
+  const Watch watch{[&](double share) {
+                      shares.push_back(share);
+                      stop = folder.missing().size() == 3;
+                    },
+                    [](const std::string&) {}};
+  const auto cut = run_shards(subject, folder, folder.missing(), watch, stop);
+  ASSERT_TRUE(cut) << cut.error().message;
+  EXPECT_EQ(*cut, 1U);
+  EXPECT_EQ(folder.missing(), (std::vector<std::size_t>{1, 2, 3}));
+  folder.add(2, {});  // as another program may
+  stop = false;
+  shares.clear();
+  const auto rest = run_shards(subject, folder, {1, 2, 3}, watch, stop);
+  ASSERT_TRUE(rest) << rest.error().message;
+  EXPECT_EQ(*rest, 3U);
+  EXPECT_TRUE(folder.missing().empty());
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_DOUBLE_EQ(shares.back(), 1);
+}
+
+TEST(RunShards, NamesTheShardThatFails) {
+  Small small;
+  const testing_support::TemporaryFolder place;
+  const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
+  small.map.scene = place.path() / "nowhere.pov";
+  const Watch watch{[](double) {}, [](const std::string&) {}};
+  const auto done = run_shards({small.robot, small.map, small.plan}, folder, {1, 2}, watch, false);
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, testing::StartsWith("shard 1: "));
+  EXPECT_EQ(folder.missing().size(), 4U);
 }
 
 }  // namespace

@@ -17,7 +17,6 @@ namespace {
 
 using report::gnuplot_string;
 
-constexpr double kMm = 1e-3;
 constexpr int kFilled = 7, kOpen = 6, kCross = 2;
 
 /// Okabe and Ito's colours, with different shapes for print in black and white. Faint: the same hue, mixed with white.
@@ -36,6 +35,11 @@ constexpr std::string_view kInk = "#222222", kSoft = "#666666";
 
 const Look& look_of(Level level) {
   return *std::find_if(kLooks.begin(), kLooks.end(), [&](const Look& look) { return look.level == level; });
+}
+
+/// Returns a place as gnuplot writes it: in parts of the image, from below.
+std::string screen(Pixel at, const Plane& plane) {
+  return fmt::format("screen {:.6f},{:.6f}", at.x / plane.width_px, 1 - at.y / plane.height_px);
 }
 
 /// The gnuplot commands of one image; everything except the data is placed in pixels.
@@ -58,27 +62,24 @@ class Script {
 
   /// @param side left, center or right: the end of the words that is placed at `at`
   void words(Pixel at, std::string_view words, std::string_view side, std::string_view colour, int size = 12) {
-    text_ +=
-        fmt::format("set label {} at screen {:.6f},{:.6f} {} front font 'sans-serif,{}' tc rgb '{}'\n",
-                    gnuplot_string(words), at.x / plane_.width_px, 1 - at.y / plane_.height_px, side, size, colour);
+    text_ += fmt::format("set label {} at {} {} front font 'sans-serif,{}' tc rgb '{}'\n", gnuplot_string(words),
+                         screen(at, plane_), side, size, colour);
   }
   void symbol(Pixel at, int type, double size, std::string_view colour, double line = 1.4) {
-    text_ += fmt::format("set label '' at screen {:.6f},{:.6f} front point pt {} ps {} lw {} lc rgb '{}'\n",
-                         at.x / plane_.width_px, 1 - at.y / plane_.height_px, type, size, line, colour);
+    text_ += fmt::format("set label '' at {} front point pt {} ps {} lw {} lc rgb '{}'\n", screen(at, plane_), type,
+                         size, line, colour);
   }
   void line(Pixel from, Pixel to, std::string_view style) {
-    text_ +=
-        fmt::format("set arrow from screen {:.6f},{:.6f} to screen {:.6f},{:.6f} nohead {}\n", from.x / plane_.width_px,
-                    1 - from.y / plane_.height_px, to.x / plane_.width_px, 1 - to.y / plane_.height_px, style);
+    text_ += fmt::format("set arrow from {} to {} nohead {}\n", screen(from, plane_), screen(to, plane_), style);
   }
   /// Adds a plot of `rows` of values.
   void plot(std::string_view rows, std::string_view with) {
     if (rows.empty()) return;
-    blocks_ += fmt::format("$d{} << END_OF_DATA\n{}END_OF_DATA\n", number_, rows);
-    plots_ += fmt::format("{}$d{} {}", number_ == 0 ? "plot " : ", \\\n     ", number_, with);
-    ++number_;
+    const std::string name = fmt::format("d{}", plots_.size());
+    blocks_ += report::data_block(name, rows);
+    plots_.push_back(fmt::format("${} {}", name, with));
   }
-  [[nodiscard]] std::string str() const { return text_ + blocks_ + plots_ + "\n"; }
+  [[nodiscard]] std::string str() const { return text_ + blocks_ + report::plot_command(plots_); }
 
  private:
   static std::string tics(const LogAxis& axis) {
@@ -90,8 +91,8 @@ class Script {
   }
 
   const Plane& plane_;
-  std::string text_, blocks_, plots_;
-  int number_ = 0;
+  std::string text_, blocks_;
+  std::vector<std::string> plots_;
 };
 
 std::string pair(PlanePoint point) { return fmt::format("{:.9g} {:.9g}\n", point.x, point.y); }
@@ -114,15 +115,6 @@ std::string rows_of(const std::vector<PlanePoint>& points) {
   std::string rows;
   for (const PlanePoint& point : points) rows += pair(point);
   return rows;
-}
-
-void draw_frontier(Script& script, const Plane& plane) {
-  script.plot(rows_of(stairs(plane.frontier, plane)), "using 1:2 with lines lw 2 lc rgb '#8a949e'");
-}
-
-void draw_bound(Script& script, const Plane& plane) {
-  script.plot(rows_of(plane.bound),
-              fmt::format("using 1:2 with lines lw 1.8 dt (7,4) lc rgb '{}'", report::kBoundColour));
 }
 
 /// Settings with a label beside them, whether they are on the frontier or not.
@@ -168,9 +160,8 @@ void draw_star(Script& script, Pixel at, double radius_px, const Plane& plane) {
   for (int i = 0; i <= 10; ++i) {
     const double angle = i * std::numbers::pi / 5;
     const double radius = i % 2 == 0 ? radius_px : 0.4 * radius_px;
-    corners += fmt::format("{}screen {:.6f},{:.6f}", i == 0 ? "from " : " to ",
-                           (at.x + radius * std::sin(angle)) / plane.width_px,
-                           1 - (at.y - radius * std::cos(angle)) / plane.height_px);
+    const Pixel corner{at.x + radius * std::sin(angle), at.y - radius * std::cos(angle)};
+    corners += (i == 0 ? "from " : " to ") + screen(corner, plane);
   }
   script.raw(fmt::format("set object polygon {} front fillcolor rgb '{}' fillstyle solid 1 noborder\n", corners, kInk));
 }
@@ -325,8 +316,9 @@ report::Plot drawing_of(const Sweep& sweep, const Plane& plane, const Choice* ch
       fmt::format("set ylabel 'mean position error / mm' offset 1,0\nset xlabel {} offset 0,0.2\n",
                   gnuplot_string(robot ? "robot time of a frame / ms (95 % quantile, one core)"
                                        : "simulation time of a frame / s (robot time and rendering, one core)")));
-  draw_frontier(script, plane);
-  draw_bound(script, plane);
+  script.plot(rows_of(stairs(plane.frontier, plane)), "using 1:2 with lines lw 2 lc rgb '#8a949e'");
+  script.plot(rows_of(plane.bound),
+              fmt::format("using 1:2 with lines lw 1.8 dt (7,4) lc rgb '{}'", report::kBoundColour));
   draw_marks(script, sweep, plane, named);
   draw_words(script, plane, named, choice);
   draw_key(script, sweep, plane, choice);

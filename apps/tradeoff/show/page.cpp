@@ -2,9 +2,9 @@
 #include "apps/tradeoff/show/page.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/report/kit/markup.h"
 #include "apps/report/kit/html.h"
@@ -19,7 +19,6 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
 constexpr std::string_view kNone = "\u2013";
 
 std::string headline(const Sweep& sweep) {
@@ -34,10 +33,7 @@ std::string headline(const Sweep& sweep) {
 }
 
 std::string image_html(const PageImage& image) {
-  const std::size_t root = image.svg.find("<svg");
-  std::string_view svg = image.svg;
-  if (root != std::string_view::npos) svg.remove_prefix(root);
-  return html::element("figure", report::inline_svg(svg, image.id) + html::text("figcaption", image.caption),
+  return html::element("figure", report::inline_svg(image.svg, image.id) + html::text("figcaption", image.caption),
                        fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
 }
 
@@ -142,9 +138,7 @@ std::string facts_html(const Sweep& sweep) {
   add("map", sweep.map);
   add("seed", fmt::to_string(sweep.seed));
   add("episodes", fmt::to_string(sweep.episodes));
-  std::string landmarks;
-  for (const std::string& name : sweep.landmarks) landmarks += (landmarks.empty() ? "" : ", ") + name;
-  add("landmarks, the most important first", landmarks);
+  add("landmarks, the most important first", fmt::format("{}", fmt::join(sweep.landmarks, ", ")));
   return html::element("dl", rows);
 }
 
@@ -156,7 +150,56 @@ std::string files_html() {
                                    link("tradeoff.csv"), link("errors.csv")));
 }
 
+std::string frontiers(const SettingResult& result) {
+  if (result.on_robot_frontier && result.on_simulation_frontier) return "on both frontiers";
+  if (result.on_robot_frontier) return "on the frontier of robot time";
+  if (result.on_simulation_frontier) return "on the frontier of simulation time";
+  return answers_enough(result) ? "dominated" : "does not answer often enough for a frontier";
+}
+
 }  // namespace
+
+std::string tooltip(const SettingResult& result) {
+  std::string text = describe(result.setting) + "\n";
+  if (const auto& error = result.position_m) {
+    text += fmt::format("error: mean {} mm; 95 % below {} mm; max {} mm\n", with_interval(error->mean, kMm),
+                        significant(error->p95.value / kMm), significant(error->max / kMm));
+  }
+  if (result.heading_rad)
+    text += fmt::format("heading: mean {} deg\n", with_interval(result.heading_rad->mean, kDegree));
+  text += fmt::format("answered: {} of {} frames", result.answered, result.frames);
+  if (result.coverage) {
+    text += fmt::format("; 95 % ellipses contain the truth in {:.0f} %", result.coverage->value * 100);
+    if (std::isfinite(result.coverage->low) && std::isfinite(result.coverage->high)) {
+      text += fmt::format(" ({:.0f} to {:.0f})", result.coverage->low * 100, result.coverage->high * 100);
+    }
+  }
+  text += "\n";
+  if (result.bound_m) text += fmt::format("bound (Cram\u00e9r-Rao), rms: {} mm\n", significant(*result.bound_m / kMm));
+  text += fmt::format("robot: {} ms (95 % quantile); medians: vision {} ms, localisation {} ms\n",
+                      with_interval(result.robot_time_s(), kMs), significant(result.vision.median_s.value / kMs),
+                      significant(result.localisation.median_s.value / kMs));
+  text += fmt::format("rendering: {} s; simulation: {} s\n", with_interval(result.render_cpu.median_s, 1),
+                      significant(result.simulation_time_s().value));
+  text += fmt::format("memory: {:.0f} MiB, POV-Ray {:.0f} MiB\n", result.peak_bytes / kMiB, result.render_bytes / kMiB);
+  return text + frontiers(result);
+}
+
+std::string with_spots(std::string_view svg, const Sweep& sweep, const Plane& plane) {
+  std::string spots = "<g class=\"spots\" fill=\"#000000\" fill-opacity=\"0\" pointer-events=\"all\">\n";
+  for (const Mark& mark : plane.marks) {
+    const Pixel at = plane.pixel(mark.at);
+    constexpr double kRadius_px = 8;
+    spots += fmt::format(
+        "<circle class=\"spot\" cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\" tabindex=\"{}\" role=\"img\" "
+        "data-setting=\"{}\"><title>{}</title></circle>\n",
+        at.x, at.y, kRadius_px, mark.on_frontier ? 0 : -1, mark.setting,
+        report::escape(tooltip(sweep.settings[mark.setting])));
+  }
+  std::string text(svg);
+  const std::size_t end = text.rfind("</svg>");
+  return text.insert(end == std::string::npos ? text.size() : end, spots + "</g>\n");
+}
 
 std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
@@ -176,7 +219,7 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
   main += html::section("images", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
 
   std::vector<std::string> sentences;
-  for (const Conclusion& conclusion : conclusions(sweep)) sentences.push_back(conclusion.sentence);
+  for (const auto& [axis, sentence] : conclusions(sweep)) sentences.push_back(sentence);
   main += html::section("conclusions", "Effect and cost of each axis", html::list(sentences));
   main += html::section(
       "growth", "Growth of error and time",

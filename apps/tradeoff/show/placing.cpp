@@ -41,7 +41,7 @@ Pixel Placing::place(Pixel point, double width, double height) {
                                                45,  247.5, 22.5,  270, 0,  292.5, 337.5, 315};
   constexpr double kPenaltyPerPixel = 0.6, kPenaltyPerTurn = 0.05;
   double least = std::numeric_limits<double>::infinity();
-  Box best;
+  Box best{point.x - width / 2, point.y - height / 2, point.x + width / 2, point.y + height / 2};
   for (const double gap : {7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 52.0}) {
     double turn = 0;
     for (const double degrees : kDirections) {
@@ -59,8 +59,6 @@ Pixel Placing::place(Pixel point, double width, double height) {
       }
     }
   }
-  if (!std::isfinite(least))
-    best = {point.x - width / 2, point.y - height / 2, point.x + width / 2, point.y + height / 2};
   kept_.push_back({best, 5});
   return {(best.left + best.right) / 2, (best.top + best.bottom) / 2};
 }

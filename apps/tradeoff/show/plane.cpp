@@ -2,7 +2,6 @@
 #include "apps/tradeoff/show/plane.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -13,7 +12,6 @@
 namespace twocone::tradeoff {
 namespace {
 
-constexpr double kMm = 1e-3, kMs = 1e-3;
 constexpr double kListPitch_px = 17;
 
 bool is_drawable(double value) { return std::isfinite(value) && value > 0; }

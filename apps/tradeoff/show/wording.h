@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "apps/tradeoff/sweep.h"
 
 /// Words and numbers that table, images and page share. Private to apps/tradeoff.
 namespace twocone::tradeoff {
+
+/// The units of table, images and page in SI units.
+constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
 
 /// Returns "+R2"; "-" for one ray per pixel.
 std::string antialias_name(int antialias);

@@ -130,7 +130,9 @@ use_compare() {
 use_tradeoff() {
   local episodes
   episodes=$("$twocone" tradeoff --help | grep -oE -- '--(legs|episodes)' | head -n 1)
-  quiet "$twocone" tradeoff --robot "$source_dir/robots/lab_sim.yaml" "$episodes" 3 --jobs 2 --out "$work/sweep"
+  local sweep=("$twocone" tradeoff --robot "$source_dir/robots/lab_sim.yaml" "$episodes" 3)
+  seq 0 $(($("${sweep[@]}" --shards) - 1)) | quiet xargs -P 2 -I{} "${sweep[@]}" --out "$work/sweep" --shard {}
+  quiet "${sweep[@]}" --out "$work/sweep" --merge
   (cd "$work/sweep" && find . -name errors.csv -o -name ranges.csv) | sed 's|^\./||' | LC_ALL=C sort | while read -r file; do
     table "$work/sweep/$file" | translated | print_hash "tradeoff/$file"
   done

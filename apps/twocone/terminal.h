@@ -2,16 +2,29 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
 
+/// Standard output holds results, standard error all other messages and the progress bar.
 namespace twocone::cli {
+
+/// Opens /dev/null in place of standard input, output and error if the caller has closed them, in a mode in which each
+/// use still fails. Otherwise the first files that the program opens would take their numbers and receive printed text.
+void open_missing_streams() noexcept;
+
+/// Writes a line to standard error. It never throws, so that a drive does not end because of its messages.
+/// lost_output() reports a failure.
+void say(const std::string& line) noexcept;
+
+/// Returns the first failure: "cannot write to standard output: No space left on device"; empty: all was written.
+[[nodiscard]] std::string lost_output();
 
 /// Returns "render [######....]  61 % 0:12 left", shorter than `columns`. In few columns the bar is short or absent.
 /// @param done share, clamped to [0, 1]
 [[nodiscard]] std::string progress_line(const std::string& what, double done, double spent_s, int columns);
 
 /// Shows one line on stderr with a bar and the remaining time, after two seconds. It is silent if stderr is no
-/// terminal.
+/// terminal. Any thread may call it.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);
@@ -25,9 +38,10 @@ class ProgressBar {
   void say(const std::string& line);
 
  private:
-  void clear();
+  void clear();  ///< with mutex_ locked
 
   using Clock = std::chrono::steady_clock;
+  std::mutex mutex_;
   std::string what_;
   bool terminal_;
   bool shown_ = false;

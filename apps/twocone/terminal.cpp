@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/twocone/progress_bar.h"
+#include "apps/twocone/terminal.h"
 
+#include <fcntl.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
-
-#include "apps/twocone/standard_streams.h"
 
 namespace twocone::cli {
 namespace {
@@ -29,6 +30,30 @@ int terminal_columns() {
 }
 
 }  // namespace
+
+void open_missing_streams() noexcept {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) >= 0 || errno != EBADF) continue;
+    // open() returns the lowest free number, which is this one. Standard input is opened for writing and the others for
+    // reading, so that each use fails.
+    static_cast<void>(::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+  }
+}
+
+void say(const std::string& line) noexcept {
+  std::fputs(line.c_str(), stderr);
+  std::fputc('\n', stderr);
+}
+
+std::string lost_output() {
+  errno = 0;
+  for (const auto& [stream, name] : {std::pair{stdout, "output"}, std::pair{stderr, "error"}}) {
+    if (std::fflush(stream) == 0 && std::ferror(stream) == 0) continue;
+    const std::string why = errno == 0 ? "" : std::string(": ") + std::strerror(errno);
+    return std::string("cannot write to standard ") + name + why;
+  }
+  return "";
+}
 
 std::string progress_line(const std::string& what, double done, double spent_s, int columns) {
   const double share = std::clamp(done, 0.0, 1.0);
@@ -63,11 +88,13 @@ void ProgressBar::clear() {
 }
 
 void ProgressBar::say(const std::string& line) {
+  const std::lock_guard lock(mutex_);
   clear();
   cli::say(line);
 }
 
 void ProgressBar::show(double done) {
+  const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
   if (!terminal_ || now - begin_ < kQuiet || now - last_ < kInterval) return;
   last_ = now;
