@@ -14,13 +14,10 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <system_error>
 #include <utility>
 
 namespace twocone::base {
 namespace {
-
-[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
 // ---- Landlock: a copy of linux/landlock.h of Linux 6.12, because the header of an older system lacks part of it. The
 // numbers of the system calls are the same on all processors.
