@@ -12,11 +12,11 @@
 
 /// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.
 ///
-/// The driver is in a separate module, twocone_libcamera.so, which is loaded when one of these functions needs it. The
-/// reason is that libcamera brings a tracing library. That library starts threads in each program that links it, and
-/// ends the program if /dev/shm is full. The module is searched for in $TWOCONE_MODULES, then in lib/twocone of the
-/// program's folder and of the two folders above it (/usr/bin/twocone: /usr/lib/twocone), then in the installation's
-/// folder.
+/// The driver is in a separate module, which is loaded when one of these functions needs it. The reason is that
+/// libcamera brings a tracing library. That library starts threads in each program that links it, and ends the program
+/// if /dev/shm is full. The module's file has the version of the public interface in its name, as the library has:
+/// twocone_libcamera_0_1.so. It is searched for in $TWOCONE_MODULES, then in lib/twocone of the program's folder and of
+/// the two folders above it (/usr/bin/twocone: /usr/lib/twocone), then in the installation's folder.
 namespace twocone::libcamera_camera {
 
 /// The reason why this build has no such cameras: it was made without libcamera, and opening returns kUnavailable.

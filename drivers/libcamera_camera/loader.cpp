@@ -15,6 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The name has the version of the interface, so that two installed versions do not load each other's module.
+constexpr const char* kModuleFile = TWOCONE_LIBCAMERA_MODULE;
 // In a build tree, programs are two folders below the top.
 constexpr int kAbove = 3;
 

@@ -18,7 +18,6 @@ struct Module {
 /// The value that the loader gives LIBCAMERA_LOG_LEVELS if it is not set: warnings and errors. It is "*:WARN" written
 /// with a number, so that the module can distinguish it from a user's request.
 constexpr const char* kOurLogLevels = "*:2";
-constexpr const char* kModuleFile = "twocone_libcamera.so";
 constexpr const char* kModuleEntry = "twocone_libcamera_module";
 
 }  // namespace twocone::libcamera_camera
