@@ -52,24 +52,12 @@ Result<std::unique_ptr<DiffDrive>> open_sim_drive(Shared& shared, const DrivePar
   return shared.simulation->open_drive();
 }
 
-v4l2::V4l2Settings to_v4l2(const CameraDevice& device) {
-  v4l2::V4l2Settings settings{device.name, device.format, {}};
-  for (const auto& [name, value] : device.controls) settings.controls.emplace_back(name, std::llround(value));
-  return settings;
-}
-
-libcamera_camera::LibcameraSettings to_libcamera(const CameraDevice& device) {
-  return {device.name, device.format, device.controls};
-}
-
 Result<std::unique_ptr<Camera>> open_v4l2_camera(Shared&, const char*, const CameraPart& part) {
-  auto camera = v4l2::V4l2Camera::open(to_v4l2(part.device));
-  if (!camera) return camera.error();
-  return std::unique_ptr<Camera>(*std::move(camera));
+  return v4l2::open_camera(part.device);
 }
 
 Result<std::unique_ptr<Camera>> open_libcamera_camera(Shared&, const char*, const CameraPart& part) {
-  return libcamera_camera::open_camera(to_libcamera(part.device));
+  return libcamera_camera::open_camera(part.device);
 }
 
 Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& part) {
@@ -78,25 +66,7 @@ Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& p
   return std::unique_ptr<DiffDrive>(*std::move(drive));
 }
 
-/// What `checked` complains about; empty: nothing.
-template <typename Check>
-std::string complaint_of(Check checked) {
-  try {
-    checked();
-    return {};
-  } catch (const std::invalid_argument& complaint) {
-    return complaint.what();
-  }
-}
-
-// ---- checks and lists of each driver
-
-std::string complaint_about_v4l2(const CameraDevice& device) {
-  return complaint_of([&] { v4l2::check(to_v4l2(device)); });
-}
-std::string complaint_about_libcamera(const CameraDevice& device) {
-  return complaint_of([&] { libcamera_camera::check(to_libcamera(device)); });
-}
+// ---- lists of each driver's devices
 
 void list_v4l2(Devices& devices) {
   for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
@@ -146,9 +116,8 @@ struct Row {
   Backend backend;
   CameraOpener open_camera = nullptr;
   DriveOpener open_drive = nullptr;
-  std::string (*complain)(const CameraDevice&) =
-      nullptr;                       ///< what is wrong with a camera's device keys; empty: nothing
-  void (*list)(Devices&) = nullptr;  ///< adds this machine's devices
+  void (*check_camera)(const CameraDevice&) = nullptr;  ///< throws std::invalid_argument
+  void (*list)(Devices&) = nullptr;                     ///< adds this machine's devices
   /// One id for each name; two names of one camera have equal ids.
   std::vector<std::string> (*device_ids)(std::vector<std::string> names) = nullptr;
 };
@@ -160,13 +129,13 @@ const std::array kRows{
     Row{{kV4l2Camera, true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
         open_v4l2_camera,
         nullptr,
-        complaint_about_v4l2,
+        v4l2::check,
         list_v4l2,
         v4l2_nodes},
     Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
         open_libcamera_camera,
         nullptr,
-        complaint_about_libcamera,
+        libcamera_camera::check,
         list_libcamera,
         libcamera_ids},
     Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
@@ -264,8 +233,10 @@ Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
 /// Adds what `checked` complains about to `bad`.
 template <typename Check>
 void collect(std::string& bad, const std::string& part, Check checked) {
-  if (const std::string complaint = complaint_of(checked); !complaint.empty()) {
-    bad += fmt::format("\n  {}: {}", part, complaint);
+  try {
+    checked();
+  } catch (const std::invalid_argument& complaint) {
+    bad += fmt::format("\n  {}: {}", part, complaint.what());
   }
 }
 
@@ -274,8 +245,7 @@ void check_part(std::string& bad, const std::string& part, const CameraPart& cam
   collect(bad, part, [&] { twocone::check(camera.settings); });
   collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
   const Row* const row = find_row(camera.driver);
-  const std::string complaint = row != nullptr && row->complain != nullptr ? row->complain(camera.device) : "";
-  if (!complaint.empty()) bad += fmt::format("\n  {}: {}", part, complaint);
+  if (row != nullptr && row->check_camera != nullptr) collect(bad, part, [&] { row->check_camera(camera.device); });
 }
 
 void check_part(std::string& bad, const DrivePart& drive) {

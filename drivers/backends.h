@@ -7,12 +7,12 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
+#include "hal/camera_device.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"
 #include "hal/robot.h"
@@ -51,15 +51,6 @@ struct Backend {
 std::span<const Backend> backends();
 /// The driver of that name; null: there is none.
 const Backend* find_backend(std::string_view name);
-
-/// A real camera.
-struct CameraDevice {
-  std::string name;                                        ///< the name by which its driver identifies the camera
-  std::string format;                                      ///< V4L2's name of the format; empty: the driver chooses
-  std::vector<std::pair<std::string, double>> controls{};  ///< the driver's names and values, in order
-
-  friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
-};
 
 struct CameraPart {
   std::string driver;

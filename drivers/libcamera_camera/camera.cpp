@@ -45,8 +45,6 @@ std::optional<nanoseconds> on_steady_clock(nanoseconds reported) {
   return std::nullopt;
 }
 
-}  // namespace
-
 /// The settings that the camera accepted.
 struct Applied {
   std::string id;
@@ -55,17 +53,17 @@ struct Applied {
   ChosenControls controls;
 };
 
-class LibcameraCamera::Impl {
+class LibcameraCamera final : public Camera {
  public:
-  explicit Impl(const LibcameraSettings& settings) : settings_(settings) {}
-  ~Impl() {
+  explicit LibcameraCamera(const LibcameraSettings& settings) : settings_(settings) {}
+  ~LibcameraCamera() override {
     stop();
     close();
   }
 
   Status open() {
     close();
-    auto device = Device::open(settings_.device);
+    auto device = Device::open(settings_.name);
     if (!device) return device.error();
     device_ = *std::move(device);
     applied_.id = device_->camera()->id();
@@ -73,7 +71,8 @@ class LibcameraCamera::Impl {
     return {};
   }
 
-  Result<CameraSettings> configure(const CameraSettings& wanted) {
+ private:
+  Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
     if (!device_ || device_->is_gone()) {
       if (auto opened = open(); !opened) return opened.error();
     }
@@ -87,7 +86,7 @@ class LibcameraCamera::Impl {
     if (const int error = camera.configure(configuration_.get())) {
       return lost_with(device_error(applied_.id + ": its configuration", -error));
     }
-    auto controls = choose_controls(camera, settings_.controls, wanted.rate_hz);
+    auto controls = choose_controls(camera, settings_, wanted.rate_hz);
     if (!controls) return controls.error();
     applied_.controls = *std::move(controls);
     const lc::Size size = configuration_->at(0).size;
@@ -95,9 +94,9 @@ class LibcameraCamera::Impl {
     return applied_.settings;
   }
 
-  Status start() {
+  Status do_start() override {
     if (!device_ || device_->is_gone()) {  // it was lost
-      if (const auto again = configure(wanted_); !again) return again.error();
+      if (const auto again = do_configure(wanted_); !again) return again.error();
     }
     auto stream = Stream::start(device_, configuration_->at(0).stream(), applied_.controls.list);
     if (!stream) return lost_with(stream.error());
@@ -107,7 +106,7 @@ class LibcameraCamera::Impl {
     return {};
   }
 
-  Result<Frame> grab(milliseconds timeout) {
+  Result<Frame> do_grab(milliseconds timeout) override {
     const milliseconds limit = std::min(timeout, silence_limit());
     const auto deadline = std::chrono::steady_clock::now() + limit;
     std::uint64_t passed_over = 0;
@@ -128,8 +127,7 @@ class LibcameraCamera::Impl {
     }
   }
 
-  void stop() noexcept {
-    if (!stream_) return;
+  void do_stop() noexcept override {
     const bool is_doubtful = device_->is_gone() || stream_->is_silent(periods(kDoubtfulPeriods));
     if (is_doubtful && !device_->answers()) {
       Stream::abandon(stream_);
@@ -141,7 +139,7 @@ class LibcameraCamera::Impl {
     stream_.reset();
   }
 
-  void describe(CameraFacts& facts) const {
+  void do_tell(CameraFacts& facts) const override {
     facts.device = fmt::format("{} ({})", applied_.model, applied_.id);
     if (format_) facts.format = format_->name;
     facts.rate_told = applied_.controls.rate_hz.has_value();
@@ -149,7 +147,6 @@ class LibcameraCamera::Impl {
       facts.controls.emplace_back(control->name(), number);
   }
 
- private:
   [[nodiscard]] nanoseconds periods(double count) const {
     return nanoseconds(std::llround(1e9 * count / applied_.settings.rate_hz));
   }
@@ -299,19 +296,12 @@ class LibcameraCamera::Impl {
   std::uint64_t sequence_ = 0;  // number of the next frame
 };
 
-LibcameraCamera::LibcameraCamera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-LibcameraCamera::~LibcameraCamera() = default;
+}  // namespace
 
-Result<std::unique_ptr<LibcameraCamera>> LibcameraCamera::open(const LibcameraSettings& settings) {
-  auto impl = std::make_unique<Impl>(settings);
-  if (auto opened = impl->open(); !opened) return opened.error();
-  return std::unique_ptr<LibcameraCamera>(new LibcameraCamera(std::move(impl)));
+Result<std::unique_ptr<Camera>> open_here(const LibcameraSettings& settings) {
+  auto camera = std::make_unique<LibcameraCamera>(settings);
+  if (auto opened = camera->open(); !opened) return opened.error();
+  return std::unique_ptr<Camera>(std::move(camera));
 }
-
-Result<CameraSettings> LibcameraCamera::do_configure(const CameraSettings& wanted) { return impl_->configure(wanted); }
-Status LibcameraCamera::do_start() { return impl_->start(); }
-Result<Frame> LibcameraCamera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
-void LibcameraCamera::do_stop() noexcept { impl_->stop(); }
-void LibcameraCamera::do_tell(CameraFacts& facts) const { impl_->describe(facts); }
 
 }  // namespace twocone::libcamera_camera

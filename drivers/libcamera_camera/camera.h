@@ -8,7 +8,7 @@
 
 namespace twocone::libcamera_camera {
 
-/// A camera of libcamera. Frames are in the camera's own format. They are lent if their planes are contiguous in
+/// Opens a camera. Its frames are in the camera's own format. They are lent if their planes are contiguous in
 /// memory: a frame's buffer goes back when the last copy of the frame is destroyed. If too few buffers are left for the
 /// camera, frames are copies instead. Capture times are libcamera's (SensorTimestamp if it is reported), on the steady
 /// clock: the time at which the frame began to arrive.
@@ -23,23 +23,9 @@ namespace twocone::libcamera_camera {
 ///
 /// libcamera 0.0.3 ends the program when a camera that is gone is stopped. Such a stream is therefore abandoned: its
 /// buffers, and libcamera's thread that continues to poll the device, remain until the program ends.
-class LibcameraCamera final : public Camera {
- public:
-  /// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
-  static Result<std::unique_ptr<LibcameraCamera>> open(const LibcameraSettings& settings);
-  ~LibcameraCamera() override;
-
- private:
-  class Impl;
-  explicit LibcameraCamera(std::unique_ptr<Impl> impl);
-
-  Result<CameraSettings> do_configure(const CameraSettings& wanted) override;
-  Status do_start() override;
-  Result<Frame> do_grab(std::chrono::milliseconds timeout) override;
-  void do_stop() noexcept override;
-  void do_tell(CameraFacts& facts) const override;
-
-  std::unique_ptr<Impl> impl_;
-};
+///
+/// @param settings checked
+/// Errors: kNotFound, kRefused (another program has it), kUnavailable.
+Result<std::unique_ptr<Camera>> open_here(const LibcameraSettings& settings);
 
 }  // namespace twocone::libcamera_camera

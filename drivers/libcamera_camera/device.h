@@ -66,7 +66,7 @@ class Device {
   const std::shared_ptr<SharedState> shared_ = std::make_shared<SharedState>();
 };
 
-/// The formats of kFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
+/// The formats of kCameraFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
 std::vector<std::string> formats_of(lc::Camera& camera);
 
 }  // namespace twocone::libcamera_camera

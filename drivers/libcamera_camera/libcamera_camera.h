@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "hal/camera.h"
+#include "hal/camera_device.h"
 
 /// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.
 ///
@@ -23,21 +22,13 @@ namespace twocone::libcamera_camera {
 /// Empty: the build has the driver, if the module is found.
 std::string_view why_not();
 
-/// A control, by libcamera's name, and its value: ExposureTime (microseconds), AnalogueGain, AeEnable (0 or 1).
-using Control = std::pair<std::string, double>;
-
-/// V4L2's names of the formats, except GREY and MJPG, in the order in which they are tried.
-constexpr std::array<std::string_view, 7> kFormats{"YUYV", "UYVY", "NV12", "RGB3", "BGR3", "MJPG", "GREY"};
-
-struct LibcameraSettings {
-  /// libcamera's id (as `cam -l` prints it), or the model's name, if only one camera has it.
-  std::string device;
-  std::string format;  ///< one of kFormats; empty: the first one that the camera has
-  std::vector<Control> controls;
-};
+/// The name is libcamera's id (as `cam -l` prints it), or the model's name, if only one camera has it. Without a
+/// format, the first of kCameraFormats that the camera has is chosen. Controls have libcamera's names: ExposureTime
+/// (microseconds), AnalogueGain, AeEnable (0 or 1).
+using LibcameraSettings = CameraDevice;
 
 /// @throws std::invalid_argument naming every bad field
-void check(const LibcameraSettings& settings);
+inline void check(const LibcameraSettings& settings) { twocone::check(settings, "LibcameraSettings"); }
 
 struct CameraInfo {
   std::string id;

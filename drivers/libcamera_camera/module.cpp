@@ -48,13 +48,7 @@ Result<std::vector<CameraInfo>> list() {
   return cameras;
 }
 
-Result<std::unique_ptr<Camera>> open(const LibcameraSettings& settings) {
-  auto camera = LibcameraCamera::open(settings);
-  if (!camera) return camera.error();
-  return std::unique_ptr<Camera>(*std::move(camera));
-}
-
-constexpr Module kModule{list, open};
+constexpr Module kModule{list, open_here};
 
 }  // namespace
 
