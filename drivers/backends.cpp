@@ -61,9 +61,7 @@ Result<std::unique_ptr<Camera>> open_libcamera_camera(Shared&, const char*, cons
 }
 
 Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& part) {
-  auto drive = serial::SerialDiffDrive::open(*part.serial, part.limits);
-  if (!drive) return drive.error();
-  return std::unique_ptr<DiffDrive>(*std::move(drive));
+  return serial::open_drive(*part.serial, part.limits);
 }
 
 // ---- lists of each driver's devices
