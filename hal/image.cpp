@@ -3,9 +3,9 @@
 
 #include <turbojpeg.h>
 
+#include <array>
 #include <cassert>
 #include <memory>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -14,36 +14,13 @@
 namespace twocone {
 namespace {
 
-std::vector<std::uint8_t> room_for_rgb8(const Image& image) {
-  return std::vector<std::uint8_t>(*image_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
-}
-
-std::vector<std::uint8_t> from_nv12(const Image& image) {
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
-  const auto width = std::size_t(image.width_px);
-  const auto height = std::size_t(image.height_px);
-  const std::uint8_t* const light = image.bytes.data();
-  const std::uint8_t* const colours = light + width * height;
-  for (std::size_t row = 0; row < height; ++row) {
-    pixels::from_nv12(light + row * width, colours + row / 2 * width, width / 2, rgb.data() + 3 * row * width);
-  }
-  return rgb;
-}
-
-/// Converts layouts in which the rows follow each other without a gap.
-template <typename Convert>
-std::vector<std::uint8_t> at_one_go(const Image& image, std::size_t count, Convert convert) {
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
-  convert(image.bytes.data(), count, rgb.data());
-  return rgb;
-}
-
 Error bad_jpeg(const Image& image, const std::string& why) {
   return {ErrorCode::kBadData, fmt::format("JPEG image of {} x {} pixels, {} bytes: {}", image.width_px,
                                            image.height_px, image.bytes.size(), why)};
 }
 
-Result<std::vector<std::uint8_t>> from_jpeg(const Image& image) {
+/// @param rgb gets the pixels
+Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
   struct Destroy {
     void operator()(void* handle) const { tjDestroy(handle); }
   };
@@ -57,36 +34,53 @@ Result<std::vector<std::uint8_t>> from_jpeg(const Image& image) {
   if (width != image.width_px || height != image.height_px) {
     return bad_jpeg(image, fmt::format("it has {} x {} pixels", width, height));
   }
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
   // A warning means damage, most often a truncated image. The missing part would be grey.
-  if (tjDecompress2(decoder.get(), image.bytes.data(), image.bytes.size(), rgb.data(), width, 0, height, TJPF_RGB,
+  if (tjDecompress2(decoder.get(), image.bytes.data(), image.bytes.size(), rgb, width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
     return bad_jpeg(image, tjGetErrorStr2(decoder.get()));
   }
-  return rgb;
+  return {};
+}
+
+/// Converts the pixels of an image that is not kRgb8 yet and whose bytes have the size of its format.
+/// @param rgb gets the pixels
+Status convert(const Image& image, std::uint8_t* rgb) {
+  const auto width = std::size_t(image.width_px);
+  const auto height = std::size_t(image.height_px);
+  const std::uint8_t* const from = image.bytes.data();
+  switch (image.format) {
+    case PixelFormat::kRgb8:
+      break;
+    case PixelFormat::kBgr8:
+      pixels::from_bgr8(from, width * height, rgb);
+      break;
+    case PixelFormat::kGrey8:
+      pixels::from_grey8(from, width * height, rgb);
+      break;
+    case PixelFormat::kYuyv:
+      pixels::from_yuyv(from, width * height / 2, rgb);
+      break;
+    case PixelFormat::kUyvy:
+      pixels::from_uyvy(from, width * height / 2, rgb);
+      break;
+    case PixelFormat::kNv12:
+      for (std::size_t row = 0; row < height; ++row) {
+        const std::uint8_t* const colours = from + (height + row / 2) * width;
+        pixels::from_nv12(from + row * width, colours, width / 2, rgb + 3 * row * width);
+      }
+      break;
+    case PixelFormat::kMjpeg:
+      return decode_jpeg(image, rgb);
+  }
+  return {};
 }
 
 }  // namespace
 
 std::string_view to_string(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kRgb8:
-      return "rgb8";
-    case PixelFormat::kBgr8:
-      return "bgr8";
-    case PixelFormat::kGrey8:
-      return "grey8";
-    case PixelFormat::kYuyv:
-      return "yuyv";
-    case PixelFormat::kUyvy:
-      return "uyvy";
-    case PixelFormat::kNv12:
-      return "nv12";
-    case PixelFormat::kMjpeg:
-      return "mjpeg";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 7> kNames{"rgb8", "bgr8", "grey8", "yuyv", "uyvy", "nv12", "mjpeg"};
+  static_assert(kNames.size() == std::size_t(PixelFormat::kMjpeg) + 1);
+  return kNames.at(std::size_t(format));
 }
 
 std::optional<std::size_t> image_bytes(PixelFormat format, int width_px, int height_px) {
@@ -116,31 +110,11 @@ Result<Image> to_rgb8(const Image& image) {
     return Error{ErrorCode::kBadData, fmt::format("image of {} x {} {} pixels holds {} bytes", image.width_px,
                                                   image.height_px, to_string(image.format), image.bytes.size())};
   }
-  const std::size_t count = std::size_t(image.width_px) * std::size_t(image.height_px);
-  const auto as_rgb8 = [&](std::vector<std::uint8_t> rgb) {
-    return Image{image.width_px, image.height_px, PixelFormat::kRgb8, std::move(rgb)};
-  };
-  switch (image.format) {
-    case PixelFormat::kRgb8:
-      return image;
-    case PixelFormat::kBgr8:
-      return as_rgb8(at_one_go(image, count, pixels::from_bgr8));
-    case PixelFormat::kGrey8:
-      return as_rgb8(at_one_go(image, count, pixels::from_grey8));
-    case PixelFormat::kYuyv:
-      return as_rgb8(at_one_go(image, count / 2, pixels::from_yuyv));
-    case PixelFormat::kUyvy:
-      return as_rgb8(at_one_go(image, count / 2, pixels::from_uyvy));
-    case PixelFormat::kNv12:
-      return as_rgb8(from_nv12(image));
-    case PixelFormat::kMjpeg: {
-      auto rgb = from_jpeg(image);
-      if (!rgb) return rgb.error();
-      return as_rgb8(*std::move(rgb));
-    }
-  }
-  assert(false);
-  return Error{ErrorCode::kBadData, ""};
+  if (image.format == PixelFormat::kRgb8) return image;
+  Image rgb{image.width_px, image.height_px, PixelFormat::kRgb8, {}};
+  rgb.bytes.resize(*image_bytes(rgb.format, rgb.width_px, rgb.height_px));
+  if (auto converted = convert(image, rgb.bytes.data()); !converted) return converted.error();
+  return rgb;
 }
 
 }  // namespace twocone
