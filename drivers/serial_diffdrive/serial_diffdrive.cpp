@@ -74,13 +74,6 @@ void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimi
                   own ? fmt::format("{} ms", own->count()) : "infinite", milliseconds_of(limits.command_timeout)));
 }
 
-Result<Connection> open_port(const std::string& path, int baud) {
-  auto port = SerialPort::open(path, baud);
-  if (!port) return port.error();
-  const int descriptor = (*port)->descriptor();
-  return Connection{*std::move(port), descriptor};
-}
-
 class SerialDiffDrive final : public DiffDrive {
  public:
   SerialDiffDrive(const SerialDriveSettings& settings, const DriveLimits& limits, Machine machine)

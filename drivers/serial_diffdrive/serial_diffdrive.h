@@ -47,12 +47,6 @@ void check(const SerialDriveSettings& settings);
 /// @param settings must be valid by check()
 double least_speed_radps(const SerialDriveSettings& settings);
 
-/// An open transport, and its descriptor for a watchdog.
-struct Connection {
-  std::unique_ptr<Transport> transport;
-  int descriptor = -1;  ///< held by the watchdog; < 0: SerialDriveSettings::watchdog must be false
-};
-
 /// The services of the machine that a drive needs.
 struct Machine {
   /// Opens a transport, at the start and whenever the last one was lost; empty: opens the serial port.

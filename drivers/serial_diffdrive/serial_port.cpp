@@ -78,6 +78,134 @@ std::string stable_path_of(const fs::path& path) {
   return "";
 }
 
+class SerialPort final : public Transport {
+ public:
+  /// @param port open
+  SerialPort(std::string path, Port port, int descriptor)
+      : path_(std::move(path)), port_(std::move(port)), descriptor_(descriptor) {}
+  ~SerialPort() override {
+    // A port that another program has taken must keep its TIOCEXCL.
+    if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
+    sp_close(port_.get());
+  }
+
+  /// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every
+  /// other twocone.
+  Status take_alone(bool& is_busy);
+  Status set_up(int baud);
+
+  Status write(std::span<const std::uint8_t> bytes, Deadline deadline) override;
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override;
+  Status discard_input() override;
+
+ private:
+  [[nodiscard]] Error gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
+  /// Waits for `events`. Errors: kTimeout, kDisconnected.
+  [[nodiscard]] Status wait_for(short events, Deadline deadline) const;
+
+  const std::string path_;
+  const Port port_;
+  const int descriptor_;
+  bool is_alone_ = false;
+};
+
+Status SerialPort::take_alone(bool& is_busy) {
+  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
+  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
+  if (is_alone_) return {};
+  is_busy = errno == EWOULDBLOCK;
+  const int error = errno;
+  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
+                                                is_busy ? kEndTheOther : kNamePort)};
+}
+
+Status SerialPort::set_up(int baud) {
+  if (sp_set_baudrate(port_.get(), baud) != SP_OK) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
+  }
+  if (sp_set_bits(port_.get(), 8) != SP_OK || sp_set_parity(port_.get(), SP_PARITY_NONE) != SP_OK ||
+      sp_set_stopbits(port_.get(), 1) != SP_OK || sp_set_flowcontrol(port_.get(), SP_FLOWCONTROL_NONE) != SP_OK) {
+    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
+                                                  last_error(), kNamePort)};
+  }
+  sp_flush(port_.get(), SP_BUF_BOTH);
+  return {};
+}
+
+Status SerialPort::wait_for(short events, Deadline deadline) const {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd entry{descriptor_, events, 0};
+    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
+    if (ready < 0 && errno != EINTR) return gone();
+    if (ready > 0) {
+      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
+      return {};
+    }
+    if (std::chrono::steady_clock::now() >= deadline) {
+      // A port whose device is gone may look like a silent one.
+      if (sp_input_waiting(port_.get()) < 0) return gone();
+      return Error{ErrorCode::kTimeout, "no answer"};
+    }
+  }
+}
+
+Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
+  while (!bytes.empty()) {
+    const auto sent = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
+    if (sent < 0) return gone();
+    bytes = bytes.subspan(std::size_t(sent));
+    if (bytes.empty()) break;
+    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
+      if (ready.error().code != ErrorCode::kTimeout) return ready;
+      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
+    }
+  }
+  return {};
+}
+
+Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
+  while (true) {
+    const auto got = sp_nonblocking_read(port_.get(), room.data(), room.size());
+    if (got < 0) return gone();
+    if (got > 0) return std::size_t(got);
+    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
+    // The port is readable but has nothing to read: its device is gone.
+    if (sp_input_waiting(port_.get()) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
+  }
+}
+
+Status SerialPort::discard_input() {
+  if (sp_input_waiting(port_.get()) < 0 || sp_flush(port_.get(), SP_BUF_INPUT) != SP_OK) return gone();
+  return {};
+}
+
+Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
+  std::error_code none;
+  const fs::path device = fs::canonical(path, none);
+  if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
+  sp_port* raw = nullptr;
+  if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
+    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
+  }
+  Port port(raw);
+  if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
+    const int error = sp_last_error_code();
+    is_busy = error == EBUSY;
+    return Error{code_of(error), fmt::format("{}: {}{}", path, last_error(), advice_for(error))};
+  }
+  int descriptor = -1;
+  if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {
+    sp_close(port.get());
+    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor{}", path, kNamePort)};
+  }
+  auto opened = std::make_unique<SerialPort>(path, std::move(port), descriptor);
+  if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();
+  if (auto set = opened->set_up(baud); !set) return set.error();
+  return Connection{std::move(opened), descriptor};
+}
+
 }  // namespace
 
 std::string_view why_not() { return ""; }
@@ -100,121 +228,13 @@ std::vector<PortInfo> list_ports() {
   return found;
 }
 
-Result<std::unique_ptr<SerialPort>> SerialPort::open(const std::string& path, int baud) {
+Result<Connection> open_port(const std::string& path, int baud) {
   for (const auto deadline = std::chrono::steady_clock::now() + kWatchdogGoes;;) {
     bool is_busy = false;
     auto port = open_once(path, baud, is_busy);
     if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-}
-
-Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& path, int baud, bool& is_busy) {
-  std::error_code none;
-  const fs::path device = fs::canonical(path, none);
-  if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
-  sp_port* raw = nullptr;
-  if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
-  }
-  Port port(raw);
-  if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
-    const int error = sp_last_error_code();
-    is_busy = error == EBUSY;
-    return Error{code_of(error), fmt::format("{}: {}{}", path, last_error(), advice_for(error))};
-  }
-  int descriptor = -1;
-  if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {
-    sp_close(port.get());
-    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor{}", path, kNamePort)};
-  }
-  std::unique_ptr<SerialPort> opened(new SerialPort(path, port.release(), descriptor));
-  if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();
-  if (auto set = opened->set_up(baud); !set) return set.error();
-  return opened;
-}
-
-/// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every other
-/// twocone.
-Status SerialPort::take_alone(bool& is_busy) {
-  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
-  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
-  if (is_alone_) return {};
-  is_busy = errno == EWOULDBLOCK;
-  const int error = errno;
-  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
-                                                is_busy ? kEndTheOther : kNamePort)};
-}
-
-Status SerialPort::set_up(int baud) {
-  if (sp_set_baudrate(port_, baud) != SP_OK) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
-  }
-  if (sp_set_bits(port_, 8) != SP_OK || sp_set_parity(port_, SP_PARITY_NONE) != SP_OK ||
-      sp_set_stopbits(port_, 1) != SP_OK || sp_set_flowcontrol(port_, SP_FLOWCONTROL_NONE) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
-                                                  last_error(), kNamePort)};
-  }
-  sp_flush(port_, SP_BUF_BOTH);
-  return {};
-}
-
-SerialPort::~SerialPort() {
-  // A port that another program has taken must keep its TIOCEXCL.
-  if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
-  sp_close(port_);
-  sp_free_port(port_);
-}
-
-Error SerialPort::gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
-
-Status SerialPort::wait_for(short events, Deadline deadline) const {
-  while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    pollfd entry{descriptor_, events, 0};
-    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
-    if (ready < 0 && errno != EINTR) return gone();
-    if (ready > 0) {
-      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
-      return {};
-    }
-    if (std::chrono::steady_clock::now() >= deadline) {
-      // A port whose device is gone may look like a silent one.
-      if (sp_input_waiting(port_) < 0) return gone();
-      return Error{ErrorCode::kTimeout, "no answer"};
-    }
-  }
-}
-
-Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
-  while (!bytes.empty()) {
-    const auto sent = sp_nonblocking_write(port_, bytes.data(), bytes.size());
-    if (sent < 0) return gone();
-    bytes = bytes.subspan(std::size_t(sent));
-    if (bytes.empty()) break;
-    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
-      if (ready.error().code != ErrorCode::kTimeout) return ready;
-      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
-    }
-  }
-  return {};
-}
-
-Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
-  while (true) {
-    const auto got = sp_nonblocking_read(port_, room.data(), room.size());
-    if (got < 0) return gone();
-    if (got > 0) return std::size_t(got);
-    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
-    // The port is readable but has nothing to read: its device is gone.
-    if (sp_input_waiting(port_) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
-  }
-}
-
-Status SerialPort::discard_input() {
-  if (sp_input_waiting(port_) < 0 || sp_flush(port_, SP_BUF_INPUT) != SP_OK) return gone();
-  return {};
 }
 
 }  // namespace twocone::serial
