@@ -257,8 +257,19 @@ void check_part(std::string& bad, const DrivePart& drive) {
   }
 }
 
-Error not_alone(const std::string& part) {
-  return {ErrorCode::kRefused, fmt::format("{}: a part of a simulated robot cannot be opened alone", part)};
+/// Opens a part outside of a robot, by the call `open` of its row.
+template <typename Device, typename Open>
+Result<std::unique_ptr<Device>> open_alone(const Wanted& wanted, Open open) {
+  const auto row = find_row(wanted);
+  if (!row) return row.error();
+  if (is_simulated(wanted)) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: a part of a simulated robot cannot be opened alone", wanted.part)};
+  }
+  Shared shared;
+  Result<std::unique_ptr<Device>> opened = open(**row, shared);
+  if (!opened) return with_name(wanted.part, opened.error());
+  return opened;
 }
 
 }  // namespace
@@ -280,56 +291,41 @@ Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const Camer
   std::string bad;
   check_part(bad, part, camera);
   if (!bad.empty()) throw std::invalid_argument("CameraPart:" + bad);
-  const auto row = find_row({part, true, camera.driver});
-  if (!row) return row.error();
-  if (camera.driver == kSimPovray) return not_alone(part);
-  Shared shared;
-  auto opened = (*row)->open_camera(shared, part.c_str(), camera);
-  if (!opened) return with_name(part, opened.error());
-  return opened;
+  return open_alone<Camera>({part, true, camera.driver}, [&](const Row& row, Shared& shared) {
+    return row.open_camera(shared, part.c_str(), camera);
+  });
 }
 
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
   std::string bad;
   check_part(bad, drive);
   if (!bad.empty()) throw std::invalid_argument("DrivePart:" + bad);
-  const auto row = find_row({kDrivePart, false, drive.driver});
-  if (!row) return row.error();
-  if (drive.driver == kSimPovray) return not_alone(kDrivePart);
-  Shared shared;
-  auto opened = (*row)->open_drive(shared, drive);
-  if (!opened) return with_name(kDrivePart, opened.error());
-  return opened;
+  return open_alone<DiffDrive>({kDrivePart, false, drive.driver},
+                               [&](const Row& row, Shared& shared) { return row.open_drive(shared, drive); });
 }
 
 Status check_cameras_differ(const RobotSettings& settings) {
-  struct Entry {
-    std::string part;
-    const CameraPart* camera;
-    std::string device;  ///< the unique name that the driver uses for it
-  };
-  std::vector<Entry> entries{{"cameras.lower", &settings.lower, {}}, {"cameras.upper", &settings.upper, {}}};
-  for (const OtherCamera& other : settings.others) entries.push_back({other_part(other), &other.part, {}});
+  std::vector<std::pair<std::string, const CameraPart*>> entries{{"cameras.lower", &settings.lower},
+                                                                 {"cameras.upper", &settings.upper}};
+  for (const OtherCamera& other : settings.others) entries.emplace_back(other_part(other), &other.part);
   for (const Row& row : kRows) {
-    if (row.device_ids == nullptr) continue;
-    std::vector<Entry*> of_driver;
+    std::vector<std::string> parts;
     std::vector<std::string> names;
-    for (Entry& entry : entries) {
-      if (entry.camera->driver != row.backend.name) continue;
-      of_driver.push_back(&entry);
-      names.push_back(entry.camera->device.name);
+    for (const auto& [part, camera] : entries) {
+      if (row.device_ids == nullptr || camera->driver != row.backend.name) continue;
+      parts.push_back(part);
+      names.push_back(camera->device.name);
     }
     if (names.empty()) continue;
-    const std::vector<std::string> ids = row.device_ids(std::move(names));
-    for (std::size_t i = 0; i < ids.size(); ++i) of_driver[i]->device = ids[i];
-  }
-  for (auto a = entries.begin(); a != entries.end(); ++a) {
-    for (auto b = a + 1; b != entries.end(); ++b) {
-      if (a->device.empty() || a->camera->driver != b->camera->driver || a->device != b->device) continue;
+    const std::vector<std::string> ids = row.device_ids(names);
+    for (std::size_t a = 0; a < ids.size(); ++a) {
+      const auto same = std::find(ids.begin() + std::ptrdiff_t(a) + 1, ids.end(), ids[a]);
+      if (same == ids.end()) continue;
+      const auto b = std::size_t(same - ids.begin());
       return Error{ErrorCode::kRefused,
                    fmt::format("{} ('{}') and {} ('{}') are one camera, {}; give each its own device:, as twocone "
                                "devices lists them",
-                               a->part, a->camera->device.name, b->part, b->camera->device.name, a->device)};
+                               parts[a], names[a], parts[b], names[b], ids[a])};
     }
   }
   return {};
