@@ -8,7 +8,6 @@
 
 #include <libcamera/logging.h>
 
-#include "drivers/libcamera_camera/camera.h"
 #include "drivers/libcamera_camera/device.h"
 
 namespace twocone::libcamera_camera {
