@@ -13,6 +13,7 @@
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
 #include "hal/camera_device.h"
+#include "hal/device_info.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"
 #include "hal/robot.h"
@@ -91,15 +92,9 @@ struct RobotSettings {
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
-/// A device of this machine that a robot file can name.
-struct Device {
-  std::string driver;
-  std::string name;  ///< for the robot file: if possible, a name that remains the same when it is plugged in again
-  std::string what;  ///< maker, model, present place
-  std::vector<std::string> details;  ///< formats and sizes of a camera
-};
+/// What list_devices() found.
 struct Devices {
-  std::vector<Device> found;
+  std::vector<DeviceInfo> found;
   /// Kinds of devices that could not be searched for, each with the reason.
   std::vector<std::string> not_looked_for;
 };

@@ -8,6 +8,7 @@
 
 #include "hal/camera.h"
 #include "hal/camera_device.h"
+#include "hal/device_info.h"
 
 /// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.
 ///
@@ -30,13 +31,9 @@ using LibcameraSettings = CameraDevice;
 /// @throws std::invalid_argument naming every bad field
 inline void check(const LibcameraSettings& settings) { twocone::check(settings, "LibcameraSettings"); }
 
-struct CameraInfo {
-  std::string id;
-  std::string model;
-  std::vector<std::string> formats;
-};
+/// Lists the cameras: `name` is libcamera's id, `what` the model, `details` the formats.
 /// Errors: kUnavailable (no module; libcamera does not start).
-Result<std::vector<CameraInfo>> list_cameras();
+Result<std::vector<DeviceInfo>> list_cameras();
 
 /// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
 Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings);

@@ -62,7 +62,7 @@ const Result<const Module*>& module() {
 
 std::string_view why_not() { return ""; }
 
-Result<std::vector<CameraInfo>> list_cameras() {
+Result<std::vector<DeviceInfo>> list_cameras() {
   if (!module()) return module().error();
   return (*module())->list_cameras();
 }

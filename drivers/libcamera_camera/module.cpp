@@ -36,13 +36,13 @@ class Silence {
   const bool is_ours_ = !was_asked_for();
 };
 
-Result<std::vector<CameraInfo>> list() {
+Result<std::vector<DeviceInfo>> list() {
   const Silence silence;
   const auto manager = Manager::use();
   if (!manager) return manager.error();
-  std::vector<CameraInfo> cameras;
+  std::vector<DeviceInfo> cameras;
   for (const auto& camera : (*manager)->cameras()) {
-    cameras.push_back({printable(camera->id()), model_of(*camera), formats_of(*camera)});
+    cameras.push_back({.name = printable(camera->id()), .what = model_of(*camera), .details = formats_of(*camera)});
   }
   return cameras;
 }

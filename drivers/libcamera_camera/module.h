@@ -10,7 +10,7 @@ namespace twocone::libcamera_camera {
 
 /// The functions that the module offers to the program that loads it. Module and program must be of the same build.
 struct Module {
-  Result<std::vector<CameraInfo>> (*list_cameras)();
+  Result<std::vector<DeviceInfo>> (*list_cameras)();
   /// @param settings checked
   Result<std::unique_ptr<Camera>> (*open_camera)(const LibcameraSettings& settings);
 };

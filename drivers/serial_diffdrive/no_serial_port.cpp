@@ -7,7 +7,7 @@ namespace twocone::serial {
 
 std::string_view why_not() { return "it was built without libserialport (Debian: libserialport-dev)"; }
 
-std::vector<PortInfo> list_ports() { return {}; }
+std::vector<DeviceInfo> list_ports() { return {}; }
 
 Result<Connection> open_port(const std::string& /*path*/, int /*baud*/) {
   return Error{ErrorCode::kUnavailable, std::string(why_not())};

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -210,21 +211,22 @@ Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
 
 std::string_view why_not() { return ""; }
 
-std::vector<PortInfo> list_ports() {
+std::vector<DeviceInfo> list_ports() {
   sp_port** ports = nullptr;
   if (sp_list_ports(&ports) != SP_OK) return {};
-  std::vector<PortInfo> found;
+  std::map<std::string, DeviceInfo> by_path;
   for (sp_port** port = ports; *port != nullptr; ++port) {
-    PortInfo info;
-    info.path = sp_get_port_name(*port);
-    info.stable_path = stable_path_of(info.path);
-    info.description = text_of(sp_get_port_description(*port));
+    const std::string path = sp_get_port_name(*port);
+    const std::string stable_path = stable_path_of(path);
+    std::string description = text_of(sp_get_port_description(*port));
     const std::string serial = text_of(sp_get_port_usb_serial(*port));
-    if (!serial.empty()) info.description += fmt::format(", serial number {}", serial);
-    found.push_back(std::move(info));
+    if (!serial.empty()) description += fmt::format(", serial number {}", serial);
+    by_path[path] = {.name = stable_path.empty() ? path : stable_path,
+                     .what = description.empty() ? path : fmt::format("{} ({})", description, path)};
   }
   sp_free_port_list(ports);
-  std::sort(found.begin(), found.end(), [](const PortInfo& a, const PortInfo& b) { return a.path < b.path; });
+  std::vector<DeviceInfo> found;
+  for (auto& [path, info] : by_path) found.push_back(std::move(info));
   return found;
 }
 

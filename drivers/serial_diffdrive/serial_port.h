@@ -5,17 +5,14 @@
 #include <vector>
 
 #include "drivers/serial_diffdrive/transport.h"
+#include "hal/device_info.h"
 #include "hal/result.h"
 
 namespace twocone::serial {
 
-/// A serial port of this machine, as `twocone devices` lists it.
-struct PortInfo {
-  std::string path;         ///< /dev/ttyUSB0; may change when the device is plugged in again
-  std::string stable_path;  ///< /dev/serial/by-id/...; empty: it has none
-  std::string description;  ///< maker, product, serial number, as far as they are reported
-};
-std::vector<PortInfo> list_ports();
+/// Lists the serial ports of this machine. `what` is maker, product, serial number, as far as they are reported, and
+/// the present path.
+std::vector<DeviceInfo> list_ports();
 
 /// Opens a port that only this program uses (by TIOCEXCL, and by a lock that also excludes root's other programs). If
 /// it is busy, waits briefly for the watchdog of a program that just ended.
