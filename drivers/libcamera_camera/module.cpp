@@ -38,7 +38,7 @@ class Silence {
 
 Result<std::vector<DeviceInfo>> list() {
   const Silence silence;
-  const auto manager = Manager::use();
+  const auto manager = use_manager();
   if (!manager) return manager.error();
   std::vector<DeviceInfo> cameras;
   for (const auto& camera : (*manager)->cameras()) {
