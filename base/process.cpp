@@ -18,8 +18,7 @@ namespace {
 /// Waits for a process that ends soon, because it has ended or was killed, and returns its status.
 int reap(pid_t pid) noexcept {
   int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
+  static_cast<void>(TEMP_FAILURE_RETRY(::waitpid(pid, &status, 0)));
   return status;
 }
 

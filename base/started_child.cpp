@@ -35,10 +35,10 @@ std::vector<char*> pointers(const std::vector<std::string>& strings) {
   return result;
 }
 
-/// The child sends this to its parent if it cannot become the program.
+/// The child sends this to its parent if it cannot become the program. The text is a literal, so it has the same
+/// address in both.
 struct StartFailure {
-  enum Step : int { kFolder, kDescriptors, kConfinement, kExec };
-  int step;
+  const char* step;
   int error;
 };
 
@@ -59,7 +59,7 @@ struct ChildPlan {
 };
 
 [[noreturn]] void become_program(const ChildPlan& plan) {
-  const auto fail = [&plan](StartFailure::Step step) {
+  const auto fail = [&plan](const char* step) {
     const StartFailure failure{step, errno};
     // The message is smaller than PIPE_BUF, so it is written whole or not at all. In the latter case the parent sees
     // exit status 127.
@@ -76,33 +76,20 @@ struct ChildPlan {
   }
   Process::unblock_signals();
   ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
-  if (::chdir(plan.folder) != 0) fail(StartFailure::kFolder);
+  if (::chdir(plan.folder) != 0) fail("entering the folder");
   if (::dup2(plan.input_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
       ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
-    fail(StartFailure::kDescriptors);
+    fail("arranging the descriptors");
   }
   for (int i = 0; i < plan.input_count; ++i) {
-    if (::dup2(plan.inputs[i], kChildInput + i) < 0) fail(StartFailure::kDescriptors);
+    if (::dup2(plan.inputs[i], kChildInput + i) < 0) fail("arranging the descriptors");
   }
   // A library of the calling program may have left descriptors without close-on-exec.
   ::syscall(SYS_close_range, unsigned(kChildInput + plan.input_count), ~0U, CLOSE_RANGE_CLOEXEC);
-  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail(StartFailure::kConfinement);
+  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail("confining the program");
   ::execve(plan.program, plan.arguments, plan.environment);
-  fail(StartFailure::kExec);
+  fail("starting the program");
   ::_exit(127);
-}
-
-const char* describe(int step) {
-  switch (step) {
-    case StartFailure::kFolder:
-      return "entering the folder";
-    case StartFailure::kDescriptors:
-      return "arranging the descriptors";
-    case StartFailure::kConfinement:
-      return "confining the program";
-    default:
-      return "starting the program";
-  }
 }
 
 }  // namespace
@@ -179,12 +166,8 @@ StartedChild::StartedChild(const Program& program) {
   failure.write.reset();
   // This read ends as soon as exec closes the other end.
   StartFailure what{};
-  ssize_t got = 0;
-  do {
-    got = ::read(failure.read.get(), &what, sizeof what);
-  } while (got < 0 && errno == EINTR);
-  if (got == sizeof what) {
-    throw std::system_error(what.error, std::generic_category(), describe(what.step));
+  if (TEMP_FAILURE_RETRY(::read(failure.read.get(), &what, sizeof what)) == sizeof what) {
+    throw std::system_error(what.error, std::generic_category(), what.step);
   }
 }
 

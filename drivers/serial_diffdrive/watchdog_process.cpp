@@ -142,12 +142,8 @@ bool keep_only(int port, int pipe) {
 /// Returns whether the watchdog reports that it is ready.
 bool is_ready(int pipe) {
   pollfd entry{pipe, POLLIN, 0};
-  int ready = 0;
-  do {
-    ready = ::poll(&entry, 1, kPosted_ms);
-  } while (ready < 0 && errno == EINTR);
   char word = 0;
-  return ready > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
+  return TEMP_FAILURE_RETRY(::poll(&entry, 1, kPosted_ms)) > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
 }
 
 }  // namespace
