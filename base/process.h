@@ -12,7 +12,7 @@
 namespace twocone::base {
 
 /// A child process of this program. Every child process of the product is made here: started_child.h and
-/// child_process.h start other programs, and a few callers continue in a copy of this one.
+/// child_process.h start other programs; the watchdog of the wheels continues in a copy of this one.
 class Process {
  public:
   /// Owns no process.

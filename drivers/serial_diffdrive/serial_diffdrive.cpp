@@ -41,10 +41,6 @@ constexpr milliseconds kSending{20};
 // The watchdog writes kStopsInARow stops in a row. Each may disturb one try of an exchange; one more try follows.
 constexpr int kCrossedTries = kStopsInARow + 1;
 
-std::string milliseconds_of(std::chrono::nanoseconds time) {
-  return fmt::format("{:g} ms", std::chrono::duration<double, std::milli>(time).count());
-}
-
 /// Describes the bytes that arrived instead of a controller's answers.
 std::string quote(const MonitoredTransport& monitor) {
   const std::string& text = monitor.beginning();
@@ -70,8 +66,9 @@ void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimi
   if (own && *own <= limits.command_timeout) return;
   throw std::invalid_argument(
       fmt::format("SerialDriveSettings: watchdog is switched off, but the controller's own time-out is {}, longer than "
-                  "command_timeout, {}",
-                  own ? fmt::format("{} ms", own->count()) : "infinite", milliseconds_of(limits.command_timeout)));
+                  "command_timeout, {:g} ms",
+                  own ? fmt::format("{} ms", own->count()) : "infinite",
+                  std::chrono::duration<double, std::milli>(limits.command_timeout).count()));
 }
 
 class SerialDiffDrive final : public DiffDrive {
