@@ -32,25 +32,21 @@ ScratchFolder::ScratchFolder(const std::vector<fs::path>& roots) {
   }
   if (path_.empty()) throw_errno("no folder for images");
   try {
-    start_janitor();
+    Pipe pipe = make_pipe();
+    Program janitor;
+    janitor.path = "/bin/sh";
+    janitor.arguments = {"-c", kJanitor, "twocone-janitor", path_.string()};
+    janitor.environment = {"PATH=/usr/bin:/bin"};
+    janitor.folder = "/";
+    janitor.output = false;
+    janitor.input = pipe.read.get();
+    janitor.outlives = true;
+    janitor_.emplace(janitor);
+    alive_ = std::move(pipe.write);
   } catch (const std::system_error&) {
     ::rmdir(path_.c_str());
     throw;
   }
-}
-
-void ScratchFolder::start_janitor() {
-  Pipe pipe = make_pipe();
-  Program janitor;
-  janitor.path = "/bin/sh";
-  janitor.arguments = {"-c", kJanitor, "twocone-janitor", path_.string()};
-  janitor.environment = {"PATH=/usr/bin:/bin"};
-  janitor.folder = "/";
-  janitor.output = false;
-  janitor.input = pipe.read.get();
-  janitor.outlives = true;
-  janitor_.emplace(janitor);
-  alive_ = std::move(pipe.write);
 }
 
 ScratchFolder::~ScratchFolder() {

@@ -24,8 +24,6 @@ class ScratchFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  void start_janitor();
-
   std::filesystem::path path_;
   UniqueFd alive_;  ///< the janitor waits until this is closed
   std::optional<StartedChild> janitor_;

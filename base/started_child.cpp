@@ -45,16 +45,12 @@ struct StartFailure {
 /// Everything that the child needs between fork and exec. Only async-signal-safe calls are allowed there, so the child
 /// may allocate nothing.
 struct ChildPlan {
-  const char* program;
-  const char* folder;
+  const Program& program;
   char* const* arguments;
   char* const* environment;
   int input_fd, output_fd, errors_fd, failure_fd;
-  const int* inputs;
-  int input_count;
+  const std::vector<UniqueFd>& inputs;
   pid_t parent;
-  bool outlives;
-  Confinement::Kind confinement;
   int ruleset_fd;
 };
 
@@ -66,7 +62,8 @@ struct ChildPlan {
     [[maybe_unused]] const auto written = ::write(plan.failure_fd, &failure, sizeof failure);
     ::_exit(127);
   };
-  if (plan.outlives) {
+  const Program& program = plan.program;
+  if (program.outlives) {
     ::setsid();  // Ctrl-C and the end of the terminal must not stop it
   } else {
     ::setpgid(0, 0);
@@ -76,18 +73,21 @@ struct ChildPlan {
   }
   Process::unblock_signals();
   ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
-  if (::chdir(plan.folder) != 0) fail("entering the folder");
+  if (::chdir(program.folder.c_str()) != 0) fail("entering the folder");
   if (::dup2(plan.input_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
       ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
     fail("arranging the descriptors");
   }
-  for (int i = 0; i < plan.input_count; ++i) {
-    if (::dup2(plan.inputs[i], kChildInput + i) < 0) fail("arranging the descriptors");
+  int next = kChildInput;
+  for (const UniqueFd& input : plan.inputs) {
+    if (::dup2(input.get(), next++) < 0) fail("arranging the descriptors");
   }
   // A library of the calling program may have left descriptors without close-on-exec.
-  ::syscall(SYS_close_range, unsigned(kChildInput + plan.input_count), ~0U, CLOSE_RANGE_CLOEXEC);
-  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail("confining the program");
-  ::execve(plan.program, plan.arguments, plan.environment);
+  ::syscall(SYS_close_range, unsigned(next), ~0U, CLOSE_RANGE_CLOEXEC);
+  if (program.confinement && !Confinement::enter(program.confinement->kind(), plan.ruleset_fd)) {
+    fail("confining the program");
+  }
+  ::execve(program.path.c_str(), plan.arguments, plan.environment);
   fail("starting the program");
   ::_exit(127);
 }
@@ -113,27 +113,21 @@ std::vector<std::string> own_environment() {
 }
 
 StartedChild::StartedChild(const Program& program) {
-  UniqueFd output_end;
-  if (program.output) {
-    Pipe output = make_pipe();
-    make_non_blocking(output.read.get());
-    output_ = std::move(output.read);
-    output_end = std::move(output.write);
-  }
-  Pipe errors = make_pipe();
-  make_non_blocking(errors.read.get());
-  errors_ = std::move(errors.read);
+  const auto read_by = [](UniqueFd& reader) {
+    Pipe pipe = make_pipe();
+    make_non_blocking(pipe.read.get());
+    reader = std::move(pipe.read);
+    return std::move(pipe.write);
+  };
+  const UniqueFd output = program.output ? read_by(output_) : UniqueFd();
+  const UniqueFd errors = read_by(errors_);
   Pipe failure = make_pipe();
   const UniqueFd low_null(::open("/dev/null", O_RDWR | O_CLOEXEC));
   if (!low_null.valid()) throw_errno("/dev/null");
   const UniqueFd null = lifted(low_null.get());
   const UniqueFd standard_input = lifted(program.input < 0 ? low_null.get() : program.input);
   std::vector<UniqueFd> inputs;
-  std::vector<int> input_numbers;
-  for (const int input : program.inputs) {
-    inputs.push_back(lifted(input));
-    input_numbers.push_back(inputs.back().get());
-  }
+  for (const int input : program.inputs) inputs.push_back(lifted(input));
 
   UniqueFd ruleset;
   if (program.confinement) {
@@ -145,19 +139,15 @@ StartedChild::StartedChild(const Program& program) {
   arguments.insert(arguments.end(), program.arguments.begin(), program.arguments.end());
   const auto argument_pointers = pointers(arguments);
   const auto environment_pointers = pointers(program.environment);
-  const ChildPlan plan{program.path.c_str(),
-                       program.folder.c_str(),
+  const ChildPlan plan{program,
                        argument_pointers.data(),
                        environment_pointers.data(),
                        standard_input.get(),
-                       program.output ? output_end.get() : null.get(),
-                       errors.write.get(),
+                       program.output ? output.get() : null.get(),
+                       errors.get(),
                        failure.write.get(),
-                       input_numbers.data(),
-                       int(input_numbers.size()),
+                       inputs,
                        ::getpid(),
-                       program.outlives,
-                       program.confinement ? program.confinement->kind() : Confinement::Kind::kNone,
                        ruleset.get()};
   process_ = Process([&plan] { become_program(plan); });
   // Parent and child both set the group, because either may run first. After exec this call fails, but then the child
