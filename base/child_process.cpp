@@ -62,16 +62,6 @@ ChildResult::End watch(const StartedChild& child, const ChildRequest& request, S
   }
 }
 
-ChildResult run(const ChildRequest& request) {
-  const SteadyTime deadline = deadline_after(request.timeout);
-  StartedChild child(request.program);
-  ChildResult result;
-  result.end = watch(child, request, deadline, result);
-  result.wait_status = child.end();
-  if (result.errors.size() > kMaxErrors) result.errors.erase(0, result.errors.size() - kMaxErrors);
-  return result;
-}
-
 }  // namespace
 
 StopSignal::StopSignal() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -92,7 +82,13 @@ void StopSignal::lower() {
 
 ChildResult run_child(const ChildRequest& request) {
   try {
-    return run(request);
+    const SteadyTime deadline = deadline_after(request.timeout);
+    StartedChild child(request.program);
+    ChildResult result;
+    result.end = watch(child, request, deadline, result);
+    result.wait_status = child.end();
+    if (result.errors.size() > kMaxErrors) result.errors.erase(0, result.errors.size() - kMaxErrors);
+    return result;
   } catch (const std::system_error& e) {
     return {ChildResult::End::kNotStarted, 0, {}, e.what(), {}};
   }

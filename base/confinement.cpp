@@ -14,13 +14,10 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <system_error>
 #include <utility>
 
 namespace twocone::base {
 namespace {
-
-[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
 // ---- Landlock: a copy of linux/landlock.h of Linux 6.12, because the header of an older system lacks part of it. The
 // numbers of the system calls are the same on all processors.
@@ -55,10 +52,8 @@ constexpr std::uint64_t kAllScopes = 3;
 /// All rights on files that a version supports. Version 1 has 13; later versions add moving between folders, truncating
 /// and controlling devices.
 constexpr std::uint64_t all_files(int version) {
-  if (version >= 5) return (1U << 16U) - 1;
-  if (version >= 3) return (1U << 15U) - 1;
-  if (version >= 2) return (1U << 14U) - 1;
-  return (1U << 13U) - 1;
+  const unsigned count = version >= 5 ? 16 : version >= 3 ? 15 : version >= 2 ? 14 : 13;
+  return (1U << count) - 1;
 }
 /// Rights that a rule may grant for a file (not a folder).
 constexpr std::uint64_t kOfFiles = kExecute | kWriteFile | kReadFile | kTruncate | kDeviceControl;
@@ -226,17 +221,11 @@ Confinement::Confinement(std::vector<std::string> readable, bool landlock)
 UniqueFd Confinement::ruleset(const std::string& writable) const {
   if (kind_ != Kind::kLandlock) return {};
   const int version = landlock_version();
-  RulesetAttributes attributes;
-  attributes.files = all_files(version);
-  std::size_t size = offsetof(RulesetAttributes, net);
-  if (version >= 4) {
-    attributes.net = kAllNet;
-    size = offsetof(RulesetAttributes, scoped);
-  }
-  if (version >= 6) {
-    attributes.scoped = kAllScopes;
-    size = sizeof attributes;
-  }
+  // An older version refuses a structure with the members of a later one.
+  const RulesetAttributes attributes{all_files(version), kAllNet, kAllScopes};
+  const std::size_t size = version >= 6   ? sizeof attributes
+                           : version >= 4 ? offsetof(RulesetAttributes, scoped)
+                                          : offsetof(RulesetAttributes, net);
   UniqueFd ruleset(int(::syscall(kCreateRuleset, &attributes, size, 0U)));
   if (!ruleset.valid()) throw_errno("landlock_create_ruleset");
   for (const std::string& path : readable_) {

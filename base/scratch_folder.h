@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "base/started_child.h"
@@ -25,11 +24,9 @@ class ScratchFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  void start_janitor();
-
   std::filesystem::path path_;
   UniqueFd alive_;  ///< the janitor waits until this is closed
-  pid_t janitor_ = -1;
+  std::optional<StartedChild> janitor_;
 };
 
 /// The folders to try, in this order: XDG_RUNTIME_DIR if it is set, /dev/shm, /tmp.

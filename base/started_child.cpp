@@ -4,45 +4,23 @@
 #include <fcntl.h>
 #include <linux/close_range.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <time.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <system_error>
 
 namespace twocone::base {
 namespace {
 
-[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
-
-/// Above every number that the child gives its own descriptors, so that arranging these overwrites none.
-constexpr int kFirstSafeFd = 10;
-
-UniqueFd lifted(int fd) {
-  UniqueFd high(::fcntl(fd, F_DUPFD_CLOEXEC, kFirstSafeFd));
-  if (!high.valid()) throw_errno("fcntl");
-  return high;
-}
-
-struct Pipe {
-  UniqueFd read;
-  UniqueFd write;
-};
-
-Pipe make_pipe() {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw_errno("pipe2");
-  const UniqueFd low_read(ends[0]);
-  const UniqueFd low_write(ends[1]);
-  return {lifted(low_read.get()), lifted(low_write.get())};
-}
+namespace fs = std::filesystem;
 
 void make_non_blocking(int fd) {
   if (::fcntl(fd, F_SETFL, O_NONBLOCK) != 0) throw_errno("fcntl");
@@ -57,135 +35,99 @@ std::vector<char*> pointers(const std::vector<std::string>& strings) {
   return result;
 }
 
-/// The child sends this to its parent if it cannot become the program.
+/// The child sends this to its parent if it cannot become the program. The text is a literal, so it has the same
+/// address in both.
 struct StartFailure {
-  enum Step : int { kFolder, kDescriptors, kConfinement, kExec };
-  int step;
+  const char* step;
   int error;
 };
 
 /// Everything that the child needs between fork and exec. Only async-signal-safe calls are allowed there, so the child
 /// may allocate nothing.
 struct ChildPlan {
-  const char* program;
-  const char* folder;
+  const Program& program;
   char* const* arguments;
   char* const* environment;
-  int null_fd, output_fd, errors_fd, failure_fd;
-  const int* inputs;
-  int input_count;
+  int input_fd, output_fd, errors_fd, failure_fd;
+  const std::vector<UniqueFd>& inputs;
   pid_t parent;
-  Confinement::Kind confinement;
   int ruleset_fd;
 };
 
 [[noreturn]] void become_program(const ChildPlan& plan) {
-  const auto fail = [&plan](StartFailure::Step step) {
+  const auto fail = [&plan](const char* step) {
     const StartFailure failure{step, errno};
     // The message is smaller than PIPE_BUF, so it is written whole or not at all. In the latter case the parent sees
     // exit status 127.
     [[maybe_unused]] const auto written = ::write(plan.failure_fd, &failure, sizeof failure);
     ::_exit(127);
   };
-  ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // If the parent ended between fork and prctl, the signal never comes.
-  if (::getppid() != plan.parent) ::_exit(127);
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
-  if (::chdir(plan.folder) != 0) fail(StartFailure::kFolder);
-  if (::dup2(plan.null_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
-      ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
-    fail(StartFailure::kDescriptors);
+  const Program& program = plan.program;
+  if (program.outlives) {
+    ::setsid();  // Ctrl-C and the end of the terminal must not stop it
+  } else {
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    // If the parent ended between fork and prctl, the signal never comes.
+    if (::getppid() != plan.parent) ::_exit(127);
   }
-  for (int i = 0; i < plan.input_count; ++i) {
-    if (::dup2(plan.inputs[i], kChildInput + i) < 0) fail(StartFailure::kDescriptors);
+  Process::unblock_signals();
+  ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
+  if (::chdir(program.folder.c_str()) != 0) fail("entering the folder");
+  if (::dup2(plan.input_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
+      ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
+    fail("arranging the descriptors");
+  }
+  int next = kChildInput;
+  for (const UniqueFd& input : plan.inputs) {
+    if (::dup2(input.get(), next++) < 0) fail("arranging the descriptors");
   }
   // A library of the calling program may have left descriptors without close-on-exec.
-  ::syscall(SYS_close_range, unsigned(kChildInput + plan.input_count), ~0U, CLOSE_RANGE_CLOEXEC);
-  if (!Confinement::enter(plan.confinement, plan.ruleset_fd)) fail(StartFailure::kConfinement);
-  ::execve(plan.program, plan.arguments, plan.environment);
-  fail(StartFailure::kExec);
+  ::syscall(SYS_close_range, unsigned(next), ~0U, CLOSE_RANGE_CLOEXEC);
+  if (program.confinement && !Confinement::enter(program.confinement->kind(), plan.ruleset_fd)) {
+    fail("confining the program");
+  }
+  ::execve(program.path.c_str(), plan.arguments, plan.environment);
+  fail("starting the program");
   ::_exit(127);
 }
 
-const char* describe(int step) {
-  switch (step) {
-    case StartFailure::kFolder:
-      return "entering the folder";
-    case StartFailure::kDescriptors:
-      return "arranging the descriptors";
-    case StartFailure::kConfinement:
-      return "confining the program";
-    default:
-      return "starting the program";
-  }
-}
-
 }  // namespace
 
-UniqueFd& UniqueFd::operator=(UniqueFd&& other) noexcept {
-  if (this != &other) {
-    reset();
-    std::swap(fd_, other.fd_);
+std::optional<std::string> find_program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return name;
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path program = fs::path(folder) / name;
+    std::error_code error;
+    if (fs::is_regular_file(program, error) && ::access(program.c_str(), X_OK) == 0) return program.string();
   }
-  return *this;
+  return std::nullopt;
 }
 
-void UniqueFd::reset() {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = -1;
-}
-
-namespace {
-
-UniqueFd filled_file(const char* name, const std::string& content, unsigned flags) {
-  UniqueFd fd(::memfd_create(name, MFD_CLOEXEC | flags));
-  if (!fd.valid()) throw_errno("memfd_create");
-  std::size_t done = 0;
-  while (done < content.size()) {
-    const auto written = ::write(fd.get(), content.data() + done, content.size() - done);
-    if (written < 0 && errno != EINTR) throw_errno("write");
-    if (written > 0) done += std::size_t(written);
-  }
-  return fd;
-}
-
-}  // namespace
-
-UniqueFd memory_file(const char* name, const std::string& content) { return filled_file(name, content, 0); }
-
-UniqueFd sealed_file(const char* name, const std::string& content) {
-  UniqueFd fd = filled_file(name, content, MFD_ALLOW_SEALING);
-  if (::fcntl(fd.get(), F_ADD_SEALS, F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0) {
-    throw_errno("sealing a memory file");
-  }
-  return fd;
+std::vector<std::string> own_environment() {
+  std::vector<std::string> variables;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) variables.emplace_back(*entry);
+  return variables;
 }
 
 StartedChild::StartedChild(const Program& program) {
-  UniqueFd output_end;
-  if (program.output) {
-    Pipe output = make_pipe();
-    make_non_blocking(output.read.get());
-    output_ = std::move(output.read);
-    output_end = std::move(output.write);
-  }
-  Pipe errors = make_pipe();
-  make_non_blocking(errors.read.get());
-  errors_ = std::move(errors.read);
+  const auto read_by = [](UniqueFd& reader) {
+    Pipe pipe = make_pipe();
+    make_non_blocking(pipe.read.get());
+    reader = std::move(pipe.read);
+    return std::move(pipe.write);
+  };
+  const UniqueFd output = program.output ? read_by(output_) : UniqueFd();
+  const UniqueFd errors = read_by(errors_);
   Pipe failure = make_pipe();
   const UniqueFd low_null(::open("/dev/null", O_RDWR | O_CLOEXEC));
   if (!low_null.valid()) throw_errno("/dev/null");
   const UniqueFd null = lifted(low_null.get());
+  const UniqueFd standard_input = lifted(program.input < 0 ? low_null.get() : program.input);
   std::vector<UniqueFd> inputs;
-  std::vector<int> input_numbers;
-  for (const int input : program.inputs) {
-    inputs.push_back(lifted(input));
-    input_numbers.push_back(inputs.back().get());
-  }
+  for (const int input : program.inputs) inputs.push_back(lifted(input));
 
   UniqueFd ruleset;
   if (program.confinement) {
@@ -197,57 +139,41 @@ StartedChild::StartedChild(const Program& program) {
   arguments.insert(arguments.end(), program.arguments.begin(), program.arguments.end());
   const auto argument_pointers = pointers(arguments);
   const auto environment_pointers = pointers(program.environment);
-  const ChildPlan plan{program.path.c_str(),
-                       program.folder.c_str(),
+  const ChildPlan plan{program,
                        argument_pointers.data(),
                        environment_pointers.data(),
-                       null.get(),
-                       program.output ? output_end.get() : null.get(),
-                       errors.write.get(),
+                       standard_input.get(),
+                       program.output ? output.get() : null.get(),
+                       errors.get(),
                        failure.write.get(),
-                       input_numbers.data(),
-                       int(input_numbers.size()),
+                       inputs,
                        ::getpid(),
-                       program.confinement ? program.confinement->kind() : Confinement::Kind::kNone,
                        ruleset.get()};
-  pid_ = ::fork();
-  if (pid_ < 0) throw_errno("fork");
-  if (pid_ == 0) become_program(plan);
+  process_ = Process([&plan] { become_program(plan); });
   // Parent and child both set the group, because either may run first. After exec this call fails, but then the child
-  // has set it.
-  ::setpgid(pid_, pid_);
-  pid_fd_ = UniqueFd(int(::syscall(SYS_pidfd_open, pid_, 0U)));
-  if (!pid_fd_.valid()) {
-    const int error = errno;
-    end();
-    throw std::system_error(error, std::generic_category(), "pidfd_open");
-  }
+  // has set it. The leader of a group could not begin a session.
+  if (!program.outlives) ::setpgid(pid(), pid());
   failure.write.reset();
   // This read ends as soon as exec closes the other end.
   StartFailure what{};
-  ssize_t got = 0;
-  do {
-    got = ::read(failure.read.get(), &what, sizeof what);
-  } while (got < 0 && errno == EINTR);
-  if (got == sizeof what) {
-    end();
-    throw std::system_error(what.error, std::generic_category(), describe(what.step));
+  if (TEMP_FAILURE_RETRY(::read(failure.read.get(), &what, sizeof what)) == sizeof what) {
+    throw std::system_error(what.error, std::generic_category(), what.step);
   }
 }
 
 StartedChild::~StartedChild() {
-  if (pid_ > 0) end();
+  if (pid() > 0) end();
 }
 
 std::optional<std::chrono::nanoseconds> StartedChild::cpu() const {
   clockid_t clock{};
   timespec time{};
-  if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return std::nullopt;
+  if (::clock_getcpuclockid(pid(), &clock) != 0 || ::clock_gettime(clock, &time) != 0) return std::nullopt;
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
 std::uint64_t StartedChild::peak_bytes() const {
-  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  std::ifstream status("/proc/" + std::to_string(pid()) + "/status");
   for (std::string word; status >> word;) {
     std::uint64_t kibibytes = 0;
     if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
@@ -256,17 +182,13 @@ std::uint64_t StartedChild::peak_bytes() const {
 }
 
 void StartedChild::kill_group() const {
-  ::kill(-pid_, SIGKILL);
-  ::kill(pid_, SIGKILL);  // the child may not have reached setpgid yet
+  ::kill(-pid(), SIGKILL);
+  process_.signal(SIGKILL);  // the child may not have reached setpgid yet
 }
 
 int StartedChild::end() {
   kill_group();
-  int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-  }
-  pid_ = -1;
-  return status;
+  return process_.kill();
 }
 
 bool drain(int fd, std::string& into) {

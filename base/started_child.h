@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -11,14 +9,16 @@
 #include <vector>
 
 #include "base/confinement.h"
+#include "base/process.h"
 #include "base/unique_fd.h"
 
 namespace twocone::base {
 
-/// Makes a file in memory that holds `content`. @throws std::system_error
-UniqueFd memory_file(const char* name, const std::string& content);
-/// Makes such a file and seals it: nobody can change it afterwards. @throws std::system_error
-UniqueFd sealed_file(const char* name, const std::string& content);
+/// The path of a program: `name` itself if it has a slash, else where PATH has it. None: PATH has no such program.
+std::optional<std::string> find_program(const std::string& name);
+
+/// The environment of this program, as Program::environment requires it.
+std::vector<std::string> own_environment();
 
 /// A program to start.
 struct Program {
@@ -30,11 +30,13 @@ struct Program {
   bool output = true;                                ///< false: its standard output goes to /dev/null
   std::shared_ptr<const Confinement> confinement{};  ///< none: it has the same rights as this program
   std::string writable{};                            ///< the folder where a program confined by Landlock may write
+  int input = -1;                                    ///< becomes its standard input; -1: that is /dev/null
+  bool outlives = false;  ///< it has its own session, and the kernel does not kill it when this program ends
 };
 constexpr int kChildInput = 3;
 
-/// A started program. Its standard input is /dev/null, it inherits no descriptor but its inputs, and it has its own
-/// process group. The kernel kills it if the *thread* that started it ends in any way. (This does not cover processes
+/// A started program. It inherits no descriptor but its inputs, and it has its own process group. Unless it may outlive
+/// this program, the kernel kills it if the *thread* that started it ends in any way. (This does not cover processes
 /// that it starts itself: kill -9 of this program leaves a grandchild behind. POV-Ray starts none.)
 class StartedChild {
  public:
@@ -45,9 +47,9 @@ class StartedChild {
   StartedChild(const StartedChild&) = delete;
   StartedChild& operator=(const StartedChild&) = delete;
 
-  [[nodiscard]] pid_t pid() const { return pid_; }
+  [[nodiscard]] pid_t pid() const { return process_.pid(); }
   /// A descriptor that becomes readable when the child has ended.
-  [[nodiscard]] int end_fd() const { return pid_fd_.get(); }
+  [[nodiscard]] int end_fd() const { return process_.end_fd(); }
   /// Its standard output and error as descriptors that do not block; -1 if the output is not wanted.
   [[nodiscard]] int output_fd() const { return output_.get(); }
   [[nodiscard]] int errors_fd() const { return errors_.get(); }
@@ -65,8 +67,7 @@ class StartedChild {
   int end();
 
  private:
-  pid_t pid_ = -1;
-  UniqueFd pid_fd_;
+  Process process_;
   UniqueFd output_;
   UniqueFd errors_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 namespace twocone::base {
 
 /// Owns a file descriptor.
@@ -21,5 +23,25 @@ class UniqueFd {
  private:
   int fd_ = -1;
 };
+
+/// @throws std::system_error with the present errno; `what` names the call or the file
+[[noreturn]] void throw_errno(const char* what);
+
+/// A pipe. No program that is started inherits its ends, and neither end is a standard stream, even if those are
+/// closed.
+struct Pipe {
+  UniqueFd read;
+  UniqueFd write;
+};
+/// @throws std::system_error
+Pipe make_pipe();
+
+/// Returns a duplicate with the properties of a pipe's ends. @throws std::system_error
+UniqueFd lifted(int fd);
+
+/// Makes a file in memory that holds `content`. @throws std::system_error
+UniqueFd memory_file(const char* name, const std::string& content);
+/// Makes such a file and seals it: nobody can change it afterwards. @throws std::system_error
+UniqueFd sealed_file(const char* name, const std::string& content);
 
 }  // namespace twocone::base

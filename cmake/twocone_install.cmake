@@ -1,13 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 # There are two components. `program` holds the files that a robot needs and that are in the Debian package. `development`
-# is for find_package(twocone) in other projects: the public interface (include/twocone), its shared libraries and a
-# pkg-config file.
+# is for find_package(twocone) in other projects: the public interface (include/twocone), its shared libraries and
+# their files for pkg-config.
 foreach(component twocone localisation)
   install(EXPORT twoconeTargets-${component} NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone
           COMPONENT development)
 endforeach()
-configure_file(cmake/twocone.pc.in ${PROJECT_BINARY_DIR}/twocone.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/twocone.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+# The files for pkg-config find the installation relative to their own folder, so that it can be moved. A folder that was
+# configured as an absolute path stays where it is.
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  set(pc_prefix ${CMAKE_INSTALL_PREFIX})
+else()
+  file(RELATIVE_PATH pc_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+  string(REGEX REPLACE "^(.*)/$" "\${pcfiledir}/\\1" pc_prefix ${pc_prefix})
+endif()
+foreach(folder LIBDIR INCLUDEDIR)
+  set(pc_${folder} ${CMAKE_INSTALL_${folder}})
+  if(NOT IS_ABSOLUTE "${pc_${folder}}")
+    string(PREPEND pc_${folder} "\${prefix}/")
+  endif()
+endforeach()
+set(pc_description_twocone "${PROJECT_DESCRIPTION}")
+set(pc_description_twocone_localisation "Position and heading of a robot from ranges and bearings of landmarks")
+foreach(pc_library twocone twocone_localisation)
+  set(pc_description "${pc_description_${pc_library}}")
+  configure_file(cmake/twocone.pc.in ${PROJECT_BINARY_DIR}/${pc_library}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${pc_library}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+endforeach()
 configure_package_config_file(cmake/twoconeConfig.cmake.in ${PROJECT_BINARY_DIR}/twoconeConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -32,96 +32,22 @@ struct Shared {
   std::unique_ptr<sim_povray::Simulation> simulation;                    ///< sim_povray
 };
 
-using CameraOpener = Result<std::unique_ptr<Camera>> (*)(Shared&, const char* view, const CameraPart&);
-using DriveOpener = Result<std::unique_ptr<DiffDrive>> (*)(Shared&, const DrivePart&);
-
-Result<std::unique_ptr<Camera>> open_memory_camera(Shared& shared, const char*, const CameraPart&) {
-  return std::unique_ptr<Camera>(
-      std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance, memory::test_pattern));
+std::unique_ptr<Camera> open_memory_camera(Shared& shared) {
+  return std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance, memory::test_pattern);
 }
 
-Result<std::unique_ptr<DiffDrive>> open_memory_drive(Shared& shared, const DrivePart& part) {
-  return std::unique_ptr<DiffDrive>(std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits));
+std::unique_ptr<DiffDrive> open_memory_drive(Shared& shared, const DrivePart& part) {
+  return std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits);
 }
 
-Result<std::unique_ptr<Camera>> open_sim_camera(Shared& shared, const char* view, const CameraPart& part) {
-  return shared.simulation->open_camera({view, part.antialias, part.effects});
-}
-
-Result<std::unique_ptr<DiffDrive>> open_sim_drive(Shared& shared, const DrivePart&) {
-  return shared.simulation->open_drive();
-}
-
-v4l2::V4l2Settings to_v4l2(const CameraDevice& device) {
-  v4l2::V4l2Settings settings{device.name, device.format, {}};
-  for (const auto& [name, value] : device.controls) settings.controls.emplace_back(name, std::llround(value));
-  return settings;
-}
-
-libcamera_camera::LibcameraSettings to_libcamera(const CameraDevice& device) {
-  return {device.name, device.format, device.controls};
-}
-
-Result<std::unique_ptr<Camera>> open_v4l2_camera(Shared&, const char*, const CameraPart& part) {
-  auto camera = v4l2::V4l2Camera::open(to_v4l2(part.device));
-  if (!camera) return camera.error();
-  return std::unique_ptr<Camera>(*std::move(camera));
-}
-
-Result<std::unique_ptr<Camera>> open_libcamera_camera(Shared&, const char*, const CameraPart& part) {
-  return libcamera_camera::open_camera(to_libcamera(part.device));
-}
-
-Result<std::unique_ptr<DiffDrive>> open_serial_drive(Shared&, const DrivePart& part) {
-  auto drive = serial::SerialDiffDrive::open(*part.serial, part.limits);
-  if (!drive) return drive.error();
-  return std::unique_ptr<DiffDrive>(*std::move(drive));
-}
-
-/// What `checked` complains about; empty: nothing.
-template <typename Check>
-std::string complaint_of(Check checked) {
-  try {
-    checked();
-    return {};
-  } catch (const std::invalid_argument& complaint) {
-    return complaint.what();
-  }
-}
-
-// ---- checks and lists of each driver
-
-std::string complaint_about_v4l2(const CameraDevice& device) {
-  return complaint_of([&] { v4l2::check(to_v4l2(device)); });
-}
-std::string complaint_about_libcamera(const CameraDevice& device) {
-  return complaint_of([&] { libcamera_camera::check(to_libcamera(device)); });
-}
-
-void list_v4l2(Devices& devices) {
+Result<std::vector<DeviceInfo>> list_v4l2() {
+  std::vector<DeviceInfo> devices;
   for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.found.push_back({std::string(kV4l2Camera), camera.stable_path.empty() ? camera.path : camera.stable_path,
-                             fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
-                             std::move(camera.modes)});
+    devices.push_back({.name = camera.stable_path.empty() ? camera.path : camera.stable_path,
+                       .what = fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
+                       .details = std::move(camera.modes)});
   }
-}
-void list_libcamera(Devices& devices) {
-  auto cameras = libcamera_camera::list_cameras();
-  if (!cameras) {
-    devices.not_looked_for.push_back(fmt::format("{}: {}", kLibcameraCamera, cameras.error().message));
-    return;
-  }
-  for (libcamera_camera::CameraInfo& camera : *cameras) {
-    devices.found.push_back({std::string(kLibcameraCamera), camera.id, camera.model, std::move(camera.formats)});
-  }
-}
-void list_serial_ports(Devices& devices) {
-  for (const serial::PortInfo& port : serial::list_ports()) {
-    devices.found.push_back({std::string(kSerialDiffDrive),
-                             port.stable_path.empty() ? port.path : port.stable_path,
-                             port.description.empty() ? port.path : fmt::format("{} ({})", port.description, port.path),
-                             {}});
-  }
+  return devices;
 }
 
 std::vector<std::string> v4l2_nodes(std::vector<std::string> names) {
@@ -134,46 +60,54 @@ std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   const auto cameras = libcamera_camera::list_cameras();
   if (!cameras) return names;
   for (std::string& name : names) {
-    const auto is_it = [&](const libcamera_camera::CameraInfo& camera) { return camera.model == name; };
+    const auto is_it = [&](const DeviceInfo& camera) { return camera.what == name; };
     if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) continue;
-    name = std::find_if(cameras->begin(), cameras->end(), is_it)->id;
+    name = std::find_if(cameras->begin(), cameras->end(), is_it)->name;
   }
   return names;
 }
 
+using OpenedCamera = Result<std::unique_ptr<Camera>>;
+using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
+
 /// All that the program knows of one driver. Only this table names every driver.
 struct Row {
   Backend backend;
-  CameraOpener open_camera = nullptr;
-  DriveOpener open_drive = nullptr;
-  std::string (*complain)(const CameraDevice&) =
-      nullptr;                       ///< what is wrong with a camera's device keys; empty: nothing
-  void (*list)(Devices&) = nullptr;  ///< adds this machine's devices
+  OpenedCamera (*open_camera)(Shared&, const char* view, const CameraPart&) = nullptr;
+  OpenedDrive (*open_drive)(Shared&, const DrivePart&) = nullptr;
+  void (*check_camera)(const CameraDevice&) = nullptr;  ///< throws std::invalid_argument
+  Result<std::vector<DeviceInfo>> (*list)() = nullptr;  ///< this machine's devices
   /// One id for each name; two names of one camera have equal ids.
   std::vector<std::string> (*device_ids)(std::vector<std::string> names) = nullptr;
 };
 
 using Keys = Backend::Keys;
 const std::array kRows{
-    Row{{kMemory, true, true, ""}, open_memory_camera, open_memory_drive},
-    Row{{kSimPovray, true, true, ""}, open_sim_camera, open_sim_drive},
+    Row{{kMemory, true, true, ""},
+        [](Shared& shared, const char*, const CameraPart&) -> OpenedCamera { return open_memory_camera(shared); },
+        [](Shared& shared, const DrivePart& part) -> OpenedDrive { return open_memory_drive(shared, part); }},
+    Row{{kSimPovray, true, true, ""},
+        [](Shared& shared, const char* view, const CameraPart& part) -> OpenedCamera {
+          return shared.simulation->open_camera({view, part.antialias, part.effects});
+        },
+        [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
     Row{{kV4l2Camera, true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
-        open_v4l2_camera,
+        [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
         nullptr,
-        complaint_about_v4l2,
+        v4l2::check,
         list_v4l2,
         v4l2_nodes},
     Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
-        open_libcamera_camera,
+        [](Shared&, const char*, const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
         nullptr,
-        complaint_about_libcamera,
-        list_libcamera,
+        libcamera_camera::check,
+        libcamera_camera::list_cameras,
         libcamera_ids},
     Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
         nullptr,
-        open_serial_drive,
+        [](Shared&, const DrivePart& part) { return serial::open_drive(*part.serial, part.limits); },
         nullptr,
-        list_serial_ports},
+        []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
 };
 
 const auto kBackends = [] {
@@ -240,14 +174,11 @@ Result<const Row*> find_row(const Wanted& wanted) {
 
 bool is_simulated(const Wanted& wanted) { return wanted.driver == kSimPovray; }
 
-/// The row of every part, after the check that all can be combined.
-Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
+/// Checks that there is a driver for every part, and that all can be combined.
+Status check_drivers(const RobotSettings& settings) {
   const auto parts = parts_of(settings);
-  std::vector<const Row*> rows;
   for (const Wanted& part : parts) {
-    const auto row = find_row(part);
-    if (!row) return row.error();
-    rows.push_back(*row);
+    if (const auto row = find_row(part); !row) return row.error();
   }
   const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
@@ -258,14 +189,16 @@ Result<std::vector<const Row*>> find_rows(const RobotSettings& settings) {
                                                   "camera cannot see a real drive move",
                                                   fmt::join(named, ", "))};
   }
-  return rows;
+  return {};
 }
 
 /// Adds what `checked` complains about to `bad`.
 template <typename Check>
 void collect(std::string& bad, const std::string& part, Check checked) {
-  if (const std::string complaint = complaint_of(checked); !complaint.empty()) {
-    bad += fmt::format("\n  {}: {}", part, complaint);
+  try {
+    checked();
+  } catch (const std::invalid_argument& complaint) {
+    bad += fmt::format("\n  {}: {}", part, complaint.what());
   }
 }
 
@@ -274,8 +207,7 @@ void check_part(std::string& bad, const std::string& part, const CameraPart& cam
   collect(bad, part, [&] { twocone::check(camera.settings); });
   collect(bad, part, [&] { sim_povray::check(sim_povray::ViewSettings{part, camera.antialias, camera.effects}); });
   const Row* const row = find_row(camera.driver);
-  const std::string complaint = row != nullptr && row->complain != nullptr ? row->complain(camera.device) : "";
-  if (!complaint.empty()) bad += fmt::format("\n  {}: {}", part, complaint);
+  if (row != nullptr && row->check_camera != nullptr) collect(bad, part, [&] { row->check_camera(camera.device); });
 }
 
 void check_part(std::string& bad, const DrivePart& drive) {
@@ -289,8 +221,19 @@ void check_part(std::string& bad, const DrivePart& drive) {
   }
 }
 
-Error not_alone(const std::string& part) {
-  return {ErrorCode::kRefused, fmt::format("{}: a part of a simulated robot cannot be opened alone", part)};
+/// Opens a part outside of a robot, by the call `open` of its row.
+template <typename Device, typename Open>
+Result<std::unique_ptr<Device>> open_alone(const Wanted& wanted, Open open) {
+  const auto row = find_row(wanted);
+  if (!row) return row.error();
+  if (is_simulated(wanted)) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: a part of a simulated robot cannot be opened alone", wanted.part)};
+  }
+  Shared shared;
+  Result<std::unique_ptr<Device>> opened = open(**row, shared);
+  if (!opened) return with_name(wanted.part, opened.error());
+  return opened;
 }
 
 }  // namespace
@@ -299,10 +242,15 @@ Devices list_devices() {
   Devices devices;
   for (const Row& row : kRows) {
     if (row.list == nullptr) continue;
-    if (row.backend.available()) {
-      row.list(devices);
-    } else {
-      devices.not_looked_for.push_back(fmt::format("{}: {}", row.backend.name, row.backend.why_not));
+    auto found =
+        row.backend.available() ? row.list() : Error{ErrorCode::kUnavailable, std::string(row.backend.why_not)};
+    if (!found) {
+      devices.not_looked_for.push_back(fmt::format("{}: {}", row.backend.name, found.error().message));
+      continue;
+    }
+    for (DeviceInfo& device : *found) {
+      device.driver = row.backend.name;
+      devices.found.push_back(std::move(device));
     }
   }
   return devices;
@@ -312,56 +260,41 @@ Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const Camer
   std::string bad;
   check_part(bad, part, camera);
   if (!bad.empty()) throw std::invalid_argument("CameraPart:" + bad);
-  const auto row = find_row({part, true, camera.driver});
-  if (!row) return row.error();
-  if (camera.driver == kSimPovray) return not_alone(part);
-  Shared shared;
-  auto opened = (*row)->open_camera(shared, part.c_str(), camera);
-  if (!opened) return with_name(part, opened.error());
-  return opened;
+  return open_alone<Camera>({part, true, camera.driver}, [&](const Row& row, Shared& shared) {
+    return row.open_camera(shared, part.c_str(), camera);
+  });
 }
 
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
   std::string bad;
   check_part(bad, drive);
   if (!bad.empty()) throw std::invalid_argument("DrivePart:" + bad);
-  const auto row = find_row({kDrivePart, false, drive.driver});
-  if (!row) return row.error();
-  if (drive.driver == kSimPovray) return not_alone(kDrivePart);
-  Shared shared;
-  auto opened = (*row)->open_drive(shared, drive);
-  if (!opened) return with_name(kDrivePart, opened.error());
-  return opened;
+  return open_alone<DiffDrive>({kDrivePart, false, drive.driver},
+                               [&](const Row& row, Shared& shared) { return row.open_drive(shared, drive); });
 }
 
 Status check_cameras_differ(const RobotSettings& settings) {
-  struct Entry {
-    std::string part;
-    const CameraPart* camera;
-    std::string device;  ///< the unique name that the driver uses for it
-  };
-  std::vector<Entry> entries{{"cameras.lower", &settings.lower, {}}, {"cameras.upper", &settings.upper, {}}};
-  for (const OtherCamera& other : settings.others) entries.push_back({other_part(other), &other.part, {}});
+  std::vector<std::pair<std::string, const CameraPart*>> entries{{"cameras.lower", &settings.lower},
+                                                                 {"cameras.upper", &settings.upper}};
+  for (const OtherCamera& other : settings.others) entries.emplace_back(other_part(other), &other.part);
   for (const Row& row : kRows) {
-    if (row.device_ids == nullptr) continue;
-    std::vector<Entry*> of_driver;
+    std::vector<std::string> parts;
     std::vector<std::string> names;
-    for (Entry& entry : entries) {
-      if (entry.camera->driver != row.backend.name) continue;
-      of_driver.push_back(&entry);
-      names.push_back(entry.camera->device.name);
+    for (const auto& [part, camera] : entries) {
+      if (row.device_ids == nullptr || camera->driver != row.backend.name) continue;
+      parts.push_back(part);
+      names.push_back(camera->device.name);
     }
     if (names.empty()) continue;
-    const std::vector<std::string> ids = row.device_ids(std::move(names));
-    for (std::size_t i = 0; i < ids.size(); ++i) of_driver[i]->device = ids[i];
-  }
-  for (auto a = entries.begin(); a != entries.end(); ++a) {
-    for (auto b = a + 1; b != entries.end(); ++b) {
-      if (a->device.empty() || a->camera->driver != b->camera->driver || a->device != b->device) continue;
+    const std::vector<std::string> ids = row.device_ids(names);
+    for (std::size_t a = 0; a < ids.size(); ++a) {
+      const auto same = std::find(ids.begin() + std::ptrdiff_t(a) + 1, ids.end(), ids[a]);
+      if (same == ids.end()) continue;
+      const auto b = std::size_t(same - ids.begin());
       return Error{ErrorCode::kRefused,
                    fmt::format("{} ('{}') and {} ('{}') are one camera, {}; give each its own device:, as twocone "
                                "devices lists them",
-                               a->part, a->camera->device.name, b->part, b->camera->device.name, a->device)};
+                               parts[a], names[a], parts[b], names[b], ids[a])};
     }
   }
   return {};
@@ -407,8 +340,7 @@ void check(const RobotSettings& settings) {
 
 Result<Robot> open_robot(const RobotSettings& settings) {
   check(settings);
-  const auto rows = find_rows(settings);
-  if (!rows) return rows.error();
+  if (auto known = check_drivers(settings); !known) return known.error();
   if (auto differ = check_cameras_differ(settings); !differ) return differ.error();
 
   Shared shared;
@@ -426,17 +358,20 @@ Result<Robot> open_robot(const RobotSettings& settings) {
             .frame_timeout = world.attach.empty() ? kFrameTimeout : kServedFrameTimeout,
             .notice = "POV-Ray takes some seconds for the first"};
   }
-  auto lower = (*rows)[0]->open_camera(shared, "lower", settings.lower);
-  if (!lower) return with_name("cameras.lower", lower.error());
-  auto upper = (*rows)[1]->open_camera(shared, "upper", settings.upper);
-  if (!upper) return with_name("cameras.upper", upper.error());
-  auto drive = (*rows)[2]->open_drive(shared, settings.drive);
+  const auto open_view = [&](const std::string& part, const std::string& view, const CameraPart& camera) {
+    OpenedCamera opened = find_row(camera.driver)->open_camera(shared, view.c_str(), camera);
+    return opened ? std::move(opened) : with_name(part, opened.error());
+  };
+  auto lower = open_view("cameras.lower", "lower", settings.lower);
+  if (!lower) return lower.error();
+  auto upper = open_view("cameras.upper", "upper", settings.upper);
+  if (!upper) return upper.error();
+  auto drive = find_row(settings.drive.driver)->open_drive(shared, settings.drive);
   if (!drive) return with_name(kDrivePart, drive.error());
   std::vector<NamedCamera> others;
-  for (std::size_t i = 0; i < settings.others.size(); ++i) {
-    const OtherCamera& wanted = settings.others[i];
-    auto camera = (*rows)[3 + i]->open_camera(shared, wanted.name.c_str(), wanted.part);
-    if (!camera) return with_name(other_part(wanted), camera.error());
+  for (const OtherCamera& wanted : settings.others) {
+    auto camera = open_view(other_part(wanted), wanted.name, wanted.part);
+    if (!camera) return camera.error();
     others.push_back({wanted.name, *std::move(camera), wanted.part.settings});
   }
   return Robot(StereoRig(*std::move(lower), *std::move(upper), settings.max_skew), *std::move(drive), std::move(truth),

@@ -7,12 +7,13 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
+#include "hal/camera_device.h"
+#include "hal/device_info.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"
 #include "hal/robot.h"
@@ -51,15 +52,6 @@ struct Backend {
 std::span<const Backend> backends();
 /// The driver of that name; null: there is none.
 const Backend* find_backend(std::string_view name);
-
-/// A real camera.
-struct CameraDevice {
-  std::string name;                                        ///< the name by which its driver identifies the camera
-  std::string format;                                      ///< V4L2's name of the format; empty: the driver chooses
-  std::vector<std::pair<std::string, double>> controls{};  ///< the driver's names and values, in order
-
-  friend bool operator==(const CameraDevice&, const CameraDevice&) = default;
-};
 
 struct CameraPart {
   std::string driver;
@@ -100,15 +92,9 @@ struct RobotSettings {
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
-/// A device of this machine that a robot file can name.
-struct Device {
-  std::string driver;
-  std::string name;  ///< for the robot file: if possible, a name that remains the same when it is plugged in again
-  std::string what;  ///< maker, model, present place
-  std::vector<std::string> details;  ///< formats and sizes of a camera
-};
+/// What list_devices() found.
 struct Devices {
-  std::vector<Device> found;
+  std::vector<DeviceInfo> found;
   /// Kinds of devices that could not be searched for, each with the reason.
   std::vector<std::string> not_looked_for;
 };

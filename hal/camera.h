@@ -85,4 +85,9 @@ class Camera {
   State state_ = State::kClosed;
 };
 
+/// Configures and starts a camera. A camera that applies another size than the wanted one is refused, because the
+/// calibration holds for one size.
+/// Errors: kRefused and those of Camera::configure and Camera::start, with `name` before them.
+Status start_camera(const std::string& name, Camera& camera, const CameraSettings& wanted);
+
 }  // namespace twocone

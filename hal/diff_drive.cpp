@@ -39,8 +39,4 @@ Result<WheelSpeeds> DiffDrive::set_speeds(const WheelSpeeds& wanted) {
   return applied;
 }
 
-Result<WheelAngles> DiffDrive::read_angles() { return do_read_angles(); }
-
-Status DiffDrive::stop() noexcept { return do_stop(); }
-
 }  // namespace twocone

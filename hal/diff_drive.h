@@ -62,10 +62,10 @@ class DiffDrive {
   Result<WheelSpeeds> set_speeds(const WheelSpeeds& wanted);
 
   /// The newest angles. Errors: kTimeout, kDisconnected, kBadData.
-  Result<WheelAngles> read_angles();
+  Result<WheelAngles> read_angles() { return do_read_angles(); }
 
   /// Stops the wheels now. An error means that the device did not get the command; the dead-man rule then stops them.
-  Status stop() noexcept;
+  Status stop() noexcept { return do_stop(); }
 
   [[nodiscard]] const DriveLimits& limits() const { return limits_; }
   [[nodiscard]] DriveFacts facts() const { return do_tell(); }

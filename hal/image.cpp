@@ -3,39 +3,89 @@
 
 #include <turbojpeg.h>
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <memory>
-#include <vector>
 
 #include <fmt/format.h>
 
-#include "hal/pixels.h"
+// By default, Debian's compiler makes code for every x86-64 processor, which has no instruction that interleaves three
+// channels. With the instructions of the last ten years' processors, these loops take a third to a half of the time.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
+#define TWOCONE_AND_FOR_NEWER_PROCESSORS __attribute__((target_clones("avx2", "default")))
+#else
+#define TWOCONE_AND_FOR_NEWER_PROCESSORS
+#endif
 
 namespace twocone {
 namespace {
 
-std::vector<std::uint8_t> room_for_rgb8(const Image& image) {
-  return std::vector<std::uint8_t>(*image_bytes(PixelFormat::kRgb8, image.width_px, image.height_px));
-}
+using Byte = std::uint8_t;
 
-std::vector<std::uint8_t> from_nv12(const Image& image) {
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
-  const auto width = std::size_t(image.width_px);
-  const auto height = std::size_t(image.height_px);
-  const std::uint8_t* const light = image.bytes.data();
-  const std::uint8_t* const colours = light + width * height;
-  for (std::size_t row = 0; row < height; ++row) {
-    pixels::from_nv12(light + row * width, colours + row / 2 * width, width / 2, rgb.data() + 3 * row * width);
+/// `value` / 256, clamped to 0 ... 255.
+[[gnu::always_inline]] inline Byte clipped(int value) { return static_cast<Byte>(std::clamp(value >> 8, 0, 255)); }
+
+/// The luma of pixel i is light[kStep * i]; the chroma of pair i is u[2 * kStep * i] and v[2 * kStep * i]. One loop
+/// computes the channels and a second one interleaves them: a compiler vectorises each of these, but no loop that does
+/// both.
+template <std::size_t kStep>
+[[gnu::always_inline]] inline void from_yuv(const Byte* light, const Byte* u, const Byte* v, std::size_t pairs,
+                                            Byte* to) {
+  constexpr std::size_t kPairs = 128;
+  std::array<Byte, 2 * kPairs> red, green, blue;
+  while (pairs > 0) {
+    const std::size_t count = std::min(pairs, kPairs);
+    for (std::size_t i = 0; i < count; ++i) {
+      const int from_u = u[2 * kStep * i] - 128;
+      const int from_v = v[2 * kStep * i] - 128;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const int y = 298 * (light[kStep * (2 * i + k)] - 16) + 128;
+        red[2 * i + k] = clipped(y + 409 * from_v);
+        green[2 * i + k] = clipped(y - 100 * from_u - 208 * from_v);
+        blue[2 * i + k] = clipped(y + 516 * from_u);
+      }
+    }
+    for (std::size_t i = 0; i < 2 * count; ++i) {
+      to[3 * i] = red[i];
+      to[3 * i + 1] = green[i];
+      to[3 * i + 2] = blue[i];
+    }
+    pairs -= count;
+    light += 2 * kStep * count;
+    u += 2 * kStep * count;
+    v += 2 * kStep * count;
+    to += 6 * count;
   }
-  return rgb;
 }
 
-/// Converts layouts in which the rows follow each other without a gap.
-template <typename Convert>
-std::vector<std::uint8_t> at_one_go(const Image& image, std::size_t count, Convert convert) {
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
-  convert(image.bytes.data(), count, rgb.data());
-  return rgb;
+TWOCONE_AND_FOR_NEWER_PROCESSORS
+void from_bgr8(const Byte* __restrict from, std::size_t pixels, Byte* __restrict to) {
+  for (std::size_t i = 0; i < pixels; ++i) {
+    to[3 * i] = from[3 * i + 2];
+    to[3 * i + 1] = from[3 * i + 1];
+    to[3 * i + 2] = from[3 * i];
+  }
+}
+
+TWOCONE_AND_FOR_NEWER_PROCESSORS
+void from_grey8(const Byte* __restrict from, std::size_t pixels, Byte* __restrict to) {
+  for (std::size_t i = 0; i < pixels; ++i) to[3 * i] = to[3 * i + 1] = to[3 * i + 2] = from[i];
+}
+
+TWOCONE_AND_FOR_NEWER_PROCESSORS
+void from_yuyv(const Byte* __restrict from, std::size_t pairs, Byte* __restrict to) {
+  from_yuv<2>(from, from + 1, from + 3, pairs, to);
+}
+
+TWOCONE_AND_FOR_NEWER_PROCESSORS
+void from_uyvy(const Byte* __restrict from, std::size_t pairs, Byte* __restrict to) {
+  from_yuv<2>(from + 1, from, from + 2, pairs, to);
+}
+
+TWOCONE_AND_FOR_NEWER_PROCESSORS
+void from_nv12(const Byte* __restrict light, const Byte* __restrict colours, std::size_t pairs, Byte* __restrict to) {
+  from_yuv<1>(light, colours, colours + 1, pairs, to);
 }
 
 Error bad_jpeg(const Image& image, const std::string& why) {
@@ -43,7 +93,8 @@ Error bad_jpeg(const Image& image, const std::string& why) {
                                            image.height_px, image.bytes.size(), why)};
 }
 
-Result<std::vector<std::uint8_t>> from_jpeg(const Image& image) {
+/// @param rgb gets the pixels
+Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
   struct Destroy {
     void operator()(void* handle) const { tjDestroy(handle); }
   };
@@ -57,36 +108,53 @@ Result<std::vector<std::uint8_t>> from_jpeg(const Image& image) {
   if (width != image.width_px || height != image.height_px) {
     return bad_jpeg(image, fmt::format("it has {} x {} pixels", width, height));
   }
-  std::vector<std::uint8_t> rgb = room_for_rgb8(image);
   // A warning means damage, most often a truncated image. The missing part would be grey.
-  if (tjDecompress2(decoder.get(), image.bytes.data(), image.bytes.size(), rgb.data(), width, 0, height, TJPF_RGB,
+  if (tjDecompress2(decoder.get(), image.bytes.data(), image.bytes.size(), rgb, width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
     return bad_jpeg(image, tjGetErrorStr2(decoder.get()));
   }
-  return rgb;
+  return {};
+}
+
+/// Converts the pixels of an image that is not kRgb8 yet and whose bytes have the size of its format.
+/// @param rgb gets the pixels
+Status convert(const Image& image, std::uint8_t* rgb) {
+  const auto width = std::size_t(image.width_px);
+  const auto height = std::size_t(image.height_px);
+  const std::uint8_t* const from = image.bytes.data();
+  switch (image.format) {
+    case PixelFormat::kRgb8:
+      break;
+    case PixelFormat::kBgr8:
+      from_bgr8(from, width * height, rgb);
+      break;
+    case PixelFormat::kGrey8:
+      from_grey8(from, width * height, rgb);
+      break;
+    case PixelFormat::kYuyv:
+      from_yuyv(from, width * height / 2, rgb);
+      break;
+    case PixelFormat::kUyvy:
+      from_uyvy(from, width * height / 2, rgb);
+      break;
+    case PixelFormat::kNv12:
+      for (std::size_t row = 0; row < height; ++row) {
+        const std::uint8_t* const colours = from + (height + row / 2) * width;
+        from_nv12(from + row * width, colours, width / 2, rgb + 3 * row * width);
+      }
+      break;
+    case PixelFormat::kMjpeg:
+      return decode_jpeg(image, rgb);
+  }
+  return {};
 }
 
 }  // namespace
 
 std::string_view to_string(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kRgb8:
-      return "rgb8";
-    case PixelFormat::kBgr8:
-      return "bgr8";
-    case PixelFormat::kGrey8:
-      return "grey8";
-    case PixelFormat::kYuyv:
-      return "yuyv";
-    case PixelFormat::kUyvy:
-      return "uyvy";
-    case PixelFormat::kNv12:
-      return "nv12";
-    case PixelFormat::kMjpeg:
-      return "mjpeg";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 7> kNames{"rgb8", "bgr8", "grey8", "yuyv", "uyvy", "nv12", "mjpeg"};
+  static_assert(kNames.size() == std::size_t(PixelFormat::kMjpeg) + 1);
+  return kNames.at(std::size_t(format));
 }
 
 std::optional<std::size_t> image_bytes(PixelFormat format, int width_px, int height_px) {
@@ -116,31 +184,11 @@ Result<Image> to_rgb8(const Image& image) {
     return Error{ErrorCode::kBadData, fmt::format("image of {} x {} {} pixels holds {} bytes", image.width_px,
                                                   image.height_px, to_string(image.format), image.bytes.size())};
   }
-  const std::size_t count = std::size_t(image.width_px) * std::size_t(image.height_px);
-  const auto as_rgb8 = [&](std::vector<std::uint8_t> rgb) {
-    return Image{image.width_px, image.height_px, PixelFormat::kRgb8, std::move(rgb)};
-  };
-  switch (image.format) {
-    case PixelFormat::kRgb8:
-      return image;
-    case PixelFormat::kBgr8:
-      return as_rgb8(at_one_go(image, count, pixels::from_bgr8));
-    case PixelFormat::kGrey8:
-      return as_rgb8(at_one_go(image, count, pixels::from_grey8));
-    case PixelFormat::kYuyv:
-      return as_rgb8(at_one_go(image, count / 2, pixels::from_yuyv));
-    case PixelFormat::kUyvy:
-      return as_rgb8(at_one_go(image, count / 2, pixels::from_uyvy));
-    case PixelFormat::kNv12:
-      return as_rgb8(from_nv12(image));
-    case PixelFormat::kMjpeg: {
-      auto rgb = from_jpeg(image);
-      if (!rgb) return rgb.error();
-      return as_rgb8(*std::move(rgb));
-    }
-  }
-  assert(false);
-  return Error{ErrorCode::kBadData, ""};
+  if (image.format == PixelFormat::kRgb8) return image;
+  Image rgb{image.width_px, image.height_px, PixelFormat::kRgb8, {}};
+  rgb.bytes.resize(*image_bytes(rgb.format, rgb.width_px, rgb.height_px));
+  if (auto converted = convert(image, rgb.bytes.data()); !converted) return converted.error();
+  return rgb;
 }
 
 }  // namespace twocone

@@ -30,6 +30,9 @@ struct Error {
   std::string message;
 };
 
+/// Returns the error with the name of a device or part before its message: "upper: the cable is out".
+Error with_name(const std::string& name, const Error& error);
+
 /// A value, or the reason why there is none. The spelling follows std::expected (C++23).
 template <typename T>
 class [[nodiscard]] Result {

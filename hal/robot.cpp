@@ -53,14 +53,11 @@ RobotPace Robot::pace() const {
 
 Status Robot::start(const CameraSettings& lower, const CameraSettings& upper) {
   if (auto started = cameras_.start(lower, upper); !started) return started;
-  auto started = start_others();
-  if (!started) stop_cameras();
-  return started;
-}
-
-Status Robot::start_others() {
   for (const NamedCamera& other : others_) {
-    if (auto started = start_camera(other.name, *other.camera, other.settings); !started) return started;
+    auto started = start_camera(other.name, *other.camera, other.settings);
+    if (started) continue;
+    stop_cameras();
+    return started;
   }
   return {};
 }

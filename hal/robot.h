@@ -7,12 +7,25 @@
 #include <string>
 #include <vector>
 
+#include "hal/camera.h"
 #include "hal/diff_drive.h"
-#include "hal/named_camera.h"
 #include "hal/pose.h"
 #include "hal/stereo_rig.h"
 
 namespace twocone {
+
+/// A camera that a robot has besides its pair.
+struct NamedCamera {
+  std::string name;  ///< the key in the robot file's `cameras:`; neither empty nor `lower` nor `upper`
+  std::unique_ptr<Camera> camera;
+  CameraSettings settings;  ///< requested by Robot::start
+};
+
+/// A frame of such a camera.
+struct NamedFrame {
+  std::string name;
+  Frame frame;
+};
 
 /// The robot's true pose. A simulation offers it, hardware does not. It is for records and reports; no behaviour uses
 /// it.
@@ -83,7 +96,6 @@ class Robot {
   void stop() noexcept;
 
  private:
-  Status start_others();
   void stop_cameras() noexcept;
 
   StereoRig cameras_;

@@ -9,8 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "hal/named_camera.h"
-
 namespace twocone {
 namespace {
 

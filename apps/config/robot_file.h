@@ -36,7 +36,7 @@ struct CameraEntry {
   int antialias = 1;   ///< sim_povray only: rays along a pixel's side, 1 to 9; 1: no antialiasing
   /// sim_povray only: `effects.camera`, overridden by the camera's own `effects`.
   sim_povray::CameraEffects effects{};
-  drivers::CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
+  CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
 
   friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
 };

@@ -5,8 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "hal/named_camera.h"
-
 namespace twocone::runs {
 
 std::string describe(const std::string& view, const CameraFacts& facts) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLine = 118;
 
-bool is_serial(const drivers::Device& device) { return device.driver == drivers::kSerialDiffDrive; }
+bool is_serial(const DeviceInfo& device) { return device.driver == drivers::kSerialDiffDrive; }
 
 bool is_forbidden(const std::string& path) {
   return path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES;
@@ -60,7 +60,7 @@ void print_modes(const std::vector<std::string>& modes) {
   flush();
 }
 
-void print_device(const drivers::Device& device) {
+void print_device(const DeviceInfo& device) {
   fmt::print("{}\n  driver: {}\n  {}: {}\n", device.what, device.driver, is_serial(device) ? "port" : "device",
              device.name);
   if (is_serial(device) && is_forbidden(device.name)) {
@@ -84,7 +84,7 @@ void print_device(const drivers::Device& device) {
 
 void execute() {
   const drivers::Devices devices = drivers::list_devices();
-  for (const drivers::Device& device : devices.found) print_device(device);
+  for (const DeviceInfo& device : devices.found) print_device(device);
   for (const std::string& path : forbidden_cameras()) {
     fmt::print("{} may not be opened: sudo usermod -aG video $USER, then log in again\n", path);
   }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/libcamera_camera/camera.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -13,6 +11,7 @@
 
 #include "drivers/libcamera_camera/controls.h"
 #include "drivers/libcamera_camera/device.h"
+#include "drivers/libcamera_camera/module.h"
 #include "drivers/libcamera_camera/stream.h"
 
 namespace twocone::libcamera_camera {
@@ -45,35 +44,26 @@ std::optional<nanoseconds> on_steady_clock(nanoseconds reported) {
   return std::nullopt;
 }
 
-}  // namespace
-
-/// The settings that the camera accepted.
-struct Applied {
-  std::string id;
-  std::string model;
-  CameraSettings settings;
-  ChosenControls controls;
-};
-
-class LibcameraCamera::Impl {
+class LibcameraCamera final : public Camera {
  public:
-  explicit Impl(const LibcameraSettings& settings) : settings_(settings) {}
-  ~Impl() {
+  explicit LibcameraCamera(const LibcameraSettings& settings) : settings_(settings) {}
+  ~LibcameraCamera() override {
     stop();
     close();
   }
 
   Status open() {
     close();
-    auto device = Device::open(settings_.device);
+    auto device = Device::open(settings_.name);
     if (!device) return device.error();
     device_ = *std::move(device);
-    applied_.id = device_->camera()->id();
-    applied_.model = model_of(*device_->camera());
+    id_ = device_->camera()->id();
+    model_ = model_of(*device_->camera());
     return {};
   }
 
-  Result<CameraSettings> configure(const CameraSettings& wanted) {
+ private:
+  Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
     if (!device_ || device_->is_gone()) {
       if (auto opened = open(); !opened) return opened.error();
     }
@@ -81,25 +71,25 @@ class LibcameraCamera::Impl {
     lc::Camera& camera = *device_->camera();
     configuration_ = camera.generateConfiguration(viewfinder());
     if (!configuration_ || configuration_->empty()) {
-      return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", applied_.id)};
+      return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", id_)};
     }
     if (auto chosen = choose_format(wanted); !chosen) return chosen.error();
     if (const int error = camera.configure(configuration_.get())) {
-      return lost_with(device_error(applied_.id + ": its configuration", -error));
+      return lost_with(device_error(id_ + ": its configuration", -error));
     }
-    auto controls = choose_controls(camera, settings_.controls, wanted.rate_hz);
+    auto controls = choose_controls(camera, settings_, wanted.rate_hz);
     if (!controls) return controls.error();
-    applied_.controls = *std::move(controls);
+    controls_ = *std::move(controls);
     const lc::Size size = configuration_->at(0).size;
-    applied_.settings = {int(size.width), int(size.height), applied_.controls.rate_hz.value_or(wanted.rate_hz)};
-    return applied_.settings;
+    applied_ = {int(size.width), int(size.height), controls_.rate_hz.value_or(wanted.rate_hz)};
+    return applied_;
   }
 
-  Status start() {
+  Status do_start() override {
     if (!device_ || device_->is_gone()) {  // it was lost
-      if (const auto again = configure(wanted_); !again) return again.error();
+      if (const auto again = do_configure(wanted_); !again) return again.error();
     }
-    auto stream = Stream::start(device_, configuration_->at(0).stream(), applied_.controls.list);
+    auto stream = Stream::start(device_, configuration_->at(0).stream(), controls_.list);
     if (!stream) return lost_with(stream.error());
     stream_ = *std::move(stream);
     last_sequence_.reset();
@@ -107,7 +97,7 @@ class LibcameraCamera::Impl {
     return {};
   }
 
-  Result<Frame> grab(milliseconds timeout) {
+  Result<Frame> do_grab(milliseconds timeout) override {
     const milliseconds limit = std::min(timeout, silence_limit());
     const auto deadline = std::chrono::steady_clock::now() + limit;
     std::uint64_t passed_over = 0;
@@ -119,7 +109,7 @@ class LibcameraCamera::Impl {
       if (metadata.status == lc::FrameMetadata::FrameError) {
         note_sequence(metadata.sequence);
         stream_->give_back(newest->request);
-        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", applied_.id, metadata.sequence)};
+        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", id_, metadata.sequence)};
       }
       const bool is_whole = metadata.status == lc::FrameMetadata::FrameSuccess;
       if (is_whole && !(newest->was_starved && is_stale(*newest))) return hand_out(*newest, passed_over);
@@ -128,8 +118,7 @@ class LibcameraCamera::Impl {
     }
   }
 
-  void stop() noexcept {
-    if (!stream_) return;
+  void do_stop() noexcept override {
     const bool is_doubtful = device_->is_gone() || stream_->is_silent(periods(kDoubtfulPeriods));
     if (is_doubtful && !device_->answers()) {
       Stream::abandon(stream_);
@@ -141,17 +130,15 @@ class LibcameraCamera::Impl {
     stream_.reset();
   }
 
-  void describe(CameraFacts& facts) const {
-    facts.device = fmt::format("{} ({})", applied_.model, applied_.id);
+  void do_tell(CameraFacts& facts) const override {
+    facts.device = fmt::format("{} ({})", model_, id_);
     if (format_) facts.format = format_->name;
-    facts.rate_told = applied_.controls.rate_hz.has_value();
-    for (const auto& [control, number] : applied_.controls.applied)
-      facts.controls.emplace_back(control->name(), number);
+    facts.rate_told = controls_.rate_hz.has_value();
+    for (const auto& [control, number] : controls_.applied) facts.controls.emplace_back(control->name(), number);
   }
 
- private:
   [[nodiscard]] nanoseconds periods(double count) const {
-    return nanoseconds(std::llround(1e9 * count / applied_.settings.rate_hz));
+    return nanoseconds(std::llround(1e9 * count / applied_.rate_hz));
   }
   [[nodiscard]] milliseconds silence_limit() const {
     return std::max(kLeastSilence, std::chrono::ceil<milliseconds>(periods(kSilentPeriods)));
@@ -185,23 +172,23 @@ class LibcameraCamera::Impl {
       return {};
     }
     return Error{ErrorCode::kRefused,
-                 fmt::format("{} has no format {}; it has: {}", applied_.id,
+                 fmt::format("{} has no format {}; it has: {}", id_,
                              settings_.format.empty() ? "that this driver knows" : settings_.format,
                              fmt::join(formats_of(*device_->camera()), ", "))};
   }
 
   /// The reason why no frame came within `limit`.
   [[nodiscard]] Error why_none(milliseconds limit) const {
-    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} is disconnected", applied_.id)};
+    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} is disconnected", id_)};
     const milliseconds silence = silence_limit();
     if (!stream_->is_silent(silence)) {
-      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", applied_.id, limit.count())};
+      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", id_, limit.count())};
     }
     if (!device_->answers()) {
       return {ErrorCode::kDisconnected,
-              fmt::format("{}: no frame for {} ms, and it does not answer any more", applied_.id, silence.count())};
+              fmt::format("{}: no frame for {} ms, and it does not answer any more", id_, silence.count())};
     }
-    return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms", applied_.id, silence.count())};
+    return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms", id_, silence.count())};
   }
 
   /// The time at which the frame began to arrive: the sensor's time if libcamera reports it, which is before any
@@ -227,7 +214,7 @@ class LibcameraCamera::Impl {
   Result<Frame> hand_out(const Newest& newest, std::uint64_t passed_over) {
     const bool is_first = !last_sequence_;
     const std::uint64_t lost = note_sequence(newest.buffer->metadata().sequence);
-    read_back(newest.request->metadata(), applied_.controls);
+    read_back(newest.request->metadata(), controls_);
     Frame::Header header;
     header.sequence = sequence_ - 1;
     header.lost_before = is_first ? passed_over : lost;
@@ -251,7 +238,7 @@ class LibcameraCamera::Impl {
     for (const auto& plane : newest.buffer->metadata().planes()) used += plane.bytesused;
     const auto expected = image_bytes(image.format, image.width_px, image.height_px);
     if (used < std::max<std::size_t>(expected.value_or(0), 1)) {
-      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", applied_.id,
+      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", id_,
                                                     newest.buffer->metadata().sequence, used, expected.value_or(1))};
     }
     const std::size_t size = expected.value_or(used);
@@ -281,8 +268,7 @@ class LibcameraCamera::Impl {
       }
     }
     if (packed.size() != size) {
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{}: a frame of {} bytes instead of {}", applied_.id, packed.size(), size)};
+      return Error{ErrorCode::kBadData, fmt::format("{}: a frame of {} bytes instead of {}", id_, packed.size(), size)};
     }
     image.bytes = std::move(packed);
     return {};
@@ -293,25 +279,22 @@ class LibcameraCamera::Impl {
   std::unique_ptr<lc::CameraConfiguration> configuration_;
   std::optional<Format> format_;
   CameraSettings wanted_;
-  Applied applied_;
+  // As the camera accepted them:
+  std::string id_;
+  std::string model_;
+  CameraSettings applied_;
+  ChosenControls controls_;
   std::shared_ptr<Stream> stream_;
   std::optional<unsigned> last_sequence_;
   std::uint64_t sequence_ = 0;  // number of the next frame
 };
 
-LibcameraCamera::LibcameraCamera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-LibcameraCamera::~LibcameraCamera() = default;
+}  // namespace
 
-Result<std::unique_ptr<LibcameraCamera>> LibcameraCamera::open(const LibcameraSettings& settings) {
-  auto impl = std::make_unique<Impl>(settings);
-  if (auto opened = impl->open(); !opened) return opened.error();
-  return std::unique_ptr<LibcameraCamera>(new LibcameraCamera(std::move(impl)));
+Result<std::unique_ptr<Camera>> open_here(const LibcameraSettings& settings) {
+  auto camera = std::make_unique<LibcameraCamera>(settings);
+  if (auto opened = camera->open(); !opened) return opened.error();
+  return std::unique_ptr<Camera>(std::move(camera));
 }
-
-Result<CameraSettings> LibcameraCamera::do_configure(const CameraSettings& wanted) { return impl_->configure(wanted); }
-Status LibcameraCamera::do_start() { return impl_->start(); }
-Result<Frame> LibcameraCamera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
-void LibcameraCamera::do_stop() noexcept { impl_->stop(); }
-void LibcameraCamera::do_tell(CameraFacts& facts) const { impl_->describe(facts); }
 
 }  // namespace twocone::libcamera_camera

@@ -73,10 +73,10 @@ double within(const lc::ControlInfo& limits, double number) {
 
 }  // namespace
 
-Result<ChosenControls> choose_controls(const lc::Camera& camera, const std::vector<Control>& wanted, double rate_hz) {
+Result<ChosenControls> choose_controls(const lc::Camera& camera, const LibcameraSettings& settings, double rate_hz) {
   const lc::ControlInfoMap& has = camera.controls();
   ChosenControls chosen{lc::ControlList(has), {}, {}};
-  for (const auto& [name, asked] : wanted) {
+  for (const auto& [name, asked] : settings.controls) {
     const auto control = std::find_if(
         has.begin(), has.end(), [&wanted_name = name](const auto& each) { return each.first->name() == wanted_name; });
     if (control == has.end()) {

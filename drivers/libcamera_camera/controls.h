@@ -19,7 +19,7 @@ struct ChosenControls {
 };
 
 /// Errors: kRefused, naming the existing controls.
-Result<ChosenControls> choose_controls(const lc::Camera& camera, const std::vector<Control>& wanted, double rate_hz);
+Result<ChosenControls> choose_controls(const lc::Camera& camera, const LibcameraSettings& settings, double rate_hz);
 
 /// Stores in `applied` the values that the camera used for a frame, if it reports them.
 void read_back(const lc::ControlList& metadata, ChosenControls& applied);

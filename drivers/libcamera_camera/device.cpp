@@ -25,7 +25,7 @@ TheManager& the_manager() {
 
 }  // namespace
 
-Result<std::shared_ptr<Manager>> Manager::use() {
+Result<std::shared_ptr<lc::CameraManager>> use_manager() {
   TheManager& the = the_manager();
   const std::lock_guard lock(the.mutex);
   if (!the.running) {
@@ -36,25 +36,16 @@ Result<std::shared_ptr<Manager>> Manager::use() {
     the.running = std::move(fresh);
   }
   ++the.users;
-  return std::shared_ptr<Manager>(new Manager);
-}
-
-Manager::~Manager() {
-  TheManager& the = the_manager();
-  const std::lock_guard lock(the.mutex);
-  if (--the.users > 0) return;
-  the.running->stop();
-  the.running.reset();
-}
-
-std::vector<std::shared_ptr<lc::Camera>> Manager::cameras() const {
-  TheManager& the = the_manager();
-  const std::lock_guard lock(the.mutex);
-  return the.running->cameras();
+  return std::shared_ptr<lc::CameraManager>(the.running.get(), [&the](lc::CameraManager* manager) {
+    const std::lock_guard last_lock(the.mutex);
+    if (--the.users > 0) return;
+    manager->stop();
+    the.running.reset();
+  });
 }
 
 Result<std::shared_ptr<Device>> Device::open(const std::string& name) {
-  auto manager = Manager::use();
+  auto manager = use_manager();
   if (!manager) return manager.error();
   std::vector<std::shared_ptr<lc::Camera>> found;
   std::vector<std::string> names;
@@ -80,7 +71,7 @@ Result<std::shared_ptr<Device>> Device::open(const std::string& name) {
   return std::shared_ptr<Device>(new Device(*std::move(manager), std::move(found.front())));
 }
 
-Device::Device(std::shared_ptr<Manager> manager, std::shared_ptr<lc::Camera> camera)
+Device::Device(std::shared_ptr<lc::CameraManager> manager, std::shared_ptr<lc::Camera> camera)
     : manager_(std::move(manager)), camera_(std::move(camera)) {
   camera_->disconnected.connect(shared_.get(), [shared = shared_] {
     const std::lock_guard lock(shared->mutex);

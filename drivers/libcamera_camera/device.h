@@ -25,20 +25,8 @@ struct SharedState {
   std::chrono::steady_clock::time_point last{};  ///< time of the last completed request
 };
 
-/// The one running manager, shared by all users: libcamera allows no second one in a program.
-class Manager {
- public:
-  /// Errors: kUnavailable.
-  static Result<std::shared_ptr<Manager>> use();
-  ~Manager();
-  Manager(const Manager&) = delete;
-  Manager& operator=(const Manager&) = delete;
-
-  [[nodiscard]] std::vector<std::shared_ptr<lc::Camera>> cameras() const;
-
- private:
-  Manager() = default;
-};
+/// The one running manager, shared by all users: libcamera allows no second one in a program. Errors: kUnavailable.
+Result<std::shared_ptr<lc::CameraManager>> use_manager();
 
 /// A camera that this program has acquired.
 class Device {
@@ -59,14 +47,14 @@ class Device {
   [[nodiscard]] bool answers() const;
 
  private:
-  Device(std::shared_ptr<Manager> manager, std::shared_ptr<lc::Camera> camera);
+  Device(std::shared_ptr<lc::CameraManager> manager, std::shared_ptr<lc::Camera> camera);
 
-  const std::shared_ptr<Manager> manager_;
+  const std::shared_ptr<lc::CameraManager> manager_;
   std::shared_ptr<lc::Camera> camera_;
   const std::shared_ptr<SharedState> shared_ = std::make_shared<SharedState>();
 };
 
-/// The formats of kFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
+/// The formats of kCameraFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
 std::vector<std::string> formats_of(lc::Camera& camera);
 
 }  // namespace twocone::libcamera_camera

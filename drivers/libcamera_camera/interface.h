@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/libcamera_camera/libcamera_camera.h"
+#include "hal/camera_device.h"
 #include "hal/image.h"
 #include "hal/text.h"
 
@@ -58,15 +58,15 @@ struct Format {
   lc::PixelFormat code;
   PixelFormat layout;
 };
-/// The formats of kFormats. libcamera names RGB formats by their bits from the highest one, V4L2 by their bytes.
+/// The formats of kCameraFormats. libcamera names RGB formats by their bits from the highest one, V4L2 by their bytes.
 inline const std::array<Format, 7>& formats() {
-  static const std::array<Format, 7> all{{{kFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
-                                          {kFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},
-                                          {kFormats[2], lc::formats::NV12, PixelFormat::kNv12},
-                                          {kFormats[3], lc::formats::BGR888, PixelFormat::kRgb8},
-                                          {kFormats[4], lc::formats::RGB888, PixelFormat::kBgr8},
-                                          {kFormats[5], lc::formats::MJPEG, PixelFormat::kMjpeg},
-                                          {kFormats[6], lc::formats::R8, PixelFormat::kGrey8}}};
+  static const std::array<Format, 7> all{{{kCameraFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
+                                          {kCameraFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},
+                                          {kCameraFormats[2], lc::formats::NV12, PixelFormat::kNv12},
+                                          {kCameraFormats[3], lc::formats::BGR888, PixelFormat::kRgb8},
+                                          {kCameraFormats[4], lc::formats::RGB888, PixelFormat::kBgr8},
+                                          {kCameraFormats[5], lc::formats::MJPEG, PixelFormat::kMjpeg},
+                                          {kCameraFormats[6], lc::formats::R8, PixelFormat::kGrey8}}};
   return all;
 }
 inline bool has_yuv(PixelFormat layout) {

@@ -15,6 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The name has the version of the interface, so that two installed versions do not load each other's module.
+constexpr const char* kModuleFile = TWOCONE_LIBCAMERA_MODULE;
 // In a build tree, programs are two folders below the top.
 constexpr int kAbove = 3;
 
@@ -60,7 +62,7 @@ const Result<const Module*>& module() {
 
 std::string_view why_not() { return ""; }
 
-Result<std::vector<CameraInfo>> list_cameras() {
+Result<std::vector<DeviceInfo>> list_cameras() {
   if (!module()) return module().error();
   return (*module())->list_cameras();
 }

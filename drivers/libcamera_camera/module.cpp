@@ -8,7 +8,6 @@
 
 #include <libcamera/logging.h>
 
-#include "drivers/libcamera_camera/camera.h"
 #include "drivers/libcamera_camera/device.h"
 
 namespace twocone::libcamera_camera {
@@ -37,24 +36,18 @@ class Silence {
   const bool is_ours_ = !was_asked_for();
 };
 
-Result<std::vector<CameraInfo>> list() {
+Result<std::vector<DeviceInfo>> list() {
   const Silence silence;
-  const auto manager = Manager::use();
+  const auto manager = use_manager();
   if (!manager) return manager.error();
-  std::vector<CameraInfo> cameras;
+  std::vector<DeviceInfo> cameras;
   for (const auto& camera : (*manager)->cameras()) {
-    cameras.push_back({printable(camera->id()), model_of(*camera), formats_of(*camera)});
+    cameras.push_back({.name = printable(camera->id()), .what = model_of(*camera), .details = formats_of(*camera)});
   }
   return cameras;
 }
 
-Result<std::unique_ptr<Camera>> open(const LibcameraSettings& settings) {
-  auto camera = LibcameraCamera::open(settings);
-  if (!camera) return camera.error();
-  return std::unique_ptr<Camera>(*std::move(camera));
-}
-
-constexpr Module kModule{list, open};
+constexpr Module kModule{list, open_here};
 
 }  // namespace
 

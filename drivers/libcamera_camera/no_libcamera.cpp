@@ -11,7 +11,7 @@ Error no_libcamera() { return {ErrorCode::kUnavailable, std::string(why_not())};
 
 std::string_view why_not() { return "it was built without libcamera (Debian: libcamera-dev)"; }
 
-Result<std::vector<CameraInfo>> list_cameras() { return no_libcamera(); }
+Result<std::vector<DeviceInfo>> list_cameras() { return no_libcamera(); }
 Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings) {
   check(settings);
   return no_libcamera();

@@ -6,15 +6,46 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "drivers/libcamera_camera/device.h"
-#include "drivers/libcamera_camera/memory.h"
 
 namespace twocone::libcamera_camera {
 
 /// Converts a (positive) errno to an error of the camera.
 Error device_error(const std::string& what, int code);
+
+/// The memory of one buffer, mapped as long as this object exists.
+class Memory {
+ public:
+  /// Maps a buffer. Returns nullptr and sets errno if it cannot be mapped.
+  static std::shared_ptr<const Memory> of(const lc::FrameBuffer& buffer);
+  Memory() = default;
+  ~Memory();
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+
+  [[nodiscard]] const std::vector<std::span<const std::uint8_t>>& planes() const { return planes_; }
+  /// All planes as one contiguous span; nothing if they do not follow each other.
+  [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
+
+  /// Reading must happen between these calls, because a device may write past the processor's caches.
+  void begin_reading() const;
+  void end_reading() const;
+
+ private:
+  struct Area {
+    decltype(lc::FrameBuffer::Plane::fd) file;
+    void* memory;
+    std::size_t length;
+  };
+  void sync(std::uint64_t flags) const;
+
+  std::vector<Area> areas_;
+  std::vector<std::span<const std::uint8_t>> planes_;
+  std::vector<std::size_t> offsets_;
+};
 
 /// A completed request, which libcamera does not use until it is given back.
 struct Newest {

@@ -52,27 +52,6 @@ Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
   return image;
 }
 
-std::optional<int> mark_place(const Image& image) {
-  const auto rgb = to_rgb8(image);
-  if (!rgb) return std::nullopt;
-  // A saturated hue has one channel at 0, so only the mark is bright in all three.
-  constexpr std::uint8_t kWhite = 128;
-  double x = 0, y = 0;
-  bool seen = false;
-  for (int row = 0; row < rgb->height_px; ++row) {
-    for (int column = 0; column < rgb->width_px; ++column) {
-      const std::size_t at = 3 * (std::size_t(row) * std::size_t(rgb->width_px) + std::size_t(column));
-      if (std::min({rgb->bytes[at], rgb->bytes[at + 1], rgb->bytes[at + 2]}) < kWhite) continue;
-      const double azimuth = azimuth_rad(*rgb, row, column);
-      x += std::cos(azimuth);
-      y += std::sin(azimuth);
-      seen = true;
-    }
-  }
-  if (!seen) return std::nullopt;
-  return nearest_place(std::atan2(y, x));
-}
-
 MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image)
     : clock_(std::move(clock)), image_(std::move(image)) {
   if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");

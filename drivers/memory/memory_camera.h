@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 
 #include "hal/camera.h"
 #include "hal/clock.h"
@@ -20,12 +19,9 @@ inline constexpr int kMarkPlaces = 60;
 
 /// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at full
 /// saturation. One ray is white, the mark. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the hand
-/// of a watch, so that an image shows the number of its exposure. The format is kRgb8.
+/// of a watch, so that an image shows the number of its exposure. With 48 rows or more, all places are distinguishable
+/// (memory_camera_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
 Image test_pattern(std::uint64_t sequence, const CameraSettings& settings);
-
-/// The place, 0 .. kMarkPlaces - 1, of the mark in a test pattern; nothing if no pixel is white. With 48 rows or more,
-/// all places are distinguishable (memory_camera_test.cpp, MarkIdentifiesTheSequence).
-std::optional<int> mark_place(const Image& image);
 
 /// The behaviour of a grab with a ManualClock if no new exposure is due.
 enum class WhenNotDue {

@@ -49,7 +49,6 @@ class MemoryDiffDrive final : public DiffDrive {
   ~MemoryDiffDrive() override;
 
   [[nodiscard]] std::shared_ptr<const Wheels> wheels() const { return wheels_; }
-  [[nodiscard]] const std::vector<Wheels::Command>& commands() const { return wheels_->commands(); }
 
  private:
   Status do_set_speeds(const WheelSpeeds& speeds) override;

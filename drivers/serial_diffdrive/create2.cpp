@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <boost/endian/conversion.hpp>
 
 namespace twocone::serial {
 namespace {
@@ -41,8 +42,6 @@ constexpr milliseconds kSendTime{50};
 // A port buffers at least 4096 bytes; the stream fills a quarter of that in this time.
 constexpr milliseconds kOld{1'000};
 
-std::uint32_t word(std::span<const std::uint8_t> bytes) { return std::uint32_t(bytes[0]) << 8 | bytes[1]; }
-
 /// Parses a body that holds the four packets in any order, and nothing else.
 std::optional<Create2Sensors> parse_body(std::span<const std::uint8_t> body) {
   Create2Sensors sensors;
@@ -59,11 +58,11 @@ std::optional<Create2Sensors> parse_body(std::span<const std::uint8_t> body) {
         seen |= 1;
         break;
       case kLeftCounts:
-        sensors.counts.left = word(data);
+        sensors.counts.left = boost::endian::load_big_u16(data.data());
         seen |= 2;
         break;
       case kRightCounts:
-        sensors.counts.right = word(data);
+        sensors.counts.right = boost::endian::load_big_u16(data.data());
         seen |= 4;
         break;
       case kMode:
@@ -110,9 +109,10 @@ class Create2 final : public Protocol {
                                                       sensors_.mode == OiMode::kOff ? "Off" : "Passive", reason())};
       }
     }
-    const auto right = millimetres(rates.right);
-    const auto left = millimetres(rates.left);
-    return send(transport, std::array{kDriveDirect, high(right), low(right), high(left), low(left)});
+    std::array<std::uint8_t, 5> bytes{kDriveDirect};
+    boost::endian::store_big_s16(bytes.data() + 1, millimetres(rates.right));
+    boost::endian::store_big_s16(bytes.data() + 3, millimetres(rates.left));
+    return send(transport, bytes);
   }
 
   Result<RawCounts> read_counts(Transport& transport) override {
@@ -138,8 +138,6 @@ class Create2 final : public Protocol {
     const double mmps = rate * kWheelDiameter_mm * std::numbers::pi / kCountsPerTurn;
     return static_cast<std::int16_t>(std::lround(std::clamp(mmps, -kFastest_mmps, kFastest_mmps)));
   }
-  static std::uint8_t high(std::int16_t value) { return static_cast<std::uint8_t>(std::uint16_t(value) >> 8); }
-  static std::uint8_t low(std::int16_t value) { return static_cast<std::uint8_t>(value); }
 
   [[nodiscard]] bool is_awake() const { return sensors_.mode == OiMode::kSafe || sensors_.mode == OiMode::kFull; }
 

@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <boost/crc.hpp>
+#include <boost/endian/conversion.hpp>
 
 #include "hal/text.h"
 
@@ -33,16 +35,6 @@ constexpr milliseconds kReplyTime{50};
 constexpr milliseconds kForgets{12};
 constexpr int kTries = 3;
 constexpr unsigned kReadingsPerCheck = 16;
-
-std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
-  std::uint32_t value = 0;
-  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
-  return value;
-}
-
-void append(std::vector<std::uint8_t>& bytes, std::int32_t value) {
-  for (const int shift : {24, 16, 8, 0}) bytes.push_back(static_cast<std::uint8_t>(std::uint32_t(value) >> shift));
-}
 
 std::int32_t whole(double rate) {
   constexpr double kMost = std::numeric_limits<std::int32_t>::max();
@@ -76,9 +68,9 @@ class Roboclaw final : public Protocol {
   }
 
   Status drive(Transport& transport, const CountRates& rates) override {
-    std::vector<std::uint8_t> data;
-    append(data, whole(rates.left));
-    append(data, whole(rates.right));
+    std::array<std::uint8_t, 8> data{};
+    boost::endian::store_big_s32(data.data(), whole(rates.left));
+    boost::endian::store_big_s32(data.data() + 4, whole(rates.right));
     return command(transport, kDriveBoth, data);
   }
 
@@ -89,8 +81,7 @@ class Roboclaw final : public Protocol {
     if (++readings_ % kReadingsPerCheck == 0) {
       if (auto kept = check_timeout(transport, ErrorCode::kDisconnected); !kept) return kept.error();
     }
-    const std::span<const std::uint8_t> bytes(*data);
-    return RawCounts{big_endian(bytes.first(4)), big_endian(bytes.last(4))};
+    return RawCounts{boost::endian::load_big_u32(data->data()), boost::endian::load_big_u32(data->data() + 4)};
   }
 
   // Leading zeros could be taken as the end of a half-sent packet, so the stop packet is sent twice instead. The first
@@ -227,12 +218,9 @@ class Roboclaw final : public Protocol {
 }  // namespace
 
 std::uint16_t crc16(std::span<const std::uint8_t> bytes, std::uint16_t from) {
-  std::uint32_t crc = from;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= std::uint32_t(byte) << 8;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x8000) != 0 ? crc << 1 ^ 0x1021 : crc << 1;
-  }
-  return static_cast<std::uint16_t>(crc);
+  boost::crc_optimal<16, 0x1021> crc(from);
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
 }
 
 std::vector<std::uint8_t> write_packet(std::uint8_t address, std::uint8_t command, std::span<const std::uint8_t> data) {
@@ -242,8 +230,8 @@ std::vector<std::uint8_t> write_packet(std::uint8_t address, std::uint8_t comman
   packet.push_back(command);
   packet.insert(packet.end(), data.begin(), data.end());
   const std::uint16_t crc = crc16(packet);
-  packet.push_back(static_cast<std::uint8_t>(crc >> 8));
-  packet.push_back(static_cast<std::uint8_t>(crc));
+  packet.resize(packet.size() + kCrcBytes);
+  boost::endian::store_big_u16(packet.data() + packet.size() - kCrcBytes, crc);
   return packet;
 }
 
@@ -252,7 +240,7 @@ std::optional<std::span<const std::uint8_t>> reply_data(std::uint8_t address, st
   if (reply.size() < kCrcBytes) return std::nullopt;
   const auto data = reply.first(reply.size() - kCrcBytes);
   const std::array<std::uint8_t, 2> question{address, command};
-  if (crc16(data, crc16(question)) != big_endian(reply.last(kCrcBytes))) return std::nullopt;
+  if (crc16(data, crc16(question)) != boost::endian::load_big_u16(reply.last(kCrcBytes).data())) return std::nullopt;
   return data;
 }
 

@@ -35,6 +35,14 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
+/// The number that is the whole text.
+std::optional<std::int32_t> parse_number(std::string_view text) {
+  std::int32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 class RosArduinoBridge final : public Protocol {
  public:
   [[nodiscard]] int usual_baud() const override { return 57600; }
@@ -93,12 +101,6 @@ class RosArduinoBridge final : public Protocol {
 
   static bool is_done(std::string_view line) { return line == kDone; }
   static bool is_counts(std::string_view line) { return parse_counts(line).has_value(); }
-  static std::optional<int> parse_baud(std::string_view line) {
-    int rate = 0;
-    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), rate);
-    if (error != std::errc() || end != line.data() + line.size() || rate <= 0) return std::nullopt;
-    return rate;
-  }
 
   /// Sends a command and reads its line; tries again if the line does not fit. Every command here may safely be sent
   /// twice.
@@ -147,9 +149,10 @@ class RosArduinoBridge final : public Protocol {
         return Error{ErrorCode::kBadData, "answers that belong to no request"};
       }
       has_come = true;
-      const auto found = line ? parse_baud(*line) : std::nullopt;
-      if (found && found == rate && between == between_) break;
-      if (found) {
+      const auto found = line ? parse_number(*line) : std::nullopt;
+      const bool is_rate = found && *found > 0;
+      if (is_rate && found == rate && between == between_) break;
+      if (is_rate) {
         rate = found;
         between = 0;
       } else if (line && *line == kInvalid) {
@@ -203,18 +206,12 @@ class RosArduinoBridge final : public Protocol {
 }  // namespace
 
 std::optional<RawCounts> parse_counts(std::string_view line) {
-  const auto number = [](std::string_view text) -> std::optional<std::uint32_t> {
-    std::int32_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return static_cast<std::uint32_t>(value);
-  };
   const auto space = line.find(' ');
   if (space == std::string_view::npos) return std::nullopt;
-  const auto left = number(line.substr(0, space));
-  const auto right = number(line.substr(space + 1));
+  const auto left = parse_number(line.substr(0, space));
+  const auto right = parse_number(line.substr(space + 1));
   if (!left || !right) return std::nullopt;
-  return RawCounts{*left, *right};
+  return RawCounts{std::uint32_t(*left), std::uint32_t(*right)};
 }
 
 std::unique_ptr<Protocol> make_ros_arduino_bridge() { return std::make_unique<RosArduinoBridge>(); }

@@ -41,10 +41,6 @@ constexpr milliseconds kSending{20};
 // The watchdog writes kStopsInARow stops in a row. Each may disturb one try of an exchange; one more try follows.
 constexpr int kCrossedTries = kStopsInARow + 1;
 
-std::string milliseconds_of(std::chrono::nanoseconds time) {
-  return fmt::format("{:g} ms", std::chrono::duration<double, std::milli>(time).count());
-}
-
 /// Describes the bytes that arrived instead of a controller's answers.
 std::string quote(const MonitoredTransport& monitor) {
   const std::string& text = monitor.beginning();
@@ -70,67 +66,28 @@ void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimi
   if (own && *own <= limits.command_timeout) return;
   throw std::invalid_argument(
       fmt::format("SerialDriveSettings: watchdog is switched off, but the controller's own time-out is {}, longer than "
-                  "command_timeout, {}",
-                  own ? fmt::format("{} ms", own->count()) : "infinite", milliseconds_of(limits.command_timeout)));
+                  "command_timeout, {:g} ms",
+                  own ? fmt::format("{} ms", own->count()) : "infinite",
+                  std::chrono::duration<double, std::milli>(limits.command_timeout).count()));
 }
 
-}  // namespace
-
-void check(const SerialDriveSettings& settings) {
-  std::string bad;
-  if (settings.port.empty()) bad += " port is missing;";
-  const auto names = protocol_names();
-  if (std::find(names.begin(), names.end(), settings.protocol) == names.end()) {
-    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(names, ", "));
-  } else {
-    const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();
-    if (!fixed && !settings.counts_per_turn) {
-      bad += fmt::format(" counts_per_turn is missing, protocol {} needs it;", settings.protocol);
-    }
-    if (!settings.watchdog && settings.protocol != "roboclaw") {
-      bad += fmt::format(
-          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by "
-          "itself;",
-          settings.protocol);
-    }
-  }
-  if (settings.baud && *settings.baud <= 0) bad += fmt::format(" baud is {}, must be > 0;", *settings.baud);
-  if (settings.counts_per_turn && !(*settings.counts_per_turn > 0 && std::isfinite(*settings.counts_per_turn))) {
-    bad += fmt::format(" counts_per_turn is {}, must be > 0 and finite;", *settings.counts_per_turn);
-  }
-  if (settings.least_speed_radps && !(*settings.least_speed_radps >= 0 && std::isfinite(*settings.least_speed_radps))) {
-    bad += fmt::format(" least_speed_radps is {}, must be >= 0 and finite;", *settings.least_speed_radps);
-  }
-  if (settings.address < 0x80 || settings.address > 0x87) {
-    bad += fmt::format(" address is {}, must be 128 to 135;", settings.address);
-  }
-  if (!bad.empty()) throw std::invalid_argument("SerialDriveSettings:" + bad);
-}
-
-double least_speed_radps(const SerialDriveSettings& settings) {
-  const auto protocol = make_protocol({.name = settings.protocol});
-  const double counts_per_turn = settings.counts_per_turn.value_or(protocol->fixed_counts_per_turn().value_or(0));
-  const double rad = 2 * std::numbers::pi / counts_per_turn;
-  return std::max(settings.least_speed_radps.value_or(protocol->usual_least_rate() * rad),
-                  protocol->least_command() * rad);
-}
-
-class SerialDiffDrive::Impl {
+class SerialDiffDrive final : public DiffDrive {
  public:
-  Impl(const SerialDriveSettings& settings, const DriveLimits& limits, Machine machine)
-      : settings_(settings),
-        limits_(limits),
+  SerialDiffDrive(const SerialDriveSettings& settings, const DriveLimits& limits, Machine machine)
+      : DiffDrive(limits),
+        settings_(settings),
         machine_(std::move(machine)),
         protocol_(make_protocol({settings.protocol, std::uint8_t(settings.address), limits.command_timeout})),
         counter_(protocol_->counter_bits()) {
-    facts_.device = fmt::format("{} at {} baud", settings.port, settings.baud.value_or(protocol_->usual_baud()));
+    const int baud = settings.baud.value_or(protocol_->usual_baud());
+    facts_.device = fmt::format("{} at {} baud", settings.port, baud);
     facts_.counts_per_turn = settings.counts_per_turn.value_or(protocol_->fixed_counts_per_turn().value_or(0));
     least_speed_radps_ = least_speed_radps(settings);
+    if (!machine_.connect) machine_.connect = [path = settings.port, baud] { return open_port(path, baud); };
     if (!machine_.post) machine_.post = WatchdogProcess::post;
     if (!machine_.now) machine_.now = std::chrono::steady_clock::now;
   }
-
-  ~Impl() {
+  ~SerialDiffDrive() override {
     static_cast<void>(stop());
     watchdog_.reset();
   }
@@ -146,7 +103,8 @@ class SerialDiffDrive::Impl {
                                                   settings_.port, settings_.protocol, error.message, quote(monitor))};
   }
 
-  Status set_speeds(const WheelSpeeds& speeds) {
+ private:
+  Status do_set_speeds(const WheelSpeeds& speeds) override {
     if (auto there = connected(); !there) return there;
     if (speeds.left_radps == 0 && speeds.right_radps == 0) return stop_wheels();
     const double faster = std::max(std::abs(speeds.left_radps), std::abs(speeds.right_radps));
@@ -162,7 +120,7 @@ class SerialDiffDrive::Impl {
       if (auto expected = watchdog_->expect_motion(); !expected) return replace_watchdog(expected.error());
     }
     const std::uint32_t stops = count_stops();
-    moves_until_ = begun + limits_.command_timeout;
+    moves_until_ = begun + limits().command_timeout;
     const double per_rad = facts_.counts_per_turn / (2 * std::numbers::pi);
     const Status driven =
         protocol_->drive(*transport_, to_controller({speeds.left_radps * per_rad, speeds.right_radps * per_rad}));
@@ -174,7 +132,7 @@ class SerialDiffDrive::Impl {
     return {};
   }
 
-  Result<WheelAngles> read_angles() {
+  Result<WheelAngles> do_read_angles() override {
     if (auto there = connected(); !there) return there.error();
     if (auto kept = keep_dead_man_rule(); !kept) return kept.error();
     SteadyTime asked;
@@ -191,9 +149,9 @@ class SerialDiffDrive::Impl {
                        double(total.left) * rad, double(total.right) * rad};
   }
 
-  Status stop() noexcept {
+  Status do_stop() noexcept override {
     try {
-      if (greeted_) return set_speeds({});
+      if (greeted_) return do_set_speeds({});
       send_stop();
       return lost_;
     } catch (const std::exception&) {  // no memory for a message; the watchdog and the dead-man rule still work
@@ -201,13 +159,12 @@ class SerialDiffDrive::Impl {
     }
   }
 
-  [[nodiscard]] DriveFacts facts() const {
+  [[nodiscard]] DriveFacts do_tell() const override {
     DriveFacts facts = facts_;
     facts.has_watchdog = watchdog_ != nullptr;
     return facts;
   }
 
- private:
   [[nodiscard]] SteadyTime now() const { return machine_.now(); }
 
   /// Opens the port.
@@ -245,7 +202,7 @@ class SerialDiffDrive::Impl {
   }
 
   Status post_watchdog() {
-    auto watchdog = machine_.post(descriptor_, protocol_->stop_bytes(), limits_.command_timeout);
+    auto watchdog = machine_.post(descriptor_, protocol_->stop_bytes(), limits().command_timeout);
     if (!watchdog) return watchdog.error();
     watchdog_ = *std::move(watchdog);
     stops_noted_ = 0;
@@ -398,7 +355,8 @@ class SerialDiffDrive::Impl {
   /// Returns whether the motors can have turned the wheels this far in that time.
   [[nodiscard]] bool is_possible(const WheelCounts& step, SteadyTime::duration time) const {
     const double time_s = std::chrono::duration<double>(time).count() + kSlack_s;
-    const double most = kOverspeed * limits_.max_speed_radps * time_s * facts_.counts_per_turn / (2 * std::numbers::pi);
+    const double most =
+        kOverspeed * limits().max_speed_radps * time_s * facts_.counts_per_turn / (2 * std::numbers::pi);
     return double(std::max(std::abs(step.left), std::abs(step.right))) <= most + kSlackCounts;
   }
   [[nodiscard]] bool follows(const RawCounts& raw) const {
@@ -435,7 +393,6 @@ class SerialDiffDrive::Impl {
   }
 
   const SerialDriveSettings settings_;
-  const DriveLimits limits_;
   Machine machine_;
   const std::unique_ptr<Protocol> protocol_;
   DriveFacts facts_;
@@ -456,41 +413,55 @@ class SerialDiffDrive::Impl {
   Status lost_ = Error{ErrorCode::kDisconnected, "the controller was not found yet"};
 };
 
-SerialDiffDrive::SerialDiffDrive(const DriveLimits& limits, std::unique_ptr<Impl> impl)
-    : DiffDrive(limits), impl_(std::move(impl)) {}
-SerialDiffDrive::~SerialDiffDrive() = default;
+}  // namespace
 
-Result<std::unique_ptr<SerialDiffDrive>> SerialDiffDrive::open(const SerialDriveSettings& settings,
-                                                               const DriveLimits& limits) {
-  check(settings);
-  const int baud = settings.baud.value_or(make_protocol({.name = settings.protocol})->usual_baud());
-  const Connect connect = [path = settings.port, baud]() -> Result<Connection> {
-    auto port = SerialPort::open(path, baud);
-    if (!port) return port.error();
-    const int descriptor = (*port)->descriptor();
-    return Connection{*std::move(port), descriptor};
-  };
-  return open(settings, limits, connect);
+void check(const SerialDriveSettings& settings) {
+  std::string bad;
+  if (settings.port.empty()) bad += " port is missing;";
+  const auto names = protocol_names();
+  if (std::find(names.begin(), names.end(), settings.protocol) == names.end()) {
+    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(names, ", "));
+  } else {
+    const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();
+    if (!fixed && !settings.counts_per_turn) {
+      bad += fmt::format(" counts_per_turn is missing, protocol {} needs it;", settings.protocol);
+    }
+    if (!settings.watchdog && settings.protocol != "roboclaw") {
+      bad += fmt::format(
+          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by "
+          "itself;",
+          settings.protocol);
+    }
+  }
+  if (settings.baud && *settings.baud <= 0) bad += fmt::format(" baud is {}, must be > 0;", *settings.baud);
+  if (settings.counts_per_turn && !(*settings.counts_per_turn > 0 && std::isfinite(*settings.counts_per_turn))) {
+    bad += fmt::format(" counts_per_turn is {}, must be > 0 and finite;", *settings.counts_per_turn);
+  }
+  if (settings.least_speed_radps && !(*settings.least_speed_radps >= 0 && std::isfinite(*settings.least_speed_radps))) {
+    bad += fmt::format(" least_speed_radps is {}, must be >= 0 and finite;", *settings.least_speed_radps);
+  }
+  if (settings.address < 0x80 || settings.address > 0x87) {
+    bad += fmt::format(" address is {}, must be 128 to 135;", settings.address);
+  }
+  if (!bad.empty()) throw std::invalid_argument("SerialDriveSettings:" + bad);
 }
 
-Result<std::unique_ptr<SerialDiffDrive>> SerialDiffDrive::open(const SerialDriveSettings& settings,
-                                                               const DriveLimits& limits, Connect connect) {
-  return open(settings, limits, Machine{std::move(connect), {}, {}});
+double least_speed_radps(const SerialDriveSettings& settings) {
+  const auto protocol = make_protocol({.name = settings.protocol});
+  const double counts_per_turn = settings.counts_per_turn.value_or(protocol->fixed_counts_per_turn().value_or(0));
+  const double rad = 2 * std::numbers::pi / counts_per_turn;
+  return std::max(settings.least_speed_radps.value_or(protocol->usual_least_rate() * rad),
+                  protocol->least_command() * rad);
 }
 
-Result<std::unique_ptr<SerialDiffDrive>> SerialDiffDrive::open(const SerialDriveSettings& settings,
-                                                               const DriveLimits& limits, Machine machine) {
+Result<std::unique_ptr<DiffDrive>> open_drive(const SerialDriveSettings& settings, const DriveLimits& limits,
+                                              Machine machine) {
   check(settings);
   twocone::check(limits);
   check_without_watchdog(settings, limits);
-  auto impl = std::make_unique<Impl>(settings, limits, std::move(machine));
-  if (auto opened = impl->open(); !opened) return opened.error();
-  return std::unique_ptr<SerialDiffDrive>(new SerialDiffDrive(limits, std::move(impl)));
+  auto drive = std::make_unique<SerialDiffDrive>(settings, limits, std::move(machine));
+  if (auto opened = drive->open(); !opened) return opened.error();
+  return std::unique_ptr<DiffDrive>(std::move(drive));
 }
-
-Status SerialDiffDrive::do_set_speeds(const WheelSpeeds& speeds) { return impl_->set_speeds(speeds); }
-Result<WheelAngles> SerialDiffDrive::do_read_angles() { return impl_->read_angles(); }
-Status SerialDiffDrive::do_stop() noexcept { return impl_->stop(); }
-DriveFacts SerialDiffDrive::do_tell() const { return impl_->facts(); }
 
 }  // namespace twocone::serial

@@ -47,27 +47,20 @@ void check(const SerialDriveSettings& settings);
 /// @param settings must be valid by check()
 double least_speed_radps(const SerialDriveSettings& settings);
 
-/// An open transport, and its descriptor for a watchdog.
-struct Connection {
-  std::unique_ptr<Transport> transport;
-  int descriptor = -1;  ///< held by the watchdog; < 0: SerialDriveSettings::watchdog must be false
-};
-using Connect = std::function<Result<Connection>()>;
-
 /// The services of the machine that a drive needs.
 struct Machine {
-  /// Opens a transport, at the start and whenever the last one was lost.
-  Connect connect;
+  /// Opens a transport, at the start and whenever the last one was lost; empty: opens the serial port.
+  std::function<Result<Connection>()> connect{};
   /// Starts a watchdog on Connection::descriptor; empty: a WatchdogProcess.
   std::function<Result<std::unique_ptr<Watchdog>>(int descriptor, std::vector<std::uint8_t> stop_bytes,
                                                   std::chrono::nanoseconds timeout)>
-      post;
+      post{};
   /// Empty: the steady clock.
-  std::function<Deadline()> now;
+  std::function<Deadline()> now{};
 };
 
-/// A drive over a serial port. `WheelAngles::time` is the middle of the exchange (steady clock); the controller's own
-/// delay is not known.
+/// Opens a drive over a serial port: opens the port, finds the controller, sets its time-out and starts the watchdog.
+/// `WheelAngles::time` is the middle of the exchange (steady clock); the controller's own delay is not known.
 ///
 /// If the port is lost, each call tries to open it again by its path, at most four times a second. Until it is back and
 /// the handshake is repeated, calls return kDisconnected at once. Angles then continue from their last values. They do
@@ -78,30 +71,11 @@ struct Machine {
 /// stop was sent after it. set_speeds() has these errors besides DiffDrive's: kUnavailable (the watchdog is gone or
 /// halted; the wheels were stopped, and the next call drives with another watchdog); kRefused also for speeds that are
 /// not 0 and both below least_speed_radps(): the wheels would not turn, and are stopped.
-class SerialDiffDrive final : public DiffDrive {
- public:
-  /// Opens the port, finds the controller, sets its time-out and starts the watchdog.
-  /// Errors: kNotFound, kRefused, kUnavailable, kTimeout (no answer: wrong protocol or rate, or no power), kBadData,
-  /// kDisconnected. @throws std::invalid_argument as check() does, and for a drive without a watchdog whose
-  /// controller's own time-out is longer than the limits' command_timeout: roboclaw's is 0.1 s at least.
-  static Result<std::unique_ptr<SerialDiffDrive>> open(const SerialDriveSettings& settings, const DriveLimits& limits);
-  /// Opens a drive over transports that `connect` opens.
-  static Result<std::unique_ptr<SerialDiffDrive>> open(const SerialDriveSettings& settings, const DriveLimits& limits,
-                                                       Connect connect);
-  static Result<std::unique_ptr<SerialDiffDrive>> open(const SerialDriveSettings& settings, const DriveLimits& limits,
-                                                       Machine machine);
-  ~SerialDiffDrive() override;
-
- private:
-  class Impl;
-  SerialDiffDrive(const DriveLimits& limits, std::unique_ptr<Impl> impl);
-
-  Status do_set_speeds(const WheelSpeeds& speeds) override;
-  Result<WheelAngles> do_read_angles() override;
-  Status do_stop() noexcept override;
-  [[nodiscard]] DriveFacts do_tell() const override;
-
-  std::unique_ptr<Impl> impl_;
-};
+///
+/// Errors: kNotFound, kRefused, kUnavailable, kTimeout (no answer: wrong protocol or rate, or no power), kBadData,
+/// kDisconnected. @throws std::invalid_argument as check() does, and for a drive without a watchdog whose controller's
+/// own time-out is longer than the limits' command_timeout: roboclaw's is 0.1 s at least.
+Result<std::unique_ptr<DiffDrive>> open_drive(const SerialDriveSettings& settings, const DriveLimits& limits,
+                                              Machine machine = {});
 
 }  // namespace twocone::serial

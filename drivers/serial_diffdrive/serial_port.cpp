@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -78,38 +79,110 @@ std::string stable_path_of(const fs::path& path) {
   return "";
 }
 
-}  // namespace
-
-std::string_view why_not() { return ""; }
-
-std::vector<PortInfo> list_ports() {
-  sp_port** ports = nullptr;
-  if (sp_list_ports(&ports) != SP_OK) return {};
-  std::vector<PortInfo> found;
-  for (sp_port** port = ports; *port != nullptr; ++port) {
-    PortInfo info;
-    info.path = sp_get_port_name(*port);
-    info.stable_path = stable_path_of(info.path);
-    info.description = text_of(sp_get_port_description(*port));
-    const std::string serial = text_of(sp_get_port_usb_serial(*port));
-    if (!serial.empty()) info.description += fmt::format(", serial number {}", serial);
-    found.push_back(std::move(info));
+class SerialPort final : public Transport {
+ public:
+  /// @param port open
+  SerialPort(std::string path, Port port, int descriptor)
+      : path_(std::move(path)), port_(std::move(port)), descriptor_(descriptor) {}
+  ~SerialPort() override {
+    // A port that another program has taken must keep its TIOCEXCL.
+    if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
+    sp_close(port_.get());
   }
-  sp_free_port_list(ports);
-  std::sort(found.begin(), found.end(), [](const PortInfo& a, const PortInfo& b) { return a.path < b.path; });
-  return found;
+
+  /// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every
+  /// other twocone.
+  Status take_alone(bool& is_busy);
+  Status set_up(int baud);
+
+  Status write(std::span<const std::uint8_t> bytes, Deadline deadline) override;
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override;
+  Status discard_input() override;
+
+ private:
+  [[nodiscard]] Error gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
+  /// Waits for `events`. Errors: kTimeout, kDisconnected.
+  [[nodiscard]] Status wait_for(short events, Deadline deadline) const;
+
+  const std::string path_;
+  const Port port_;
+  const int descriptor_;
+  bool is_alone_ = false;
+};
+
+Status SerialPort::take_alone(bool& is_busy) {
+  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
+  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
+  if (is_alone_) return {};
+  is_busy = errno == EWOULDBLOCK;
+  const int error = errno;
+  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
+                                                is_busy ? kEndTheOther : kNamePort)};
 }
 
-Result<std::unique_ptr<SerialPort>> SerialPort::open(const std::string& path, int baud) {
-  for (const auto deadline = std::chrono::steady_clock::now() + kWatchdogGoes;;) {
-    bool is_busy = false;
-    auto port = open_once(path, baud, is_busy);
-    if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+Status SerialPort::set_up(int baud) {
+  if (sp_set_baudrate(port_.get(), baud) != SP_OK) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
+  }
+  if (sp_set_bits(port_.get(), 8) != SP_OK || sp_set_parity(port_.get(), SP_PARITY_NONE) != SP_OK ||
+      sp_set_stopbits(port_.get(), 1) != SP_OK || sp_set_flowcontrol(port_.get(), SP_FLOWCONTROL_NONE) != SP_OK) {
+    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
+                                                  last_error(), kNamePort)};
+  }
+  sp_flush(port_.get(), SP_BUF_BOTH);
+  return {};
+}
+
+Status SerialPort::wait_for(short events, Deadline deadline) const {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd entry{descriptor_, events, 0};
+    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
+    if (ready < 0 && errno != EINTR) return gone();
+    if (ready > 0) {
+      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
+      return {};
+    }
+    if (std::chrono::steady_clock::now() >= deadline) {
+      // A port whose device is gone may look like a silent one.
+      if (sp_input_waiting(port_.get()) < 0) return gone();
+      return Error{ErrorCode::kTimeout, "no answer"};
+    }
   }
 }
 
-Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& path, int baud, bool& is_busy) {
+Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
+  while (!bytes.empty()) {
+    const auto sent = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
+    if (sent < 0) return gone();
+    bytes = bytes.subspan(std::size_t(sent));
+    if (bytes.empty()) break;
+    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
+      if (ready.error().code != ErrorCode::kTimeout) return ready;
+      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
+    }
+  }
+  return {};
+}
+
+Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
+  while (true) {
+    const auto got = sp_nonblocking_read(port_.get(), room.data(), room.size());
+    if (got < 0) return gone();
+    if (got > 0) return std::size_t(got);
+    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
+    // The port is readable but has nothing to read: its device is gone.
+    if (sp_input_waiting(port_.get()) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
+  }
+}
+
+Status SerialPort::discard_input() {
+  if (sp_input_waiting(port_.get()) < 0 || sp_flush(port_.get(), SP_BUF_INPUT) != SP_OK) return gone();
+  return {};
+}
+
+Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   std::error_code none;
   const fs::path device = fs::canonical(path, none);
   if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
@@ -128,93 +201,42 @@ Result<std::unique_ptr<SerialPort>> SerialPort::open_once(const std::string& pat
     sp_close(port.get());
     return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor{}", path, kNamePort)};
   }
-  std::unique_ptr<SerialPort> opened(new SerialPort(path, port.release(), descriptor));
+  auto opened = std::make_unique<SerialPort>(path, std::move(port), descriptor);
   if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();
   if (auto set = opened->set_up(baud); !set) return set.error();
-  return opened;
+  return Connection{std::move(opened), descriptor};
 }
 
-/// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every other
-/// twocone.
-Status SerialPort::take_alone(bool& is_busy) {
-  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
-  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
-  if (is_alone_) return {};
-  is_busy = errno == EWOULDBLOCK;
-  const int error = errno;
-  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
-                                                is_busy ? kEndTheOther : kNamePort)};
-}
+}  // namespace
 
-Status SerialPort::set_up(int baud) {
-  if (sp_set_baudrate(port_, baud) != SP_OK) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
+std::string_view why_not() { return ""; }
+
+std::vector<DeviceInfo> list_ports() {
+  sp_port** ports = nullptr;
+  if (sp_list_ports(&ports) != SP_OK) return {};
+  std::map<std::string, DeviceInfo> by_path;
+  for (sp_port** port = ports; *port != nullptr; ++port) {
+    const std::string path = sp_get_port_name(*port);
+    const std::string stable_path = stable_path_of(path);
+    std::string description = text_of(sp_get_port_description(*port));
+    const std::string serial = text_of(sp_get_port_usb_serial(*port));
+    if (!serial.empty()) description += fmt::format(", serial number {}", serial);
+    by_path[path] = {.name = stable_path.empty() ? path : stable_path,
+                     .what = description.empty() ? path : fmt::format("{} ({})", description, path)};
   }
-  if (sp_set_bits(port_, 8) != SP_OK || sp_set_parity(port_, SP_PARITY_NONE) != SP_OK ||
-      sp_set_stopbits(port_, 1) != SP_OK || sp_set_flowcontrol(port_, SP_FLOWCONTROL_NONE) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
-                                                  last_error(), kNamePort)};
+  sp_free_port_list(ports);
+  std::vector<DeviceInfo> found;
+  for (auto& [path, info] : by_path) found.push_back(std::move(info));
+  return found;
+}
+
+Result<Connection> open_port(const std::string& path, int baud) {
+  for (const auto deadline = std::chrono::steady_clock::now() + kWatchdogGoes;;) {
+    bool is_busy = false;
+    auto port = open_once(path, baud, is_busy);
+    if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  sp_flush(port_, SP_BUF_BOTH);
-  return {};
-}
-
-SerialPort::~SerialPort() {
-  // A port that another program has taken must keep its TIOCEXCL.
-  if (is_alone_) ::ioctl(descriptor_, TIOCNXCL);
-  sp_close(port_);
-  sp_free_port(port_);
-}
-
-Error SerialPort::gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
-
-Status SerialPort::wait_for(short events, Deadline deadline) const {
-  while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    pollfd entry{descriptor_, events, 0};
-    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
-    if (ready < 0 && errno != EINTR) return gone();
-    if (ready > 0) {
-      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
-      return {};
-    }
-    if (std::chrono::steady_clock::now() >= deadline) {
-      // A port whose device is gone may look like a silent one.
-      if (sp_input_waiting(port_) < 0) return gone();
-      return Error{ErrorCode::kTimeout, "no answer"};
-    }
-  }
-}
-
-Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
-  while (!bytes.empty()) {
-    const auto sent = sp_nonblocking_write(port_, bytes.data(), bytes.size());
-    if (sent < 0) return gone();
-    bytes = bytes.subspan(std::size_t(sent));
-    if (bytes.empty()) break;
-    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
-      if (ready.error().code != ErrorCode::kTimeout) return ready;
-      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
-    }
-  }
-  return {};
-}
-
-Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
-  while (true) {
-    const auto got = sp_nonblocking_read(port_, room.data(), room.size());
-    if (got < 0) return gone();
-    if (got > 0) return std::size_t(got);
-    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
-    // The port is readable but has nothing to read: its device is gone.
-    if (sp_input_waiting(port_) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
-  }
-}
-
-Status SerialPort::discard_input() {
-  if (sp_input_waiting(port_) < 0 || sp_flush(port_, SP_BUF_INPUT) != SP_OK) return gone();
-  return {};
 }
 
 }  // namespace twocone::serial

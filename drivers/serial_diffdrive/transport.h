@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <thread>
 
@@ -31,6 +32,12 @@ class Transport {
   virtual Status discard_input() = 0;
   /// Sends nothing for this time. It may return at once if no time passes at the other end.
   virtual void pause(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
+};
+
+/// An open transport, and its descriptor for a watchdog.
+struct Connection {
+  std::unique_ptr<Transport> transport;
+  int descriptor = -1;  ///< held by the watchdog; < 0: SerialDriveSettings::watchdog must be false
 };
 
 }  // namespace twocone::serial

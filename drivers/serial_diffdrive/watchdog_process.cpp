@@ -9,7 +9,6 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
@@ -21,6 +20,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -112,9 +112,7 @@ void ignore_signals() {
                           number == SIGABRT || number == SIGTRAP || number == SIGSYS;
     ::signal(number, is_fault ? SIG_DFL : SIG_IGN);
   }
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  base::Process::unblock_signals();
 }
 
 /// Keeps only the port and this end of the pipe. In particular, the program's end of the pipe must close with the
@@ -141,94 +139,62 @@ bool keep_only(int port, int pipe) {
   run_watchdog(state, stop_bytes, count, timeout_ns);
 }
 
-/// Forks with all signals blocked, so that no signal reaches the child before it ignores them.
-template <typename Become>
-pid_t fork_with_signals_blocked(Become become) {
-  sigset_t all, before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  const pid_t process = ::fork();
-  if (process == 0) become();
-  const int failed = errno;
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  errno = failed;
-  return process;
-}
-
 /// Returns whether the watchdog reports that it is ready.
 bool is_ready(int pipe) {
   pollfd entry{pipe, POLLIN, 0};
-  int ready = 0;
-  do {
-    ready = ::poll(&entry, 1, kPosted_ms);
-  } while (ready < 0 && errno == EINTR);
   char word = 0;
-  return ready > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
+  return TEMP_FAILURE_RETRY(::poll(&entry, 1, kPosted_ms)) > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
 }
 
 }  // namespace
 
-struct WatchdogProcess::Page {
-  WatchdogState state;
-};
+void WatchdogProcess::Unmap::operator()(WatchdogState* state) const { ::munmap(state, sizeof *state); }
 
-WatchdogProcess::WatchdogProcess(Page* page, pid_t process, int pipe, std::chrono::nanoseconds timeout)
-    : Watchdog(page->state, timeout), page_(page), process_(process), pipe_(pipe) {}
+WatchdogProcess::WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe,
+                                 std::chrono::nanoseconds timeout)
+    : Watchdog(*state, timeout), state_(std::move(state)), process_(std::move(process)), pipe_(std::move(pipe)) {}
 
 Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<std::uint8_t> stop_bytes,
                                                         std::chrono::nanoseconds timeout) {
   if (timeout.count() <= 0) {
     throw std::invalid_argument(fmt::format("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count()));
   }
-  const auto unavailable = [](const char* what) {
-    return Error{ErrorCode::kUnavailable, fmt::format("no {} for the watchdog: {}", what, std::strerror(errno))};
+  const auto unavailable = [](const char* what, int error) {
+    return Error{ErrorCode::kUnavailable, fmt::format("no {} for the watchdog: {}", what, std::strerror(error))};
   };
-  void* const memory = ::mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) return unavailable("memory");
-  Page* const page = new (memory) Page;
+  void* const memory =
+      ::mmap(nullptr, sizeof(WatchdogState), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return unavailable("memory", errno);
+  SharedState state(new (memory) WatchdogState);
   // The pipe is a socket, because send() has a flag that prevents SIGPIPE.
   std::array<int, 2> ends{-1, -1};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    const Error error = unavailable("pipe");
-    ::munmap(memory, sizeof(Page));
-    return error;
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return unavailable("pipe", errno);
+  base::UniqueFd ours(ends[0]);
+  base::UniqueFd theirs(ends[1]);
+  try {
+    base::Process process(
+        [&] { become_watchdog(port, theirs.get(), *state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
+    theirs.reset();
+    const bool ready = is_ready(ours.get());
+    std::unique_ptr<Watchdog> watchdog(
+        new WatchdogProcess(std::move(state), std::move(process), std::move(ours), timeout));
+    if (!ready) return Error{ErrorCode::kUnavailable, "the watchdog process does not start"};
+    return watchdog;
+  } catch (const std::system_error& error) {
+    return unavailable("process", error.code().value());
   }
-  const pid_t process = fork_with_signals_blocked(
-      [&] { become_watchdog(port, ends[1], page->state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
-  const int failed = errno;
-  ::close(ends[1]);
-  // From here on this object owns memory, process and pipe.
-  std::unique_ptr<Watchdog> watchdog(new WatchdogProcess(page, process, ends[0], timeout));
-  errno = failed;
-  if (process < 0) return unavailable("process");
-  if (!is_ready(ends[0])) return Error{ErrorCode::kUnavailable, "the watchdog process does not start"};
-  return watchdog;
 }
 
-WatchdogProcess::~WatchdogProcess() {
-  do_end(kEnds);
-  ::close(pipe_);
-  ::munmap(page_, sizeof(Page));
-}
+WatchdogProcess::~WatchdogProcess() { do_end(kEnds); }
 
 void WatchdogProcess::do_end(std::chrono::milliseconds patience) noexcept {
-  if (process_ <= 0) return;
-  ::shutdown(pipe_, SHUT_RDWR);  // the watchdog reads the end of the pipe
-  const std::int64_t deadline = steady_ns() + std::chrono::nanoseconds(patience).count();
-  while (::waitpid(process_, nullptr, WNOHANG) == 0) {
-    if (steady_ns() >= deadline) {
-      ::kill(process_, SIGKILL);  // it is halted, or blocked by a port that accepts no bytes
-      while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-      }
-      break;
-    }
-    ::poll(nullptr, 0, 1);
-  }
-  process_ = 0;
+  ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
+  // One that does not end is halted, or blocked by a port that accepts no bytes.
+  if (!process_.wait(patience)) process_.kill();
 }
 
 Status WatchdogProcess::wake() {
-  while (::send(pipe_, &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
+  while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
     if (errno == EINTR) continue;
     if (errno == EAGAIN) break;  // enough messages are waiting for it
     return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
@@ -238,6 +204,6 @@ Status WatchdogProcess::wake() {
 
 std::int64_t WatchdogProcess::now_ns() const { return steady_ns(); }
 void WatchdogProcess::nap() { std::this_thread::sleep_for(kNap); }
-std::string WatchdogProcess::name() const { return fmt::format("process {}", process_); }
+std::string WatchdogProcess::name() const { return fmt::format("process {}", process_.pid()); }
 
 }  // namespace twocone::serial

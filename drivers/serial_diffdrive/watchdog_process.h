@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "base/process.h"
 #include "drivers/serial_diffdrive/watchdog.h"
 #include "hal/result.h"
 
@@ -34,8 +33,12 @@ class WatchdogProcess final : public Watchdog {
   ~WatchdogProcess() override;
 
  private:
-  struct Page;
-  WatchdogProcess(Page* page, pid_t process, int pipe, std::chrono::nanoseconds timeout);
+  /// Unmaps the shared page.
+  struct Unmap {
+    void operator()(WatchdogState* state) const;
+  };
+  using SharedState = std::unique_ptr<WatchdogState, Unmap>;
+  WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe, std::chrono::nanoseconds timeout);
 
   Status wake() override;
   void do_end(std::chrono::milliseconds patience) noexcept override;
@@ -43,9 +46,9 @@ class WatchdogProcess final : public Watchdog {
   void nap() override;
   [[nodiscard]] std::string name() const override;
 
-  Page* const page_;
-  pid_t process_;  // <= 0: it has ended
-  const int pipe_;
+  const SharedState state_;
+  base::Process process_;
+  const base::UniqueFd pipe_;
 };
 
 }  // namespace twocone::serial

@@ -160,34 +160,28 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
   asked.type = buffer_type_;
   Negotiated result{format, 0, 0, 0, std::nullopt};
   std::uint32_t code = 0;
-  if (has_planes()) {
-    auto& pixels = asked.fmt.pix_mp;
+  // The structures for one plane and for several have the same names for what both have.
+  const auto ask = [&](auto& pixels) {
     pixels.width = std::uint32_t(wanted.width_px);
     pixels.height = std::uint32_t(wanted.height_px);
     pixels.pixelformat = format.code;
     pixels.field = V4L2_FIELD_NONE;
-    pixels.num_planes = 1;
-    if (const int error = call(VIDIOC_S_FMT, &asked)) return device_error(fmt::format("{}: its format", path_), error);
-    if (pixels.num_planes != 1) {
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{}: {} in {} planes; ask for another format:", path_, format.name, pixels.num_planes)};
-    }
+    const int error = call(VIDIOC_S_FMT, &asked);
     code = pixels.pixelformat;
     result.width_px = int(pixels.width);
     result.height_px = int(pixels.height);
-    result.row_bytes = pixels.plane_fmt[0].bytesperline;
-  } else {
-    auto& pixels = asked.fmt.pix;
-    pixels.width = std::uint32_t(wanted.width_px);
-    pixels.height = std::uint32_t(wanted.height_px);
-    pixels.pixelformat = format.code;
-    pixels.field = V4L2_FIELD_NONE;
-    if (const int error = call(VIDIOC_S_FMT, &asked)) return device_error(fmt::format("{}: its format", path_), error);
-    code = pixels.pixelformat;
-    result.width_px = int(pixels.width);
-    result.height_px = int(pixels.height);
-    result.row_bytes = pixels.bytesperline;
+    return error;
+  };
+  v4l2_pix_format_mplane& planes = asked.fmt.pix_mp;
+  if (has_planes()) planes.num_planes = 1;
+  if (const int error = has_planes() ? ask(planes) : ask(asked.fmt.pix)) {
+    return device_error(fmt::format("{}: its format", path_), error);
   }
+  if (has_planes() && planes.num_planes != 1) {
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{}: {} in {} planes; ask for another format:", path_, format.name, planes.num_planes)};
+  }
+  result.row_bytes = has_planes() ? planes.plane_fmt[0].bytesperline : asked.fmt.pix.bytesperline;
   if (code != format.code) {
     return Error{ErrorCode::kRefused,
                  fmt::format("{} gives {} instead of {}; ask for a format: that it has, as twocone devices lists them",

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "drivers/v4l2_camera/kernel.h"
@@ -33,6 +34,9 @@ std::string text_of(const Byte (&field)[Size]) {
   const auto* const text = reinterpret_cast<const char*>(field);
   return {text, ::strnlen(text, Size)};
 }
+
+/// A control, by the name that `v4l2-ctl --list-ctrls` prints, and its value.
+using Control = std::pair<std::string, std::int64_t>;
 
 /// The format, size and rate that the device accepted.
 struct Negotiated {

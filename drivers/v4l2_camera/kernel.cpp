@@ -15,23 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <typename Call>
-int until_not_interrupted(Call call) {
-  int result = 0;
-  do {
-    result = call();
-  } while (result < 0 && errno == EINTR);
-  return result;
-}
-
 class RealKernel final : public Kernel {
  public:
-  int open(const char* path) override {
-    return until_not_interrupted([&] { return ::open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC); });
-  }
+  int open(const char* path) override { return int(TEMP_FAILURE_RETRY(::open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC))); }
   int close(int file) override { return ::close(file); }
   int ioctl(int file, unsigned long request, void* argument) override {
-    return until_not_interrupted([&] { return ::ioctl(file, request, argument); });
+    return int(TEMP_FAILURE_RETRY(::ioctl(file, request, argument)));
   }
   void* mmap(int file, std::size_t length, long offset) override {
     void* const memory = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, file, offset);

@@ -32,39 +32,26 @@ constexpr std::chrono::seconds kSameClock{10};
 
 nanoseconds steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
-}  // namespace
-
-std::string_view why_not() { return ""; }
-
-/// The settings as the device applied them.
-struct Applied {
-  std::string path;
-  std::string card;
-  std::string format;
-  CameraSettings settings;
-  bool rate_told = true;
-  std::vector<Control> controls;
-};
-
-class V4l2Camera::Impl {
+class V4l2Camera final : public Camera {
  public:
-  Impl(const V4l2Settings& settings, std::shared_ptr<Kernel> kernel)
+  V4l2Camera(const V4l2Settings& settings, std::shared_ptr<Kernel> kernel)
       : settings_(settings), kernel_(std::move(kernel)) {}
-  ~Impl() { stop(); }
+  ~V4l2Camera() override { stop(); }
 
   Status open() {
     device_.reset();
-    const auto path = find_device(settings_.device, kernel_);
+    const auto path = find_device(settings_.name, kernel_);
     if (!path) return path.error();
     auto device = Device::open(*path, kernel_);
     if (!device) return device.error();
     device_ = *std::move(device);
-    applied_.path = *path;
-    applied_.card = device_->card();
+    path_ = *path;
+    applied_.device = fmt::format("{} ({})", device_->card(), path_);
     return {};
   }
 
-  Result<CameraSettings> configure(const CameraSettings& wanted) {
+ private:
+  Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
     if (!device_) {
       if (auto opened = open(); !opened) return away(opened.error());
     }
@@ -73,10 +60,10 @@ class V4l2Camera::Impl {
     if (!negotiated) return lost_with(negotiated.error());
     format_ = *negotiated;
     applied_.controls.clear();
-    for (const Control& control : settings_.controls) {
-      const auto set = device_->set(control);
+    for (const auto& [name, value] : settings_.controls) {
+      const auto set = device_->set({name, std::llround(value)});
       if (!set) return lost_with(set.error());
-      applied_.controls.push_back(*set);
+      applied_.controls.emplace_back(set->first, double(set->second));
     }
     applied_.format = format_->format.name;
     applied_.rate_told = format_->rate_hz.has_value();
@@ -84,15 +71,15 @@ class V4l2Camera::Impl {
     return applied_.settings;
   }
 
-  Status start() {
+  Status do_start() override {
     if (!device_) {  // it was lost, or its buffers could not be freed
       const CameraSettings before = applied_.settings;
-      const auto again = configure(wanted_);
+      const auto again = do_configure(wanted_);
       if (!again) return again.error();
       if (*again != before) {
         return Error{ErrorCode::kRefused, fmt::format("{}: it came back with {} x {} pixels at {:g} Hz instead of {} x "
                                                       "{} at {:g}; plug the right camera into its place",
-                                                      applied_.path, again->width_px, again->height_px, again->rate_hz,
+                                                      path_, again->width_px, again->height_px, again->rate_hz,
                                                       before.width_px, before.height_px, before.rate_hz)};
       }
     }
@@ -105,7 +92,7 @@ class V4l2Camera::Impl {
     return {};
   }
 
-  Result<Frame> grab(milliseconds timeout) {
+  Result<Frame> do_grab(milliseconds timeout) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const milliseconds silence = silence_limit();
     const milliseconds limit = std::min(timeout, silence);
@@ -129,8 +116,7 @@ class V4l2Camera::Impl {
     }
   }
 
-  void stop() noexcept {
-    if (!stream_) return;
+  void do_stop() noexcept override {
     newest_.reset();
     // A device that keeps its buffers would refuse the next start, so it is opened again, as after a broken stream.
     if (!stream_->stop() || is_broken_) device_.reset();
@@ -138,14 +124,8 @@ class V4l2Camera::Impl {
     is_broken_ = false;
   }
 
-  void describe(CameraFacts& facts) const {
-    facts.device = fmt::format("{} ({})", applied_.card, applied_.path);
-    facts.format = applied_.format;
-    facts.rate_told = applied_.rate_told;
-    for (const auto& [name, value] : applied_.controls) facts.controls.emplace_back(name, double(value));
-  }
+  void do_tell(CameraFacts& facts) const override { facts = applied_; }
 
- private:
   [[nodiscard]] milliseconds silence_limit() const {
     const double periods_ms = std::min(1000 * kSilentPeriods / applied_.settings.rate_hz, double(kLongestWait.count()));
     return std::max(last_handed_out_ ? kLeastSilence : kFirstSilence, milliseconds(std::llround(periods_ms)));
@@ -163,16 +143,16 @@ class V4l2Camera::Impl {
 
   Error broken(const std::string& why) {
     is_broken_ = true;
-    return {ErrorCode::kDisconnected, fmt::format("{}: {}", applied_.path, why)};
+    return {ErrorCode::kDisconnected, fmt::format("{}: {}", path_, why)};
   }
 
   [[nodiscard]] Error nothing_within(milliseconds limit, bool is_silent) const {
     if (!is_silent) {
-      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", applied_.path, limit.count())};
+      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", path_, limit.count())};
     }
     const std::string trouble = device_->input_trouble();
-    return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms{}{}", applied_.path, limit.count(),
-                                             trouble.empty() ? "" : ": ", trouble)};
+    return {ErrorCode::kTimeout,
+            fmt::format("{}: no frame for {} ms{}{}", path_, limit.count(), trouble.empty() ? "" : ": ", trouble)};
   }
 
   /// Subscribes to changes of the source. A video signal can be cut off at its source; the device then continues to
@@ -214,7 +194,7 @@ class V4l2Camera::Impl {
       ++filled;
       if ((*taken)->is_damaged) {
         stream_->give_back((*taken)->index);
-        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", applied_.path, (*taken)->sequence)};
+        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", path_, (*taken)->sequence)};
       }
       pass_over();
       newest_ = **taken;
@@ -260,7 +240,7 @@ class V4l2Camera::Impl {
   Status fill(Image& image, const Filled& filled) {
     const auto expected = image_bytes(image.format, image.width_px, image.height_px);
     if (!expected) {  // MJPG: any number of bytes is valid
-      if (filled.bytes.empty()) return Error{ErrorCode::kBadData, fmt::format("{}: an empty frame", applied_.path)};
+      if (filled.bytes.empty()) return Error{ErrorCode::kBadData, fmt::format("{}: an empty frame", path_)};
       lend_or_copy(image, filled, filled.bytes);
       return {};
     }
@@ -268,8 +248,8 @@ class V4l2Camera::Impl {
     const std::size_t row_bytes = *expected / rows;
     const std::size_t stride = std::max(format_->row_bytes, row_bytes);
     if (filled.bytes.size() < stride * (rows - 1) + row_bytes) {
-      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", applied_.path,
-                                                    filled.sequence, filled.bytes.size(), stride * rows)};
+      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", path_, filled.sequence,
+                                                    filled.bytes.size(), stride * rows)};
     }
     if (stride == row_bytes) {
       lend_or_copy(image, filled, filled.bytes.first(*expected));
@@ -296,7 +276,8 @@ class V4l2Camera::Impl {
   std::unique_ptr<Device> device_;
   CameraSettings wanted_;
   std::optional<Negotiated> format_;
-  Applied applied_;
+  std::string path_;
+  CameraFacts applied_;
   std::shared_ptr<Stream> stream_;
   bool is_broken_ = false;
   bool watches_source_ = false;
@@ -307,20 +288,15 @@ class V4l2Camera::Impl {
   std::optional<std::uint64_t> last_handed_out_;
 };
 
-V4l2Camera::V4l2Camera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-V4l2Camera::~V4l2Camera() = default;
+}  // namespace
 
-Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Settings& settings, std::shared_ptr<Kernel> kernel) {
+std::string_view why_not() { return ""; }
+
+Result<std::unique_ptr<Camera>> open_camera(const V4l2Settings& settings, std::shared_ptr<Kernel> kernel) {
   check(settings);
-  auto impl = std::make_unique<Impl>(settings, std::move(kernel));
-  if (auto opened = impl->open(); !opened) return opened.error();
-  return std::unique_ptr<V4l2Camera>(new V4l2Camera(std::move(impl)));
+  auto camera = std::make_unique<V4l2Camera>(settings, std::move(kernel));
+  if (auto opened = camera->open(); !opened) return opened.error();
+  return std::unique_ptr<Camera>(std::move(camera));
 }
-
-Result<CameraSettings> V4l2Camera::do_configure(const CameraSettings& wanted) { return impl_->configure(wanted); }
-Status V4l2Camera::do_start() { return impl_->start(); }
-Result<Frame> V4l2Camera::do_grab(milliseconds timeout) { return impl_->grab(timeout); }
-void V4l2Camera::do_stop() noexcept { impl_->stop(); }
-void V4l2Camera::do_tell(CameraFacts& facts) const { impl_->describe(facts); }
 
 }  // namespace twocone::v4l2

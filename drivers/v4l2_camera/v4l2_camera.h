@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "drivers/v4l2_camera/kernel.h"
 #include "hal/camera.h"
+#include "hal/camera_device.h"
 
 /// Cameras of the kernel's Video4Linux2 interface, streamed through memory that device and program share.
 namespace twocone::v4l2 {
@@ -18,21 +17,14 @@ namespace twocone::v4l2 {
 /// opening returns kUnavailable. Empty: the build has the driver.
 std::string_view why_not();
 
-/// A control and its value. The name is the one that `v4l2-ctl --list-ctrls` prints: exposure_time_absolute, gain.
-using Control = std::pair<std::string, std::int64_t>;
-
-struct V4l2Settings {
-  /// A path (/dev/video0), a link to it (/dev/v4l/by-id/..., by-path/...), or the card's name, if only one has it.
-  std::string device;
-  /// YUYV, UYVY, NV12, GREY, RGB3, BGR3 or MJPG; empty: the first of these that the camera has in the requested size.
-  std::string format;
-  /// Controls are set in this order, which matters: exposure_time_absolute is refused until auto_exposure allows it. A
-  /// button is pressed with any value.
-  std::vector<Control> controls;
-};
+/// The name is a path (/dev/video0), a link to it (/dev/v4l/by-id/..., by-path/...), or the card's name, if only one
+/// has it. Without a format, the first one is chosen that the camera has in the requested size. Controls have the names
+/// that `v4l2-ctl --list-ctrls` prints (exposure_time_absolute, gain) and whole numbers as values. Their order matters:
+/// exposure_time_absolute is refused until auto_exposure allows it. A button is pressed with any value.
+using V4l2Settings = CameraDevice;
 
 /// @throws std::invalid_argument naming every bad field
-void check(const V4l2Settings& settings);
+inline void check(const V4l2Settings& settings) { twocone::check(settings, "V4l2Settings"); }
 
 /// A camera of this machine, as `twocone devices` lists it.
 struct CameraInfo {
@@ -44,10 +36,10 @@ struct CameraInfo {
 };
 std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
 
-/// The path, with all links resolved, of the device that V4l2Settings::device names; `device` itself if there is none.
+/// The path, with all links resolved, of the device that V4l2Settings::name names; `device` itself if there is none.
 std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel = real_kernel());
 
-/// A camera of Video4Linux2. Frames are in the camera's own format, and lent: a frame's buffer goes back to the device
+/// Opens a camera. Its frames are in the camera's own format, and lent: a frame's buffer goes back to the device
 /// when the last copy of the frame is destroyed. If too few buffers are left for the device, or if its rows are padded,
 /// frames are copies instead.
 ///
@@ -64,26 +56,10 @@ std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& ke
 /// its timeout, grab() waits at most ten frame periods, or half a second if that is longer (three seconds for the first
 /// frame): a camera that sends nothing is reported (kTimeout). So is a camera whose source is cut off, although it
 /// still sends. When the source is back, grab() returns kDisconnected, because the image size may have changed.
-class V4l2Camera final : public Camera {
- public:
-  /// Opens the device. Errors: kNotFound, kRefused (no permission; no camera; several cards of that name),
-  /// kUnavailable.
-  /// @throws std::invalid_argument as check() does
-  static Result<std::unique_ptr<V4l2Camera>> open(const V4l2Settings& settings,
-                                                  std::shared_ptr<Kernel> kernel = real_kernel());
-  ~V4l2Camera() override;
-
- private:
-  class Impl;
-  explicit V4l2Camera(std::unique_ptr<Impl> impl);
-
-  Result<CameraSettings> do_configure(const CameraSettings& wanted) override;
-  Status do_start() override;
-  Result<Frame> do_grab(std::chrono::milliseconds timeout) override;
-  void do_stop() noexcept override;
-  void do_tell(CameraFacts& facts) const override;
-
-  std::unique_ptr<Impl> impl_;
-};
+///
+/// Errors: kNotFound, kRefused (no permission; no camera; several cards of that name), kUnavailable.
+/// @throws std::invalid_argument as check() does
+Result<std::unique_ptr<Camera>> open_camera(const V4l2Settings& settings,
+                                            std::shared_ptr<Kernel> kernel = real_kernel());
 
 }  // namespace twocone::v4l2

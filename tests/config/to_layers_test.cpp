@@ -25,7 +25,7 @@ std::string all_of(const DriveLimits& limits) {
   return fmt::format("{} {}\n", max_speed_radps, command_timeout.count());
 }
 
-std::string all_of(const drivers::CameraDevice& device) {
+std::string all_of(const CameraDevice& device) {
   const auto& [name, format, controls] = device;
   std::string text = name + " " + format + "\n";
   for (const auto& [control, value] : controls) text += fmt::format("{} {}\n", control, value);

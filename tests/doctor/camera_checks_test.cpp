@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "apps/doctor/checks/pair_checks.h"
-#include "drivers/memory/faulty_camera.h"
 #include "drivers/memory/memory_camera.h"
 #include "tests/doctor/bench_devices.h"
+#include "tests/support/faulty_camera.h"
 
 namespace twocone::doctor {
 namespace {
@@ -118,10 +118,10 @@ TEST(DoctorCamera, StopsWhenItIsInterrupted) {
 
 TEST(DoctorCamera, ABadCableIsReported) {
   FakeSurroundings fake;
-  memory::CameraFaults faults;
+  testing_support::CameraFaults faults;
   faults.bad_data_chance = 0.04;
   faults.lost_chance = 0.04;
-  memory::FaultyCamera camera(
+  testing_support::FaultyCamera camera(
       std::make_unique<memory::MemoryCamera>(fake.clock, memory::WhenNotDue::kAdvance, memory::test_pattern), faults,
       42);
   Report report;

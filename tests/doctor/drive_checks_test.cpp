@@ -6,9 +6,9 @@
 
 #include "apps/doctor/advice.h"
 #include "apps/doctor/checks/turn_tests.h"
-#include "drivers/memory/faulty_diffdrive.h"
 #include "drivers/memory/memory_diffdrive.h"
 #include "tests/doctor/bench_devices.h"
+#include "tests/support/faulty_diffdrive.h"
 
 namespace twocone::doctor {
 namespace {
@@ -211,9 +211,10 @@ TEST(DoctorDrive, WheelsStandAfterAnInterruption) {
 
 TEST(DoctorDrive, ABadCableIsReported) {
   FakeSurroundings fake;
-  memory::DriveFaults faults;
+  testing_support::DriveFaults faults;
   faults.read_timeout_chance = 0.1;
-  memory::FaultyDiffDrive drive(std::make_unique<memory::MemoryDiffDrive>(fake.clock, DriveLimits{}), faults, 7);
+  testing_support::FaultyDiffDrive drive(std::make_unique<memory::MemoryDiffDrive>(fake.clock, DriveLimits{}), faults,
+                                         7);
   Report report;
   check_standing_drive({part_of({}), kPeriod_s}, drive, fake.surroundings(), report);
   EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kWarning);

@@ -44,9 +44,10 @@ Report checked(const Controller& controller) {
     settings.counts_per_turn = controller.counts_per_turn;
     const serial::SerialDriveSettings as_filed = settings;
     settings.least_speed_radps = 0;
-    auto drive = serial::SerialDiffDrive::open(settings, limits, [&]() -> Result<serial::Connection> {
-      return serial::Connection{std::make_unique<emulator::DescriptorTransport>(ends[0]), ends[0]};
-    });
+    auto drive = serial::open_drive(
+        settings, limits, {.connect = [&]() -> Result<serial::Connection> {
+          return serial::Connection{std::make_unique<emulator::DescriptorTransport>(ends[0]), ends[0]};
+        }});
     EXPECT_TRUE(drive) << drive.error().message;
     if (drive) {
       const SteadyClock clock;

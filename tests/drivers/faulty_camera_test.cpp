@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/faulty_camera.h"
+#include "tests/support/faulty_camera.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +14,13 @@
 
 #include "drivers/memory/memory_camera.h"
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 namespace {
 
 using namespace std::chrono_literals;
+using memory::MemoryCamera;
+using memory::test_pattern;
+using memory::WhenNotDue;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -257,4 +260,4 @@ TEST(FaultyCamera, FaultsAreIndependent) {
 }
 
 }  // namespace
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/faulty_diffdrive.h"
+#include "tests/support/faulty_diffdrive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,12 @@
 
 #include "drivers/memory/memory_diffdrive.h"
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 namespace {
 
 using namespace std::chrono_literals;
+using memory::MemoryDiffDrive;
+using memory::Wheels;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -157,4 +159,4 @@ TEST_F(FaultyDiffDriveTest, TheSeedRepeatsTheFaults) {
 }
 
 }  // namespace
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/memory/memory_camera.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -10,6 +14,29 @@ namespace twocone::memory {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// The place, 0 .. kMarkPlaces - 1, of the mark in a test pattern; nothing if no pixel is white.
+std::optional<int> mark_place(const Image& image) {
+  const auto rgb = to_rgb8(image);
+  if (!rgb) return std::nullopt;
+  // A saturated hue has one channel at 0, so only the mark is bright in all three.
+  constexpr std::uint8_t kWhite = 128;
+  double x = 0, y = 0;
+  bool seen = false;
+  for (int row = 0; row < rgb->height_px; ++row) {
+    for (int column = 0; column < rgb->width_px; ++column) {
+      const std::size_t at = 3 * (std::size_t(row) * std::size_t(rgb->width_px) + std::size_t(column));
+      if (std::min({rgb->bytes[at], rgb->bytes[at + 1], rgb->bytes[at + 2]}) < kWhite) continue;
+      const double azimuth = std::atan2(row - 0.5 * (rgb->height_px - 1), column - 0.5 * (rgb->width_px - 1));
+      x += std::cos(azimuth);
+      y += std::sin(azimuth);
+      seen = true;
+    }
+  }
+  if (!seen) return std::nullopt;
+  const auto place = int(std::lround(std::atan2(y, x) * kMarkPlaces / (2 * std::numbers::pi)));
+  return (place + kMarkPlaces) % kMarkPlaces;
+}
 
 constexpr CameraSettings kSmall{64, 48, 20};
 constexpr auto kPeriod = 50ms;

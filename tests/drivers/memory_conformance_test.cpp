@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
-#include "drivers/memory/faulty_camera.h"
-#include "drivers/memory/faulty_diffdrive.h"
 #include "drivers/memory/memory_camera.h"
 #include "drivers/memory/memory_diffdrive.h"
 #include "tests/drivers/camera_conformance.h"
 #include "tests/drivers/diff_drive_conformance.h"
+#include "tests/support/faulty_camera.h"
+#include "tests/support/faulty_diffdrive.h"
 
 namespace twocone::test {
 namespace {
 
 using namespace std::chrono_literals;
-using memory::FaultyCamera;
-using memory::FaultyDiffDrive;
 using memory::MemoryCamera;
 using memory::MemoryDiffDrive;
 using memory::WhenNotDue;
 using std::chrono::nanoseconds;
+using testing_support::FaultyCamera;
+using testing_support::FaultyDiffDrive;
 
 OpenedCamera open_on_manual_clock(WhenNotDue when_not_due) {
   auto clock = std::make_shared<ManualClock>();
@@ -31,7 +31,7 @@ OpenedCamera open_on_steady_clock() {
 
 /// A cable without a fault must behave like no cable.
 OpenedCamera behind_a_cable(OpenedCamera opened) {
-  return {std::make_unique<FaultyCamera>(std::move(opened.camera), memory::CameraFaults{}, 1), opened.pass};
+  return {std::make_unique<FaultyCamera>(std::move(opened.camera), testing_support::CameraFaults{}, 1), opened.pass};
 }
 
 // The periods of these rates are not whole nanoseconds, so a sum of rounded periods is detected.
@@ -74,7 +74,7 @@ OpenedDrive open_steady_drive(const DriveLimits& limits) {
 }
 
 OpenedDrive behind_a_cable(OpenedDrive opened) {
-  return {std::make_unique<FaultyDiffDrive>(std::move(opened.drive), memory::DriveFaults{}, 1), opened.pass,
+  return {std::make_unique<FaultyDiffDrive>(std::move(opened.drive), testing_support::DriveFaults{}, 1), opened.pass,
           opened.way};
 }
 

@@ -8,7 +8,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using emulator::Plug;
-using serial::SerialDiffDrive;
 
 // ros_arduino_bridge uses whole counts per 33 ms. With this number of counts per turn, a single command is off by at
 // most 0.012 rad/s.
@@ -21,7 +20,7 @@ constexpr auto kStep = 100ms;
 
 OpenedDrive open_drive(const char* protocol, const DriveLimits& limits) {
   const auto plug = std::make_shared<Plug>(protocol);
-  auto drive = SerialDiffDrive::open(plug->settings(kCountsPerTurn), limits, plug->connect());
+  auto drive = serial::open_drive(plug->settings(kCountsPerTurn), limits, plug->machine());
   if (!drive) throw std::runtime_error(drive.error().message);
   const auto settle = [plug] { plug->server().catch_up(); };
   return {*std::move(drive), [](std::chrono::nanoseconds time) { std::this_thread::sleep_for(time); },

@@ -101,8 +101,8 @@ void expect_stop_by_timeout(
 
 class SerialDrive : public testing::TestWithParam<const char*> {
  protected:
-  std::unique_ptr<SerialDiffDrive> open() {
-    auto drive = SerialDiffDrive::open(plug_.settings(kCountsPerTurn), kLimits, plug_.connect());
+  std::unique_ptr<DiffDrive> open() {
+    auto drive = open_drive(plug_.settings(kCountsPerTurn), kLimits, plug_.machine());
     EXPECT_TRUE(drive) << drive.error().message;
     return drive ? *std::move(drive) : nullptr;
   }
@@ -116,7 +116,7 @@ class SerialDrive : public testing::TestWithParam<const char*> {
   }
   /// Returns whether the wheels turn after a command. It repeats the command, because on a slow machine the dead-man
   /// rule may stop the wheels before the check.
-  bool can_be_driven(SerialDiffDrive& drive) {
+  bool can_be_driven(DiffDrive& drive) {
     for (const auto end = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < end;) {
       static_cast<void>(drive.set_speeds({5, 5}));
       plug_.server().catch_up();
@@ -126,7 +126,7 @@ class SerialDrive : public testing::TestWithParam<const char*> {
     return false;
   }
   /// Reads the angles; tries again for a while, because the machine may be slow.
-  static Result<WheelAngles> read(SerialDiffDrive& drive) {
+  static Result<WheelAngles> read(DiffDrive& drive) {
     Result<WheelAngles> angles = drive.read_angles();
     for (const auto end = std::chrono::steady_clock::now() + 3s; !angles && std::chrono::steady_clock::now() < end;) {
       std::this_thread::sleep_for(20ms);
@@ -143,7 +143,7 @@ struct Driven {
   bool was_late = false;
   std::optional<WheelAngles> first, last;
 };
-Driven drive_for(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
+Driven drive_for(DiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
   const Lateness lateness;
   Driven driven;
   for (const auto end = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < end;) {
@@ -160,7 +160,7 @@ Driven drive_for(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono:
   if (driven.was_late) driven.failed = 0;
   return driven;
 }
-int keep_driving(SerialDiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
+int keep_driving(DiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milliseconds time) {
   return drive_for(drive, speeds, time).failed;
 }
 
@@ -293,7 +293,7 @@ pid_t start_program(Plug& plug) {
   EXPECT_EQ(::pipe(ready), 0);
   const pid_t program = ::fork();
   if (program == 0) {
-    auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+    auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine());
     if (!drive) ::_exit(1);
     while (true) {
       const bool driven = (*drive)->set_speeds({5, 5}).has_value();
@@ -360,8 +360,8 @@ TEST(SerialDriveSettings, RefusesADriveWithoutAWatchdogIfTheControllersTimeoutIs
   Plug plug("roboclaw");
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
   without.watchdog = false;
-  EXPECT_THROW((void)SerialDiffDrive::open(without, {12, 99ms}, plug.connect()), std::invalid_argument);
-  const auto drive = SerialDiffDrive::open(without, {12, 100ms}, plug.connect());
+  EXPECT_THROW((void)open_drive(without, {12, 99ms}, plug.machine()), std::invalid_argument);
+  const auto drive = open_drive(without, {12, 100ms}, plug.machine());
   ASSERT_TRUE(drive) << drive.error().message;
   EXPECT_FALSE((*drive)->facts().has_watchdog);
   EXPECT_EQ((*drive)->facts().own_timeout, 100ms);
@@ -372,7 +372,7 @@ TEST(WithoutWatchdog, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
   Plug plug("roboclaw");
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
   without.watchdog = false;
-  const auto drive = SerialDiffDrive::open(without, kLimits, plug.connect());
+  const auto drive = open_drive(without, kLimits, plug.machine());
   ASSERT_TRUE(drive) << drive.error().message;
   expect_stop_by_timeout(plug, [&] {
     EXPECT_TRUE((*drive)->set_speeds({5, 5}));
@@ -395,7 +395,7 @@ TEST(WithoutWatchdog, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
 TEST(SerialDriveSpeeds, TooSlowForTheControllerAreRefusedWithTheLeastPossibleOne) {
   Plug plug("ros_arduino_bridge");
   SerialDriveSettings settings = plug.settings(1440);
-  const auto drive = SerialDiffDrive::open(settings, kLimits, plug.connect());
+  const auto drive = open_drive(settings, kLimits, plug.machine());
   ASSERT_TRUE(drive) << drive.error().message;
   const double least = least_speed_radps(settings);
   EXPECT_NEAR(least, 2.5 / 0.033 * 2 * pi / 1440, 1e-9);
@@ -458,7 +458,7 @@ Error error_at(const std::string& protocol, const std::string& line) {
     return Connection{std::make_unique<TalkingTransport>(now, line), 0};
   };
   machine.now = [now] { return *now; };
-  const auto drive = SerialDiffDrive::open(settings, kLimits, machine);
+  const auto drive = open_drive(settings, kLimits, machine);
   EXPECT_FALSE(drive);
   return drive ? Error{} : drive.error();
 }
@@ -489,7 +489,7 @@ pid_t watchdog_of_this_program() {
 // Catches a drive that continues without its watchdog, and a watchdog that remains as a zombie.
 TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
   Plug plug("create2");
-  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect_again());
+  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine_again());
   ASSERT_TRUE(drive) << drive.error().message;
   ASSERT_TRUE((*drive)->set_speeds({5, 5}));
   const pid_t first = watchdog_of_this_program();
@@ -517,7 +517,7 @@ TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
 TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
   for (int i = 0; i < kTries; ++i) {
     Plug plug("ros_arduino_bridge");
-    const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+    const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine());
     ASSERT_TRUE(drive) << drive.error().message;
     ASSERT_TRUE((*drive)->set_speeds({5, 5}));
     const pid_t first = watchdog_of_this_program();
@@ -546,7 +546,7 @@ TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
 TEST(WithWatchdog, AnswersToTheWatchdogsStopsAreNotTakenForTheProgramsOwn) {
   for (const char* protocol : {"ros_arduino_bridge", "roboclaw"}) {
     Plug plug(protocol);
-    const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), {12, 100ms}, plug.connect());
+    const auto drive = open_drive(plug.settings(kCountsPerTurn), {12, 100ms}, plug.machine());
     ASSERT_TRUE(drive) << drive.error().message;
     int failed = 0, all = 0;
     // The interval between commands is about the time-out, sometimes shorter and sometimes longer.
@@ -568,7 +568,7 @@ TEST(WithWatchdog, AnswersToTheWatchdogsStopsAreNotTakenForTheProgramsOwn) {
 
 TEST(WithWatchdog, AWatchdogHoldsNothingButItsPortAndItsPipe) {
   Plug plug("create2");
-  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, plug.connect());
+  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine());
   ASSERT_TRUE(drive) << drive.error().message;
   int open = 0;
   for (const auto& entry :
@@ -581,12 +581,12 @@ TEST(WithWatchdog, AWatchdogHoldsNothingButItsPortAndItsPipe) {
 
 TEST(WithWatchdog, ATransportThatNoWatchdogCanHoldIsRefused) {
   Plug plug("create2");
-  const auto connect = [inner = plug.connect()]() -> Result<Connection> {
+  const auto connect = [inner = plug.machine().connect]() -> Result<Connection> {
     auto connection = inner();
     if (connection) connection->descriptor = -1;
     return connection;
   };
-  const auto drive = SerialDiffDrive::open(plug.settings(kCountsPerTurn), kLimits, connect);
+  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, {.connect = connect});
   ASSERT_FALSE(drive);
   EXPECT_EQ(drive.error().code, ErrorCode::kUnavailable);
 }

@@ -88,7 +88,7 @@ class Schedule {
       for (const std::uint8_t byte : bytes) text += byte == '\r' ? std::string("|") : fmt::format("{:c}", byte);
       print(fmt::format("    {}: {}", who, printable(text)));
     };
-    auto opened = SerialDiffDrive::open(settings(), {12, timeout_}, line_.machine());
+    auto opened = open_drive(settings(), {12, timeout_}, line_.machine());
     if (!opened) {
       outcome_.wrong = "does not open: " + opened.error().message;
       return outcome_;
@@ -277,15 +277,15 @@ class Schedule {
   SimulatedLine line_;
   nanoseconds timeout_{};
   nanoseconds begin_{0};
-  std::unique_ptr<SerialDiffDrive> drive_;
+  std::unique_ptr<DiffDrive> drive_;
   nanoseconds boots_until_{0}, watchdog_struck_{0}, well_{0}, commanded_{0};
   nanoseconds unwatched_ = SimulatedLine::kNever;  // start of the call that must notice a missing watchdog
   std::deque<std::pair<nanoseconds, double>> counts_;
   Outcome outcome_;
 };
 
-std::unique_ptr<SerialDiffDrive> opened(SimulatedLine& line, nanoseconds timeout) {
-  auto drive = SerialDiffDrive::open(settings(), {12, timeout}, line.machine());
+std::unique_ptr<DiffDrive> opened(SimulatedLine& line, nanoseconds timeout) {
+  auto drive = open_drive(settings(), {12, timeout}, line.machine());
   EXPECT_TRUE(drive) << drive.error().message;
   return drive ? *std::move(drive) : nullptr;
 }

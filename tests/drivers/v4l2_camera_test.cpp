@@ -26,17 +26,17 @@ class V4l2CameraTest : public V4l2Test {
   Result<CameraSettings> with_format(const std::string& format, const CameraSettings& wanted = {64, 48, 20}) {
     return configure({"/dev/video0", format, {}}, wanted);
   }
-  Result<CameraSettings> with_controls(std::vector<v4l2::Control> controls) {
+  Result<CameraSettings> with_controls(std::vector<std::pair<std::string, double>> controls) {
     return configure({"/dev/video0", "", std::move(controls)});
   }
 };
 
 TEST_F(V4l2CameraTest, SettingsAreCheckedByName) {
-  EXPECT_THROW(check(V4l2Settings{"", "", {}}), std::invalid_argument);
-  EXPECT_THROW(check(V4l2Settings{"/dev/video0", "H264", {}}), std::invalid_argument);
-  EXPECT_THROW(check(V4l2Settings{"/dev/video0", "", {{"", 1}}}), std::invalid_argument);
+  EXPECT_THROW(v4l2::check(V4l2Settings{"", "", {}}), std::invalid_argument);
+  EXPECT_THROW(v4l2::check(V4l2Settings{"/dev/video0", "H264", {}}), std::invalid_argument);
+  EXPECT_THROW(v4l2::check(V4l2Settings{"/dev/video0", "", {{"", 1}}}), std::invalid_argument);
   for (const char* format : {"YUYV", "UYVY", "NV12", "GREY", "RGB3", "BGR3", "MJPG", ""}) {
-    EXPECT_NO_THROW(check(V4l2Settings{"/dev/video0", format, {{"gain", 1}}})) << format;
+    EXPECT_NO_THROW(v4l2::check(V4l2Settings{"/dev/video0", format, {{"gain", 1}}})) << format;
   }
 }
 
@@ -327,7 +327,7 @@ TEST_F(V4l2CameraTest, ImpossibleControlsAreRefusedNamingThePossibleOnes) {
         Case{"gone", 1, ErrorCode::kDisconnected, "No such device"},
         Case{"Gain", 1, ErrorCode::kRefused, "it has: gain, mode, hue, held, far, gone"},
         Case{"old", 1, ErrorCode::kRefused, "no control old"}}) {
-    const Error error = error_of(with_controls({{c.name, c.value}}));
+    const Error error = error_of(with_controls({{c.name, double(c.value)}}));
     EXPECT_EQ(error.code, c.code) << error.message;
     EXPECT_THAT(error.message, HasSubstr(c.part));
   }

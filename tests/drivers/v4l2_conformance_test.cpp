@@ -16,7 +16,7 @@ OpenedCamera open_scripted(ScriptedDevice device) {
   auto kernel = std::make_shared<ScriptedKernel>();
   device.runs = true;
   kernel->add(std::move(device));
-  auto camera = v4l2::V4l2Camera::open({"/dev/video0", "", {}}, kernel);
+  auto camera = v4l2::open_camera({"/dev/video0", "", {}}, kernel);
   if (!camera) throw std::runtime_error(camera.error().message);
   return {*std::move(camera), [](nanoseconds time) { std::this_thread::sleep_for(time); }};
 }

@@ -27,7 +27,7 @@ class V4l2FaultsTest : public V4l2Test {
 };
 
 TEST_F(V4l2FaultsTest, ASecondStreamerIsRefused) {
-  auto first = v4l2::V4l2Camera::open({"/dev/video0", "", {}}, kernel_);
+  auto first = v4l2::open_camera({"/dev/video0", "", {}}, kernel_);
   ASSERT_TRUE(first && (*first)->configure({64, 48, 20}) && (*first)->start());
   ASSERT_TRUE(open());
   const Error error = error_of(camera_->configure({64, 48, 20}));

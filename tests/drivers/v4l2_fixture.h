@@ -28,7 +28,7 @@ class V4l2Test : public testing::Test {
   }
 
   Status open(const v4l2::V4l2Settings& settings = {"/dev/video0", "", {}}) {
-    auto opened = v4l2::V4l2Camera::open(settings, kernel_);
+    auto opened = v4l2::open_camera(settings, kernel_);
     if (!opened) return opened.error();
     camera_ = *std::move(opened);
     return {};
@@ -56,7 +56,7 @@ class V4l2Test : public testing::Test {
 
   std::shared_ptr<ScriptedKernel> kernel_ = std::make_shared<ScriptedKernel>();
   ScriptedDevice& device_ = kernel_->add({});
-  std::unique_ptr<v4l2::V4l2Camera> camera_;
+  std::unique_ptr<Camera> camera_;
 };
 
 }  // namespace twocone::test

@@ -26,20 +26,21 @@ class Plug {
     if (!taken_) ::close(ends_[0]);
     taken_ = false;
   }
-  serial::Connect connect() {
-    return [this]() -> Result<serial::Connection> {
+  /// Its transport can be opened once, until it is plugged in again.
+  serial::Machine machine() {
+    return {.connect = [this]() -> Result<serial::Connection> {
       if (!server_ || taken_) return Error{ErrorCode::kNotFound, "there is no such port"};
       taken_ = true;
       return serial::Connection{std::make_unique<DescriptorTransport>(ends_[0]), ends_[0]};
-    };
+    }};
   }
-  /// Like connect(), but the transport may be opened again while its far end exists.
-  serial::Connect connect_again() {
-    return [this]() -> Result<serial::Connection> {
+  /// Like machine(), but the transport may be opened again while its far end exists.
+  serial::Machine machine_again() {
+    return {.connect = [this]() -> Result<serial::Connection> {
       const int copy = ::fcntl(ends_[0], F_DUPFD_CLOEXEC, 0);
       if (copy < 0) return Error{ErrorCode::kNotFound, "there is no such port"};
       return serial::Connection{std::make_unique<DescriptorTransport>(copy), copy};
-    };
+    }};
   }
   Server& server() { return *server_; }
 

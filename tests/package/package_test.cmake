@@ -62,15 +62,48 @@ run(ldd ${WORK}/build-alone/alone)
 if(output MATCHES "camera|turbojpeg|serialport|libode")
   message(FATAL_ERROR "the localisation alone links:\n${output}")
 endif()
+# The same by pkg-config. The installation is not where it was configured, so this also catches a path that cannot move.
 file(GLOB_RECURSE pc ${WORK}/installed/*/twocone.pc)
 if(NOT pc)
   message(FATAL_ERROR "twocone.pc is not installed")
 endif()
+get_filename_component(pc_folder "${pc}" DIRECTORY)
+get_filename_component(libraries "${pc_folder}" DIRECTORY)
+set(compile ${CXX} -std=c++20)
+separate_arguments(flags UNIX_COMMAND "${FLAGS}")
+list(APPEND compile ${flags})
+if(SANITIZE)
+  list(APPEND compile -fsanitize=${SANITIZE})
+endif()
+file(WRITE ${WORK}/alone/robot.cpp "#include <cstdio>
+#include <twocone/twocone.h>
+int main(int, char** words) { twocone::RobotDescription robot(words[1]); std::puts(\"read\"); }
+")
+foreach(program_of "alone;twocone_localisation;1.00 1.00\n" "robot;twocone;read\n")
+  list(POP_FRONT program_of program library expected)
+  run(${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} ${PKG_CONFIG} --cflags --libs "${library} >= 0.1")
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  run(${compile} ${WORK}/alone/${program}.cpp -o ${WORK}/${program}-by-pkg-config ${flags})
+  run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${libraries} ${WORK}/${program}-by-pkg-config
+      ${WORK}/installed/share/twocone/robots/lab_sim.yaml)
+  if(NOT output STREQUAL expected)
+    message(FATAL_ERROR "${program}, built by pkg-config, printed: ${output}")
+  endif()
+endforeach()
 
 execute_process(COMMAND ${WORK}/installed/bin/twocone --version OUTPUT_VARIABLE version RESULT_VARIABLE failed)
 if(failed OR NOT version MATCHES "^twocone [0-9.]+ ")
   message(FATAL_ERROR "the installed twocone says: ${version}")
 endif()
+# Two installed versions must not load each other's module.
+string(REGEX REPLACE "^twocone ([0-9]+)[.]([0-9]+).*" "_\\1_\\2.so" ending "${version}")
+file(GLOB modules ${WORK}/installed/lib/twocone/*)
+foreach(module ${modules})
+  string(FIND "${module}" "${ending}" at REVERSE)
+  if(at EQUAL -1)
+    message(FATAL_ERROR "${module} does not end in ${ending}")
+  endif()
+endforeach()
 
 # The installed and packed file must be the file that was built and tested.
 file(SHA256 ${BUILD}/twocone built)

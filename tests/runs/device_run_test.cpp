@@ -11,10 +11,10 @@
 #include "apps/runlog/summary/capture.h"
 #include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
-#include "drivers/memory/faulty_camera.h"
-#include "drivers/memory/faulty_diffdrive.h"
 #include "drivers/memory/memory_camera.h"
 #include "drivers/memory/memory_diffdrive.h"
+#include "tests/support/faulty_camera.h"
+#include "tests/support/faulty_diffdrive.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -54,10 +54,10 @@ class DeviceRun : public testing::Test {
     options_.out = temporary_.path() / "run";
     options_.notify = [this](const std::string& event) { told_.push_back(event); };
     options_.open = [this](const drivers::RobotSettings& settings) -> Result<Robot> {
-      auto lower =
-          std::make_unique<memory::FaultyCamera>(std::make_unique<memory::MemoryCamera>(clock_), lower_faults_, 1);
+      auto lower = std::make_unique<testing_support::FaultyCamera>(std::make_unique<memory::MemoryCamera>(clock_),
+                                                                   lower_faults_, 1);
       auto upper = std::make_unique<memory::MemoryCamera>(clock_);
-      auto drive = std::make_unique<memory::FaultyDiffDrive>(
+      auto drive = std::make_unique<testing_support::FaultyDiffDrive>(
           std::make_unique<memory::MemoryDiffDrive>(clock_, settings.drive.limits), drive_faults_, 2);
       return Robot(StereoRig(std::move(lower), std::move(upper), 10ms), std::move(drive), nullptr);
     };
@@ -81,8 +81,8 @@ class DeviceRun : public testing::Test {
   const testing_support::TemporaryFolder temporary_;
   const std::filesystem::path file_ = temporary_.path() / "robot.yaml";
   std::shared_ptr<const SteadyClock> clock_ = std::make_shared<const SteadyClock>();
-  memory::CameraFaults lower_faults_;
-  memory::DriveFaults drive_faults_;
+  testing_support::CameraFaults lower_faults_;
+  testing_support::DriveFaults drive_faults_;
   RunOptions options_;
   std::vector<std::string> told_;
   std::atomic<bool> stop_{false};

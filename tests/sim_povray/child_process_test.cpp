@@ -52,6 +52,38 @@ TEST_F(ChildProcessTest, ReturnsTheOutputOfTheChild) {
   EXPECT_EQ(result.errors, "no\n");
 }
 
+TEST_F(ChildProcessTest, PassesArgumentsAsTheyAre) {
+  auto r = request("printf '%s|' \"$@\"");
+  r.program.arguments = {"a b", "$(id)", "", "'\""};
+  EXPECT_EQ(base::run_child(r).output, "a b|$(id)||'\"|");
+}
+
+// Catches reading one pipe to its end before the other: the child would wait forever on the full one.
+TEST_F(ChildProcessTest, ReadsBothPipesAtOnce) {
+  constexpr std::size_t kMuch = 1U << 20U;  // a pipe holds 64 KiB
+  auto r = request("head -c 1048576 /dev/zero >&2; head -c 1048576 /dev/zero");
+  r.max_output = kMuch;
+  const base::ChildResult result = base::run_child(r);
+  EXPECT_EQ(result.end, End::kEnded);
+  EXPECT_EQ(result.output.size(), kMuch);
+  EXPECT_EQ(result.errors.size(), base::kMaxErrors);
+}
+
+// Catches waiting for the ends of the pipes instead of the end of the child.
+TEST_F(ChildProcessTest, KillsAChildThatHasClosedItsPipes) {
+  auto r = request("exec >&- 2>&-; exec sleep 1000");
+  r.timeout = kShort;
+  EXPECT_EQ(base::run_child(r).end, End::kTimedOut);
+}
+
+TEST_F(ChildProcessTest, FindsProgramsByPath) {
+  const auto shell = base::find_program("sh");
+  ASSERT_TRUE(shell);
+  EXPECT_THAT(*shell, testing::EndsWith("/sh"));
+  EXPECT_EQ(base::find_program("./sh"), "./sh");
+  EXPECT_EQ(base::find_program("no-such-program"), std::nullopt);
+}
+
 // Catches an open descriptor that leaks into the child: two renderings at once would hold each other's pipes open.
 TEST_F(ChildProcessTest, TheChildHasItsInputAndNothingElse) {
   // This descriptor has no close-on-exec flag, and its number is above those that the child gets.

@@ -32,7 +32,7 @@ Taken take(const char* device, unsigned long long frames) {
     taken.error = error.message;
     return taken;
   };
-  auto camera = v4l2::V4l2Camera::open({device, "YUYV", {}});
+  auto camera = v4l2::open_camera({device, "YUYV", {}});
   if (!camera) return failed(camera.error());
   const auto applied = (*camera)->configure({640, 480, 25});
   if (!applied) return failed(applied.error());

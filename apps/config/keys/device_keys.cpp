@@ -26,7 +26,7 @@ void refuse(Section& section, std::initializer_list<std::string_view> keys, cons
   }
 }
 
-void read_controls(Section& controls, bool whole, drivers::CameraDevice& device) {
+void read_controls(Section& controls, bool whole, CameraDevice& device) {
   for (const std::string& name : controls.keys()) {
     double value = 0;
     if (!controls.number(name, {"value of a control", kNoUnit, kAnyNumber}, value)) continue;

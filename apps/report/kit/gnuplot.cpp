@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/kit/gnuplot.h"
 
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -11,11 +13,54 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/report/figures/child.h"
 #include "apps/report/kit/markup.h"
+#include "base/child_process.h"
 
 namespace twocone::report {
 namespace {
+
+/// Far more than a figure of a long run needs; a program that writes without end must not fill the memory.
+constexpr std::size_t kLargestOutput = 64U << 20U;
+
+/// What a program wrote until it ended by itself.
+struct ProgramOutput {
+  int exit_code = 0;
+  std::string out;
+  std::string err;
+};
+
+/// Errors: kUnavailable (cannot be started), kTimeout (killed), kDisconnected (ended by a signal), kBadData (killed
+/// because it wrote more than any figure needs).
+Result<ProgramOutput> run_program(const std::string& program, std::vector<std::string> arguments,
+                                  std::chrono::milliseconds timeout) {
+  using End = base::ChildResult::End;
+  const std::optional<std::string> path = base::find_program(program);
+  base::ChildResult run;
+  if (path) {
+    base::Program started{*path, std::move(arguments), base::own_environment(), ".", {}};
+    run = base::run_child({std::move(started), kLargestOutput, timeout});
+  } else {
+    run.errors = std::strerror(ENOENT);
+  }
+  switch (run.end) {
+    case End::kNotStarted:
+      return Error{ErrorCode::kUnavailable, fmt::format("cannot start {}: {}", program, run.errors)};
+    case End::kTooMuch:
+      return Error{ErrorCode::kBadData,
+                   fmt::format("{} wrote over {} MiB and was killed", program, kLargestOutput >> 20U)};
+    case End::kTimedOut:
+    case End::kStopped:
+      return Error{ErrorCode::kTimeout,
+                   fmt::format("{} did not end within {} ms and was killed", program, timeout.count())};
+    case End::kEnded:
+      break;
+  }
+  if (!WIFEXITED(run.wait_status)) {
+    return Error{ErrorCode::kDisconnected,
+                 fmt::format("{} was ended by signal {}", program, WTERMSIG(run.wait_status))};
+  }
+  return ProgramOutput{WEXITSTATUS(run.wait_status), std::move(run.output), std::move(run.errors)};
+}
 
 /// The common style of every figure: two axes, a light grid, colour for data only.
 std::string preamble(const Plot& plot) {

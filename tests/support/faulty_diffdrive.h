@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/memory/random.h"
 #include "hal/diff_drive.h"
+#include "tests/support/random_draws.h"
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 
 /// Faults of a motor controller on a bad cable. Probabilities are per call, in [0, 1], and independent; 0: never,
 /// 1: always.
@@ -51,4 +51,4 @@ class FaultyDiffDrive final : public DiffDrive {
   std::uint64_t calls_ = 0;
 };
 
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

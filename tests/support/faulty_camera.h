@@ -6,10 +6,10 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/memory/random.h"
 #include "hal/camera.h"
+#include "tests/support/random_draws.h"
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 
 /// Faults of a camera on a bad cable. Probabilities are per grab, in [0, 1], and independent; 0: never, 1: always.
 struct CameraFaults {
@@ -65,4 +65,4 @@ class FaultyCamera final : public Camera {
   std::uint64_t grabs_ = 0;
 };
 
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

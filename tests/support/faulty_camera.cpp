@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/faulty_camera.h"
+#include "tests/support/faulty_camera.h"
 
 #include <algorithm>
 #include <stdexcept>
 #include <thread>
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 namespace {
 
 using std::chrono::milliseconds;
@@ -124,4 +124,4 @@ Image FaultyCamera::spoilt(Image image) {
   return image;
 }
 
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/faulty_diffdrive.h"
+#include "tests/support/faulty_diffdrive.h"
 
 #include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 namespace {
 
 const DriveLimits& limits_of(const std::unique_ptr<DiffDrive>& drive) {
@@ -82,4 +82,4 @@ Result<WheelAngles> FaultyDiffDrive::do_read_angles() {
   return angles;
 }
 
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace twocone::memory {
+namespace twocone::testing_support {
 
 /// Random numbers that are the same with every standard library. Its engines are, its distributions are not.
 class RandomDraws {
@@ -37,4 +37,4 @@ inline std::string complaint(const char* name, double chance) {
   return chance >= 0 && chance <= 1 ? "" : fmt::format(" {} is {}, must be in [0, 1];", name, chance);
 }
 
-}  // namespace twocone::memory
+}  // namespace twocone::testing_support
