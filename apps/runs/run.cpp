@@ -155,7 +155,8 @@ class Loop {
       if (stop_) return interrupted();
       auto taken = taker_->take(number, stop_);
       if (!taken) return taken.error();
-      steering_.add_odometry(number, taker_->odometry().pose());
+      const runlog::PoseRow& odometry = taken->record.odometry;
+      steering_.add_odometry(number, {odometry.x_m, odometry.y_m, odometry.heading_rad});
       pending_.push_back(*std::move(taken));
       if (int(pending_.size()) > robot_.latency_frames) {
         if (auto answered = answer_oldest(); !answered) return answered;
@@ -182,10 +183,9 @@ class Loop {
       return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
-    const auto lower = wait_for_image(taken.frame.lower, stop_);
-    if (!lower) return failed(lower.error());
-    const auto upper = wait_for_image(taken.frame.upper, stop_);
-    if (!upper) return failed(upper.error());
+    const auto images = wait_for_images(taken.frame, stop_);
+    if (!images) return failed(images.error());
+    const auto& [lower, upper] = *images;
     std::vector<runlog::OtherImage> others;
     for (const NamedFrame& other : taken.others) {
       const auto image = wait_for_image(other.frame, stop_);
@@ -194,14 +194,14 @@ class Loop {
     }
     record_.info().render_wait_s += seconds_since(waited_from);
     if (record_.frames() == 0) {
-      if (auto checked = check_first(**lower, **upper); !checked) return checked;
+      if (auto checked = check_first(*lower, *upper); !checked) return checked;
     }
-    const auto fix = answers_.answer(**lower, **upper, record);
+    const auto fix = answers_.answer(*lower, *upper, record);
     if (!fix) return failed(fix.error());
     if (truth_) {
       if (auto written = truth_->write(record_.path(), record, taken.frame); !written) return failed(written.error());
     }
-    record_.add(record, **lower, **upper, others);
+    record_.add(record, *lower, *upper, others);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
     return {};
   }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/image_wait.h"
 
-#include <chrono>
-
 namespace twocone::runs {
 namespace {
 
@@ -21,6 +19,15 @@ ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop) {
     if (!is_pending || now >= deadline) return image;
     if (stop) return Error{ErrorCode::kCancelled, "interrupted while its image was awaited"};
   }
+}
+
+Result<std::pair<std::shared_ptr<const Image>, std::shared_ptr<const Image>>> wait_for_images(
+    const StereoFrame& frame, const std::atomic<bool>& stop) {
+  const auto lower = wait_for_image(frame.lower, stop);
+  if (!lower) return lower.error();
+  const auto upper = wait_for_image(frame.upper, stop);
+  if (!upper) return upper.error();
+  return std::pair(*lower, *upper);
 }
 
 }  // namespace twocone::runs
