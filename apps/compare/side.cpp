@@ -108,7 +108,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
             .found = believed,
             .reference = {},
             .reference_is = {}};
-  const std::size_t rows = runlog::read_frames(folder / "frames.csv").size();
+  const std::size_t rows = runlog::read_table<runlog::FrameRow>(folder / "frames.csv").size();
   if (rows > side.run.frames.size()) {
     side.left_out.push_back(fmt::format("{}: {} of {} frames are used: images of the next one are missing",
                                         folder.string(), side.run.frames.size(), rows));

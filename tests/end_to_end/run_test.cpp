@@ -253,8 +253,8 @@ class Resumed : public RunInTheLab {
           "track.csv", "methods/outline/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
       EXPECT_EQ(bytes(folder_ / out / table), bytes(folder_ / "whole" / table)) << table;
     }
-    const auto whole = runlog::read_frames(folder_ / "whole" / "frames.csv"),
-               again = runlog::read_frames(folder_ / out / "frames.csv");
+    const auto whole = runlog::read_table<runlog::FrameRow>(folder_ / "whole" / "frames.csv"),
+               again = runlog::read_table<runlog::FrameRow>(folder_ / out / "frames.csv");
     ASSERT_EQ(again.size(), whole.size());
     std::uint64_t lost = 0;
     for (std::size_t i = 0; i < whole.size(); ++i) {

@@ -108,14 +108,10 @@ void remove_run(const fs::path& folder) {
   const std::optional<RunLock> lock = lock_replaceable(folder);
   if (!lock) return;
   // run.yaml is removed last. If the program is killed here, the remains are still a run that can be replaced.
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().filename() == "run.yaml" || entry->path().filename() == RunLock::kFileName) continue;
-    fs::remove_all(entry->path(), error);
-    if (error) break;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != "run.yaml" && entry.path().filename() != RunLock::kFileName) remove_whole(entry);
   }
-  if (!error) fs::remove_all(folder, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", folder.string(), error.message()));
+  remove_whole(folder);
 }
 
 }  // namespace twocone::runlog

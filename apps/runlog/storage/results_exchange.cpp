@@ -38,18 +38,6 @@ fs::path hidden(const fs::path& place, std::string_view kind) {
   throw DiskError(fmt::format("cannot replace {}: {}", path.string(), why));
 }
 
-void remove_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::remove_all(folder, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", folder.string(), error.message()));
-}
-
-void remove_file(const fs::path& file) {
-  std::error_code error;
-  fs::remove(file, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", file.string(), error.message()));
-}
-
 void move_folder(const fs::path& from, const fs::path& to) {
   if (std::rename(from.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
 }
@@ -69,7 +57,7 @@ void put_in_place(const fs::path& stage, const fs::path& place, Exchange how, co
   if (fs::exists(place, none)) {
     step();
     if (how == Exchange::kAtomic && exchange_at_once(stage, place)) return;
-    remove_folder(hidden(place, kOld));
+    remove_whole(hidden(place, kOld));
     move_folder(place, hidden(place, kOld));
   }
   step();
@@ -84,15 +72,15 @@ void finish(const fs::path& folder, const fs::path& place, const std::function<v
       if (fs::exists(place / name)) {
         write_whole(folder / name, config::read_text(place / name));
       } else {
-        remove_file(folder / name);  // from another method, so it does not belong to these results
+        remove_whole(folder / name);  // from another method, so it does not belong to these results
       }
     }
   }
   step();
-  remove_folder(hidden(place, kNew));
-  remove_folder(hidden(place, kOld));
+  remove_whole(hidden(place, kNew));
+  remove_whole(hidden(place, kOld));
   step();
-  remove_file(place / kJournal);
+  remove_whole(place / kJournal);
 }
 
 struct MethodFolders {
@@ -123,10 +111,8 @@ MethodFolders folders_in(const fs::path& methods) {
 
 ResultsExchange::ResultsExchange(fs::path folder, const std::string& method)
     : folder_(std::move(folder)), place_(folder_ / "methods" / method), stage_(hidden(place_, kNew)) {
-  remove_folder(stage_);
-  std::error_code error;
-  fs::create_directories(stage_, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", stage_.string(), error.message()));
+  remove_whole(stage_);
+  make_folder(stage_);
 }
 
 ResultsExchange::~ResultsExchange() {
@@ -158,7 +144,7 @@ void complete_exchanges(const fs::path& folder, const std::function<void()>& bef
     }
     if (fs::exists(place / kJournal)) finish(folder, place, step);
   }
-  for (const fs::path& left : found.hidden) remove_folder(left);  // from programs that ended before their commit
+  for (const fs::path& left : found.hidden) remove_whole(left);  // from programs that ended before their commit
 }
 
 fs::path top_results(const fs::path& folder) {

@@ -107,15 +107,12 @@ std::string line_of(const Row& row) {
   return join_fields(Columns<Row>::of(row));
 }
 
-template <typename Row>
-std::vector<Row> read_table(const std::filesystem::path& file) {
-  std::vector<Row> rows;
-  TableReader<Row> reader(file);
-  while (auto row = reader.next()) rows.push_back(*std::move(row));
-  return rows;
-}
-
 }  // namespace
+
+template <typename Row>
+std::string TableReader<Row>::header() {
+  return Columns<Row>::header;
+}
 
 template <typename Row>
 TableReader<Row>::TableReader(const std::filesystem::path& file) : file_(file) {
@@ -174,14 +171,6 @@ template class TableReader<SightingRow>;
 template class TableReader<TimingRow>;
 template class TableReader<TrackRow>;
 
-std::string frames_header() { return Columns<FrameRow>::header; }
-std::string drive_header() { return Columns<DriveRow>::header; }
-std::string ranges_header() { return Columns<RangeRow>::header; }
-std::string fixes_header() { return Columns<FixRow>::header; }
-std::string sightings_header() { return Columns<SightingRow>::header; }
-std::string timing_header() { return Columns<TimingRow>::header; }
-std::string track_header() { return Columns<TrackRow>::header; }
-
 std::string to_line(const FrameRow& row) { return line_of(row); }
 std::string to_line(const DriveRow& row) { return line_of(row); }
 std::string to_line(const RangeRow& row) { return line_of(row); }
@@ -198,14 +187,6 @@ std::string to_line(const PoseRow& row) {
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
                      std::cos(half_rad));
 }
-
-std::vector<FrameRow> read_frames(const std::filesystem::path& file) { return read_table<FrameRow>(file); }
-std::vector<DriveRow> read_drive(const std::filesystem::path& file) { return read_table<DriveRow>(file); }
-std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return read_table<RangeRow>(file); }
-std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
-std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { return read_table<SightingRow>(file); }
-std::vector<TimingRow> read_timing(const std::filesystem::path& file) { return read_table<TimingRow>(file); }
-std::vector<TrackRow> read_track(const std::filesystem::path& file) { return read_table<TrackRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   std::vector<PoseRow> rows;
