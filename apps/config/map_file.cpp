@@ -151,11 +151,8 @@ void read_effects(Section& map, SceneEffects& effects) {
   section->flag("photons", "", effects.photons, Need::kOptional);
   section->flag("radiosity", "", effects.radiosity, Need::kOptional);
   section->flag("media", "", effects.media, Need::kOptional);
-  int depth = 0;
   const Quantity reflection_depth{"reflections of reflections", kNoUnit, {.least = 1, .greatest = 256}};
-  if (section->whole("reflection_depth", reflection_depth, depth, Need::kOptional) && depth > 0) {
-    effects.reflection_depth = depth;
-  }
+  section->whole("reflection_depth", reflection_depth, effects.reflection_depth);
 }
 
 void read_scene_paths(Section& map, const std::filesystem::path& file, std::vector<std::filesystem::path>& paths) {

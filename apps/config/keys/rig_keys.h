@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/yaml_reader.h"
@@ -14,9 +13,7 @@ namespace twocone::config {
 /// `camera_info` and does not read these files. @param file the folder of this file is the base of relative paths
 void read_rig(Section& root, const std::filesystem::path& file, Rig& rig);
 
-using PathChange = std::function<std::filesystem::path(const std::filesystem::path&)>;
-/// Changes the path of each `camera_info` in a robot file that was read without errors.
-/// @param change receives the path resolved against `file`
-void set_camera_info_paths(YAML::Node& robot, const std::filesystem::path& file, const PathChange& change);
+/// Makes the path of each `camera_info` absolute, in a robot file that was read without errors as `file`.
+void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file);
 
 }  // namespace twocone::config
