@@ -7,10 +7,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/camera_info.h"
-#include "apps/config/keys/device_keys.h"
-#include "apps/config/keys/effect_keys.h"
-#include "apps/config/keys/estimator_keys.h"
-#include "apps/config/keys/rig_keys.h"
+#include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/old_names.h"
 #include "apps/config/yaml/text_file.h"

@@ -7,9 +7,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/keys/effect_keys.h"
-#include "apps/config/keys/estimator_keys.h"
-#include "apps/config/keys/rig_keys.h"
+#include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/old_names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_numbers.h"

@@ -17,6 +17,20 @@ void add_sighting(std::uint64_t frame, double t_s, const std::string& landmark, 
                   covariance(0, 1), covariance(1, 1), sighting->edge_noise_px});
 }
 
+/// @param covariance of x, y and heading; the latter's entries only count if there is a heading
+template <typename Row>
+void set_covariance(const std::optional<Eigen::Matrix3d>& covariance, bool has_heading, Row& row) {
+  const auto entry = [&](int i, int j, bool is_there) {
+    return covariance && is_there ? std::optional((*covariance)(i, j)) : std::nullopt;
+  };
+  row.var_x_m2 = entry(0, 0, true);
+  row.cov_xy_m2 = entry(0, 1, true);
+  row.var_y_m2 = entry(1, 1, true);
+  row.cov_x_heading_m_rad = entry(0, 2, has_heading);
+  row.cov_y_heading_m_rad = entry(1, 2, has_heading);
+  row.var_heading_rad2 = entry(2, 2, has_heading);
+}
+
 }  // namespace
 
 AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswer& answer, const config::Map& map,
@@ -61,21 +75,7 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
         std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance)}) {
     if (!position) continue;
     row.heading_rad = heading_rad;
-    if (covariance) {
-      row.var_x_m2 = (*covariance)(0, 0);
-      row.cov_xy_m2 = (*covariance)(0, 1);
-      row.var_y_m2 = (*covariance)(1, 1);
-    } else {
-      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = std::nullopt;
-    }
-    // A fix without a heading has no variance of the heading either.
-    if (covariance && heading_rad) {
-      row.cov_x_heading_m_rad = (*covariance)(0, 2);
-      row.cov_y_heading_m_rad = (*covariance)(1, 2);
-      row.var_heading_rad2 = (*covariance)(2, 2);
-    } else {
-      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = row.var_heading_rad2 = std::nullopt;
-    }
+    set_covariance(covariance, heading_rad.has_value(), row);
     row.x_m = position->x();
     row.y_m = position->y();
     // A position out of bounds is no answer, so it has no error.
@@ -99,15 +99,7 @@ TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, c
     row.y_m = answer.position_m->y();
     row.heading_rad = answer.heading_rad;
   }
-  if (answer.covariance) {
-    const Eigen::Matrix3d& c = *answer.covariance;
-    row.var_x_m2 = c(0, 0);
-    row.cov_xy_m2 = c(0, 1);
-    row.var_y_m2 = c(1, 1);
-    row.cov_x_heading_m_rad = c(0, 2);
-    row.cov_y_heading_m_rad = c(1, 2);
-    row.var_heading_rad2 = c(2, 2);
-  }
+  set_covariance(answer.covariance, true, row);
   return row;
 }
 

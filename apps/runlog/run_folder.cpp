@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::runlog {
@@ -18,6 +19,13 @@ LineFile table(const std::filesystem::path& file, OldLines old) {
   LineFile lines(file, old);
   lines.add(TableReader<Row>::header());
   return lines;
+}
+
+/// Summarises the tables in `stage`.
+void add_summary(const std::filesystem::path& run, const std::filesystem::path& stage, const std::string& method,
+                 const RunInfo* info) {
+  if (info == nullptr) return;
+  write_whole(stage / kSummary, to_json(summarise(read_run_with(run, stage, method)), *info));
 }
 
 }  // namespace
@@ -79,29 +87,29 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
 }
 
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers, OnTop on_top, const SummaryOf& summary) {
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const RunInfo* info) {
   ResultsExchange exchange(folder, method);
   AnswerTables tables(exchange.stage());
   for (const AnswerRows& answer : answers) tables.add(answer);
-  if (summary) write_whole(exchange.stage() / kSummary, summary(exchange.stage()));
+  add_summary(folder, exchange.stage(), method, info);
   exchange.commit(on_top);
 }
 
-void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary) {
+void file_results(const std::filesystem::path& folder, const std::string& method, const RunInfo* info) {
   ResultsExchange exchange(folder, method);
   for (const char* const name : kResultFiles) {
     if (std::string_view(name) == kSummary || !std::filesystem::exists(folder / name)) continue;
     write_whole(exchange.stage() / name, config::read_text(folder / name));
   }
-  if (summary) write_whole(exchange.stage() / kSummary, summary(exchange.stage()));
+  add_summary(folder, exchange.stage(), method, info);
   exchange.commit(OnTop::kYes);
 }
 
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
-                   OnTop on_top) {
-  make_folder(folder / "methods" / method);
-  write_whole(folder / "methods" / method / kSummary, json);
-  if (on_top == OnTop::kYes) write_whole(folder / kSummary, json);
+void write_summary(const RunData& run) {
+  const std::string json = to_json(summarise(run), run.info);
+  make_folder(run.folder / "methods" / run.method);
+  write_whole(run.folder / "methods" / run.method / kSummary, json);
+  write_whole(run.folder / kSummary, json);
 }
 
 Result<Image> read_image(const std::filesystem::path& file) {

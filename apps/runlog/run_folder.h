@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -75,22 +74,19 @@ class RunFolder {
   AnswerTables answers_;
 };
 
-/// Makes summary.json from the tables of a method in the folder `results`.
-using SummaryOf = std::function<std::string(const std::filesystem::path& results)>;
-
 /// Replaces the results of a method (ResultsExchange). Requires the folder's RunLock.
-/// @param summary none: no summary.json
-/// @throws DiskError and all that `summary` throws; then nothing has changed
+/// @param info of the run, for summary.json; null: there is none
+/// @throws DiskError, config::FileError; then nothing has changed
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<AnswerRows>& answers, OnTop on_top, const SummaryOf& summary = {});
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const RunInfo* info = nullptr);
 
 /// Like write_results, with the tables that a live run wrote at the top of the folder. Requires the folder's RunLock.
 /// @throws as write_results()
-void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary = {});
+void file_results(const std::filesystem::path& folder, const std::string& method, const RunInfo* info = nullptr);
 
-/// Writes summary.json into methods/NAME/. Requires the folder's RunLock. @throws DiskError
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
-                   OnTop on_top);
+/// Writes summary.json of a run's method, from its tables, into methods/NAME/ and at the top. Requires the folder's
+/// RunLock. @throws DiskError
+void write_summary(const RunData& run);
 
 /// Reads a stored image. Errors: kNotFound, kBadData.
 Result<Image> read_image(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/resume.h"
+#include "apps/runs/run.h"
 
 #include <algorithm>
 #include <string>

@@ -7,7 +7,6 @@
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/replace_run.h"
-#include "apps/runs/other_robot.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"

@@ -16,7 +16,6 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
-#include "apps/runs/resume.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {

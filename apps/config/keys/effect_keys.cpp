@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/keys/effect_keys.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
 #include <array>

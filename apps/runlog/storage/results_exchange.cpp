@@ -44,10 +44,8 @@ void move_folder(const fs::path& from, const fs::path& to) {
 
 /// Returns false if the file system or the kernel does not support it.
 bool exchange_at_once(const fs::path& a, const fs::path& b) {
-#ifdef RENAME_EXCHANGE
   if (::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return true;
   if (errno != EINVAL && errno != ENOSYS) fail(b, std::strerror(errno));
-#endif
   return false;
 }
 
@@ -122,27 +120,21 @@ ResultsExchange::~ResultsExchange() {
 }
 
 void ResultsExchange::commit(OnTop on_top, Exchange how, const std::function<void()>& before_step) {
-  const auto step = [&before_step] {
-    if (before_step) before_step();
-  };
-  step();
+  before_step();
   write_whole(stage_ / kJournal, on_top == OnTop::kYes ? kTop : kMethodAlone);
   committed_ = true;
-  put_in_place(stage_, place_, how, step);
-  finish(folder_, place_, step);
+  put_in_place(stage_, place_, how, before_step);
+  finish(folder_, place_, before_step);
 }
 
 void complete_exchanges(const fs::path& folder, const std::function<void()>& before_step) {
-  const auto step = [&before_step] {
-    if (before_step) before_step();
-  };
   const MethodFolders found = folders_in(folder / "methods");
   for (const fs::path& place : found.places) {
     const bool in_place = fs::exists(place / kJournal);
     if (!in_place && fs::exists(hidden(place, kNew) / kJournal)) {
-      put_in_place(hidden(place, kNew), place, Exchange::kAtomic, step);
+      put_in_place(hidden(place, kNew), place, Exchange::kAtomic, before_step);
     }
-    if (fs::exists(place / kJournal)) finish(folder, place, step);
+    if (fs::exists(place / kJournal)) finish(folder, place, before_step);
   }
   for (const fs::path& left : found.hidden) remove_whole(left);  // from programs that ended before their commit
 }

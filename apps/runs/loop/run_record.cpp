@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {
@@ -49,19 +48,13 @@ void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const
   ++frames_;
 }
 
-runlog::SummaryOf RunRecord::summary_of(const std::string& method) const {
-  return [this, method](const std::filesystem::path& results) {
-    return runlog::to_json(runlog::summarise(runlog::read_run_with(folder_->path(), results, method)), info_);
-  };
-}
-
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
   info_.finished = true;
   if (!baseline.empty()) {
     const std::string paper(to_string(estimation::Method::kPaper));
-    runlog::write_results(folder_->path(), paper, baseline, runlog::OnTop::kNo, summary_of(paper));
+    runlog::write_results(folder_->path(), paper, baseline, runlog::OnTop::kNo, &info_);
   }
-  runlog::file_results(folder_->path(), info_.method, summary_of(info_.method));
+  runlog::file_results(folder_->path(), info_.method, &info_);
   write_yaml();
 }
 

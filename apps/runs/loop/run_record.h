@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -47,8 +46,6 @@ class RunRecord {
   void finish(const std::vector<runlog::AnswerRows>& baseline);
 
  private:
-  [[nodiscard]] runlog::SummaryOf summary_of(const std::string& method) const;
-
   const config::Robot& robot_;
   const config::Map& map_;
   const RunOptions& options_;

@@ -8,11 +8,21 @@
 
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/yaml_reader.h"
-#include "drivers/sim_povray/sim_povray.h"
 
-/// The keys for simulated bodies and cameras in a robot file: `effects`, `effects.camera` for all cameras and
-/// `cameras.NAME.effects` for one. Private to this folder.
+/// The keys of a robot file, section by section. Private to this folder. The functions report errors as the methods of
+/// Section do, and those that change a file require one that was read without errors.
 namespace twocone::config {
+
+// ---- rig
+
+/// Reads `rig:` of the outermost mapping. It stores the paths of
+/// `camera_info` and does not read these files. @param file the folder of this file is the base of relative paths
+void read_rig(Section& root, const std::filesystem::path& file, Rig& rig);
+
+/// Makes the path of each `camera_info` absolute. @param file named when the robot was read
+void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file);
+
+// ---- effects: those of the simulated body, `effects.camera` for all cameras, `cameras.NAME.effects` for one
 
 /// Reads the keys of `effects:` except `camera`. Returns the section `camera`, with the effects that all cameras share,
 /// or null.
@@ -30,7 +40,7 @@ void check_camera_effects(const sim_povray::CameraEffects& effects, Section* own
 /// Complains about keys that have no effect, because none of the sections has the key on which they depend.
 void check_unneeded_keys(std::span<Section* const> sections);
 
-/// Changes `effects` in a robot file that was read without errors: writes the keys of `effects:`, except `camera`, that
+/// Writes the keys of `effects:`, except `camera`, that
 /// differ from `read`. Default values are left out, and so is an empty section.
 void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read);
 
@@ -39,5 +49,21 @@ void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read)
 /// @throws FileError if the effects of a real camera differ
 void set_camera_effects(YAML::Node& robot, const std::string& name, const CameraEntry& changed, const CameraEntry& read,
                         const std::filesystem::path& file);
+
+// ---- drive and cameras: the keys of real devices, which must be absent for all other drivers
+
+/// Reads device, format and controls of a camera. The driver must be set.
+void read_camera_device(Section& section, CameraEntry& camera);
+/// Reads protocol, port and the other keys of a drive. The driver must be set.
+void read_serial_drive(Section& section, Drive& drive);
+
+// ---- estimator
+
+/// Reads `estimator:` of the outermost mapping.
+void read_estimator(Section& root, EstimatorKeys& keys);
+
+/// Replaces `estimator:`. Default values are left out, and so is an empty
+/// section.
+void set_estimator(YAML::Node& robot, const EstimatorKeys& keys);
 
 }  // namespace twocone::config
