@@ -2,9 +2,7 @@
 #include "apps/estimation/estimator.h"
 
 #include <algorithm>
-#include <cassert>
 #include <chrono>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -15,6 +13,7 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/adaptive.h"
 #include "apps/estimation/map_bounds.h"
+#include "hal/named_camera.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::estimation {
@@ -58,24 +57,22 @@ std::optional<vision::Stage> stage_of(const config::Robot& robot) {
 
 /// Returns the indices of the landmarks to look for, or an empty list for all.
 std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map& map) {
+  std::vector<std::string> names;
+  for (const config::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
   std::vector<std::size_t> wanted;
-  std::string bad;
+  std::vector<std::string> unknown;
   for (const std::string& name : robot.estimator.landmarks) {
-    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
-                                 [&](const config::Landmark& landmark) { return landmark.name == name; });
-    if (at == map.landmarks.end()) {
-      bad += fmt::format("{}'{}'", bad.empty() ? "" : ", ", name);
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) {
+      unknown.push_back(fmt::format("'{}'", name));
     } else {
-      wanted.push_back(std::size_t(at - map.landmarks.begin()));
+      wanted.push_back(std::size_t(at - names.begin()));
     }
   }
-  if (!bad.empty()) {
-    std::vector<std::string> names;
-    for (const config::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
-    throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
-                                        robot.file.string(), bad, map.file.string(), fmt::join(names, ", ")));
-  }
-  return wanted;
+  if (unknown.empty()) return wanted;
+  throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
+                                      robot.file.string(), fmt::join(unknown, ", "), map.file.string(),
+                                      fmt::join(names, ", ")));
 }
 
 /// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
@@ -89,7 +86,7 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
     return cv::Mat(wanted, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
   }
   auto rgb = to_rgb8(image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
+  if (!rgb) return with_name(view, rgb.error());
   converted = std::move(*rgb);
   return cv::Mat(converted.height_px, converted.width_px, CV_8UC3, converted.bytes.data());
 }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <string_view>
 #include <utility>
 
 #include "apps/config/map_file.h"
