@@ -13,8 +13,7 @@
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/interface/convert.h"
-#include "apps/runs/loop/image_wait.h"
-#include "apps/runs/loop/pair_taker.h"
+#include "apps/runs/loop/pairs.h"
 #include "drivers/backends.h"
 
 namespace twocone {

@@ -17,11 +17,9 @@
 #include "apps/runlog/scene_files.h"
 #include "apps/runlog/storage/replace_run.h"
 #include "apps/runlog/stored_images.h"
-#include "apps/runs/devices.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
-#include "apps/runs/loop/image_wait.h"
-#include "apps/runs/loop/rim_warnings.h"
+#include "apps/runs/loop/pairs.h"
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
@@ -146,7 +144,7 @@ class Loop {
 
   Status drive(Robot& robot, const drivers::RobotSettings& settings) {
     if (auto started = robot.start(settings.lower.settings, settings.upper.settings); !started) return started;
-    note_devices(robot);
+    record_.note_devices(robot);
     const bool images_age = !robot.pace().waits_for_program;
     taker_.emplace(robot, robot_, begin_, clock_before_s_, options_.patience,
                    [this](const std::string& event) { record_.note(event); });
@@ -215,17 +213,6 @@ class Loop {
     }
     for (const std::string& warning : rim_warnings(robot_, lower, upper)) record_.note(warning);
     return {};
-  }
-
-  /// What a real robot is made of stands in run.yaml from the first frame on.
-  void note_devices(Robot& robot) {
-    if (robot.pace().waits_for_program) return;
-    runlog::RunInfo& info = record_.info();
-    info.devices = {describe("lower", robot.cameras().lower().facts()),
-                    describe("upper", robot.cameras().upper().facts()), describe(robot.drive().facts())};
-    std::erase(info.devices, "");
-    info.capture.emplace();
-    record_.write_yaml();
   }
 
   void note_capture(const Robot& robot) {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runs/loop/image_wait.h"
+#include "apps/runs/loop/pairs.h"
 
 namespace twocone::runs {
 namespace {

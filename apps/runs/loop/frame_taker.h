@@ -9,7 +9,7 @@
 
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/loop/fault_policy.h"
-#include "apps/runs/loop/pair_taker.h"
+#include "apps/runs/loop/pairs.h"
 
 namespace twocone::runs {
 

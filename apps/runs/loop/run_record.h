@@ -10,6 +10,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/run.h"
+#include "hal/robot.h"
 
 namespace twocone::runs {
 
@@ -25,6 +26,8 @@ class RunRecord {
   [[nodiscard]] const runlog::RunInfo& info() const { return info_; }
   /// @throws runlog::DiskError
   void write_yaml() const;
+  /// Writes what a real robot is made of into run.yaml. @throws runlog::DiskError
+  void note_devices(Robot& robot);
 
   /// An event of the run: into run.yaml, and at once to RunOptions::notify. What a resumed run replays was reported
   /// before and only goes into run.yaml.
