@@ -43,6 +43,11 @@ struct Circle {
 using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
 using Obstacle = std::variant<Polygon, Circle>;
 
+/// Returns whether the closed outline through `corners` neither crosses nor touches itself: it has at least three
+/// corners, no corner occurs twice, and no two edges share a point except the corner between neighbours. If three
+/// points are in line to within rounding, the result may be either.
+bool is_simple(const Polygon& corners);
+
 /// A rectangle parallel to the axes of the world, min < max.
 using Bounds = sim_povray::Walls;
 

@@ -25,10 +25,16 @@ inline constexpr const char* kImported = "imported";
 /// A file from which a run was made, at the time of the run.
 struct SourceFile {
   std::string file;    ///< absolute
-  std::string digest;  ///< of its bytes (scene_files.h)
+  std::string digest;  ///< of its bytes
 
   friend bool operator==(const SourceFile&, const SourceFile&) = default;
 };
+
+/// Returns the files of a map's scene, by name: the scene, and each file that the scene or one of its .inc or .pov
+/// files names in quotes and that lies beside the scene or in the map's `scene_paths:`. POV-Ray's own libraries are
+/// left out. The digest is 64-bit FNV-1a. It detects accidental changes and does not protect against forgery.
+/// Requires a map that names a scene. A file that cannot be read is left out, because rendering reports it.
+std::vector<SourceFile> scene_files(const config::Map& map);
 
 /// The content of run.yaml, which is enough to repeat the run.
 struct RunInfo {

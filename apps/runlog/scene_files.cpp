@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/scene_files.h"
-
 #include <cstdint>
 #include <map>
 #include <string>
@@ -12,6 +10,7 @@
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 
 namespace twocone::runlog {
 namespace {

@@ -22,9 +22,9 @@ struct Pair {
   Image lower, upper;
 };
 
-Result<std::optional<Pair>> read_pair(const std::filesystem::path& folder, std::uint64_t frame, Missing missing) {
+Result<std::optional<Pair>> read_pair(const std::filesystem::path& folder, std::uint64_t frame, bool allow_missing) {
   const auto without = [&](const Error& error) -> Result<std::optional<Pair>> {
-    if (missing == Missing::kAllowed) return std::optional<Pair>();
+    if (allow_missing) return std::optional<Pair>();
     return Error{error.code, fmt::format("frame {}: {}; nothing was changed: put the image back, or leave such frames "
                                          "without an answer with --allow-missing",
                                          frame, error.message)};
@@ -67,7 +67,7 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
     }
     const runlog::FrameRow& frame = run.frames[i];
     const runlog::PoseRow* const truth = run.truth.empty() ? nullptr : &run.truth[i];
-    const auto pair = read_pair(folder, frame.frame, options.missing);
+    const auto pair = read_pair(folder, frame.frame, options.allow_missing);
     if (!pair) return pair.error();
     localisation::Fix fix;
     is_any_read = is_any_read || *pair;

@@ -15,7 +15,6 @@
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/new_folder.h"
-#include "apps/runlog/storage/replace_run.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 

@@ -6,7 +6,7 @@
 
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/replace_run.h"
+#include "apps/runlog/storage/new_folder.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
@@ -39,7 +39,7 @@ runlog::RunData localise(const Options& options, estimation::Method method, cons
   const std::atomic<bool>& stop = stop_on_signals();
   ProgressBar bar("localise");
   runs::LocaliseOptions how;
-  if (options.allow_missing) how.missing = runs::Missing::kAllowed;
+  how.allow_missing = options.allow_missing;
   how.stop = &stop;
   return value_or_interrupted(
       runs::localise(

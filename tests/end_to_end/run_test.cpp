@@ -118,7 +118,7 @@ TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
   std::ofstream(runlog::upper_image_file(run, 2)) << upper.substr(0, 20);  // damaged
   EXPECT_THAT(refused(), testing::HasSubstr("upper/000002.png is not an image"));
 
-  const auto allowed = localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed});
+  const auto allowed = localise(run, estimation::kDefaultMethod, [](double) {}, {.allow_missing = true});
   ASSERT_TRUE(allowed) << allowed.error().message;
   EXPECT_EQ(allowed->frames.size(), 6U);
   ASSERT_EQ(allowed->fixes.size(), 6U);
@@ -131,7 +131,7 @@ TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
 
   std::filesystem::remove_all(run / "upper");
   const std::string before = runlog::results_state(run);
-  EXPECT_FALSE(localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed}))
+  EXPECT_FALSE(localise(run, estimation::kDefaultMethod, [](double) {}, {.allow_missing = true}))
       << "no frame can be used";
   std::filesystem::rename(run / "frames.csv", run / "frames");
   EXPECT_THROW((void)localise(run, estimation::kDefaultMethod, [](double) {}), config::FileError);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/storage/replace_run.h"
+#include "apps/runlog/storage/new_folder.h"
 
 #include <algorithm>
 #include <array>
