@@ -6,10 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <utility>
 
@@ -23,10 +22,10 @@ namespace twocone::runlog {
 namespace {
 
 /// Returns the process number that the holder wrote, or 0 if it cannot be read.
-long holder_of(int descriptor) {
-  std::array<char, 24> text{};
-  if (::pread(descriptor, text.data(), text.size() - 1, 0) <= 0) return 0;
-  return std::strtol(text.data(), nullptr, 10);
+long holder_of(const std::filesystem::path& file) {
+  long holder = 0;
+  std::ifstream(file) >> holder;
+  return holder;
 }
 
 /// Returns false if another folder has replaced this one since its file was opened.
@@ -47,7 +46,7 @@ Result<base::UniqueFd> lock(const std::filesystem::path& folder) {
     return refused(fmt::format("cannot lock {}: {}", file.string(), std::strerror(errno)));
   }
   if (!locked || !is_still(descriptor.get(), file)) {
-    const long holder = holder_of(descriptor.get());
+    const long holder = holder_of(file);
     return refused(
         fmt::format("{} is being written by another program{}: wait until that has ended, or choose another folder",
                     folder.string(), holder > 0 ? fmt::format(" (process {})", holder) : ""));

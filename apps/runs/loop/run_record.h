@@ -23,7 +23,6 @@ class RunRecord {
   void open();
   [[nodiscard]] const std::filesystem::path& path() const { return folder_->path(); }
   [[nodiscard]] runlog::RunInfo& info() { return info_; }
-  [[nodiscard]] const runlog::RunInfo& info() const { return info_; }
   /// @throws runlog::DiskError
   void write_yaml() const;
   /// Writes what a real robot is made of into run.yaml. @throws runlog::DiskError
