@@ -106,20 +106,13 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
   return parts;
 }
 
-/// Copies the lens data of the calibration files into the rig.
+/// Reads the lens data of the calibration files into the rig.
 void read_camera_infos(Robot& robot) {
   std::string bad;
   const auto read = [&](RigView& view, const CameraEntry& camera, std::string_view name) {
     if (view.camera_info.empty()) return;
     try {
-      const CameraInfo info =
-          read_camera_info(view.camera_info, {.width_px = camera.width_px,
-                                              .height_px = camera.height_px,
-                                              .camera = fmt::format("cameras.{} of {}", name, robot.file.string())});
-      view.distortion = info.distortion;
-      if (info.distortion.empty()) return;
-      view.distortion_focal_px = info.focal_px;
-      view.distortion_principal_px = info.principal_px;
+      read_camera_info(camera, fmt::format("cameras.{} of {}", name, robot.file.string()), view);
     } catch (const FileError& error) {
       // Both mirrors may name the same file, and its faults are reported once.
       if (bad.find(error.what()) == std::string::npos)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdint>
-#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,7 +38,7 @@ std::vector<std::string> quoted_in(const std::string& text) {
 }
 
 /// Adds a file, and those that it names in one of the folders.
-void add(const fs::path& path, const std::vector<fs::path>& folders, std::map<std::string, std::string>& digests) {
+void add(const fs::path& path, const std::vector<fs::path>& folders, FileDigests& digests) {
   const fs::path file = fs::absolute(path).lexically_normal();
   std::error_code none;
   if (!fs::is_regular_file(file, none) || digests.contains(file.string())) return;
@@ -58,14 +57,12 @@ void add(const fs::path& path, const std::vector<fs::path>& folders, std::map<st
 
 }  // namespace
 
-std::vector<SourceFile> scene_files(const config::Map& map) {
+FileDigests scene_files(const config::Map& map) {
   std::vector<fs::path> folders = map.scene_paths;
   folders.push_back(fs::absolute(*map.scene).lexically_normal().parent_path());
-  std::map<std::string, std::string> digests;
+  FileDigests digests;
   add(*map.scene, folders, digests);
-  std::vector<SourceFile> sources;
-  for (const auto& [file, digest] : digests) sources.push_back({file, digest});
-  return sources;
+  return digests;
 }
 
 }  // namespace twocone::runlog
