@@ -39,18 +39,10 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
   for (std::size_t i = 0; i < answer.ranges.size(); ++i) {
     const vision::RangeMeasurement& m = answer.ranges[i];
     const config::Landmark& landmark = map.landmarks[i];
-    RangeRow row;
-    row.frame = frame;
-    row.t_s = t_s;
-    row.landmark = landmark.name;
-    row.verdict = to_string(m.verdict);
-    row.range_m = m.range_m;
-    row.sigma_range_m = m.sigma_range_m;
-    row.bearing_rad = m.bearing_rad;
-    row.sigma_bearing_rad = m.sigma_bearing_rad;
-    row.disparity_px = m.disparity_px;
-    if (truth) row.true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
-    rows.ranges.push_back(std::move(row));
+    std::optional<double> true_range_m;
+    if (truth) true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
+    rows.ranges.push_back({frame, t_s, landmark.name, std::string(to_string(m.verdict)), m.range_m, m.sigma_range_m,
+                           m.bearing_rad, m.sigma_bearing_rad, m.disparity_px, true_range_m});
     add_sighting(frame, t_s, landmark.name, "lower", m.lower_sighting, rows.sightings);
     add_sighting(frame, t_s, landmark.name, "upper", m.upper_sighting, rows.sightings);
   }

@@ -8,7 +8,6 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {

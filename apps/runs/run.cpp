@@ -225,18 +225,18 @@ class Loop {
 
   Result<runlog::RunInfo> end(const Status& done) {
     runlog::RunInfo& info = record_.info();
+    std::vector<std::string> last = record_.take_later();
+    if (auto event = answers_.over_budget()) last.push_back(*event);
     if (!done) {
       // Whatever was interrupted, the run says how far it came.
       const Error error = done.error().code == ErrorCode::kCancelled ? interrupted() : done.error();
       // What ended the run is reported by the caller, alone.
-      for (const std::string& notice : record_.take_later()) info.events.push_back(notice);
-      if (auto event = answers_.over_budget()) info.events.push_back(*event);
-      info.events.push_back(error.message);
+      last.push_back(error.message);
+      info.events.insert(info.events.end(), last.begin(), last.end());
       record_.write_yaml();
       return error;
     }
-    for (const std::string& notice : record_.take_later()) record_.note(notice);
-    if (auto event = answers_.over_budget()) record_.note(*event);
+    for (const std::string& event : last) record_.note(event);
     info.wall_s = seconds_since(begin_);
     info.own_cpu_s = cpu_seconds(RUSAGE_SELF);
     info.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);
