@@ -13,7 +13,6 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/adaptive.h"
 #include "apps/estimation/map_bounds.h"
-#include "hal/named_camera.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::estimation {
@@ -86,7 +85,7 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
     return cv::Mat(wanted, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
   }
   auto rgb = to_rgb8(image);
-  if (!rgb) return with_name(view, rgb.error());
+  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
   converted = std::move(*rgb);
   return cv::Mat(converted.height_px, converted.width_px, CV_8UC3, converted.bytes.data());
 }
