@@ -59,9 +59,8 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
 void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
   for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
     Landmark landmark = read_landmark(*section, bounds);
-    const auto namesake = std::find_if(landmarks.begin(), landmarks.end(),
-                                       [&](const Landmark& other) { return other.name == landmark.name; });
-    if (namesake != landmarks.end() && !landmark.name.empty()) {
+    const auto is_namesake = [&](const Landmark& other) { return other.name == landmark.name; };
+    if (!landmark.name.empty() && std::any_of(landmarks.begin(), landmarks.end(), is_namesake)) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
     }
     landmarks.push_back(std::move(landmark));

@@ -117,22 +117,20 @@ void read_lens(Section& where, const std::filesystem::path& file, bool is_distor
       view.distortion_principal_px.reset();
     }
   }
-  const auto keep = [&](std::string_view key, Unit unit, bool is_good, const std::array<double, 2>& pair,
+  const auto read = [&](std::string_view key, const Quantity& quantity, bool may_be_one_number,
                         std::optional<std::array<double, 2>>& value) {
-    if (is_good) value = pair;
-    if (!has_distortion && (has_file || !is_distortion_common)) where.complain(key, unit, "absent without distortion");
+    if (!where.has(key)) return;
+    std::array<double, 2> pair{};
+    if (may_be_one_number ? where.number_or_pair(key, quantity, pair) : where.numbers(key, quantity, pair))
+      value = pair;
+    if (!has_distortion && (has_file || !is_distortion_common)) {
+      where.complain(key, quantity.unit, "absent without distortion");
+    }
   };
-  std::array<double, 2> pair{};
-  if (constexpr auto kKey = "distortion_focal_px"; where.has(kKey)) {
-    const bool is_good =
-        where.number_or_pair(kKey, {"focal lengths that the distortion is for", kPixels, kAboveZero}, pair);
-    keep(kKey, kPixels, is_good, pair, view.distortion_focal_px);
-  }
-  if (constexpr auto kKey = "distortion_principal_px"; where.has(kKey)) {
-    const bool is_good =
-        where.numbers(kKey, {"column and row that the distortion is about", kPixels, kAnyNumber}, pair);
-    keep(kKey, kPixels, is_good, pair, view.distortion_principal_px);
-  }
+  read("distortion_focal_px", {"focal lengths that the distortion is for", kPixels, kAboveZero}, true,
+       view.distortion_focal_px);
+  read("distortion_principal_px", {"column and row that the distortion is about", kPixels, kAnyNumber}, false,
+       view.distortion_principal_px);
 }
 
 }  // namespace

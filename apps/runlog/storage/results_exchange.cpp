@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -82,7 +82,7 @@ void finish(const fs::path& folder, const fs::path& place, const std::function<v
 }
 
 struct MethodFolders {
-  std::vector<fs::path> places;  ///< methods/NAME, even if only a hidden folder of NAME exists
+  std::set<fs::path> places;  ///< methods/NAME, even if only a hidden folder of NAME exists
   std::vector<fs::path> hidden;
 };
 
@@ -98,10 +98,8 @@ MethodFolders folders_in(const fs::path& methods) {
         found.hidden.push_back(entry->path());
       }
     }
-    if (!method.starts_with(".")) found.places.push_back(methods / method);
+    if (!method.starts_with(".")) found.places.insert(methods / method);
   }
-  std::sort(found.places.begin(), found.places.end());
-  found.places.erase(std::unique(found.places.begin(), found.places.end()), found.places.end());
   return found;
 }
 
