@@ -61,11 +61,6 @@ double nanoradians(double heading_rad) {
   throw config::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
 }
 
-template <typename Row>
-std::string line_of(const Row& row) {
-  return join_fields(Columns<Row>::of(row));
-}
-
 }  // namespace
 
 template <typename Row>
@@ -73,6 +68,11 @@ std::string TableReader<Row>::header() {
   std::string header = Columns<Row>::names;
   std::erase(header, ' ');
   return header;
+}
+
+template <typename Row>
+std::string TableReader<Row>::line(const Row& row) {
+  return join_fields(Columns<Row>::of(row));
 }
 
 template <typename Row>
@@ -127,16 +127,10 @@ template class TableReader<SightingRow>;
 template class TableReader<TimingRow>;
 template class TableReader<TrackRow>;
 
-std::string to_line(const FrameRow& row) { return line_of(row); }
-std::string to_line(const DriveRow& row) { return line_of(row); }
-std::string to_line(const RangeRow& row) { return line_of(row); }
-std::string to_line(const FixRow& row) { return line_of(row); }
-std::string to_line(const SightingRow& row) { return line_of(row); }
-std::string to_line(const TimingRow& row) { return line_of(row); }
 std::string to_line(const TrackRow& row) {
   TrackRow kept = row;
   if (kept.heading_rad) kept.heading_rad = nanoradians(*kept.heading_rad);
-  return line_of(kept);
+  return TableReader<TrackRow>::line(kept);
 }
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;

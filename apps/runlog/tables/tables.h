@@ -22,6 +22,8 @@ class TableReader {
  public:
   /// Returns the first line of the table, without its newline.
   static std::string header();
+  /// Returns the line of a row, without its newline.
+  static std::string line(const Row& row);
 
   /// @throws config::FileError for a wrong header
   explicit TableReader(const std::filesystem::path& file);
@@ -46,12 +48,10 @@ std::vector<Row> read_table(const std::filesystem::path& file) {
 /// Reads a .tum file. @throws config::FileError: FILE:LINE: the fault
 std::vector<PoseRow> read_poses(const std::filesystem::path& file);
 
-std::string to_line(const FrameRow& row);
-std::string to_line(const DriveRow& row);
-std::string to_line(const RangeRow& row);
-std::string to_line(const FixRow& row);
-std::string to_line(const SightingRow& row);
-std::string to_line(const TimingRow& row);
+template <typename Row>
+std::string to_line(const Row& row) {
+  return TableReader<Row>::line(row);
+}
 /// The heading is kept to 1e-9 rad, as in the .tum files, because the heading of method paper comes from such a file.
 std::string to_line(const TrackRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
