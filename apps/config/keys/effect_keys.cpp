@@ -31,7 +31,7 @@ constexpr Range kLossRange{
 /// Calls visit(key, quantity, member) for each key of `effects:` except `camera`, in the order in which they are
 /// written.
 template <typename Visit>
-void for_each_key(const Visit& visit, const Effects& /*of*/) {
+void for_each_key(const Effects& /*of*/, const Visit& visit) {
   using E = Effects;
   visit("slip", {"standard deviation of a wheel's relative slip", kNoUnit, kZeroOrMore}, &E::slip);
   visit("encoder_counts_per_turn", {"encoder counts in one turn of a wheel", kNoUnit, kZeroOrMore},
@@ -47,7 +47,7 @@ void for_each_key(const Visit& visit, const Effects& /*of*/) {
 
 /// The same for `effects.camera` and for `effects` of one camera.
 template <typename Visit>
-void for_each_key(const Visit& visit, const sim_povray::CameraEffects& /*of*/) {
+void for_each_key(const sim_povray::CameraEffects& /*of*/, const Visit& visit) {
   using E = sim_povray::CameraEffects;
   visit("gain", {"factor on linear light", kNoUnit, kGainRange}, &E::gain);
   visit("full_well_electrons", {"electrons of a full-scale pixel", kElectrons, kElectronRange},
@@ -102,9 +102,9 @@ YAML::Node value_of(const std::vector<double>& numbers) { return list_of(numbers
 template <typename AnyEffects>
 bool read_keys(Section& section, AnyEffects& effects) {
   bool good = true;
-  for_each_key([&](std::string_view key, const Quantity& quantity,
-                   auto member) { good &= read_value(section, key, quantity, effects.*member); },
-               effects);
+  for_each_key(effects, [&](std::string_view key, const Quantity& quantity, auto member) {
+    good &= read_value(section, key, quantity, effects.*member);
+  });
   return good;
 }
 
@@ -188,13 +188,11 @@ void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read)
   if (changed == read) return;
   const Effects defaults;
   YAML::Node node = own_mapping(robot, "effects");
-  for_each_key(
-      [&](const char* key, const Quantity& /*quantity*/, auto member) {
-        if (changed.*member == read.*member) return;
-        node.remove(key);
-        if (changed.*member != defaults.*member) node[key] = value_of(changed.*member);
-      },
-      defaults);
+  for_each_key(defaults, [&](const char* key, const Quantity& /*quantity*/, auto member) {
+    if (changed.*member == read.*member) return;
+    node.remove(key);
+    if (changed.*member != defaults.*member) node[key] = value_of(changed.*member);
+  });
   replace(robot, "effects", node);
 }
 
@@ -211,23 +209,21 @@ void set_camera_effects(YAML::Node& robot, const std::string& name, const Camera
   YAML::Node node = own_mapping(camera, "effects");
   const auto has = [&](const char* key) { return bool(std::as_const(node)[key]); };
   const sim_povray::CameraEffects& now = changed.effects;
-  for_each_key(
-      [&](const std::string& key, const Quantity& /*quantity*/, auto member) {
-        // A key on which others depend is written even if it equals the common value. Without it the reader would
-        // reject them.
-        const bool is_needed = key == "exposure_time_s" || key == "readout_s" || key == "distortion";
-        if (now.*member != read.effects.*member) {
-          if (!is_needed) node.remove(key);
-          if (is_needed || now.*member != common.*member) node[key] = value_of(now.*member);
-        }
-        if (key == "shutter_samples" && has("shutter_samples") && now.exposure_time_s == 0 && now.readout_s == 0) {
-          node["exposure_time_s"] = 0;
-        }
-        if (key == "distortion_focal_px" && has("distortion_focal_px") && now.distortion.empty()) {
-          node["distortion"] = list_of({});
-        }
-      },
-      now);
+  for_each_key(now, [&](const std::string& key, const Quantity& /*quantity*/, auto member) {
+    // A key on which others depend is written even if it equals the common value. Without it the reader would
+    // reject them.
+    const bool is_needed = key == "exposure_time_s" || key == "readout_s" || key == "distortion";
+    if (now.*member != read.effects.*member) {
+      if (!is_needed) node.remove(key);
+      if (is_needed || now.*member != common.*member) node[key] = value_of(now.*member);
+    }
+    if (key == "shutter_samples" && has("shutter_samples") && now.exposure_time_s == 0 && now.readout_s == 0) {
+      node["exposure_time_s"] = 0;
+    }
+    if (key == "distortion_focal_px" && has("distortion_focal_px") && now.distortion.empty()) {
+      node["distortion"] = list_of({});
+    }
+  });
   replace(camera, "effects", node);
 }
 
