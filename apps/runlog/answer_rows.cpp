@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 #include <tuple>
-#include <utility>
 
 namespace twocone::runlog {
 namespace {
