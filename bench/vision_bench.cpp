@@ -152,11 +152,11 @@ void AdaptiveOfAPair(benchmark::State& state) {
                                                   lab.rig.rig.upper.settings().centre_px};
   const std::function<double()> no_clock;
   const double enough_m = 1e-4 * double(state.range(0)) + 1e-9;
-  const estimation::Adaptive adaptive(landmarks_m, centres_px, {true, enough_m, std::nullopt}, no_clock, 0);
   int refined = 0;
   for (auto _ : state) {
     vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
-    auto answer = adaptive.run(observation);
+    auto answer = estimation::refine_adaptively(observation, landmarks_m, centres_px, {true, enough_m, std::nullopt},
+                                                no_clock, 0);
     refined = observation.refined();
     if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
     benchmark::DoNotOptimize(answer.fix);

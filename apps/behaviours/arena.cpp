@@ -2,7 +2,6 @@
 #include "apps/behaviours/arena.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace twocone::behaviours {

@@ -167,7 +167,8 @@ void write_tables(const RenderAgain& settings, const Side& real, const std::vect
   poses.reserve(places.size());
   for (const Place& place : places) poses.push_back(pose_of(place.pose));
   const auto wheels = importer::wheels_of(poses, config::to_wheels(real.run.robot));
-  std::string truth, drive = runlog::drive_header() + "\n", frames = runlog::frames_header() + "\n";
+  std::string truth, drive = runlog::TableReader<runlog::DriveRow>::header() + "\n",
+                     frames = runlog::TableReader<runlog::FrameRow>::header() + "\n";
   for (std::size_t i = 0; i < places.size(); ++i) {
     runlog::PoseRow pose = places[i].pose;
     pose.t_s = places[i].frame.t_s;

@@ -98,7 +98,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
   runlog::RunData run = runlog::read_run(folder, method, runlog::Tables::kFrames);
   const vision::Rig believed = config::to_rig(run.robot);
   Side side{.name = folder.string(), .run = std::move(run), .method = method, .believed = believed, .found = believed};
-  const std::size_t rows = runlog::read_frames(folder / "frames.csv").size();
+  const std::size_t rows = runlog::read_table<runlog::FrameRow>(folder / "frames.csv").size();
   if (rows > side.run.frames.size()) {
     side.left_out.push_back(fmt::format("{}: {} of {} frames are used: images of the next one are missing",
                                         folder.string(), side.run.frames.size(), rows));

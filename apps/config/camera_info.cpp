@@ -2,6 +2,7 @@
 #include "apps/config/camera_info.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 #include <fmt/format.h>
@@ -23,24 +24,25 @@ void read_size(Section& root, std::string_view key, std::string_view what, int w
   }
 }
 
+/// Reads the number of rows or columns, which may be absent.
+void read_count(Section& matrix, std::string_view key, std::string_view what, int wanted) {
+  int count = wanted;
+  if (matrix.whole(key, {what, kNoUnit, kAboveZero}, count, Need::kOptional) && count != wanted) {
+    matrix.complain(key, kNoUnit, fmt::format("{}", wanted));
+  }
+}
+
 /// Reads a ROS matrix, which has rows, cols and the numbers row by row.
 Section* read_matrix(Section& root, std::string_view key, std::string_view what, int rows) {
   Section* matrix = root.section(key, what);
-  if (matrix == nullptr) return nullptr;
-  int said = rows;
-  if (matrix->whole("rows", {"rows of the matrix", kNoUnit, kAboveZero}, said, Need::kOptional) && said != rows) {
-    matrix->complain("rows", kNoUnit, fmt::format("{}", rows));
-  }
+  if (matrix != nullptr) read_count(*matrix, "rows", "rows of the matrix", rows);
   return matrix;
 }
 
-void read_camera_matrix(Section& root, CameraInfo& info) {
+void read_camera_matrix(Section& root, RigView& view) {
   Section* matrix = read_matrix(root, "camera_matrix", "{rows: 3, cols: 3, data: [fx, 0, cx, 0, fy, cy, 0, 0, 1]}", 3);
   if (matrix == nullptr) return;
-  int columns = 3;
-  if (matrix->whole("cols", {"columns of the matrix", kNoUnit, kAboveZero}, columns, Need::kOptional) && columns != 3) {
-    matrix->complain("cols", kNoUnit, "3");
-  }
+  read_count(*matrix, "cols", "columns of the matrix", 3);
   std::array<double, 9> k{};
   if (!matrix->numbers("data", {"fx, 0, cx, 0, fy, cy, 0, 0, 1", kPixels, kAnyNumber}, k)) return;
   const bool is_camera = k[0] > 0 && k[1] == 0 && k[3] == 0 && k[4] > 0 && k[6] == 0 && k[7] == 0 && k[8] == 1;
@@ -48,11 +50,11 @@ void read_camera_matrix(Section& root, CameraInfo& info) {
     matrix->complain("data", kNoUnit, "[fx, 0, cx, 0, fy, cy, 0, 0, 1] with fx and fy > 0 (pixels)");
     return;
   }
-  info.focal_px = {k[0], k[4]};
-  info.principal_px = {k[2], k[5]};
+  view.distortion_focal_px = {k[0], k[4]};
+  view.distortion_principal_px = {k[2], k[5]};
 }
 
-void read_distortion(Section& root, CameraInfo& info) {
+void read_distortion(Section& root, RigView& view) {
   std::string model = "plumb_bob";
   const bool has_model = root.text("distortion_model", "the lens model", model, Need::kOptional);
   const bool is_rational = model == "rational_polynomial";
@@ -61,35 +63,33 @@ void read_distortion(Section& root, CameraInfo& info) {
   }
   Section* matrix = read_matrix(root, "distortion_coefficients", "{rows: 1, cols: 5, data: [k1, k2, p1, p2, k3]}", 1);
   if (matrix == nullptr) return;
-  constexpr std::size_t kPlumbBob[] = {0, 4, 5};
-  constexpr std::size_t kRational[] = {0, 4, 5, 8};
-  const std::span<const std::size_t> counts =
-      is_rational ? std::span<const std::size_t>(kRational) : std::span<const std::size_t>(kPlumbBob);
+  constexpr std::size_t kCounts[] = {0, 4, 5, 8};
+  const std::span counts(kCounts, is_rational ? 4 : 3);  // eight coefficients for rational_polynomial only
   const Quantity quantity{is_rational ? "k1 k2 p1 p2 k3 k4 k5 k6" : "k1 k2 p1 p2 [k3]", kNoUnit, kAnyNumber};
-  const bool is_good = matrix->number_list("data", quantity, counts, info.distortion);
-  int columns = 0;
-  const bool has_columns = matrix->has("cols");
-  if (has_columns && matrix->whole("cols", {"columns of the matrix", kNoUnit, kZeroOrMore}, columns) && is_good &&
-      std::size_t(columns) != info.distortion.size()) {
-    matrix->complain("cols", kNoUnit, fmt::format("{}, as many as data has", info.distortion.size()));
+  const bool is_good = matrix->number_list("data", quantity, counts, view.distortion);
+  std::optional<int> columns;
+  matrix->whole("cols", {"columns of the matrix", kNoUnit, kZeroOrMore}, columns);
+  if (columns && is_good && std::size_t(*columns) != view.distortion.size()) {
+    matrix->complain("cols", kNoUnit, fmt::format("{}, as many as data has", view.distortion.size()));
   }
-  const bool is_none = std::all_of(info.distortion.begin(), info.distortion.end(), [](double k) { return k == 0; });
-  if (is_none) info.distortion.clear();
+  const bool is_none = std::all_of(view.distortion.begin(), view.distortion.end(), [](double k) { return k == 0; });
+  if (is_none) view.distortion.clear();
 }
 
 }  // namespace
 
-CameraInfo read_camera_info(const std::filesystem::path& file, const WantedImage& wanted) {
-  Reading reading(load_yaml(file), file);
+void read_camera_info(const CameraEntry& camera, const std::string& name, RigView& view) {
+  Reading reading(load_yaml(view.camera_info), view.camera_info);
   Section& root = reading.root();
-  CameraInfo info;
-  read_size(root, "image_width", "width of the image", wanted.width_px, wanted.camera);
-  read_size(root, "image_height", "height of the image", wanted.height_px, wanted.camera);
-  read_camera_matrix(root, info);
-  read_distortion(root, info);
+  read_size(root, "image_width", "width of the image", camera.width_px, name);
+  read_size(root, "image_height", "height of the image", camera.height_px, name);
+  read_camera_matrix(root, view);
+  read_distortion(root, view);
   for (const char* const key : kUnused) root.has(key);
   reading.finish();
-  return info;
+  if (!view.distortion.empty()) return;
+  view.distortion_focal_px.reset();
+  view.distortion_principal_px.reset();
 }
 
 }  // namespace twocone::config

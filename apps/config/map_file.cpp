@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/keys/polygon.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
@@ -60,9 +59,8 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
 void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
   for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
     Landmark landmark = read_landmark(*section, bounds);
-    const auto namesake = std::find_if(landmarks.begin(), landmarks.end(),
-                                       [&](const Landmark& other) { return other.name == landmark.name; });
-    if (namesake != landmarks.end() && !landmark.name.empty()) {
+    const auto is_namesake = [&](const Landmark& other) { return other.name == landmark.name; };
+    if (!landmark.name.empty() && std::any_of(landmarks.begin(), landmarks.end(), is_namesake)) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
     }
     landmarks.push_back(std::move(landmark));
@@ -151,11 +149,8 @@ void read_effects(Section& map, SceneEffects& effects) {
   section->flag("photons", "", effects.photons, Need::kOptional);
   section->flag("radiosity", "", effects.radiosity, Need::kOptional);
   section->flag("media", "", effects.media, Need::kOptional);
-  int depth = 0;
   const Quantity reflection_depth{"reflections of reflections", kNoUnit, {.least = 1, .greatest = 256}};
-  if (section->whole("reflection_depth", reflection_depth, depth, Need::kOptional) && depth > 0) {
-    effects.reflection_depth = depth;
-  }
+  section->whole("reflection_depth", reflection_depth, effects.reflection_depth);
 }
 
 void read_scene_paths(Section& map, const std::filesystem::path& file, std::vector<std::filesystem::path>& paths) {

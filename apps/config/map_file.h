@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/sim_povray/sim_povray.h"
+
 namespace YAML {
 class Node;
 }
@@ -41,13 +43,13 @@ struct Circle {
 using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
 using Obstacle = std::variant<Polygon, Circle>;
 
-/// A rectangle parallel to the axes of the world, min < max.
-struct Bounds {
-  double min_x_m = 0, max_x_m = 0;
-  double min_y_m = 0, max_y_m = 0;
+/// Returns whether the closed outline through `corners` neither crosses nor touches itself: it has at least three
+/// corners, no corner occurs twice, and no two edges share a point except the corner between neighbours. If three
+/// points are in line to within rounding, the result may be either.
+bool is_simple(const Polygon& corners);
 
-  friend bool operator==(const Bounds&, const Bounds&) = default;
-};
+/// A rectangle parallel to the axes of the world, min < max.
+using Bounds = sim_povray::Walls;
 
 /// An object that moves along a path at constant speed. In simulation it is the scene object `moving.NAME`.
 struct Moving {
@@ -61,16 +63,7 @@ struct Moving {
 };
 
 /// Effects of the scene that the map may switch off (`effects:`), although the scene uses them.
-struct SceneEffects {
-  bool shadows = true;
-  bool area_lights = true;
-  bool photons = true;
-  bool radiosity = true;
-  bool media = true;
-  std::optional<int> reflection_depth{};  ///< 1 to 256, replaces the scene's max_trace_level
-
-  friend bool operator==(const SceneEffects&, const SceneEffects&) = default;
-};
+using SceneEffects = sim_povray::SceneSwitches;
 
 /// The knowledge of a place that a robot may have (scenes/lab.map.yaml). A map contains no ground truth.
 struct Map {

@@ -7,14 +7,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/camera_info.h"
-#include "apps/config/keys/camera_effects.h"
-#include "apps/config/keys/device_keys.h"
-#include "apps/config/keys/estimator_keys.h"
-#include "apps/config/keys/rig_keys.h"
+#include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/old_names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
-#include "apps/config/yaml/old_names.h"
 #include "hal/stereo_rig.h"
 
 namespace twocone::config {
@@ -23,12 +20,8 @@ namespace {
 // Leaves room, within the 255 bytes of a file name, for the suffix "-waypoints-seed18446744073709551615-2".
 constexpr std::size_t kLongestName = 200;
 
-constexpr double kTurn_rad = 2 * std::numbers::pi;
-/// The range is wide because an angle may be given as 3/4 or as -1/4 of a turn. A value in degrees is still noticed.
-constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words = "-2 pi to 2 pi"};
 /// The bounds keep a time within the range of its nanosecond counter.
 constexpr Range kTimeoutRange{.least = 0.001, .greatest = 60};
-constexpr Range kLagRange{.least = 0, .greatest = 60};
 constexpr Range kSkewRange{.least = 0, .greatest = 60};
 constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
 constexpr Range kImageSide{.least = 1, .greatest = 16384};
@@ -106,28 +99,20 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
       part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
     }
   }
-  const bool good_skew =
-      root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
-                  robot.max_skew_s, Need::kOptional);
+  const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
+                                     robot.max_skew_s, Need::kOptional);
   if (lower.has_rate && good_skew && !root.has("max_skew_s"))
     robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.rate_hz;
   return parts;
 }
 
-/// Copies the lens data of the calibration files into the rig.
+/// Reads the lens data of the calibration files into the rig.
 void read_camera_infos(Robot& robot) {
   std::string bad;
   const auto read = [&](RigView& view, const CameraEntry& camera, std::string_view name) {
     if (view.camera_info.empty()) return;
     try {
-      const CameraInfo info =
-          read_camera_info(view.camera_info, {.width_px = camera.width_px,
-                                              .height_px = camera.height_px,
-                                              .camera = fmt::format("cameras.{} of {}", name, robot.file.string())});
-      view.distortion = info.distortion;
-      if (info.distortion.empty()) return;
-      view.distortion_focal_px = info.focal_px;
-      view.distortion_principal_px = info.principal_px;
+      read_camera_info(camera, fmt::format("cameras.{} of {}", name, robot.file.string()), view);
     } catch (const FileError& error) {
       // Both mirrors may name the same file, and its faults are reported once.
       if (bad.find(error.what()) == std::string::npos)
@@ -155,29 +140,6 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
   const std::optional<double> rate_hz = part.has_rate ? std::optional(part.camera->rate_hz) : std::nullopt;
   if (good && good_common) check_camera_effects(part.camera->effects, own, common_section, rate_hz);
   return own;
-}
-
-/// Returns the section with the effects that all cameras share, or null.
-Section* read_effects(Section& root, Effects& effects) {
-  Section* section = root.section("effects", "what the simulated body does beyond the ideal", Need::kOptional);
-  if (section == nullptr) return nullptr;
-  section->number("slip", {"standard deviation of a wheel's relative slip", kNoUnit, kZeroOrMore}, effects.slip,
-                  Need::kOptional);
-  section->whole("encoder_counts_per_turn", {"encoder counts in one turn of a wheel", kNoUnit, kZeroOrMore},
-                 effects.encoder_counts_per_turn, Need::kOptional);
-  section->number("motor_lag_s", {"time constant of a wheel's speed", kSeconds, kLagRange}, effects.motor_lag_s,
-                  Need::kOptional);
-  const auto read = [&](std::string_view key, const Quantity& quantity, std::optional<double>& value) {
-    double number = 0;
-    if (section->has(key) && section->number(key, quantity, number)) value = number;
-  };
-  read("wheel_separation_m", {"true distance between the wheels' contact points", kMetres, kRobotLength},
-       effects.wheel_separation_m);
-  read("wheel_radius_m", {"true radius of a wheel", kMetres, kPartLength}, effects.wheel_radius_m);
-  read("mass_kg", {"mass of the robot", kKilograms, kAboveZero}, effects.mass_kg);
-  read("wheel_friction", {"friction between wheel and floor", kNoUnit, kAboveZero}, effects.wheel_friction);
-  read("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, effects.body_friction);
-  return section->section("camera", "what the cameras do beyond the ideal", Need::kOptional);
 }
 
 }  // namespace
@@ -249,7 +211,7 @@ YAML::Node load_robot_node(const std::filesystem::path& file) {
   YAML::Node node = with_present_names(load_yaml(file));
   const Robot robot = parse_robot(node, file);
   node["map"] = std::filesystem::absolute(robot.map).string();
-  set_camera_info_paths(node, file, [](const std::filesystem::path& path) { return std::filesystem::absolute(path); });
+  make_camera_infos_absolute(node, file);
   return node;
 }
 

@@ -7,13 +7,11 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/keys/effect_writer.h"
-#include "apps/config/keys/estimator_keys.h"
-#include "apps/config/keys/rig_keys.h"
+#include "apps/config/keys/robot_keys.h"
+#include "apps/config/yaml/old_names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_numbers.h"
 #include "apps/config/yaml/yaml_reader.h"
-#include "apps/config/yaml/old_names.h"
 
 namespace twocone::config {
 namespace {
@@ -119,19 +117,6 @@ void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& othe
   }
 }
 
-/// The content of the original file, as YAML and as the robot read from it.
-struct Original {
-  std::filesystem::path file;
-  YAML::Node node;
-  Robot robot;
-};
-
-Original read_original(const std::filesystem::path& file) {
-  const YAML::Node node = with_present_names(load_yaml(file));
-  Robot robot = parse_robot(node, file);
-  return {file, node, std::move(robot)};
-}
-
 /// Returns `line` as comments. A line break inside it must not end the comment.
 std::string commented(std::string_view line) {
   std::string text = "#";
@@ -146,11 +131,12 @@ std::string commented(std::string_view line) {
   return text + '\n';
 }
 
-std::string text_with(const Original& original, const std::filesystem::path& new_file, const Robot& changed,
-                      const std::vector<std::string>& header_lines) {
-  const std::filesystem::path& file = original.file;
-  const Robot& robot = original.robot;
-  YAML::Node node = original.node;  // a handle: changes go to the node that it names
+}  // namespace
+
+std::string robot_text(const std::filesystem::path& file, const std::filesystem::path& new_file, const Robot& changed,
+                       const std::vector<std::string>& header_lines) {
+  YAML::Node node = with_present_names(load_yaml(file));
+  const Robot robot = parse_robot(node, file);
   node["map"] = moved(node["map"].as<std::string>(), file, new_file);
   const auto info = [&](const char* mirror, RigView Rig::*view, CameraEntry Robot::*camera) {
     const RigView& now = changed.rig.*view;
@@ -187,24 +173,6 @@ std::string text_with(const Original& original, const std::filesystem::path& new
   text += fmt::format("{}\n", emitter.c_str());
   (void)parse_robot(parse_yaml(text, new_file), new_file);  // never return text that read_robot rejects
   return text;
-}
-
-}  // namespace
-
-std::string robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                       const Robot& changed, const std::vector<std::string>& header_lines) {
-  return text_with(read_original(original), new_file, changed, header_lines);
-}
-
-std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                                  const Rig& rig, const WheelSizes& wheels,
-                                  const std::vector<std::string>& header_lines) {
-  const Original read = read_original(original);
-  Robot changed = read.robot;
-  changed.rig = rig;
-  changed.drive.wheel_separation_m = wheels.separation_m;
-  changed.drive.wheel_radius_m = wheels.radius_m;
-  return text_with(read, new_file, changed, header_lines);
 }
 
 }  // namespace twocone::config

@@ -9,11 +9,6 @@
 
 namespace twocone::config {
 
-struct WheelSizes {
-  double separation_m = 0;  ///< > 0
-  double radius_m = 0;      ///< > 0
-};
-
 /// Returns the text of a robot file that equals `original` except for the values in `changed` of: `rig:`, the two wheel
 /// sizes, width_px, height_px, rate_hz, antialias and effects of the pair, `effects:` of the body, and `estimator:`.
 /// Additional cameras take the pair's rate, and so does max_skew_s where `original` does not set it.
@@ -32,10 +27,5 @@ struct WheelSizes {
 /// changed effects of a camera that is not simulated in `original`
 std::string robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
                        const Robot& changed, const std::vector<std::string>& header_lines);
-
-/// Like robot_text, with only `rig:` and the wheel sizes changed. Used for the result of a calibration.
-std::string calibrated_robot_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                                  const Rig& rig, const WheelSizes& wheels,
-                                  const std::vector<std::string>& header_lines);
 
 }  // namespace twocone::config

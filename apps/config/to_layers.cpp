@@ -84,10 +84,7 @@ std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
 /// Returns the fixed and moving objects of a map, without the scene that shows them.
 sim_povray::PlaceSettings contents_of(const Map& map) {
   sim_povray::PlaceSettings place;
-  place.walls = {.min_x_m = map.bounds.min_x_m,
-                 .max_x_m = map.bounds.max_x_m,
-                 .min_y_m = map.bounds.min_y_m,
-                 .max_y_m = map.bounds.max_y_m};
+  place.walls = map.bounds;
   for (const Landmark& landmark : map.landmarks) {
     place.solids.push_back(
         {fmt::format("landmark {}", landmark.name), sim_povray::Disc{{landmark.x_m, landmark.y_m}, landmark.radius_m}});
@@ -117,12 +114,7 @@ sim_povray::PlaceSettings place_of(const Map& map) {
   place.scene = *map.scene;
   place.scene_paths = map.scene_paths;
   place.unit_m = map.unit_m;
-  place.switches = {.shadows = map.effects.shadows,
-                    .area_lights = map.effects.area_lights,
-                    .photons = map.effects.photons,
-                    .radiosity = map.effects.radiosity,
-                    .media = map.effects.media,
-                    .reflection_depth = map.effects.reflection_depth};
+  place.switches = map.effects;
   return place;
 }
 

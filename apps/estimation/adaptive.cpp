@@ -58,32 +58,8 @@ double position_sigma_m(const Fix& fix) {
   return std::sqrt((*fix.covariance)(0, 0) + (*fix.covariance)(1, 1));
 }
 
-}  // namespace
-
-double thread_time_s() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
-}
-
-Fix fix_of_outline(const std::vector<RangeMeasurement>& measured, const std::vector<Eigen::Vector2d>& landmarks_m,
-                   bool use_bearings) {
-  std::vector<localisation::LandmarkMeasurement> measurements;
-  std::vector<int> landmarks;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    const RangeMeasurement& m = measured[i];
-    const auto bearing_rad = use_bearings ? m.bearing_rad : std::nullopt;
-    if (!m.covariance || (!m.range_m && !bearing_rad)) continue;
-    measurements.push_back({landmarks_m[i], m.range_m, bearing_rad, *m.covariance});
-    landmarks.push_back(int(i));
-  }
-  Fix fix = localisation::fix_by_least_squares(measurements);
-  for (int& outlier : fix.outliers) outlier = landmarks.at(std::size_t(outlier));
-  return fix;
-}
-
 /// The information matrix of (x, y, heading), summed over the landmarks and linearised at one pose.
-class Adaptive::Information {
+class Information {
  public:
   Information(const Eigen::Vector2d& position_m, bool use_bearings, std::size_t landmarks)
       : position_m_(position_m), use_bearings_(use_bearings), each_(landmarks, Eigen::Matrix3d::Zero()) {}
@@ -134,52 +110,77 @@ class Adaptive::Information {
   Eigen::Matrix3d sum_ = Eigen::Matrix3d::Zero();
 };
 
-bool Adaptive::is_enough(const Fix& fix) const {
-  return fix.verdict == FixVerdict::kOk && fix.outliers.empty() && position_sigma_m(fix) <= settings_.enough_m;
+}  // namespace
+
+double thread_time_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-bool Adaptive::is_affordable(int done, const Times& times) const {
-  if (!settings_.budget_s) return true;
-  const double now_s = clock_s_();
-  const double next_s = done > 0 ? (now_s - times.located_s) / done : times.looked_s - begin_s_;
-  const double last_fix_s = times.located_s - times.looked_s;
-  return now_s - begin_s_ + next_s + last_fix_s <= *settings_.budget_s;
+Fix fix_of_outline(const std::vector<RangeMeasurement>& measured, const std::vector<Eigen::Vector2d>& landmarks_m,
+                   bool use_bearings) {
+  std::vector<localisation::LandmarkMeasurement> measurements;
+  std::vector<int> landmarks;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const RangeMeasurement& m = measured[i];
+    const auto bearing_rad = use_bearings ? m.bearing_rad : std::nullopt;
+    if (!m.covariance || (!m.range_m && !bearing_rad)) continue;
+    measurements.push_back({landmarks_m[i], m.range_m, bearing_rad, *m.covariance});
+    landmarks.push_back(int(i));
+  }
+  Fix fix = localisation::fix_by_least_squares(measurements);
+  for (int& outlier : fix.outliers) outlier = landmarks.at(std::size_t(outlier));
+  return fix;
 }
 
-Adaptive::Answer Adaptive::run(vision::FrameObservation& observation) const {
-  Answer answer;
+AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                                 const std::array<Eigen::Vector2d, 2>& centres_px, const AdaptiveSettings& settings,
+                                 const std::function<double()>& clock_s, double begin_s) {
+  AdaptiveAnswer answer;
   const std::vector<RangeMeasurement> found = observation.measurements();
-  Times times;
-  if (settings_.budget_s) times.looked_s = clock_s_();
+  const double looked_s = settings.budget_s ? clock_s() : 0;
   const auto locate = [&](bool use_bearings) {
     const double from_s = thread_time_s();
-    Fix fix = fix_of_outline(answer.ranges, landmarks_m_, use_bearings);
+    Fix fix = fix_of_outline(answer.ranges, landmarks_m, use_bearings);
     answer.localisation_s += thread_time_s() - from_s;
     return fix;
   };
   answer.ranges = found;
-  answer.fix = locate(settings_.use_bearings);
-  if (settings_.budget_s) times.located_s = clock_s_();
-  if (is_enough(answer.fix)) return answer;
+  answer.fix = locate(settings.use_bearings);
+  const double located_s = settings.budget_s ? clock_s() : 0;
+  const auto is_enough = [&] {
+    const Fix& fix = answer.fix;
+    return fix.verdict == FixVerdict::kOk && fix.outliers.empty() && position_sigma_m(fix) <= settings.enough_m;
+  };
+  if (is_enough()) return answer;
 
   // Bearings show where to look, even if the answer must not use them.
-  const Fix guide = settings_.use_bearings ? answer.fix : locate(true);
-  std::vector<Unit> left = units_of(found, centres_px_);
+  const Fix guide = settings.use_bearings ? answer.fix : locate(true);
+  std::vector<Unit> left = units_of(found, centres_px);
   const bool is_guided = guide.verdict == FixVerdict::kOk && guide.heading_rad;
   if (is_guided) {
     for (std::size_t k = 0; k < found.size(); ++k) {
-      const Eigen::Vector2d to_m = landmarks_m_[k] - *guide.position_m;
+      const Eigen::Vector2d to_m = landmarks_m[k] - *guide.position_m;
       if (std::find(guide.outliers.begin(), guide.outliers.end(), int(k)) != guide.outliers.end()) continue;
       observation.expect(k, to_m.norm(), std::atan2(to_m.y(), to_m.x()) - *guide.heading_rad);
     }
   }
-  Information information(guide.position_m.value_or(Eigen::Vector2d::Zero()), settings_.use_bearings, found.size());
-  for (std::size_t k = 0; k < found.size(); ++k) information.set(k, found[k], landmarks_m_[k]);
+  Information information(guide.position_m.value_or(Eigen::Vector2d::Zero()), settings.use_bearings, found.size());
+  for (std::size_t k = 0; k < found.size(); ++k) information.set(k, found[k], landmarks_m[k]);
   information.keep_found();
 
   int done = 0;
+  // Whether one more refinement and the fix after it are predicted to end within the time budget.
+  const auto is_affordable = [&] {
+    if (!settings.budget_s) return true;
+    const double now_s = clock_s();
+    const double next_s = done > 0 ? (now_s - located_s) / done : looked_s - begin_s;
+    const double last_fix_s = located_s - looked_s;
+    return now_s - begin_s + next_s + last_fix_s <= *settings.budget_s;
+  };
   bool is_current = true;  // whether the fix uses the latest measurements
-  while (!left.empty() && is_affordable(done, times)) {
+  while (!left.empty() && is_affordable()) {
     const auto better = [&](const Unit& a, const Unit& b) {
       return information.with_refined_m2(a.landmark, a.share) < information.with_refined_m2(b.landmark, b.share);
     };
@@ -192,16 +193,16 @@ Adaptive::Answer Adaptive::run(vision::FrameObservation& observation) const {
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (stays_found(answer.ranges[i], found[i])) answer.ranges[i] = found[i];
     }
-    information.set(k, answer.ranges[k], landmarks_m_[k]);
+    information.set(k, answer.ranges[k], landmarks_m[k]);
     is_current = false;
     if (observation.refined() < kLeastRefined || left.empty()) continue;
     // The prediction is cheap and the fix is not. The fix is computed only if the prediction reaches the limit.
-    if (is_guided && !(std::sqrt(information.position_variance_m2()) <= settings_.enough_m)) continue;
-    answer.fix = locate(settings_.use_bearings);
+    if (is_guided && !(std::sqrt(information.position_variance_m2()) <= settings.enough_m)) continue;
+    answer.fix = locate(settings.use_bearings);
     is_current = true;
-    if (is_enough(answer.fix)) return answer;
+    if (is_enough()) return answer;
   }
-  if (!is_current) answer.fix = locate(settings_.use_bearings);
+  if (!is_current) answer.fix = locate(settings.use_bearings);
   return answer;
 }
 

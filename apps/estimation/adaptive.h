@@ -19,6 +19,18 @@ localisation::Fix fix_of_outline(const std::vector<vision::RangeMeasurement>& me
 /// Returns the processor time of the calling thread, seconds; its zero has no meaning.
 double thread_time_s();
 
+struct AdaptiveSettings {
+  bool use_bearings = true;
+  double enough_m = 0.001;
+  std::optional<double> budget_s;
+};
+
+struct AdaptiveAnswer {
+  std::vector<vision::RangeMeasurement> ranges;
+  localisation::Fix fix;
+  double localisation_s = 0;  ///< processor time for the fixes and the order of refinement
+};
+
 /// Refines one frame landmark by landmark until its position is known well enough (stage `adaptive`).
 ///
 /// 1. It takes all landmarks as the finder measured them (vision::Stage::kFound) and computes the fix from them. If the
@@ -38,42 +50,11 @@ double thread_time_s();
 /// A time budget can end refinement earlier. A refinement starts only if it and the fix after it are predicted to end
 /// within the time budget. The prediction is the mean time of the refinements in this frame so far. The first one is
 /// assumed to take as long as the finder.
-class Adaptive {
- public:
-  struct Settings {
-    bool use_bearings = true;
-    double enough_m = 0.001;
-    std::optional<double> budget_s;
-  };
-  /// @param centres_px positions of the tips in the lower and the upper image
-  /// @param clock_s seconds, read only with a time budget
-  /// @param begin_s time by that clock when the work on the frame began
-  Adaptive(const std::vector<Eigen::Vector2d>& landmarks_m, const std::array<Eigen::Vector2d, 2>& centres_px,
-           const Settings& settings, const std::function<double()>& clock_s, double begin_s)
-      : landmarks_m_(landmarks_m), centres_px_(centres_px), settings_(settings), clock_s_(clock_s), begin_s_(begin_s) {}
-
-  struct Answer {
-    std::vector<vision::RangeMeasurement> ranges;
-    localisation::Fix fix;
-    double localisation_s = 0;  ///< processor time for the fixes and the order of refinement
-  };
-  [[nodiscard]] Answer run(vision::FrameObservation& observation) const;
-
- private:
-  class Information;
-  [[nodiscard]] bool is_enough(const localisation::Fix& fix) const;
-  /// Times by the clock at which the finder and the first fix ended.
-  struct Times {
-    double looked_s = 0, located_s = 0;
-  };
-  /// Returns whether one more refinement and the fix after it are predicted to end within the time budget.
-  [[nodiscard]] bool is_affordable(int done, const Times& times) const;
-
-  const std::vector<Eigen::Vector2d>& landmarks_m_;
-  std::array<Eigen::Vector2d, 2> centres_px_;
-  Settings settings_;
-  const std::function<double()>& clock_s_;
-  double begin_s_;
-};
+/// @param centres_px positions of the tips in the lower and the upper image
+/// @param clock_s seconds, read only with a time budget
+/// @param begin_s time by that clock when the work on the frame began
+AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                                 const std::array<Eigen::Vector2d, 2>& centres_px, const AdaptiveSettings& settings,
+                                 const std::function<double()>& clock_s, double begin_s);
 
 }  // namespace twocone::estimation

@@ -2,9 +2,7 @@
 #include "apps/estimation/estimator.h"
 
 #include <algorithm>
-#include <cassert>
 #include <chrono>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -58,24 +56,22 @@ std::optional<vision::Stage> stage_of(const config::Robot& robot) {
 
 /// Returns the indices of the landmarks to look for, or an empty list for all.
 std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map& map) {
+  std::vector<std::string> names;
+  for (const config::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
   std::vector<std::size_t> wanted;
-  std::string bad;
+  std::vector<std::string> unknown;
   for (const std::string& name : robot.estimator.landmarks) {
-    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
-                                 [&](const config::Landmark& landmark) { return landmark.name == name; });
-    if (at == map.landmarks.end()) {
-      bad += fmt::format("{}'{}'", bad.empty() ? "" : ", ", name);
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) {
+      unknown.push_back(fmt::format("'{}'", name));
     } else {
-      wanted.push_back(std::size_t(at - map.landmarks.begin()));
+      wanted.push_back(std::size_t(at - names.begin()));
     }
   }
-  if (!bad.empty()) {
-    std::vector<std::string> names;
-    for (const config::Landmark& landmark : map.landmarks) names.push_back(landmark.name);
-    throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
-                                        robot.file.string(), bad, map.file.string(), fmt::join(names, ", ")));
-  }
-  return wanted;
+  if (unknown.empty()) return wanted;
+  throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
+                                      robot.file.string(), fmt::join(unknown, ", "), map.file.string(),
+                                      fmt::join(names, ", ")));
 }
 
 /// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
@@ -138,9 +134,8 @@ void Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const c
     answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings);
     answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    const Adaptive adaptive(landmarks_m_, centres_px_, {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_,
-                            begin_s);
-    Adaptive::Answer refined = adaptive.run(observation);
+    AdaptiveAnswer refined = refine_adaptively(observation, landmarks_m_, centres_px_,
+                                               {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_, begin_s);
     answer.ranges = std::move(refined.ranges);
     answer.fix = std::move(refined.fix);
     answer.timing.localisation_s = refined.localisation_s;

@@ -4,7 +4,6 @@
 #include <array>
 #include <functional>
 #include <optional>
-#include <string>
 #include <variant>
 #include <vector>
 

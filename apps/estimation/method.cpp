@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/estimation/method.h"
 
-#include <cassert>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -14,28 +15,17 @@ namespace twocone::estimation {
 namespace {
 
 constexpr double kMsPerS = 1000;
+constexpr std::string_view kNames[] = {"paper", "outline"};  // in the order of Method
 
 }  // namespace
 
-std::string_view to_string(Method method) {
-  switch (method) {
-    case Method::kPaper:
-      return "paper";
-    case Method::kOutline:
-      return "outline";
-  }
-  assert(false);
-  return "";
-}
+std::string_view to_string(Method method) { return kNames[int(method)]; }
 
-std::vector<std::string> method_names() {
-  return {std::string(to_string(Method::kPaper)), std::string(to_string(Method::kOutline))};
-}
+std::vector<std::string> method_names() { return {std::begin(kNames), std::end(kNames)}; }
 
 Method method_named(std::string_view name) {
-  for (const Method method : {Method::kPaper, Method::kOutline}) {
-    if (name == to_string(method)) return method;
-  }
+  const auto known = std::find(std::begin(kNames), std::end(kNames), name);
+  if (known != std::end(kNames)) return Method(known - std::begin(kNames));
   if (const auto present = config::present_name(config::NameOf::kMethod, name); present != name) {
     throw std::invalid_argument(fmt::format("method '{}' is now named '{}'", name, present));
   }

@@ -143,7 +143,7 @@ void store_images(const std::vector<Pair>& pairs, const Camera& lower, const Cam
 
 /// The tables of the wheels, frame by frame; empty if the wheels are unknown.
 struct WheelTables {
-  std::string drive = runlog::drive_header() + '\n';
+  std::string drive = runlog::TableReader<runlog::DriveRow>::header() + '\n';
   std::string odometry;
 };
 
@@ -284,7 +284,7 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   info.finished = true;
   info.events = events;
   runlog::write_run_yaml(out, info, robot, map.file);
-  std::string rows = runlog::frames_header() + '\n';
+  std::string rows = runlog::TableReader<runlog::FrameRow>::header() + '\n';
   for (const runlog::FrameRow& row : frames) rows += to_line(row) + '\n';
   runlog::write_whole(out / "frames.csv", rows);
   folder.keep();

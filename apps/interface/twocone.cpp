@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <string_view>
 #include <utility>
 
 #include "apps/config/map_file.h"
@@ -13,10 +12,8 @@
 #include "apps/config/to_layers.h"
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
-#include "apps/estimation/wheel_history.h"
 #include "apps/interface/convert.h"
-#include "apps/runs/devices.h"
-#include "apps/runs/loop/image_wait.h"
+#include "apps/runs/loop/pairs.h"
 #include "drivers/backends.h"
 
 namespace twocone {
@@ -89,10 +86,7 @@ Pose RobotDescription::start() const { return interface::to_pose(config::to_star
 
 struct CapturedFrame::Impl {
   std::uint64_t number = 0;
-  double t_s = 0;
-  StereoFrame frame;
-  WheelAngles angles;
-  localisation::Pose odometry;
+  runs::TakenPair pair;
   const std::atomic<bool>* stop = nullptr;
   // What lower() and upper() have handed out.
   mutable std::optional<Image> lower, upper;
@@ -110,9 +104,13 @@ struct CapturedFrame::Impl {
 };
 
 std::uint64_t CapturedFrame::number() const { return impl_->number; }
-double CapturedFrame::t_s() const { return impl_->t_s; }
-Expected<ImageView> CapturedFrame::lower() const { return Impl::view(impl_->frame.lower, *impl_->stop, impl_->lower); }
-Expected<ImageView> CapturedFrame::upper() const { return Impl::view(impl_->frame.upper, *impl_->stop, impl_->upper); }
+double CapturedFrame::t_s() const { return impl_->pair.t_s; }
+Expected<ImageView> CapturedFrame::lower() const {
+  return Impl::view(impl_->pair.frame.lower, *impl_->stop, impl_->lower);
+}
+Expected<ImageView> CapturedFrame::upper() const {
+  return Impl::view(impl_->pair.frame.upper, *impl_->stop, impl_->upper);
+}
 
 // ---- robot
 
@@ -120,25 +118,14 @@ struct ConnectedRobot::Impl {
   RobotDescription description;
   localisation::WheelGeometry wheels;
   Robot robot;
-  localisation::Odometry odometry;
+  runs::PairTaker pairs;
   const std::atomic<bool>* stop = &interface::kNever;
-  estimation::WheelHistory history{};
   std::uint64_t frames = 0;
-  double zero_s = 0;
 
   /// Stops the wheels; if the command does not arrive, the dead-man rule does.
   Failure fail(const Error& error) {
     static_cast<void>(robot.drive().stop());
     return interface::to_failure(error);
-  }
-
-  /// One wait of at most `slice`.
-  Result<StereoFrame> take(std::chrono::milliseconds slice) {
-    auto frame = robot.next_frame(slice);
-    if (!frame || robot.pace().waits_for_program) return frame;
-    // Pixels of devices are there already: damaged ones are found while there still is another frame to take.
-    if (auto decoded = runs::decode(*frame); !decoded) return decoded.error();
-    return frame;
   }
 };
 
@@ -154,28 +141,17 @@ Expected<CapturedFrame> ConnectedRobot::next_frame(std::chrono::milliseconds tim
   while (true) {
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    auto frame = impl_->take(std::clamp(left, std::chrono::milliseconds(0), runs::kStopSlice));
+    auto frame = impl_->robot.next_frame(std::clamp(left, std::chrono::milliseconds(0), runs::kStopSlice));
     if (*impl_->stop) return impl_->fail({ErrorCode::kCancelled, "interrupted by a signal"});
     if (!frame) {
       if (frame.error().code == ErrorCode::kTimeout && std::chrono::steady_clock::now() < deadline) continue;
       return impl_->fail(frame.error());
     }
-    const auto angles = impl_->robot.drive().read_angles();
-    if (!angles) return impl_->fail(with_name("drive", angles.error()));
-    impl_->history.add(*angles);
-    const Timestamp captured = frame->lower.header().captured;
-    if (impl_->frames == 0) impl_->zero_s = captured.seconds();
-    const WheelAngles then = impl_->history.at(captured);
+    auto pair = impl_->pairs.take(impl_->robot, *std::move(frame));
+    if (!pair) return impl_->fail(pair.error());
     CapturedFrame result;
-    result.impl_ =
-        std::make_shared<CapturedFrame::Impl>(CapturedFrame::Impl{impl_->frames++,
-                                                                  captured.seconds() - impl_->zero_s,
-                                                                  *std::move(frame),
-                                                                  then,
-                                                                  impl_->odometry.update(then.left_rad, then.right_rad),
-                                                                  impl_->stop,
-                                                                  {},
-                                                                  {}});
+    result.impl_ = std::make_shared<CapturedFrame::Impl>(
+        CapturedFrame::Impl{impl_->frames++, *std::move(pair), impl_->stop, {}, {}});
     return result;
   }
 }
@@ -209,7 +185,7 @@ Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file, con
   }
   const auto wheels = config::to_wheels(robot);
   auto impl = std::make_unique<ConnectedRobot::Impl>(ConnectedRobot::Impl{
-      description, wheels, *std::move(opened), localisation::Odometry(wheels, config::to_start_pose(robot)),
+      description, wheels, *std::move(opened), runs::PairTaker(wheels, config::to_start_pose(robot)),
       options.stop_on_signals ? &interface::signalled : &interface::kNever});
   return ConnectedRobot(std::move(impl));
 }
@@ -236,12 +212,10 @@ Localiser& Localiser::operator=(Localiser&&) noexcept = default;
 Localiser::~Localiser() = default;
 
 Expected<FrameReport> Localiser::update(const CapturedFrame& frame) {
-  const CapturedFrame::Impl& taken = *frame.impl_;
-  const auto lower = runs::wait_for_image(taken.frame.lower, *taken.stop);
-  if (!lower) return interface::to_failure(lower.error());
-  const auto upper = runs::wait_for_image(taken.frame.upper, *taken.stop);
-  if (!upper) return interface::to_failure(upper.error());
-  const auto answer = impl_->estimator.answer(**lower, **upper);
+  const runs::TakenPair& taken = frame.impl_->pair;
+  const auto images = runs::wait_for_images(taken.frame, *frame.impl_->stop);
+  if (!images) return interface::to_failure(images.error());
+  const auto answer = impl_->estimator.answer(*images->first, *images->second);
   if (!answer) return interface::to_failure(answer.error());
   const auto track = impl_->track.follow(taken.t_s, taken.angles.left_rad, taken.angles.right_rad,
                                          taken.odometry.heading_rad, answer->fix);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 #include <tuple>
-#include <utility>
 
 namespace twocone::runlog {
 namespace {
@@ -17,6 +16,20 @@ void add_sighting(std::uint64_t frame, double t_s, const std::string& landmark, 
                   covariance(0, 1), covariance(1, 1), sighting->edge_noise_px});
 }
 
+/// @param covariance of x, y and heading; the latter's entries only count if there is a heading
+template <typename Row>
+void set_covariance(const std::optional<Eigen::Matrix3d>& covariance, bool has_heading, Row& row) {
+  const auto entry = [&](int i, int j, bool is_there) {
+    return covariance && is_there ? std::optional((*covariance)(i, j)) : std::nullopt;
+  };
+  row.var_x_m2 = entry(0, 0, true);
+  row.cov_xy_m2 = entry(0, 1, true);
+  row.var_y_m2 = entry(1, 1, true);
+  row.cov_x_heading_m_rad = entry(0, 2, has_heading);
+  row.cov_y_heading_m_rad = entry(1, 2, has_heading);
+  row.var_heading_rad2 = entry(2, 2, has_heading);
+}
+
 }  // namespace
 
 AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswer& answer, const config::Map& map,
@@ -25,18 +38,10 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
   for (std::size_t i = 0; i < answer.ranges.size(); ++i) {
     const vision::RangeMeasurement& m = answer.ranges[i];
     const config::Landmark& landmark = map.landmarks[i];
-    RangeRow row;
-    row.frame = frame;
-    row.t_s = t_s;
-    row.landmark = landmark.name;
-    row.verdict = to_string(m.verdict);
-    row.range_m = m.range_m;
-    row.sigma_range_m = m.sigma_range_m;
-    row.bearing_rad = m.bearing_rad;
-    row.sigma_bearing_rad = m.sigma_bearing_rad;
-    row.disparity_px = m.disparity_px;
-    if (truth) row.true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
-    rows.ranges.push_back(std::move(row));
+    std::optional<double> true_range_m;
+    if (truth) true_range_m = std::hypot(landmark.x_m - truth->x_m, landmark.y_m - truth->y_m);
+    rows.ranges.push_back({frame, t_s, landmark.name, std::string(to_string(m.verdict)), m.range_m, m.sigma_range_m,
+                           m.bearing_rad, m.sigma_bearing_rad, m.disparity_px, true_range_m});
     add_sighting(frame, t_s, landmark.name, "lower", m.lower_sighting, rows.sightings);
     add_sighting(frame, t_s, landmark.name, "upper", m.upper_sighting, rows.sightings);
   }
@@ -61,21 +66,7 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
         std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance)}) {
     if (!position) continue;
     row.heading_rad = heading_rad;
-    if (covariance) {
-      row.var_x_m2 = (*covariance)(0, 0);
-      row.cov_xy_m2 = (*covariance)(0, 1);
-      row.var_y_m2 = (*covariance)(1, 1);
-    } else {
-      row.var_x_m2 = row.cov_xy_m2 = row.var_y_m2 = std::nullopt;
-    }
-    // A fix without a heading has no variance of the heading either.
-    if (covariance && heading_rad) {
-      row.cov_x_heading_m_rad = (*covariance)(0, 2);
-      row.cov_y_heading_m_rad = (*covariance)(1, 2);
-      row.var_heading_rad2 = (*covariance)(2, 2);
-    } else {
-      row.cov_x_heading_m_rad = row.cov_y_heading_m_rad = row.var_heading_rad2 = std::nullopt;
-    }
+    set_covariance(covariance, heading_rad.has_value(), row);
     row.x_m = position->x();
     row.y_m = position->y();
     // A position out of bounds is no answer, so it has no error.
@@ -99,15 +90,7 @@ TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, c
     row.y_m = answer.position_m->y();
     row.heading_rad = answer.heading_rad;
   }
-  if (answer.covariance) {
-    const Eigen::Matrix3d& c = *answer.covariance;
-    row.var_x_m2 = c(0, 0);
-    row.cov_xy_m2 = c(0, 1);
-    row.var_y_m2 = c(1, 1);
-    row.cov_x_heading_m_rad = c(0, 2);
-    row.cov_y_heading_m_rad = c(1, 2);
-    row.var_heading_rad2 = c(2, 2);
-  }
+  set_covariance(answer.covariance, true, row);
   return row;
 }
 

@@ -116,18 +116,24 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
   if (!std::filesystem::exists(folder / "frames.csv")) {
     throw config::FileError(fmt::format("{}: frames.csv is missing, which lists the frames", folder.string()));
   }
-  run.frames = read_frames(folder / "frames.csv");
-  run.drive = read_drive(folder / "drive.csv");
+  run.frames = read_table<FrameRow>(folder / "frames.csv");
+  run.drive = read_table<DriveRow>(folder / "drive.csv");
   run.truth = read_poses(folder / "truth.tum");
   run.odometry = read_poses(folder / "odometry.tum");
+  const auto read_rows = [&run]<typename Row>(const std::filesystem::path& file, std::vector<Row>& rows) {
+    rows = read_table<Row>(file);
+    std::erase_if(rows, [&run](const Row& row) { return run.frames.empty() || row.frame > run.frames.back().frame; });
+  };
   if (tables == Tables::kAll) {
-    run.ranges = read_ranges(results / "ranges.csv");
-    run.fixes = read_fixes(results / "fixes.csv");
-    run.sightings = read_sightings(results / "sightings.csv");
-    run.timing = read_timing(present(results, config::NameOf::kFile, "timing.csv"));
-    run.track = read_track(results / "track.csv");
+    read_rows(results / "ranges.csv", run.ranges);
+    read_rows(results / "fixes.csv", run.fixes);
+    read_rows(results / "sightings.csv", run.sightings);
+    read_rows(present(results, config::NameOf::kFile, "timing.csv"), run.timing);
+    read_rows(results / "track.csv", run.track);
   }
   run.estimate = read_poses(results / "estimate.tum");
+  std::erase_if(run.estimate,
+                [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
 
   const std::size_t count = run.frames.size();
   const bool no_odometry = run.odometry.empty() && run.drive.empty() && run.info.behaviour == kImported;
@@ -138,14 +144,6 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
   if (!no_odometry) run.odometry.resize(count);
   if (!run.truth.empty()) run.truth.resize(count);
   if (run.drive.size() > count) run.drive.resize(count);
-  const auto beyond = [&run](const auto& row) { return run.frames.empty() || row.frame > run.frames.back().frame; };
-  std::erase_if(run.ranges, beyond);
-  std::erase_if(run.fixes, beyond);
-  std::erase_if(run.sightings, beyond);
-  std::erase_if(run.timing, beyond);
-  std::erase_if(run.track, beyond);
-  std::erase_if(run.estimate,
-                [&run](const PoseRow& row) { return run.frames.empty() || row.t_s > run.frames.back().t_s; });
   return run;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,13 +23,14 @@ struct CaptureCounts {
 /// The behaviour of a run that another program recorded (apps/import).
 inline constexpr const char* kImported = "imported";
 
-/// A file from which a run was made, at the time of the run.
-struct SourceFile {
-  std::string file;    ///< absolute
-  std::string digest;  ///< of its bytes (scene_files.h)
+/// Digests of the files from which a run was made, by their absolute paths.
+using FileDigests = std::map<std::string, std::string>;
 
-  friend bool operator==(const SourceFile&, const SourceFile&) = default;
-};
+/// Returns the files of a map's scene: the scene, and each file that the scene or one of its .inc or .pov
+/// files names in quotes and that lies beside the scene or in the map's `scene_paths:`. POV-Ray's own libraries are
+/// left out. The digest is 64-bit FNV-1a. It detects accidental changes and does not protect against forgery.
+/// Requires a map that names a scene. A file that cannot be read is left out, because rendering reports it.
+FileDigests scene_files(const config::Map& map);
 
 /// The content of run.yaml, which is enough to repeat the run.
 struct RunInfo {
@@ -40,7 +42,7 @@ struct RunInfo {
   std::uint64_t seed = 0;
   int frames_wanted = 0;
   bool truth = false;                         ///< RunOptions::truth
-  std::vector<SourceFile> scene_files{};      ///< the scene and the files that it names; none on hardware
+  FileDigests scene_files{};                  ///< the scene and the files that it names; none on hardware
   std::vector<std::string> effects;           ///< active in the simulation, each with its reason; none on hardware
   std::vector<std::string> import_options{};  ///< of kImported: words of the command without --out
   std::vector<std::string> devices{};         ///< of a real robot: each device and the settings that it accepted

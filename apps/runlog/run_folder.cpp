@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runlog/run_folder.h"
 
-#include <system_error>
-
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::runlog {
@@ -15,39 +14,51 @@ namespace {
 
 constexpr const char* kSummary = "summary.json";
 
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-}
-
-LineFile table(const std::filesystem::path& file, const std::string& header, OldLines old) {
+template <typename Row>
+LineFile table(const std::filesystem::path& file, OldLines old) {
   LineFile lines(file, old);
-  lines.add(header);
+  lines.add(TableReader<Row>::header());
   return lines;
 }
 
-std::string text_of(const std::string& header, const std::vector<std::string>& lines) {
-  std::string text = header.empty() ? "" : header + '\n';
-  for (const std::string& line : lines) text += line + '\n';
-  return text;
+/// Summarises the tables in `stage`.
+void add_summary(const std::filesystem::path& run, const std::filesystem::path& stage, const std::string& method,
+                 const RunInfo* info) {
+  if (info == nullptr) return;
+  write_whole(stage / kSummary, to_json(summarise(read_run_with(run, stage, method)), *info));
 }
 
 }  // namespace
+
+AnswerTables::AnswerTables(const std::filesystem::path& folder, OldLines old)
+    : folder_(folder),
+      old_(old),
+      ranges_(table<RangeRow>(folder / "ranges.csv", old)),
+      fixes_(table<FixRow>(folder / "fixes.csv", old)),
+      timing_(table<TimingRow>(folder / "timing.csv", old)),
+      estimate_(folder / "estimate.tum", old),
+      track_(table<TrackRow>(folder / "track.csv", old)) {}
+
+void AnswerTables::add(const AnswerRows& rows) {
+  for (const RangeRow& row : rows.ranges) ranges_.add(to_line(row));
+  for (const FixRow& row : rows.fixes) fixes_.add(to_line(row));
+  if (!rows.sightings.empty() && !sightings_) sightings_ = table<SightingRow>(folder_ / "sightings.csv", old_);
+  for (const SightingRow& row : rows.sightings) sightings_->add(to_line(row));
+  if (rows.timing) timing_.add(to_line(*rows.timing), Equal::kNot);
+  if (!rows.track) return;
+  track_.add(to_line(*rows.track));
+  if (const auto pose = pose_of(*rows.track)) estimate_.add(to_line(*pose));
+}
 
 RunFolder::RunFolder(const std::filesystem::path& folder, OldLines old)
     : folder_(folder),
       old_(old),
       new_(folder, old),
-      frames_(table(folder / "frames.csv", frames_header(), old)),
-      drive_(table(folder / "drive.csv", drive_header(), old)),
-      ranges_(table(folder / "ranges.csv", ranges_header(), old)),
-      fixes_(table(folder / "fixes.csv", fixes_header(), old)),
-      timing_(table(folder / "timing.csv", timing_header(), old)),
+      frames_(table<FrameRow>(folder / "frames.csv", old)),
+      drive_(table<DriveRow>(folder / "drive.csv", old)),
       truth_(folder / "truth.tum", old),
       odometry_(folder / "odometry.tum", old),
-      estimate_(folder / "estimate.tum", old),
-      track_(table(folder / "track.csv", track_header(), old)) {}
+      answers_(folder, old) {}
 
 void RunFolder::store(const std::filesystem::path& file, const Image& image) const {
   if (old_ == OldLines::kKeep) {
@@ -68,67 +79,37 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
     store(file, *other.image);
   }
   drive_.add(to_line(record.drive));
-  for (const RangeRow& row : record.answer.ranges) ranges_.add(to_line(row));
-  for (const FixRow& row : record.answer.fixes) fixes_.add(to_line(row));
-  if (!record.answer.sightings.empty() && !sightings_) {
-    sightings_.emplace(table(folder_ / "sightings.csv", sightings_header(), old_));
-  }
-  for (const SightingRow& row : record.answer.sightings) sightings_->add(to_line(row));
-  if (record.answer.timing) timing_.add(to_line(*record.answer.timing), Equal::kNot);
+  answers_.add(record.answer);
   if (record.truth) truth_.add(to_line(*record.truth));
   odometry_.add(to_line(record.odometry));
-  if (record.answer.track) {
-    track_.add(to_line(*record.answer.track));
-    if (const auto pose = pose_of(*record.answer.track)) estimate_.add(to_line(*pose));
-  }
   frames_.add(to_line(record.frame), Equal::kButLastField);  // the last field is from the machine's clock
   new_.keep();
 }
 
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<runlog::AnswerRows>& answers, OnTop on_top, const SummaryOf& summary) {
-  std::vector<std::string> ranges;
-  std::vector<std::string> fixes;
-  std::vector<std::string> sightings;
-  std::vector<std::string> timing;
-  std::vector<std::string> estimate;
-  std::vector<std::string> track;
-  for (const runlog::AnswerRows& answer : answers) {
-    for (const RangeRow& row : answer.ranges) ranges.push_back(to_line(row));
-    for (const FixRow& row : answer.fixes) fixes.push_back(to_line(row));
-    for (const SightingRow& row : answer.sightings) sightings.push_back(to_line(row));
-    if (answer.timing) timing.push_back(to_line(*answer.timing));
-    if (!answer.track) continue;
-    track.push_back(to_line(*answer.track));
-    if (const auto pose = pose_of(*answer.track)) estimate.push_back(to_line(*pose));
-  }
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const RunInfo* info) {
   ResultsExchange exchange(folder, method);
-  const std::filesystem::path& stage = exchange.stage();
-  write_whole(stage / "ranges.csv", text_of(ranges_header(), ranges));
-  write_whole(stage / "fixes.csv", text_of(fixes_header(), fixes));
-  write_whole(stage / "timing.csv", text_of(timing_header(), timing));
-  write_whole(stage / "estimate.tum", text_of("", estimate));
-  write_whole(stage / "track.csv", text_of(track_header(), track));
-  if (!sightings.empty()) write_whole(stage / "sightings.csv", text_of(sightings_header(), sightings));
-  if (summary) write_whole(stage / kSummary, summary(stage));
+  AnswerTables tables(exchange.stage());
+  for (const AnswerRows& answer : answers) tables.add(answer);
+  add_summary(folder, exchange.stage(), method, info);
   exchange.commit(on_top);
 }
 
-void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary) {
+void file_results(const std::filesystem::path& folder, const std::string& method, const RunInfo* info) {
   ResultsExchange exchange(folder, method);
   for (const char* const name : kResultFiles) {
     if (std::string_view(name) == kSummary || !std::filesystem::exists(folder / name)) continue;
     write_whole(exchange.stage() / name, config::read_text(folder / name));
   }
-  if (summary) write_whole(exchange.stage() / kSummary, summary(exchange.stage()));
+  add_summary(folder, exchange.stage(), method, info);
   exchange.commit(OnTop::kYes);
 }
 
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
-                   OnTop on_top) {
-  make_folder(folder / "methods" / method);
-  write_whole(folder / "methods" / method / kSummary, json);
-  if (on_top == OnTop::kYes) write_whole(folder / kSummary, json);
+void write_summary(const RunData& run) {
+  const std::string json = to_json(summarise(run), run.info);
+  make_folder(run.folder / "methods" / run.method);
+  write_whole(run.folder / "methods" / run.method / kSummary, json);
+  write_whole(run.folder / kSummary, json);
 }
 
 Result<Image> read_image(const std::filesystem::path& file) {

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "apps/estimation/estimator.h"
@@ -25,13 +23,28 @@ struct FrameRecord {
   DriveRow drive;
   std::optional<PoseRow> truth;
   PoseRow odometry;
-  runlog::AnswerRows answer;
+  AnswerRows answer;
 };
 
 /// The image of a camera outside the pair. It is written as NAME/NNNNNN.png beside lower/ and upper/.
 struct OtherImage {
   std::string camera;  ///< its name in the robot file
   std::shared_ptr<const Image> image;
+};
+
+/// The tables of answers in a folder, which grow frame by frame.
+class AnswerTables {
+ public:
+  /// @throws DiskError
+  explicit AnswerTables(const std::filesystem::path& folder, OldLines old = OldLines::kDrop);
+  /// @throws DiskError
+  void add(const AnswerRows& rows);
+
+ private:
+  std::filesystem::path folder_;
+  OldLines old_;
+  LineFile ranges_, fixes_, timing_, estimate_, track_;
+  std::optional<LineFile> sightings_;  ///< exists after the first frame with a sighting
 };
 
 /// Writes a run folder frame by frame and holds its lock. A frame's row in frames.csv is written last, so every frame
@@ -56,26 +69,23 @@ class RunFolder {
   std::filesystem::path folder_;
   OldLines old_;
   NewFolder new_;
-  LineFile frames_, drive_, ranges_, fixes_, timing_, truth_, odometry_, estimate_, track_;
-  std::optional<LineFile> sightings_;  ///< exists after the first frame with a sighting
+  LineFile frames_, drive_, truth_, odometry_;
+  AnswerTables answers_;
 };
 
-/// Makes summary.json from the tables of a method in the folder `results`.
-using SummaryOf = std::function<std::string(const std::filesystem::path& results)>;
-
 /// Replaces the results of a method (ResultsExchange). Requires the folder's RunLock.
-/// @param summary none: no summary.json
-/// @throws DiskError and all that `summary` throws; then nothing has changed
+/// @param info of the run, for summary.json; null: there is none
+/// @throws DiskError, config::FileError; then nothing has changed
 void write_results(const std::filesystem::path& folder, const std::string& method,
-                   const std::vector<runlog::AnswerRows>& answers, OnTop on_top, const SummaryOf& summary = {});
+                   const std::vector<AnswerRows>& answers, OnTop on_top, const RunInfo* info = nullptr);
 
 /// Like write_results, with the tables that a live run wrote at the top of the folder. Requires the folder's RunLock.
 /// @throws as write_results()
-void file_results(const std::filesystem::path& folder, const std::string& method, const SummaryOf& summary = {});
+void file_results(const std::filesystem::path& folder, const std::string& method, const RunInfo* info = nullptr);
 
-/// Writes summary.json into methods/NAME/. Requires the folder's RunLock. @throws DiskError
-void write_summary(const std::filesystem::path& folder, const std::string& method, const std::string& json,
-                   OnTop on_top);
+/// Writes summary.json of a run's method, from its tables, into methods/NAME/ and at the top. Requires the folder's
+/// RunLock. @throws DiskError
+void write_summary(const RunData& run);
 
 /// Reads a stored image. Errors: kNotFound, kBadData.
 Result<Image> read_image(const std::filesystem::path& file);

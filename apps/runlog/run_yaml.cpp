@@ -74,8 +74,8 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   if (info.truth) put("truth", true);
   if (!info.scene_files.empty()) {
     out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
-    for (const SourceFile& source : info.scene_files) {
-      out << YAML::Key << source.file << YAML::Value << YAML::DoubleQuoted << source.digest;
+    for (const auto& [file, digest] : info.scene_files) {
+      out << YAML::Key << file << YAML::Value << YAML::DoubleQuoted << digest;
     }
     out << YAML::EndMap;
   }
@@ -188,7 +188,7 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   // Runs on hardware and runs of older versions lack this key.
   if (node["scene_files"]) {
     for (const auto& entry : node["scene_files"]) {
-      run.info.scene_files.push_back({entry.first.as<std::string>(), entry.second.as<std::string>("")});
+      run.info.scene_files[entry.first.as<std::string>()] = entry.second.as<std::string>("");
     }
   }
   // Runs of versions without effects lack this key.

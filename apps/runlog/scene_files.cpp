@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/scene_files.h"
-
 #include <cstdint>
-#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 
 namespace twocone::runlog {
 namespace {
@@ -22,55 +22,47 @@ std::string digest_of(std::string_view bytes) {
   return fmt::format("{:016x}", hash);
 }
 
-class SceneFiles {
- public:
-  explicit SceneFiles(const config::Map& map) : folders_(map.scene_paths) {
-    folders_.push_back(fs::absolute(*map.scene).lexically_normal().parent_path());
-    add(*map.scene);
+/// Returns the texts between quotation marks that may be names of files. Those in comments do no harm.
+std::vector<std::string> quoted_in(const std::string& text) {
+  std::vector<std::string> names;
+  for (std::size_t open = text.find('"'); open != std::string::npos;) {
+    const std::size_t close = text.find('"', open + 1);
+    if (close == std::string::npos) break;
+    std::string name = text.substr(open + 1, close - open - 1);
+    // A single quotation mark, for example in a comment, must not hide the names after it.
+    const bool is_name = !name.empty() && name.size() < 256 && name.find('\n') == std::string::npos;
+    if (is_name) names.push_back(std::move(name));
+    open = is_name ? text.find('"', close + 1) : close;
   }
-  [[nodiscard]] const std::map<std::string, std::string>& digests() const { return digests_; }
+  return names;
+}
 
- private:
-  void add(const fs::path& path) {
-    const fs::path file = fs::absolute(path).lexically_normal();
-    std::error_code none;
-    if (!fs::is_regular_file(file, none) || digests_.contains(file.string())) return;
-    std::string text;
-    try {
-      text = config::read_text(file);
-    } catch (const config::FileError&) {
-      return;
-    }
-    digests_[file.string()] = digest_of(text);
-    if (file.extension() == ".pov" || file.extension() == ".inc") add_named_in(text);
+/// Adds a file, and those that it names in one of the folders.
+void add(const fs::path& path, const std::vector<fs::path>& folders, FileDigests& digests) {
+  const fs::path file = fs::absolute(path).lexically_normal();
+  std::error_code none;
+  if (!fs::is_regular_file(file, none) || digests.contains(file.string())) return;
+  std::string text;
+  try {
+    text = config::read_text(file);
+  } catch (const config::FileError&) {
+    return;
   }
-
-  /// Includes names in comments. An unneeded file does no harm.
-  void add_named_in(const std::string& text) {
-    for (std::size_t open = text.find('"'); open != std::string::npos;) {
-      const std::size_t close = text.find('"', open + 1);
-      if (close == std::string::npos) return;
-      const std::string_view name = std::string_view(text).substr(open + 1, close - open - 1);
-      // A single quotation mark, for example in a comment, must not hide the names after it.
-      const bool is_name = !name.empty() && name.size() < 256 && name.find('\n') == std::string_view::npos;
-      for (const fs::path& folder : folders_) {
-        if (is_name) add(folder / name);
-      }
-      open = is_name ? text.find('"', close + 1) : close;
-    }
+  digests[file.string()] = digest_of(text);
+  if (file.extension() != ".pov" && file.extension() != ".inc") return;
+  for (const std::string& name : quoted_in(text)) {
+    for (const fs::path& folder : folders) add(folder / name, folders, digests);
   }
-
-  std::vector<fs::path> folders_;
-  std::map<std::string, std::string> digests_;
-};
+}
 
 }  // namespace
 
-std::vector<SourceFile> scene_files(const config::Map& map) {
-  std::vector<SourceFile> sources;
-  const SceneFiles files(map);
-  for (const auto& [file, digest] : files.digests()) sources.push_back({file, digest});
-  return sources;
+FileDigests scene_files(const config::Map& map) {
+  std::vector<fs::path> folders = map.scene_paths;
+  folders.push_back(fs::absolute(*map.scene).lexically_normal().parent_path());
+  FileDigests digests;
+  add(*map.scene, folders, digests);
+  return digests;
 }
 
 }  // namespace twocone::runlog

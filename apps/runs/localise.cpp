@@ -8,7 +8,6 @@
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/run_lock.h"
-#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 
@@ -23,33 +22,19 @@ struct Pair {
   Image lower, upper;
 };
 
-class StoredPairs {
- public:
-  StoredPairs(const std::filesystem::path& folder, Missing missing) : folder_(folder), missing_(missing) {}
-
-  Result<std::optional<Pair>> read(std::uint64_t frame) {
-    auto lower = runlog::read_image(runlog::lower_image_file(folder_, frame));
-    if (!lower) return without(frame, lower.error());
-    auto upper = runlog::read_image(runlog::upper_image_file(folder_, frame));
-    if (!upper) return without(frame, upper.error());
-    ++read_;
-    return std::optional(Pair{*std::move(lower), *std::move(upper)});
-  }
-  /// Whether any frame could be read.
-  [[nodiscard]] bool any() const { return read_ > 0; }
-
- private:
-  [[nodiscard]] Result<std::optional<Pair>> without(std::uint64_t frame, const Error& error) const {
-    if (missing_ == Missing::kAllowed) return std::optional<Pair>();
+Result<std::optional<Pair>> read_pair(const std::filesystem::path& folder, std::uint64_t frame, bool allow_missing) {
+  const auto without = [&](const Error& error) -> Result<std::optional<Pair>> {
+    if (allow_missing) return std::optional<Pair>();
     return Error{error.code, fmt::format("frame {}: {}; nothing was changed: put the image back, or leave such frames "
                                          "without an answer with --allow-missing",
                                          frame, error.message)};
-  }
-
-  const std::filesystem::path& folder_;
-  Missing missing_;
-  int read_ = 0;
-};
+  };
+  auto lower = runlog::read_image(runlog::lower_image_file(folder, frame));
+  if (!lower) return without(lower.error());
+  auto upper = runlog::read_image(runlog::upper_image_file(folder, frame));
+  if (!upper) return without(upper.error());
+  return std::optional(Pair{*std::move(lower), *std::move(upper)});
+}
 
 runlog::AnswerRows no_image_rows(const runlog::FrameRow& frame, const config::Map& map, const runlog::PoseRow* truth) {
   estimation::FrameAnswer none;
@@ -74,7 +59,7 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
     throw config::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
                                         run.frames.size(), run.drive.size()));
   }
-  StoredPairs pairs(folder, options.missing);
+  bool is_any_read = false;
   std::vector<runlog::AnswerRows> answers;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     if (options.stop && *options.stop) {
@@ -82,9 +67,10 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
     }
     const runlog::FrameRow& frame = run.frames[i];
     const runlog::PoseRow* const truth = run.truth.empty() ? nullptr : &run.truth[i];
-    const auto pair = pairs.read(frame.frame);
+    const auto pair = read_pair(folder, frame.frame, options.allow_missing);
     if (!pair) return pair.error();
     localisation::Fix fix;
+    is_any_read = is_any_read || *pair;
     if (*pair) {
       const auto answer = estimator.answer((*pair)->lower, (*pair)->upper);
       if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
@@ -102,19 +88,13 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
               : estimation::track_without_wheels(fix));
     progress(double(i + 1) / double(run.frames.size()));
   }
-  if (!pairs.any()) {
+  if (!is_any_read) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("{}: no frame has both its images; nothing was changed", folder.string())};
   }
   const std::string name(to_string(method));
-  runlog::write_results(folder, name, answers, runlog::OnTop::kYes, [&](const std::filesystem::path& results) {
-    return runlog::to_json(runlog::summarise(runlog::read_run_with(folder, results, name)), run.info);
-  });
+  runlog::write_results(folder, name, answers, runlog::OnTop::kYes, &run.info);
   return runlog::read_run(folder, name);
-}
-
-void write_summary_of(const runlog::RunData& run, runlog::OnTop on_top) {
-  runlog::write_summary(run.folder, run.method, runlog::to_json(runlog::summarise(run), run.info), on_top);
 }
 
 }  // namespace twocone::runs

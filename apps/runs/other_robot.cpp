@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/other_robot.h"
+#include "apps/runs/run.h"
 
 #include <string>
 #include <system_error>
@@ -15,7 +15,6 @@
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/new_folder.h"
-#include "apps/runlog/storage/replace_run.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/resume.h"
+#include "apps/runs/run.h"
 
-#include <algorithm>
 #include <string>
 
 #include <fmt/format.h>
@@ -9,26 +8,20 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/scene_files.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {
 namespace {
 
 /// What of the scene is not as it was; empty: nothing.
-std::string changed_scene(const std::vector<runlog::SourceFile>& then, const std::vector<runlog::SourceFile>& now) {
-  const auto find = [](const std::vector<runlog::SourceFile>& files, const std::string& name) {
-    return std::find_if(files.begin(), files.end(),
-                        [&name](const runlog::SourceFile& source) { return source.file == name; });
-  };
-  for (const runlog::SourceFile& source : then) {
-    const auto same = find(now, source.file);
-    if (same == now.end()) return source.file + " is not part of the scene any more";
-    if (same->digest != source.digest) return source.file + " has changed";
+std::string changed_scene(const runlog::FileDigests& then, const runlog::FileDigests& now) {
+  for (const auto& [file, digest] : then) {
+    const auto same = now.find(file);
+    if (same == now.end()) return file + " is not part of the scene any more";
+    if (same->second != digest) return file + " has changed";
   }
-  for (const runlog::SourceFile& source : now) {
-    if (find(then, source.file) == then.end()) return source.file + " was not part of the scene";
+  for (const auto& [file, digest] : now) {
+    if (!then.contains(file)) return file + " was not part of the scene";
   }
   return {};
 }

@@ -14,14 +14,11 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/key_places.h"
-#include "apps/runlog/scene_files.h"
-#include "apps/runlog/storage/replace_run.h"
+#include "apps/runlog/storage/new_folder.h"
 #include "apps/runlog/stored_images.h"
-#include "apps/runs/devices.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
-#include "apps/runs/loop/image_wait.h"
-#include "apps/runs/loop/rim_warnings.h"
+#include "apps/runs/loop/pairs.h"
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
@@ -146,7 +143,7 @@ class Loop {
 
   Status drive(Robot& robot, const drivers::RobotSettings& settings) {
     if (auto started = robot.start(settings.lower.settings, settings.upper.settings); !started) return started;
-    note_devices(robot);
+    record_.note_devices(robot);
     const bool images_age = !robot.pace().waits_for_program;
     taker_.emplace(robot, robot_, begin_, clock_before_s_, options_.patience,
                    [this](const std::string& event) { record_.note(event); });
@@ -155,7 +152,8 @@ class Loop {
       if (stop_) return interrupted();
       auto taken = taker_->take(number, stop_);
       if (!taken) return taken.error();
-      steering_.add_odometry(number, taker_->odometry().pose());
+      const runlog::PoseRow& odometry = taken->record.odometry;
+      steering_.add_odometry(number, {odometry.x_m, odometry.y_m, odometry.heading_rad});
       pending_.push_back(*std::move(taken));
       if (int(pending_.size()) > robot_.latency_frames) {
         if (auto answered = answer_oldest(); !answered) return answered;
@@ -182,10 +180,9 @@ class Loop {
       return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
-    const auto lower = wait_for_image(taken.frame.lower, stop_);
-    if (!lower) return failed(lower.error());
-    const auto upper = wait_for_image(taken.frame.upper, stop_);
-    if (!upper) return failed(upper.error());
+    const auto images = wait_for_images(taken.frame, stop_);
+    if (!images) return failed(images.error());
+    const auto& [lower, upper] = *images;
     std::vector<runlog::OtherImage> others;
     for (const NamedFrame& other : taken.others) {
       const auto image = wait_for_image(other.frame, stop_);
@@ -194,14 +191,14 @@ class Loop {
     }
     record_.info().render_wait_s += seconds_since(waited_from);
     if (record_.frames() == 0) {
-      if (auto checked = check_first(**lower, **upper); !checked) return checked;
+      if (auto checked = check_first(*lower, *upper); !checked) return checked;
     }
-    const auto fix = answers_.answer(**lower, **upper, record);
+    const auto fix = answers_.answer(*lower, *upper, record);
     if (!fix) return failed(fix.error());
     if (truth_) {
       if (auto written = truth_->write(record_.path(), record, taken.frame); !written) return failed(written.error());
     }
-    record_.add(record, **lower, **upper, others);
+    record_.add(record, *lower, *upper, others);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
     return {};
   }
@@ -217,17 +214,6 @@ class Loop {
     return {};
   }
 
-  /// What a real robot is made of stands in run.yaml from the first frame on.
-  void note_devices(Robot& robot) {
-    if (robot.pace().waits_for_program) return;
-    runlog::RunInfo& info = record_.info();
-    info.devices = {describe("lower", robot.cameras().lower().facts()),
-                    describe("upper", robot.cameras().upper().facts()), describe(robot.drive().facts())};
-    std::erase(info.devices, "");
-    info.capture.emplace();
-    record_.write_yaml();
-  }
-
   void note_capture(const Robot& robot) {
     auto& capture = record_.info().capture;
     if (!capture) return;
@@ -239,18 +225,18 @@ class Loop {
 
   Result<runlog::RunInfo> end(const Status& done) {
     runlog::RunInfo& info = record_.info();
+    std::vector<std::string> last = record_.take_later();
+    if (auto event = answers_.over_budget()) last.push_back(*event);
     if (!done) {
       // Whatever was interrupted, the run says how far it came.
       const Error error = done.error().code == ErrorCode::kCancelled ? interrupted() : done.error();
       // What ended the run is reported by the caller, alone.
-      for (const std::string& notice : record_.take_later()) info.events.push_back(notice);
-      if (auto event = answers_.over_budget()) info.events.push_back(*event);
-      info.events.push_back(error.message);
+      last.push_back(error.message);
+      info.events.insert(info.events.end(), last.begin(), last.end());
       record_.write_yaml();
       return error;
     }
-    for (const std::string& notice : record_.take_later()) record_.note(notice);
-    if (auto event = answers_.over_budget()) record_.note(*event);
+    for (const std::string& event : last) record_.note(event);
     info.wall_s = seconds_since(begin_);
     info.own_cpu_s = cpu_seconds(RUSAGE_SELF);
     info.render_cpu_s = cpu_seconds(RUSAGE_CHILDREN);

@@ -26,10 +26,10 @@ struct RunOptions {
   estimation::Method method = estimation::kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
-  /// kKeep: `out` holds an equal run that was cut off (resume.h): it is driven again from the start with the images
+  /// kKeep: `out` holds an equal run that was cut off (resume()): it is driven again from the start with the images
   /// that are there, and goes on where they end.
   runlog::OldLines old = runlog::OldLines::kDrop;
-  bool replace = false;  ///< a run that is in `out` goes (replace_run.h) once the robot has been opened
+  bool replace = false;  ///< a run that is in `out` goes (new_folder.h) once the robot has been opened
   bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
   /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
   std::chrono::milliseconds patience{10'000};
@@ -46,8 +46,8 @@ struct RunOptions {
 ///
 /// Ranges and fixes are made as `robot.estimator` says, but by `options.method`; run.yaml keeps both.
 ///
-/// Method `paper` also answers from the same images, into methods/paper/, as the baseline. Where its formulas do not hold
-/// for the mirrors, run.yaml states that there is no baseline.
+/// Method `paper` also answers from the same images, into methods/paper/, as the baseline. Where its formulas do not
+/// hold for the mirrors, run.yaml states that there is no baseline.
 ///
 /// The folder is locked from the start, and goes again if the run ends before its first frame.
 ///
@@ -61,14 +61,27 @@ struct RunOptions {
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop);
 
-/// What localise() does with a frame that has lost an image, or has one that cannot be read.
-enum class Missing {
-  kRefused,  ///< names it, and changes nothing
-  kAllowed,  ///< verdict `no_image`, and no answer
-};
+/// Why resume() would refuse the run, as far as can be told before it is driven; empty: it would not.
+/// @throws config::FileError for a folder that is no run
+std::string why_not_resumed(const std::filesystem::path& folder);
+
+/// Goes on with a simulated run that was interrupted or killed, so that its tables and images become those of an
+/// unbroken one: the world is driven again from the start, which costs little, and the images that are there are looked
+/// at in place of rendered ones. Every row that is there must come out again; a run whose tables say otherwise is
+/// refused. No table is ever shorter than before, also when this is killed in its turn.
+///
+/// timing.csv and the last column of frames.csv tell what the machine did, and are not repeated.
+/// @param options only `tell` and `open` count; the rest is the run's own
+/// @returns as run(). @throws config::FileError: cannot be gone on with, and the reason: it is finished; its robot is
+/// real, imported or in a served world; it had a time budget, so that the clock took part; another version of the
+/// program made it; its robot file, map or scene has changed since, and what of it. DiskError. Errors: as run()
+Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
+                               const std::atomic<bool>& stop);
 
 struct LocaliseOptions {
-  Missing missing = Missing::kRefused;
+  /// Whether a frame that has lost an image, or has one that cannot be read, gets verdict `no_image` and no answer;
+  /// otherwise it is named, and nothing is changed.
+  bool allow_missing = false;
   const std::atomic<bool>* stop = nullptr;  ///< set from outside (a signal): ends the work, and changes nothing
 };
 
@@ -79,7 +92,18 @@ struct LocaliseOptions {
 Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation::Method method,
                                  const Progress& progress, const LocaliseOptions& options = {});
 
-/// summary.json of a run's method, from its tables. Needs the folder's RunLock. @throws DiskError
-void write_summary_of(const runlog::RunData& run, runlog::OnTop on_top);
+/// A new run folder with what `from` recorded (images, wheel angles, truth), as the robot of another file would have
+/// it: for localise() to range and fix with that file's `rig:` and wheels, after a calibration say. `from` stays as it
+/// is.
+///
+/// Images are hard links where the disk supports them, otherwise copies. The odometry is computed again from the
+/// recorded angles. run.yaml is `from`'s with the other robot in it, and an event that says so; the map is still
+/// `from`'s, so a file that names a map with other landmarks or bounds is refused.
+/// @param from also a run that was cut off
+/// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
+/// @param to a folder without a run; `replace`: one that is there goes (new_folder.h). A failure leaves none
+/// @throws config::FileError (a file that cannot be read, another robot altogether), DiskError
+void copy_run_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                        const std::filesystem::path& to, bool replace = false);
 
 }  // namespace twocone::runs

@@ -135,10 +135,11 @@ void execute(Options options) {
     runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
   }
   // The robot file is written last, so that all files that belong to it exist with it.
-  runlog::write_whole(options.out,
-                      config::calibrated_robot_text(robot.file, options.out, report->rig,
-                                                    {report->drive.wheel_separation_m, report->drive.wheel_radius_m},
-                                                    header_lines(*report)));
+  config::Robot calibrated = robot;
+  calibrated.rig = report->rig;
+  calibrated.drive.wheel_separation_m = report->drive.wheel_separation_m;
+  calibrated.drive.wheel_radius_m = report->drive.wheel_radius_m;
+  runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(*report)));
   fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
              options.json.string());
   if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());

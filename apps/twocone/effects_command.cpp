@@ -27,20 +27,6 @@ struct Options {
   bool verify = false;
 };
 
-/// A simulated camera and the size of its images.
-using View = std::pair<sim_povray::ViewSettings, CameraSettings>;
-
-std::vector<View> views_of(const drivers::RobotSettings& robot) {
-  std::vector<View> views;
-  const auto add = [&views](const std::string& name, const drivers::CameraPart& part) {
-    if (part.driver == drivers::kSimPovray) views.push_back({{name, part.antialias, part.effects}, part.settings});
-  };
-  add("lower", robot.lower);
-  add("upper", robot.upper);
-  for (const drivers::OtherCamera& other : robot.others) add(other.name, other.part);
-  return views;
-}
-
 /// Prints rows of columns, each as wide as its widest cell.
 void print_columns(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths;
@@ -108,10 +94,9 @@ void execute(const Options& options) {
   // For a served world, this is the place of the robot's map.
   const sim_povray::PlaceSettings place =
       settings.world->attach.empty() ? settings.world->place : config::to_place(map);
-  const std::vector<View> views = views_of(settings);
-  const auto asked = std::views::keys(views);
-  print_effects(value_or_fail(sim_povray::effect_table(place, settings.world->session, {asked.begin(), asked.end()},
-                                                       config::key_places(robot, map))));
+  const std::vector<sim_povray::ViewSettings> views = config::to_views(settings);
+  print_effects(
+      value_or_fail(sim_povray::effect_table(place, settings.world->session, views, config::key_places(robot, map))));
   fmt::print("\n{}\n", sim_povray::describe_confinement(place));
   std::fflush(stdout);
   if (!options.verify) return;
@@ -119,9 +104,12 @@ void execute(const Options& options) {
   std::vector<sim_povray::Verification> results;
   {
     ProgressBar bar("verify");
-    for (const auto& [view, size] : views) {
+    std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
+    for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
+    for (std::size_t i = 0; i < views.size(); ++i) {
       bar.show(double(results.size()) / double(views.size()));
-      const auto verified = value_or_fail(sim_povray::verify_effects(place, settings.world->session, {view}, size));
+      const auto verified =
+          value_or_fail(sim_povray::verify_effects(place, settings.world->session, {views[i]}, sizes[i]));
       results.insert(results.end(), verified.begin(), verified.end());
     }
   }

@@ -6,8 +6,7 @@
 
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/replace_run.h"
-#include "apps/runs/other_robot.h"
+#include "apps/runlog/storage/new_folder.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
@@ -38,8 +37,7 @@ estimation::Method method_of(const Options& options) {
 runlog::RunData localise(const Options& options, estimation::Method method, const std::filesystem::path& folder) {
   const std::atomic<bool>& stop = stop_on_signals();
   ProgressBar bar("localise");
-  const runs::LocaliseOptions how{.missing = options.allow_missing ? runs::Missing::kAllowed : runs::Missing::kRefused,
-                                  .stop = &stop};
+  const runs::LocaliseOptions how{.allow_missing = options.allow_missing, .stop = &stop};
   return value_or_interrupted(
       runs::localise(
           folder, method, [&bar](double done) { bar.show(done); }, how),

@@ -8,9 +8,9 @@
 
 #include "apps/report/report.h"
 #include "apps/report/table.h"
+#include "apps/runlog/run_folder.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/run_lock.h"
-#include "apps/runs/run.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -22,7 +22,7 @@ void execute(const std::filesystem::path& folder) {
   // If another program writes the run, its present state is read, and that program writes the summary.
   const auto lock = runlog::RunLock::try_take(folder);
   const runlog::RunData data = runlog::read_run(folder);
-  if (lock) runs::write_summary_of(data, runlog::OnTop::kYes);
+  if (lock) runlog::write_summary(data);
   std::vector<std::string> notes;  // not printed, because write_report returns the same notes
   fmt::print("{}", report::table_of(data, notes));
   std::fflush(stdout);

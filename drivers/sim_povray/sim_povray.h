@@ -46,6 +46,8 @@ struct Solid {
 struct Walls {
   double min_x_m = 0, max_x_m = 0;
   double min_y_m = 0, max_y_m = 0;
+
+  friend bool operator==(const Walls&, const Walls&) = default;
 };
 
 /// An object that moves along a path by itself. It is at path_m[0] at time 0, faces along its path and moves at

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/sightings.h"
+#include "tests/support/lab_robot.h"
 #include "tests/vision/drive_among_landmarks.h"
 
 namespace twocone::calibrate {
@@ -22,18 +23,8 @@ using testing::HasSubstr;
 using testing::Not;
 
 config::Robot lab_robot() {
-  config::Robot robot;
+  config::Robot robot = testing_support::lab_robot("memory");
   robot.file = "robots/mine.yaml";
-  robot.drive = {"memory", 0.30, 0.05, 0.5, 0.5};
-  robot.lower = robot.upper = {"memory", 640, 480, 15, 1};
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {319.5, 239.5};
-  view.rim_radius_px = 236;
-  robot.rig.lower = robot.rig.upper = view;
-  robot.rig.mirror_separation_m = 0.30;
-  robot.rig.lens_height_m = 0.25;
   return robot;
 }
 

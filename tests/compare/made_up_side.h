@@ -8,21 +8,13 @@
 #include "apps/compare/comparison.h"
 #include "apps/compare/side.h"
 #include "apps/compare/timing.h"
+#include "tests/support/lab_robot.h"
 
 namespace twocone::compare {
 
 inline config::Robot made_up_robot(const std::string& driver) {
-  config::Robot robot;
-  robot.drive = {driver, 0.30, 0.05, 0.5, 0.5};
-  robot.lower = robot.upper = {driver, 320, 240, 10, 1};
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {159.5, 119.5};
-  view.rim_radius_px = 118;
-  robot.rig.lower = robot.rig.upper = view;
-  robot.rig.mirror_separation_m = 0.30;
-  robot.rig.lens_height_m = 0.25;
+  config::Robot robot = testing_support::with_images(testing_support::lab_robot(driver), 320, 240, 118);
+  robot.lower.rate_hz = robot.upper.rate_hz = 10;
   return robot;
 }
 

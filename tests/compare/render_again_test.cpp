@@ -59,7 +59,7 @@ TEST_F(RenderingAgain, ShowsTheSceneFromWhereTheRobotWas) {
     EXPECT_NEAR(places[i].y_m, truth[i].y_m, kFix_m);
   }
   // The fixes of method outline from the new images are the poses at which these were rendered.
-  const auto fixes = runlog::read_fixes(settings_.to / "fixes.csv");
+  const auto fixes = runlog::read_table<runlog::FixRow>(settings_.to / "fixes.csv");
   ASSERT_EQ(fixes.size(), places.size());
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     ASSERT_TRUE(fixes[i].x_m) << "frame " << i;

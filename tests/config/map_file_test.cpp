@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/keys/polygon.h"
 #include "tests/config/fixtures.h"
 
 namespace twocone::config {

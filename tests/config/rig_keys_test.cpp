@@ -130,12 +130,22 @@ TEST(RigKeys, ACameraInfoOfAnotherImageIsRefusedWithItsOwnLines) {
                                  file.string(), data("robot.yaml").string()));
 }
 
+/// Returns the lens data of a calibration file of images of the size in good_camera_info.yaml.
+RigView lens_of(const fs::path& file) {
+  CameraEntry camera;
+  camera.width_px = 641;
+  camera.height_px = 479;
+  RigView view;
+  view.camera_info = file;
+  read_camera_info(camera, "it", view);
+  return view;
+}
+
 /// Returns the error message of read_camera_info for the good file with one change.
 std::string complaint(const std::string& find, const std::string& replace) {
   const fs::path file = fs::path(testing::TempDir()) / "camera_info_under_test.yaml";
   std::ofstream(file) << with(read_text(data("good_camera_info.yaml")), find, replace);
-  std::string message =
-      message_of([&] { (void)read_camera_info(file, {.width_px = 641, .height_px = 479, .camera = "it"}); });
+  std::string message = message_of([&] { (void)lens_of(file); });
   fs::remove(file);
   const std::size_t at = message.find(file.string());
   return at == std::string::npos ? message : message.replace(at, file.string().size(), "F");
@@ -160,12 +170,10 @@ TEST(CameraInfo, TheRationalModelHasEightAndAllZerosAreNoLens) {
   std::string text = with(read_text(data("good_camera_info.yaml")), "plumb_bob", "rational_polynomial");
   text = with(with(text, "cols: 5", "cols: 8"), "-0.013]", "-0.013, 0.5, -0.1, 0.02]");
   std::ofstream(file) << text;
-  const WantedImage wanted{.width_px = 641, .height_px = 479, .camera = "it"};
-  EXPECT_EQ(read_camera_info(file, wanted).distortion,
-            (std::vector{-0.21, 0.07, 0.0013, -0.0021, -0.013, 0.5, -0.1, 0.02}));
+  EXPECT_EQ(lens_of(file).distortion, (std::vector{-0.21, 0.07, 0.0013, -0.0021, -0.013, 0.5, -0.1, 0.02}));
   std::ofstream(file) << with(read_text(data("good_camera_info.yaml")), "[-0.21, 0.07, 0.0013, -0.0021, -0.013]",
                               "[0, 0.0, 0, 0, 0]");
-  EXPECT_TRUE(read_camera_info(file, wanted).distortion.empty());
+  EXPECT_TRUE(lens_of(file).distortion.empty());
   fs::remove(file);
 }
 

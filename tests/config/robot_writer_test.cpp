@@ -18,6 +18,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct WheelSizes {
+  double separation_m = 0;
+  double radius_m = 0;
+};
+
+/// Returns the text of a file in which only rig and wheel sizes differ from `original`, as after a calibration.
+std::string calibrated_robot_text(const fs::path& original, const fs::path& new_file, const Rig& rig,
+                                  const WheelSizes& wheels, const std::vector<std::string>& header_lines) {
+  Robot changed = read_robot(original);
+  changed.rig = rig;
+  changed.drive.wheel_separation_m = wheels.separation_m;
+  changed.drive.wheel_radius_m = wheels.radius_m;
+  return robot_text(original, new_file, changed, header_lines);
+}
+
 class RobotWriterTest : public testing::Test {
  protected:
   void SetUp() override {

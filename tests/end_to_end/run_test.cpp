@@ -16,7 +16,6 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
-#include "apps/runs/resume.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -119,7 +118,7 @@ TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
   std::ofstream(runlog::upper_image_file(run, 2)) << upper.substr(0, 20);  // damaged
   EXPECT_THAT(refused(), testing::HasSubstr("upper/000002.png is not an image"));
 
-  const auto allowed = localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed});
+  const auto allowed = localise(run, estimation::kDefaultMethod, [](double) {}, {.allow_missing = true});
   ASSERT_TRUE(allowed) << allowed.error().message;
   EXPECT_EQ(allowed->frames.size(), 6U);
   ASSERT_EQ(allowed->fixes.size(), 6U);
@@ -132,7 +131,7 @@ TEST_F(RunInTheLab, LocaliseNamesAMissingImageAndChangesNothing) {
 
   std::filesystem::remove_all(run / "upper");
   const std::string before = runlog::results_state(run);
-  EXPECT_FALSE(localise(run, estimation::kDefaultMethod, [](double) {}, {.missing = Missing::kAllowed}))
+  EXPECT_FALSE(localise(run, estimation::kDefaultMethod, [](double) {}, {.allow_missing = true}))
       << "no frame can be used";
   std::filesystem::rename(run / "frames.csv", run / "frames");
   EXPECT_THROW((void)localise(run, estimation::kDefaultMethod, [](double) {}), config::FileError);
@@ -253,8 +252,8 @@ class Resumed : public RunInTheLab {
           "track.csv", "methods/outline/fixes.csv", "methods/paper/fixes.csv", "methods/paper/ranges.csv"}) {
       EXPECT_EQ(bytes(folder_ / out / table), bytes(folder_ / "whole" / table)) << table;
     }
-    const auto whole = runlog::read_frames(folder_ / "whole" / "frames.csv"),
-               again = runlog::read_frames(folder_ / out / "frames.csv");
+    const auto whole = runlog::read_table<runlog::FrameRow>(folder_ / "whole" / "frames.csv"),
+               again = runlog::read_table<runlog::FrameRow>(folder_ / out / "frames.csv");
     ASSERT_EQ(again.size(), whole.size());
     std::uint64_t lost = 0;
     for (std::size_t i = 0; i < whole.size(); ++i) {

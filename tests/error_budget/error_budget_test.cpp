@@ -8,28 +8,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/lab_robot.h"
+
 namespace twocone::error_budget {
 namespace {
 
 using testing::HasSubstr;
 
-/// Returns the lab's rig: v s = 212400 px mm, d = 120 mm.
-config::Robot lab_robot() {
-  config::Robot robot;
-  robot.file = "lab.yaml";
-  robot.body_radius_m = 0.2;
-  robot.drive = {"sim_povray", 0.30, 0.05, 0.5, 0.5};
-  robot.lower = robot.upper = {"sim_povray", 640, 480, 15, 1};
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {319.5, 239.5};
-  view.rim_radius_px = 236;
-  robot.rig.lower = robot.rig.upper = view;
-  robot.rig.mirror_separation_m = 0.30;
-  robot.rig.lens_height_m = 0.25;
-  return robot;
-}
+using testing_support::lab_robot;
 
 config::Map lab_map(double radius_m) {
   config::Map map;

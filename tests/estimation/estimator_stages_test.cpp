@@ -8,31 +8,17 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
+#include "tests/support/lab_robot.h"
 #include "tests/support/synthetic_lab.h"
 
 namespace twocone::estimation {
 namespace {
 
 namespace lab = vision::testing_support;
+using testing_support::lab_robot;
 using vision::RangeVerdict;
 
 constexpr const char* kNames[] = {"red", "green", "blue", "cyan", "magenta", "yellow"};
-
-config::Robot robot() {
-  config::Robot robot;
-  robot.file = "lab.yaml";
-  robot.lower.width_px = robot.upper.width_px = lab::kImage.width;
-  robot.lower.height_px = robot.upper.height_px = lab::kImage.height;
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {319.5, 239.5};
-  view.rim_radius_px = 236;
-  robot.rig.lower = robot.rig.upper = view;
-  robot.rig.mirror_separation_m = 0.30;
-  robot.rig.lens_height_m = 0.25;
-  return robot;
-}
 
 config::Map map() {
   config::Map map;
@@ -81,7 +67,7 @@ const Frame& frame() {
 
 estimation::FrameAnswer answer(const Asked& requirement, estimation::Method method = estimation::Method::kOutline,
                                std::function<double()> clock_s = estimation::steady_time_s) {
-  config::Robot asked = robot();
+  config::Robot asked = lab_robot();
   asked.estimator = requirement.keys();
   const auto answer =
       estimation::Estimator(method, asked, map(), std::move(clock_s)).answer(frame().lower, frame().upper);
@@ -95,7 +81,7 @@ double sigma_m(const estimation::FrameAnswer& a) {
 double error_m(const estimation::FrameAnswer& a) { return (*a.fix.position_m - kPosition_m).norm(); }
 
 std::string refusal(const Asked& requirement) {
-  config::Robot asked = robot();
+  config::Robot asked = lab_robot();
   asked.estimator = requirement.keys();
   try {
     (void)estimation::Estimator(estimation::Method::kOutline, asked, map());
@@ -118,12 +104,12 @@ TEST(Estimator, AFixOutsideTheBoundsIsNone) {
   config::Map small = map();
   small.bounds.min_x_m = kPosition_m.x() + 0.1;
   const auto judged =
-      estimation::Estimator(estimation::Method::kOutline, robot(), small).answer(frame().lower, frame().upper);
+      estimation::Estimator(estimation::Method::kOutline, lab_robot(), small).answer(frame().lower, frame().upper);
   ASSERT_TRUE(judged);
   EXPECT_EQ(judged->fix.verdict, localisation::FixVerdict::kOutOfBounds);
   EXPECT_LT(error_m(*judged), 0.01) << "the position is still there";
   const auto by_paper =
-      estimation::Estimator(estimation::Method::kPaper, robot(), small).answer(frame().lower, frame().upper);
+      estimation::Estimator(estimation::Method::kPaper, lab_robot(), small).answer(frame().lower, frame().upper);
   ASSERT_TRUE(by_paper);
   EXPECT_NE(by_paper->fix.verdict, localisation::FixVerdict::kOutOfBounds) << "the baseline is not changed";
 

@@ -13,7 +13,6 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/summary/summary.h"
-#include "apps/runs/other_robot.h"
 #include "apps/runs/run.h"
 #include "localisation/odometry.h"
 #include "tests/support/temporary_folder.h"

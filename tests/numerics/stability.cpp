@@ -40,7 +40,7 @@ const char* look(Look look) {
   return "";
 }
 
-/// The gnuplot script, in the style of the report's figures (apps/report/figures/gnuplot.cpp), with logarithmic axes.
+/// The gnuplot script, in the style of the report's figures (apps/report/kit/gnuplot.cpp), with logarithmic axes.
 std::string script(const Experiment& e) {
   std::string text = fmt::format(
       "set encoding utf8\n"

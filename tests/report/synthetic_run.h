@@ -19,6 +19,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/bounds.h"
+#include "tests/support/lab_robot.h"
 #include "tests/support/temporary_folder.h"
 #include "vision/sighting.h"
 
@@ -30,21 +31,10 @@ using ScratchFolder = testing_support::TemporaryFolder;
 /// drifts, images drawn by the mirrors' own formula. It needs no rendering and no vision, so that only the report is
 /// under test.
 inline config::Robot synthetic_robot() {
-  config::Robot robot;
+  config::Robot robot = testing_support::with_images(testing_support::lab_robot(), 320, 240, 116);
   robot.file = "robots/lab_sim.yaml";
   robot.name = "lab";
   robot.map = "scenes/lab.map.yaml";
-  robot.body_radius_m = 0.2;
-  robot.drive = {"sim_povray", 0.30, 0.05, 0.5, 0.5};
-  robot.lower = robot.upper = {"sim_povray", 320, 240, 15, 1};
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {159.5, 119.5};
-  view.rim_radius_px = 116;
-  robot.rig.lower = robot.rig.upper = view;
-  robot.rig.mirror_separation_m = 0.30;
-  robot.rig.lens_height_m = 0.25;
   return robot;
 }
 

@@ -32,8 +32,9 @@ using Names = std::vector<std::string>;
 
 TEST(TableReader, ReturnsRowsAndLeavesOutAnIncompleteLastLine) {
   const TemporaryFolder folder;
-  runlog::TableReader<runlog::RangeRow> reader(folder.write(
-      "ranges.csv", runlog::ranges_header() + "\n" + range_line(1, "red") + range_line(2, "blue") + "3,0.2,gr"));
+  runlog::TableReader<runlog::RangeRow> reader(
+      folder.write("ranges.csv", runlog::TableReader<runlog::RangeRow>::header() + "\n" + range_line(1, "red") +
+                                     range_line(2, "blue") + "3,0.2,gr"));
   EXPECT_EQ(reader.next()->landmark, "red");
   EXPECT_EQ(reader.next()->frame, 2U);
   EXPECT_FALSE(reader.next());
@@ -43,14 +44,18 @@ TEST(TableReader, ReturnsRowsAndLeavesOutAnIncompleteLastLine) {
 TEST(TableReader, OfAFileThatIsNotThereIsEmptyAndOfAHeaderAloneToo) {
   const TemporaryFolder folder;
   EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(folder.path() / "not_there.csv").next());
-  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(folder.write("fixes.csv", runlog::fixes_header() + "\n")).next());
-  EXPECT_FALSE(
-      runlog::TableReader<runlog::FixRow>(folder.write("half.csv", runlog::fixes_header().substr(0, 9))).next());
+  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(
+                   folder.write("fixes.csv", runlog::TableReader<runlog::FixRow>::header() + "\n"))
+                   .next());
+  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(
+                   folder.write("half.csv", runlog::TableReader<runlog::FixRow>::header().substr(0, 9)))
+                   .next());
 }
 
 TEST(TableReader, NamesALineWhenItComesToIt) {
   const TemporaryFolder folder;
-  const auto file = folder.write("ranges.csv", runlog::ranges_header() + "\n" + range_line(1, "red") + "2,0.2\n");
+  const auto file = folder.write(
+      "ranges.csv", runlog::TableReader<runlog::RangeRow>::header() + "\n" + range_line(1, "red") + "2,0.2\n");
   runlog::TableReader<runlog::RangeRow> reader(file);
   EXPECT_TRUE(reader.next());
   try {
@@ -64,14 +69,15 @@ TEST(TableReader, NamesALineWhenItComesToIt) {
 
 TEST(AnswerReader, PassesOverTheRowsOfFramesThatAreNotAskedFor) {
   const TemporaryFolder folder;
-  std::string ranges = runlog::ranges_header() + "\n";
+  std::string ranges = runlog::TableReader<runlog::RangeRow>::header() + "\n";
   for (const std::uint64_t frame : {2, 3, 5, 8}) {
     for (const char* const name : {"red", "blue"}) ranges += range_line(frame, name + std::to_string(frame));
   }
   (void)folder.write("ranges.csv", ranges + "9,0.9,red9,ok");
   runlog::SightingRow sighting;
   sighting.frame = 5, sighting.landmark = "red5", sighting.view = "upper";
-  (void)folder.write("sightings.csv", runlog::sightings_header() + "\n" + runlog::to_line(sighting) + "\n");
+  (void)folder.write("sightings.csv",
+                     runlog::TableReader<runlog::SightingRow>::header() + "\n" + runlog::to_line(sighting) + "\n");
   runlog::AnswerReader reader(folder.path(), "");  // no fixes.csv
   EXPECT_EQ(landmarks_of(reader.of(0)), Names{}) << "before the first";
   EXPECT_EQ(landmarks_of(reader.of(2)), (Names{"red2", "blue2"}));

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/runlog/summary/summary.h"
+#include "tests/support/lab_robot.h"
 
 namespace twocone::runlog {
 namespace {
@@ -13,15 +14,7 @@ namespace {
 /// Returns a run of the lab's rig at three poses among three landmarks.
 runlog::RunData run_of_three() {
   runlog::RunData run;
-  run.robot.file = "lab.yaml";
-  config::RigView view;
-  view.mirror_radius_m = 0.06;
-  view.lens_to_tip_m = 0.12;
-  view.centre_px = {319.5, 239.5};
-  view.rim_radius_px = 236;
-  run.robot.rig.lower = run.robot.rig.upper = view;
-  run.robot.rig.mirror_separation_m = 0.30;
-  run.robot.rig.lens_height_m = 0.25;
+  run.robot = testing_support::lab_robot();
   run.map.landmarks = {{"red", {1, 0, 0}, -2.45, -0.35, 0.15, 0.9},
                        {"blue", {0, 0, 1}, 1.50, 1.95, 0.15, 0.9},
                        {"cyan", {0, 1, 1}, 2.45, 0.30, 0.15, 0.9}};

@@ -92,12 +92,13 @@ TEST(Disk, OtherCamerasImagesLieBesideThePairs) {
     ASSERT_TRUE(stored) << camera;
     EXPECT_EQ(stored->bytes[0], level) << camera;
   }
-  EXPECT_EQ(runlog::read_frames(run.path() / "frames.csv").size(), 1U);
+  EXPECT_EQ(runlog::read_table<runlog::FrameRow>(run.path() / "frames.csv").size(), 1U);
 
   (void)folder.write("run/left", "a file where a folder has to be");
   record.frame.frame = 13;
   EXPECT_THROW(run.add(record, image(1), image(2), {{"left", std::make_shared<Image>(image(5))}}), runlog::DiskError);
-  EXPECT_EQ(runlog::read_frames(run.path() / "frames.csv").size(), 1U) << "a frame without all its images has a row";
+  EXPECT_EQ(runlog::read_table<runlog::FrameRow>(run.path() / "frames.csv").size(), 1U)
+      << "a frame without all its images has a row";
 }
 
 // Catches sightings of another method beside ranges that were not made from them.
@@ -110,10 +111,11 @@ TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   runlog::AnswerRows sighted = answer;
   sighted.sightings.resize(2);
   runlog::write_results(folder.path(), "outline", {sighted}, runlog::OnTop::kYes);
-  EXPECT_EQ(runlog::read_sightings(folder.path() / "sightings.csv").size(), 2U);
+  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(folder.path() / "sightings.csv").size(), 2U);
   runlog::write_results(folder.path(), "paper", {answer}, runlog::OnTop::kYes);
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
-  EXPECT_EQ(runlog::read_sightings(folder.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
+  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(folder.path() / "methods" / "outline" / "sightings.csv").size(),
+            2U);
 
   runlog::RunFolder run(folder.path() / "run");
   const Image image{1, 1, PixelFormat::kRgb8, {1, 2, 3}};
@@ -125,9 +127,9 @@ TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   record.answer.track = runlog::TrackRow{.frame = 1, .t_s = 0.1, .x_m = 2, .y_m = 3, .heading_rad = 0.5};
   run.add(record, image, image);
   runlog::file_results(run.path(), "outline");
-  EXPECT_EQ(runlog::read_track(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
+  EXPECT_EQ(runlog::read_table<runlog::TrackRow>(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
   EXPECT_EQ(runlog::read_poses(run.path() / "methods" / "outline" / "estimate.tum").size(), 1U);
-  EXPECT_EQ(runlog::read_sightings(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
+  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
 }
 
 TEST(Disk, TheTruthIsATableBesideItsImage) {

@@ -13,7 +13,6 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/new_folder.h"
-#include "apps/runlog/storage/replace_run.h"
 #include "apps/runs/run.h"
 #include "tests/support/temporary_folder.h"
 

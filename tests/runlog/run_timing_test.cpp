@@ -183,9 +183,9 @@ TEST_F(TimingOfARun, OfAnotherMethodTakesItsPlace) {
   answer.fixes.resize(1);
   answer.timing = runlog::TimingRow{0, 0, 0.5, 0, 0.5, 0, ""};
   runlog::write_results(run_, "paper", {answer}, runlog::OnTop::kYes);
-  EXPECT_EQ(runlog::read_timing(run_ / "timing.csv").size(), 1U);
-  EXPECT_EQ(runlog::read_timing(run_ / "methods" / "paper" / "timing.csv").at(0).vision_s, 0.5);
-  EXPECT_EQ(runlog::read_timing(run_ / "methods" / "outline" / "timing.csv").size(), 2U);
+  EXPECT_EQ(runlog::read_table<runlog::TimingRow>(run_ / "timing.csv").size(), 1U);
+  EXPECT_EQ(runlog::read_table<runlog::TimingRow>(run_ / "methods" / "paper" / "timing.csv").at(0).vision_s, 0.5);
+  EXPECT_EQ(runlog::read_table<runlog::TimingRow>(run_ / "methods" / "outline" / "timing.csv").size(), 2U);
 }
 
 // A key of the file that the run has overridden must not come back.

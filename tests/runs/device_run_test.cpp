@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/runlog/summary/capture.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 #include "drivers/memory/memory_camera.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/other_robot.h"
+#include "apps/runs/run.h"
 
 #include <string>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/keys/device_keys.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,9 +19,8 @@ constexpr double kLeastOwnTimeout_s = 0.1;
 void refuse(Section& section, std::initializer_list<std::string_view> keys, const std::string& driver) {
   const auto there = section.keys();  // has() would mark a key as known that this driver does not support
   for (const std::string_view key : keys) {
-    const bool is_there = std::find(there.begin(), there.end(), key) != there.end();
-    if (is_there && section.has(key))
-      section.complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", driver));
+    if (std::find(there.begin(), there.end(), key) == there.end()) continue;
+    section.complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", driver));
   }
 }
 
@@ -72,15 +70,12 @@ void read_serial_drive(Section& section, Drive& drive) {
   if (has_protocol && !is_known)
     section.complain("protocol", kNoUnit, fmt::format("one of {}", fmt::join(names, ", ")));
 
-  int baud = 0;
-  if (section.has("baud") && section.whole("baud", {"bits a second on the line", kNoUnit, kBaudRange}, baud)) {
-    serial.baud = baud;
-  }
+  section.whole("baud", {"bits a second on the line", kNoUnit, kBaudRange}, serial.baud);
   const bool fixed = is_known && serial::make_protocol({.name = serial.protocol})->fixed_counts_per_turn().has_value();
-  double counts = 0;
   const Quantity per_turn{"encoder counts in one turn of a wheel", kNoUnit, kAboveZero};
-  if (section.has("counts_per_turn") || (is_known && !fixed)) {
-    if (section.number("counts_per_turn", per_turn, counts)) serial.counts_per_turn = counts;
+  section.number("counts_per_turn", per_turn, serial.counts_per_turn);
+  if (is_known && !fixed && !section.has("counts_per_turn")) {
+    section.complain_missing("counts_per_turn", per_turn.what);
   }
   const bool has_address = section.has("address");
   section.whole("address", {"address of a RoboClaw", kNoUnit, kAddressRange}, serial.address, Need::kOptional);
@@ -92,12 +87,9 @@ void read_serial_drive(Section& section, Drive& drive) {
   section.flag("reverse_right", "whether the right wheel counts backward", serial.reverse_right, Need::kOptional);
   section.flag("watchdog", "whether a separate process stops the wheels when the program cannot", serial.watchdog,
                Need::kOptional);
-  double least = 0;
   const Quantity least_speed{
       "least speed at which the controller turns a wheel", {"rad/s", "radians a second"}, kZeroOrMore};
-  if (section.has("least_speed_radps") && section.number("least_speed_radps", least_speed, least)) {
-    serial.least_speed_radps = least;
-  }
+  section.number("least_speed_radps", least_speed, serial.least_speed_radps);
   if (!serial.watchdog && is_known && serial.protocol != "roboclaw") {
     section.complain(
         "watchdog", kNoUnit,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/keys/estimator_keys.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
 #include <span>
@@ -53,11 +53,7 @@ void read_estimator(Section& root, EstimatorKeys& keys) {
   section->flag("bearings", "whether fixes use bearings too", keys.bearings, Need::kOptional);
   section->number("enough_m", {"position sigma from which on nothing is refined", kMetres, kAboveZero}, keys.enough_m,
                   Need::kOptional);
-  double budget_s = 0;
-  if (section->has("budget_s") &&
-      section->number("budget_s", {"time for a frame's answer", kSeconds, kAboveZero}, budget_s)) {
-    keys.budget_s = budget_s;
-  }
+  section->number("budget_s", {"time for a frame's answer", kSeconds, kAboveZero}, keys.budget_s);
 
   const auto refuse = [&](std::string_view key, Unit unit, std::string_view where) {
     if (section->has(key)) section->complain(key, unit, fmt::format("absent {}", where));

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/keys/rig_keys.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <array>
 #include <numbers>
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -15,82 +16,54 @@
 namespace twocone::config {
 namespace {
 
-constexpr double kTurn_rad = 2 * std::numbers::pi;
-/// The range is wide because an angle may be given as 3/4 or as -1/4 of a turn. A value in degrees is still noticed.
-constexpr Range kWithinATurn{.least = -kTurn_rad, .greatest = kTurn_rad, .words = "-2 pi to 2 pi"};
 constexpr Range kApexRange{.least = 0, .greatest = std::numbers::pi, .without_ends = true, .words = "> 0 and < pi"};
 constexpr Range kTiltRange{.least = -std::numbers::pi / 4,
                            .greatest = std::numbers::pi / 4,
                            .without_ends = true,
                            .words = "> -pi/4 and < pi/4"};
 
-bool read_mirror(Section& where, RigView& view) {
+void read_mirror(Section& where, RigView& view) {
   Section* mirror = where.section("mirror", "{type: cone, apex_rad}");
-  if (mirror == nullptr) return false;
+  if (mirror == nullptr) return;
   std::string type;
   if (mirror->text("type", "the mirror's shape, cone", type) && type != "cone") {
     mirror->complain("type", kNoUnit, "cone");
   }
-  return mirror->number("apex_rad", {"full angle of the cone", kRadians, kApexRange}, view.apex_rad);
+  mirror->number("apex_rad", {"full angle of the cone", kRadians, kApexRange}, view.apex_rad);
 }
 
 /// A key of a mirror. In `rig:` it applies to both, in `rig.lower:` or `rig.upper:` to one and overrides `rig:`.
 struct MirrorKey {
   const char* key;
   Quantity quantity;
-  Need need;
-  bool (*read)(Section&, const MirrorKey&, RigView&);
+  std::variant<double RigView::*, std::array<double, 2> RigView::*, bool RigView::*, decltype(&read_mirror)> value;
+  Need need = Need::kRequired;
+
+  void read(Section& where, RigView& view) const {
+    if (!where.has(key)) return;
+    if (const auto* number = std::get_if<0>(&value)) where.number(key, quantity, view.**number);
+    if (const auto* pair = std::get_if<1>(&value)) where.numbers(key, quantity, view.**pair);
+    if (const auto* flag = std::get_if<2>(&value)) where.flag(key, quantity.what, view.**flag);
+    if (const auto* function = std::get_if<3>(&value)) (*function)(where, view);
+  }
 };
 
-template <double RigView::*kMember>
-bool read_number(Section& where, const MirrorKey& key, RigView& view) {
-  return where.number(key.key, key.quantity, view.*kMember);
-}
-
-template <std::array<double, 2> RigView::*kMember>
-bool read_pair(Section& where, const MirrorKey& key, RigView& view) {
-  return where.numbers(key.key, key.quantity, view.*kMember);
-}
-
-const MirrorKey kMirrorKeys[] = {
-    {"mirror",
-     {"{type: cone, apex_rad}", kNoUnit, kAnyNumber},
-     Need::kRequired,
-     [](Section& where, const MirrorKey&, RigView& view) { return read_mirror(where, view); }},
-    {"mirror_radius_m",
-     {"radius R of the mirror's rim", kMetres, kPartLength},
-     Need::kRequired,
-     read_number<&RigView::mirror_radius_m>},
-    {"lens_to_tip_m",
-     {"distance d from the lens to the mirror's tip", kMetres, kPartLength},
-     Need::kRequired,
-     read_number<&RigView::lens_to_tip_m>},
-    {"centre_px",
-     {"column and row of the mirror's tip in the image", kPixels, kAnyNumber},
-     Need::kRequired,
-     read_pair<&RigView::centre_px>},
-    {"rim_radius_px",
-     {"radius of the mirror's rim in the image", kPixels, kAboveZero},
-     Need::kRequired,
-     read_number<&RigView::rim_radius_px>},
-    {"azimuth_rad",
-     {"bearing of the image's x axis", kRadians, kWithinATurn},
-     Need::kRequired,
-     read_number<&RigView::azimuth_rad>},
+constexpr MirrorKey kMirrorKeys[] = {
+    {"mirror", {"{type: cone, apex_rad}", kNoUnit, kAnyNumber}, &read_mirror},
+    {"mirror_radius_m", {"radius R of the mirror's rim", kMetres, kPartLength}, &RigView::mirror_radius_m},
+    {"lens_to_tip_m", {"distance d from the lens to the mirror's tip", kMetres, kPartLength}, &RigView::lens_to_tip_m},
+    {"centre_px", {"column and row of the mirror's tip in the image", kPixels, kAnyNumber}, &RigView::centre_px},
+    {"rim_radius_px", {"radius of the mirror's rim in the image", kPixels, kAboveZero}, &RigView::rim_radius_px},
+    {"azimuth_rad", {"bearing of the image's x axis", kRadians, kWithinATurn}, &RigView::azimuth_rad},
     {"mirrored",
      {"whether the image turns against the bearing", kNoUnit, kAnyNumber},
-     Need::kOptional,
-     [](Section& where, const MirrorKey& key, RigView& view) {
-       return where.flag(key.key, key.quantity.what, view.mirrored);
-     }},
-    {"tilt_rad",
-     {"turns about the body's x and y axes", kRadians, kTiltRange},
-     Need::kOptional,
-     read_pair<&RigView::tilt_rad>},
+     &RigView::mirrored,
+     Need::kOptional},
+    {"tilt_rad", {"turns about the body's x and y axes", kRadians, kTiltRange}, &RigView::tilt_rad, Need::kOptional},
     {"axis_offset_m",
      {"x and y of the lens in the body's frame", kMetres, kAnyNumber},
-     Need::kOptional,
-     read_pair<&RigView::axis_offset_m>},
+     &RigView::axis_offset_m,
+     Need::kOptional},
 };
 
 /// One of the two mirrors.
@@ -144,22 +117,20 @@ void read_lens(Section& where, const std::filesystem::path& file, bool is_distor
       view.distortion_principal_px.reset();
     }
   }
-  const auto keep = [&](std::string_view key, Unit unit, bool is_good, const std::array<double, 2>& pair,
+  const auto read = [&](std::string_view key, const Quantity& quantity, bool may_be_one_number,
                         std::optional<std::array<double, 2>>& value) {
-    if (is_good) value = pair;
-    if (!has_distortion && (has_file || !is_distortion_common)) where.complain(key, unit, "absent without distortion");
+    if (!where.has(key)) return;
+    std::array<double, 2> pair{};
+    if (may_be_one_number ? where.number_or_pair(key, quantity, pair) : where.numbers(key, quantity, pair))
+      value = pair;
+    if (!has_distortion && (has_file || !is_distortion_common)) {
+      where.complain(key, quantity.unit, "absent without distortion");
+    }
   };
-  std::array<double, 2> pair{};
-  if (constexpr auto kKey = "distortion_focal_px"; where.has(kKey)) {
-    const bool is_good =
-        where.number_or_pair(kKey, {"focal lengths that the distortion is for", kPixels, kAboveZero}, pair);
-    keep(kKey, kPixels, is_good, pair, view.distortion_focal_px);
-  }
-  if (constexpr auto kKey = "distortion_principal_px"; where.has(kKey)) {
-    const bool is_good =
-        where.numbers(kKey, {"column and row that the distortion is about", kPixels, kAnyNumber}, pair);
-    keep(kKey, kPixels, is_good, pair, view.distortion_principal_px);
-  }
+  read("distortion_focal_px", {"focal lengths that the distortion is for", kPixels, kAboveZero}, true,
+       view.distortion_focal_px);
+  read("distortion_principal_px", {"column and row that the distortion is about", kPixels, kAnyNumber}, false,
+       view.distortion_principal_px);
 }
 
 }  // namespace
@@ -172,9 +143,7 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
   section->number("lens_height_m", {"lower lens above the floor", kMetres, kZeroOrMore}, rig.lens_height_m);
 
   RigView common;
-  for (const MirrorKey& key : kMirrorKeys) {
-    if (section->has(key.key)) key.read(*section, key, common);
-  }
+  for (const MirrorKey& key : kMirrorKeys) key.read(*section, common);
   read_lens(*section, file, false, common);
   MirrorPart mirrors[] = {{"lower", "the lower mirror, with its", &rig.lower},
                           {"upper", "the upper mirror, with its", &rig.upper}};
@@ -183,9 +152,7 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
     mirror.is_absent = !section->has(mirror.key);
     mirror.section = section->section(mirror.key, mirror.what, Need::kOptional);
     if (mirror.section == nullptr) continue;
-    for (const MirrorKey& key : kMirrorKeys) {
-      if (mirror.section->has(key.key)) key.read(*mirror.section, key, *mirror.view);
-    }
+    for (const MirrorKey& key : kMirrorKeys) key.read(*mirror.section, *mirror.view);
     read_lens(*mirror.section, file, section->has("distortion"), *mirror.view);
   }
   for (const MirrorKey& key : kMirrorKeys) {
@@ -198,15 +165,14 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
   }
 }
 
-void set_camera_info_paths(YAML::Node& robot, const std::filesystem::path& file, const PathChange& change) {
-  constexpr const char* kKey = "camera_info";
-  const auto set = [&](YAML::Node where) {
-    if (where.IsMap() && where[kKey]) where[kKey] = change(resolve(where[kKey].as<std::string>(), file)).string();
+void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file) {
+  const auto make_absolute = [&](YAML::Node path) {
+    if (path) path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
   };
   YAML::Node rig = robot["rig"];
-  set(rig);
+  make_absolute(rig["camera_info"]);
   for (const char* const mirror : {"lower", "upper"}) {
-    if (rig[mirror]) set(rig[mirror]);
+    if (rig[mirror]) make_absolute(rig[mirror]["camera_info"]);
   }
 }
 

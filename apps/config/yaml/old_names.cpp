@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/config/yaml/old_names.h"
 
-#include <algorithm>
 #include <array>
-#include <vector>
 
 namespace twocone::config {
 namespace {

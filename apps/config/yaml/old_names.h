@@ -27,8 +27,8 @@ std::optional<std::string_view> old_name(NameOf kind, std::string_view name);
 /// Returns a header line of a table with the present names of its columns.
 std::string present_columns(std::string_view header);
 
-/// Puts present keys and values in the place of old ones in a robot file's node, and returns it. An old key beside the present one
-/// stays and is reported as unknown.
+/// Puts present keys and values in the place of old ones in a robot file's node, and returns it. An old key beside the
+/// present one stays and is reported as unknown.
 YAML::Node with_present_names(const YAML::Node& robot);
 
 }  // namespace twocone::config

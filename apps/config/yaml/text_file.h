@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
+#include <fstream>
 #include <optional>
 #include <string>
 
@@ -15,7 +14,7 @@ namespace twocone::config {
 /// ever), or is not readable
 std::string read_text(const std::filesystem::path& file);
 
-/// Reads a file line by line and holds one block in memory. Text after the last newline is not returned, because a
+/// Reads a file line by line, and holds one block in memory. Text after the last newline is not returned, because a
 /// program ended while it wrote that line.
 class TextLines {
  public:
@@ -29,9 +28,7 @@ class TextLines {
 
  private:
   std::filesystem::path file_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
-  std::string block_;
-  std::size_t at_ = 0;  ///< position in block_ at which the next line begins
+  std::ifstream stream_;
   std::size_t number_ = 0;
 };
 

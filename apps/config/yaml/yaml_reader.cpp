@@ -50,6 +50,8 @@ std::string printable(std::string_view text) {
 /// Returns whether the node is a plain scalar. A quoted scalar is always text.
 bool is_plain(const YAML::Node& node) { return node.IsScalar() && node.Tag() != "!"; }
 
+bool is_text(const YAML::Node& node) { return node.IsScalar() && !node.Scalar().empty(); }
+
 /// Returns a number as JSON and YAML write it, including infinity and NaN, or nothing for other text. The conversion of
 /// yaml-cpp is not used, because it reads 010 as eight.
 std::optional<double> number_in(const YAML::Node& node) {
@@ -149,24 +151,23 @@ bool is_name(std::string_view name, std::string_view further) {
   return !name.empty() && std::all_of(name.begin(), name.end(), is_allowed);
 }
 
-Section::Section(Reading& reading, std::string path, int line, const YAML::Node& mapping)
-    : reading_(&reading), path_(std::move(path)), line_(line) {
-  for (const auto& pair : mapping) {
+Section::Section(Reading& reading, const Item& mapping) : reading_(&reading), path_(mapping.path), line_(mapping.line) {
+  for (const auto& pair : mapping.node) {
     const YAML::Node& key = pair.first;
-    const int key_line = line_of(key, line_);
+    const int line = line_of(key, line_);
     if (!key.IsScalar()) {
-      reading_->complain(key_line, fmt::format("{} has {} as a key, must be a word", path_.empty() ? "the file" : path_,
-                                               show_scalar(key)));
+      reading_->complain(line, fmt::format("{} has {} as a key, must be a word", path_.empty() ? "the file" : path_,
+                                           show_scalar(key)));
       continue;
     }
     const std::string& name = key.Scalar();
     const auto earlier = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == name; });
     if (earlier != entries_.end()) {
-      reading_->complain(key_line,
-                         fmt::format("{} is given twice, the first time in line {}", path_of(name), earlier->line));
+      reading_->complain(
+          line, fmt::format("{} is given twice, the first time in line {}", path_of(name), earlier->item.line));
       continue;
     }
-    entries_.push_back({name, key_line, pair.second, false});
+    entries_.push_back({name, {pair.second, line, path_of(name)}, false});
   }
 }
 
@@ -182,10 +183,11 @@ Section::Entry* Section::find(std::string_view key) {
   return &*entry;
 }
 
-Section::Entry* Section::find(std::string_view key, std::string_view what, Unit unit, Need need) {
-  Entry* entry = find(key);
-  if (entry == nullptr && need == Need::kRequired) complain_missing(key, what, unit);
-  return entry;
+const Section::Item* Section::find(std::string_view key, std::string_view what, Unit unit, Need need) {
+  const Entry* const entry = find(key);
+  if (entry != nullptr) return &entry->item;
+  if (need == Need::kRequired) complain_missing(key, what, unit);
+  return nullptr;
 }
 
 bool Section::has(std::string_view key) { return find(key) != nullptr; }
@@ -196,30 +198,33 @@ void Section::complain_missing(std::string_view key, std::string_view what, Unit
 }
 
 void Section::complain(std::string_view key, Unit unit, std::string_view rule) {
-  const Entry* entry = find(key);
-  const YAML::Node value = entry == nullptr ? YAML::Node() : entry->value;
-  reading_->complain(entry == nullptr ? line_ : entry->line,
-                     fmt::format("{} is {}, must be {}", path_of(key), show(value, unit), rule));
+  const Entry* const entry = find(key);
+  refuse(entry != nullptr ? entry->item : Item{{}, line_, path_of(key)}, unit, rule);
 }
 
 void Section::complain_here(std::string_view text) { reading_->complain(line_, fmt::format("{} {}", path_, text)); }
 
-bool Section::take_number(const YAML::Node& node, int line, const std::string& path, const Quantity& quantity,
-                          double& value) {
-  const std::optional<double> number = number_in(node);
-  std::string rule;
-  if (!number) {
-    rule = with_unit("a number", quantity.unit);
-  } else if (!std::isfinite(*number)) {
-    rule = with_unit("a finite number", quantity.unit);
-  } else if (!is_in(quantity.range, *number)) {
-    rule = in_words(quantity.range);
-  } else {
-    value = *number;
-    return true;
-  }
-  reading_->complain(line, fmt::format("{} is {}, must be {}", path, show(node, quantity.unit), rule));
+bool Section::refuse(const Item& item, Unit unit, std::string_view rule) {
+  reading_->complain(item.line, fmt::format("{} is {}, must be {}", item.path, show(item.node, unit), rule));
   return false;
+}
+
+std::vector<Section::Item> Section::items_of(const Item& list) {
+  std::vector<Item> items;
+  if (!list.node.IsSequence()) return items;
+  for (const auto& node : list.node) {
+    items.push_back({node, line_of(node, list.line), fmt::format("{}[{}]", list.path, items.size())});
+  }
+  return items;
+}
+
+bool Section::take_number(const Item& item, const Quantity& quantity, double& value) {
+  const std::optional<double> number = number_in(item.node);
+  if (!number) return refuse(item, quantity.unit, with_unit("a number", quantity.unit));
+  if (!std::isfinite(*number)) return refuse(item, quantity.unit, with_unit("a finite number", quantity.unit));
+  if (!is_in(quantity.range, *number)) return refuse(item, quantity.unit, in_words(quantity.range));
+  value = *number;
+  return true;
 }
 
 std::vector<std::string> Section::keys() const {
@@ -229,16 +234,21 @@ std::vector<std::string> Section::keys() const {
 }
 
 bool Section::number(std::string_view key, const Quantity& quantity, double& value, Need need) {
-  const Entry* entry = find(key, quantity.what, quantity.unit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  return take_number(entry->value, entry->line, path_of(key), quantity, value);
+  const Item* const item = find(key, quantity.what, quantity.unit, need);
+  return item == nullptr ? need == Need::kOptional : take_number(*item, quantity, value);
+}
+
+bool Section::number(std::string_view key, const Quantity& quantity, std::optional<double>& value) {
+  double number = 0;
+  if (!has(key)) return true;
+  if (!this->number(key, quantity, number)) return false;
+  value = number;
+  return true;
 }
 
 bool Section::whole(std::string_view key, const Quantity& quantity, int& value, Need need) {
-  const Entry* entry = find(key, quantity.what, quantity.unit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  double number = 0;
-  if (!take_number(entry->value, entry->line, path_of(key), quantity, number)) return false;
+  double number = value;
+  if (!this->number(key, quantity, number, need)) return false;
   if (number != std::trunc(number)) return complain(key, quantity.unit, "a whole number"), false;
   if (std::abs(number) > std::numeric_limits<int>::max()) {
     return complain(key, quantity.unit, fmt::format("at most {}", std::numeric_limits<int>::max())), false;
@@ -247,62 +257,63 @@ bool Section::whole(std::string_view key, const Quantity& quantity, int& value, 
   return true;
 }
 
+bool Section::whole(std::string_view key, const Quantity& quantity, std::optional<int>& value) {
+  int number = 0;
+  if (!has(key)) return true;
+  if (!whole(key, quantity, number)) return false;
+  value = number;
+  return true;
+}
+
 bool Section::text(std::string_view key, std::string_view what, std::string& value, Need need) {
-  const Entry* entry = find(key, what, kNoUnit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  if (!entry->value.IsScalar() || entry->value.Scalar().empty()) {
-    return complain(key, kNoUnit, "text that is not empty"), false;
-  }
-  value = entry->value.Scalar();
+  const Item* const item = find(key, what, kNoUnit, need);
+  if (item == nullptr) return need == Need::kOptional;
+  if (!is_text(item->node)) return refuse(*item, kNoUnit, "text that is not empty");
+  value = item->node.Scalar();
   return true;
 }
 
 bool Section::flag(std::string_view key, std::string_view what, bool& value, Need need) {
-  const Entry* entry = find(key, what, kNoUnit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  const bool is_true = is_plain(entry->value) && entry->value.Scalar() == "true";
-  const bool is_false = is_plain(entry->value) && entry->value.Scalar() == "false";
-  if (!is_true && !is_false) return complain(key, kNoUnit, "true or false"), false;
-  value = is_true;
+  const Item* const item = find(key, what, kNoUnit, need);
+  if (item == nullptr) return need == Need::kOptional;
+  const std::string text = is_plain(item->node) ? item->node.Scalar() : "";
+  if (text != "true" && text != "false") return refuse(*item, kNoUnit, "true or false");
+  value = text == "true";
   return true;
 }
 
 bool Section::numbers(std::string_view key, const Quantity& quantity, std::span<double> values, Need need) {
-  const Entry* entry = find(key, quantity.what, quantity.unit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  if (!entry->value.IsSequence() || entry->value.size() != values.size()) {
-    return complain(key, quantity.unit, with_unit(fmt::format("a list of {} numbers", values.size()), quantity.unit)),
-           false;
+  const Item* const list = find(key, quantity.what, quantity.unit, need);
+  if (list == nullptr) return need == Need::kOptional;
+  if (!list->node.IsSequence() || list->node.size() != values.size()) {
+    return refuse(*list, quantity.unit, with_unit(fmt::format("a list of {} numbers", values.size()), quantity.unit));
   }
   bool good = true;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const YAML::Node item = entry->value[i];
-    good &= take_number(item, line_of(item, entry->line), fmt::format("{}[{}]", path_of(key), i), quantity, values[i]);
-  }
+  double* value = values.data();
+  for (const Item& item : items_of(*list)) good &= take_number(item, quantity, *value++);
   return good;
 }
 
 bool Section::number_or_pair(std::string_view key, const Quantity& quantity, std::span<double, 2> values, Need need) {
-  const Entry* entry = find(key, quantity.what, quantity.unit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  if (entry->value.IsSequence()) return numbers(key, quantity, values, need);
-  if (!number_in(entry->value)) {
-    return complain(key, quantity.unit, with_unit("a number or a list of 2 numbers", quantity.unit)), false;
+  const Item* const item = find(key, quantity.what, quantity.unit, need);
+  if (item == nullptr) return need == Need::kOptional;
+  if (item->node.IsSequence()) return numbers(key, quantity, values, need);
+  if (!number_in(item->node)) {
+    return refuse(*item, quantity.unit, with_unit("a number or a list of 2 numbers", quantity.unit));
   }
-  double value = 0;
-  if (!take_number(entry->value, entry->line, path_of(key), quantity, value)) return false;
-  values[0] = values[1] = value;
+  if (!take_number(*item, quantity, values[0])) return false;
+  values[1] = values[0];
   return true;
 }
 
 bool Section::number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
                           std::vector<double>& values, Need need) {
-  const Entry* entry = find(key, quantity.what, quantity.unit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  const std::size_t count = entry->value.IsSequence() ? entry->value.size() : std::numeric_limits<std::size_t>::max();
+  const Item* const item = find(key, quantity.what, quantity.unit, need);
+  if (item == nullptr) return need == Need::kOptional;
+  const std::size_t count = item->node.IsSequence() ? item->node.size() : std::numeric_limits<std::size_t>::max();
   if (std::find(counts.begin(), counts.end(), count) == counts.end()) {
     const std::string rule = fmt::format("a list of {} numbers", fmt::join(counts, " or "));
-    return complain(key, quantity.unit, with_unit(rule, quantity.unit)), false;
+    return refuse(*item, quantity.unit, with_unit(rule, quantity.unit));
   }
   std::vector<double> list(count);
   if (!numbers(key, quantity, list, need)) return false;
@@ -311,72 +322,58 @@ bool Section::number_list(std::string_view key, const Quantity& quantity, std::s
 }
 
 bool Section::texts(std::string_view key, std::string_view what, std::vector<std::string>& values, Need need) {
-  const Entry* entry = find(key, what, kNoUnit, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  if (!entry->value.IsSequence()) return complain(key, kNoUnit, "a list of texts"), false;
+  const Item* const list = find(key, what, kNoUnit, need);
+  if (list == nullptr) return need == Need::kOptional;
+  if (!list->node.IsSequence()) return refuse(*list, kNoUnit, "a list of texts");
   std::vector<std::string> texts;
-  for (std::size_t i = 0; i < entry->value.size(); ++i) {
-    const YAML::Node item = entry->value[i];
-    if (item.IsScalar() && !item.Scalar().empty()) {
-      texts.push_back(item.Scalar());
-      continue;
-    }
-    reading_->complain(line_of(item, entry->line), fmt::format("{}[{}] is {}, must be text that is not empty",
-                                                               path_of(key), i, show(item, kNoUnit)));
+  bool good = true;
+  for (const Item& item : items_of(*list)) {
+    good &= is_text(item.node) || refuse(item, kNoUnit, "text that is not empty");
+    if (good) texts.push_back(item.node.Scalar());
   }
-  if (texts.size() != entry->value.size()) return false;
-  values = std::move(texts);
-  return true;
+  if (good) values = std::move(texts);
+  return good;
 }
 
 bool Section::points(std::string_view key, std::string_view what, std::vector<Point>& values, Need need) {
-  const Entry* entry = find(key, what, kMetres, need);
-  if (entry == nullptr) return need == Need::kOptional;
-  if (!entry->value.IsSequence()) return complain(key, kMetres, "a list of [x, y] (metres)"), false;
+  const Item* const list = find(key, what, kMetres, need);
+  if (list == nullptr) return need == Need::kOptional;
+  if (!list->node.IsSequence()) return refuse(*list, kMetres, "a list of [x, y] (metres)");
   const Quantity quantity{what, kMetres, kAnyNumber};
   std::vector<Point> points;
   bool good = true;
-  for (std::size_t i = 0; i < entry->value.size(); ++i) {
-    const YAML::Node item = entry->value[i];
-    const int line = line_of(item, entry->line);
-    const std::string path = fmt::format("{}[{}]", path_of(key), i);
-    if (!item.IsSequence() || item.size() != 2) {
-      reading_->complain(line, fmt::format("{} is {}, must be [x, y] (metres)", path, show(item, kMetres)));
-      good = false;
+  for (const Item& item : items_of(*list)) {
+    const std::vector<Item> pair = items_of(item);
+    if (pair.size() != 2) {
+      good = refuse(item, kMetres, "[x, y] (metres)");
       continue;
     }
-    Point point;
-    good &= take_number(item[0], line_of(item[0], line), path + "[0]", quantity, point.x_m);
-    good &= take_number(item[1], line_of(item[1], line), path + "[1]", quantity, point.y_m);
-    points.push_back(point);
+    Point& point = points.emplace_back();
+    good &= take_number(pair[0], quantity, point.x_m);
+    good &= take_number(pair[1], quantity, point.y_m);
   }
   if (good) values = std::move(points);
   return good;
 }
 
-Section* Section::section(std::string_view key, std::string_view what, Need need) {
-  const Entry* entry = find(key, what, kNoUnit, need);
-  if (entry == nullptr) return nullptr;
-  if (!entry->value.IsMap()) return complain(key, kNoUnit, "a mapping"), nullptr;
-  reading_->sections_.push_back(Section(*reading_, path_of(key), entry->line, entry->value));
+Section* Section::add_section(const Item& mapping) {
+  if (!mapping.node.IsMap()) return refuse(mapping, kNoUnit, "a mapping"), nullptr;
+  reading_->sections_.push_back(Section(*reading_, mapping));
   return &reading_->sections_.back();
 }
 
+Section* Section::section(std::string_view key, std::string_view what, Need need) {
+  const Item* const item = find(key, what, kNoUnit, need);
+  return item == nullptr ? nullptr : add_section(*item);
+}
+
 std::vector<Section*> Section::sections(std::string_view key, std::string_view what, Need need) {
-  const Entry* entry = find(key, what, kNoUnit, need);
-  if (entry == nullptr) return {};
-  if (!entry->value.IsSequence()) return complain(key, kNoUnit, "a list of mappings"), std::vector<Section*>{};
   std::vector<Section*> found;
-  for (std::size_t i = 0; i < entry->value.size(); ++i) {
-    const YAML::Node item = entry->value[i];
-    const std::string path = fmt::format("{}[{}]", path_of(key), i);
-    const int line = line_of(item, entry->line);
-    if (!item.IsMap()) {
-      reading_->complain(line, fmt::format("{} is {}, must be a mapping", path, show(item, kNoUnit)));
-      continue;
-    }
-    reading_->sections_.push_back(Section(*reading_, path, line, item));
-    found.push_back(&reading_->sections_.back());
+  const Item* const list = find(key, what, kNoUnit, need);
+  if (list == nullptr) return found;
+  if (!list->node.IsSequence()) refuse(*list, kNoUnit, "a list of mappings");
+  for (const Item& item : items_of(*list)) {
+    if (Section* const section = add_section(item)) found.push_back(section);
   }
   return found;
 }
@@ -385,9 +382,9 @@ void Section::complain_unknown() const {
   for (const Entry& entry : entries_) {
     if (entry.asked) continue;
     const std::optional<std::string> meant = nearest(entry.key, known_);
-    reading_->complain(entry.line, fmt::format("{} is unknown{} (known here: {})", path_of(entry.key),
-                                               meant ? fmt::format(", did you mean {}?", *meant) : std::string(),
-                                               fmt::join(known_, ", ")));
+    reading_->complain(entry.item.line, fmt::format("{} is unknown{} (known here: {})", entry.item.path,
+                                                    meant ? fmt::format(", did you mean {}?", *meant) : std::string(),
+                                                    fmt::join(known_, ", ")));
   }
 }
 
@@ -406,7 +403,7 @@ Section& Reading::root() {
     complain(line, fmt::format("the file is {}, must be a mapping of keys", show(node_, kNoUnit)));
     finish();
   }
-  sections_.push_back(Section(*this, "", line, node_));
+  sections_.push_back(Section(*this, {node_, line, ""}));
   return sections_.back();
 }
 

@@ -4,6 +4,8 @@
 #include <deque>
 #include <filesystem>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,6 +42,9 @@ struct Range {
 inline constexpr Range kAnyNumber{};
 inline constexpr Range kAboveZero{.least = 0, .without_ends = true};
 inline constexpr Range kZeroOrMore{.least = 0};
+/// Wide, because an angle may be given as 3/4 or as -1/4 of a turn. A value in degrees is still noticed.
+inline constexpr Range kWithinATurn{
+    .least = -2 * std::numbers::pi, .greatest = 2 * std::numbers::pi, .words = "-2 pi to 2 pi"};
 /// Lengths of small parts (wheels, mirrors) and of the whole robot. Nothing larger passes a door, and a value of 60 is
 /// 60 mm or 60 cm written as metres.
 inline constexpr Range kPartLength{.least = 0, .greatest = 1, .without_ends = true};
@@ -66,8 +71,11 @@ class Reading;
 class Section {
  public:
   bool number(std::string_view key, const Quantity& quantity, double& value, Need need = Need::kRequired);
+  /// Reads an optional number.
+  bool number(std::string_view key, const Quantity& quantity, std::optional<double>& value);
   /// Reads a whole number within the range of `quantity`.
   bool whole(std::string_view key, const Quantity& quantity, int& value, Need need = Need::kRequired);
+  bool whole(std::string_view key, const Quantity& quantity, std::optional<int>& value);
   /// Reads text that is not empty. A number counts as text.
   bool text(std::string_view key, std::string_view what, std::string& value, Need need = Need::kRequired);
   /// Reads true or false.
@@ -102,18 +110,28 @@ class Section {
 
  private:
   friend class Reading;
+  /// A value and its place in the file.
+  struct Item {
+    YAML::Node node;
+    int line;  ///< of the value or of its key, from 1; 0: unknown
+    std::string path;
+  };
   struct Entry {
     std::string key;
-    int line;  ///< of the key, from 1; 0: unknown
-    YAML::Node value;
+    Item item;  ///< with the key's line
     bool asked;
   };
 
-  Section(Reading& reading, std::string path, int line, const YAML::Node& mapping);
+  Section(Reading& reading, const Item& mapping);
   Entry* find(std::string_view key);
-  Entry* find(std::string_view key, std::string_view what, Unit unit, Need need);
+  /// Returns the value of a key, or null. Complains if it is missing and required.
+  const Item* find(std::string_view key, std::string_view what, Unit unit, Need need);
   [[nodiscard]] std::string path_of(std::string_view key) const;
-  bool take_number(const YAML::Node& node, int line, const std::string& path, const Quantity& quantity, double& value);
+  static std::vector<Item> items_of(const Item& list);
+  /// Adds a complaint, and returns false.
+  bool refuse(const Item& item, Unit unit, std::string_view rule);
+  bool take_number(const Item& item, const Quantity& quantity, double& value);
+  Section* add_section(const Item& mapping);
   void complain_unknown() const;
 
   Reading* reading_;

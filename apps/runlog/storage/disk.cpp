@@ -9,7 +9,6 @@
 #include <cstring>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,6 +36,18 @@ void write_all(int descriptor, std::string_view bytes, const std::filesystem::pa
 
 }  // namespace
 
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+}
+
+void remove_whole(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::remove_all(path, error);
+  if (error) throw DiskError(fmt::format("cannot remove {}: {}", path.string(), error.message()));
+}
+
 void write_whole(const std::filesystem::path& file, std::string_view content) {
   std::filesystem::path neighbour = file;
   neighbour += ".part";
@@ -52,9 +63,9 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
 }
 
 void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+  make_folder(to.parent_path());
   std::error_code error;
-  std::filesystem::create_directories(to.parent_path(), error);
-  if (!error) std::filesystem::create_hard_link(from, to, error);
+  std::filesystem::create_hard_link(from, to, error);
   if (error) {  // another disk, or one without hard links
     error.clear();
     std::filesystem::copy_file(from, to, error);
@@ -67,21 +78,11 @@ LineFile::LineFile(const std::filesystem::path& file, OldLines old)
   if (old == OldLines::kKeep) kept_.emplace(file);
 }
 
-LineFile::LineFile(LineFile&& other) noexcept
-    : file_(std::move(other.file_)),
-      kept_(std::move(other.kept_)),
-      kept_bytes_(other.kept_bytes_),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-LineFile::~LineFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 bool LineFile::pass_over(std::string_view line, Equal equal) {
   const auto old = kept_->next();
   if (!old) {
     // The remainder is an incomplete line from the time when the program ended.
-    if (::ftruncate(descriptor_, static_cast<off_t>(kept_bytes_)) != 0) fail(file_);
+    if (::ftruncate(descriptor_.get(), static_cast<off_t>(kept_bytes_)) != 0) fail(file_);
     kept_.reset();
     return false;
   }
@@ -101,7 +102,7 @@ bool LineFile::pass_over(std::string_view line, Equal equal) {
 void LineFile::add(std::string_view line, Equal equal) {
   if (kept_ && pass_over(line, equal)) return;
   // A single write per line: after a kill a reader finds only whole lines, except for the last one on a full disk.
-  write_all(descriptor_, std::string(line) + '\n', file_);
+  write_all(descriptor_.get(), std::string(line) + '\n', file_);
 }
 
 }  // namespace twocone::runlog

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "apps/config/yaml/text_file.h"
+#include "base/unique_fd.h"
 
 namespace twocone::runlog {
 
@@ -15,6 +16,12 @@ class DiskError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// Creates a folder and those above it. @throws DiskError
+void make_folder(const std::filesystem::path& folder);
+
+/// Removes a file or a folder, if there is one. @throws DiskError
+void remove_whole(const std::filesystem::path& path);
 
 /// Writes the whole file or nothing, by means of a temporary neighbour and a rename. @throws DiskError
 void write_whole(const std::filesystem::path& file, std::string_view content);
@@ -41,9 +48,6 @@ class LineFile {
  public:
   /// A last line without its newline is incomplete and is written again. @throws DiskError
   explicit LineFile(const std::filesystem::path& file, OldLines old = OldLines::kDrop);
-  ~LineFile();
-  LineFile(LineFile&& other) noexcept;
-  LineFile& operator=(LineFile&&) = delete;
 
   /// @param line without the newline. @throws DiskError; also if a stored line differs in the part that `equal`
   /// compares
@@ -55,7 +59,7 @@ class LineFile {
   std::filesystem::path file_;
   std::optional<config::TextLines> kept_;
   std::size_t kept_bytes_ = 0;
-  int descriptor_;
+  base::UniqueFd descriptor_;
 };
 
 }  // namespace twocone::runlog

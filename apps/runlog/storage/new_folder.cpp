@@ -13,12 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
-}
-
 bool holds_run(const fs::path& folder) {
   if (!fs::exists(folder / "frames.csv")) return fs::exists(folder / "run.yaml");
   config::TextLines lines(folder / "frames.csv");

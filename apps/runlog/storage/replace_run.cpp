@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/storage/replace_run.h"
+#include "apps/runlog/storage/new_folder.h"
 
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <regex>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -51,18 +53,16 @@ std::set<std::string> cameras_of(const fs::path& folder) {
   return cameras;
 }
 
-bool is_of_run(const std::string& name) {
-  const auto is_name = [&name](const char* known) { return name == known || name == std::string(known) + ".part"; };
-  return std::any_of(kRunFiles.begin(), kRunFiles.end(), is_name) ||
-         std::any_of(kResultFiles.begin(), kResultFiles.end(), is_name);
+bool is_of_run(std::string_view name) {
+  if (name.ends_with(".part")) name.remove_suffix(std::string_view(".part").size());
+  return std::find(kRunFiles.begin(), kRunFiles.end(), name) != kRunFiles.end() ||
+         std::find(kResultFiles.begin(), kResultFiles.end(), name) != kResultFiles.end();
 }
 
 /// Accepts NNNNNN.png and the files beside it that --truth and a killed program leave.
 bool is_of_frame(const std::string& name) {
-  const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
-  const std::string ending = name.substr(digits);
-  return digits >= 6 &&
-         (ending == ".png" || ending == ".png.part" || ending == ".truth.csv" || ending == ".truth.csv.part");
+  static const std::regex kFrameFile(R"([0-9]{6,}\.(png|truth\.csv)(\.part)?)");
+  return std::regex_match(name, kFrameFile);
 }
 
 void refuse_others_files(const fs::path& folder) {
@@ -108,14 +108,10 @@ void remove_run(const fs::path& folder) {
   const std::optional<RunLock> lock = lock_replaceable(folder);
   if (!lock) return;
   // run.yaml is removed last. If the program is killed here, the remains are still a run that can be replaced.
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().filename() == "run.yaml" || entry->path().filename() == RunLock::kFileName) continue;
-    fs::remove_all(entry->path(), error);
-    if (error) break;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != "run.yaml" && entry.path().filename() != RunLock::kFileName) remove_whole(entry);
   }
-  if (!error) fs::remove_all(folder, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", folder.string(), error.message()));
+  remove_whole(folder);
 }
 
 }  // namespace twocone::runlog

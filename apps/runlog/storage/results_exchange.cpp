@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -38,28 +38,14 @@ fs::path hidden(const fs::path& place, std::string_view kind) {
   throw DiskError(fmt::format("cannot replace {}: {}", path.string(), why));
 }
 
-void remove_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::remove_all(folder, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", folder.string(), error.message()));
-}
-
-void remove_file(const fs::path& file) {
-  std::error_code error;
-  fs::remove(file, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", file.string(), error.message()));
-}
-
 void move_folder(const fs::path& from, const fs::path& to) {
   if (std::rename(from.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
 }
 
 /// Returns false if the file system or the kernel does not support it.
 bool exchange_at_once(const fs::path& a, const fs::path& b) {
-#ifdef RENAME_EXCHANGE
   if (::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return true;
   if (errno != EINVAL && errno != ENOSYS) fail(b, std::strerror(errno));
-#endif
   return false;
 }
 
@@ -69,7 +55,7 @@ void put_in_place(const fs::path& stage, const fs::path& place, Exchange how, co
   if (fs::exists(place, none)) {
     step();
     if (how == Exchange::kAtomic && exchange_at_once(stage, place)) return;
-    remove_folder(hidden(place, kOld));
+    remove_whole(hidden(place, kOld));
     move_folder(place, hidden(place, kOld));
   }
   step();
@@ -84,19 +70,19 @@ void finish(const fs::path& folder, const fs::path& place, const std::function<v
       if (fs::exists(place / name)) {
         write_whole(folder / name, config::read_text(place / name));
       } else {
-        remove_file(folder / name);  // from another method, so it does not belong to these results
+        remove_whole(folder / name);  // from another method, so it does not belong to these results
       }
     }
   }
   step();
-  remove_folder(hidden(place, kNew));
-  remove_folder(hidden(place, kOld));
+  remove_whole(hidden(place, kNew));
+  remove_whole(hidden(place, kOld));
   step();
-  remove_file(place / kJournal);
+  remove_whole(place / kJournal);
 }
 
 struct MethodFolders {
-  std::vector<fs::path> places;  ///< methods/NAME, even if only a hidden folder of NAME exists
+  std::set<fs::path> places;  ///< methods/NAME, even if only a hidden folder of NAME exists
   std::vector<fs::path> hidden;
 };
 
@@ -112,10 +98,8 @@ MethodFolders folders_in(const fs::path& methods) {
         found.hidden.push_back(entry->path());
       }
     }
-    if (!method.starts_with(".")) found.places.push_back(methods / method);
+    if (!method.starts_with(".")) found.places.insert(methods / method);
   }
-  std::sort(found.places.begin(), found.places.end());
-  found.places.erase(std::unique(found.places.begin(), found.places.end()), found.places.end());
   return found;
 }
 
@@ -123,10 +107,8 @@ MethodFolders folders_in(const fs::path& methods) {
 
 ResultsExchange::ResultsExchange(fs::path folder, const std::string& method)
     : folder_(std::move(folder)), place_(folder_ / "methods" / method), stage_(hidden(place_, kNew)) {
-  remove_folder(stage_);
-  std::error_code error;
-  fs::create_directories(stage_, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", stage_.string(), error.message()));
+  remove_whole(stage_);
+  make_folder(stage_);
 }
 
 ResultsExchange::~ResultsExchange() {
@@ -136,29 +118,23 @@ ResultsExchange::~ResultsExchange() {
 }
 
 void ResultsExchange::commit(OnTop on_top, Exchange how, const std::function<void()>& before_step) {
-  const auto step = [&before_step] {
-    if (before_step) before_step();
-  };
-  step();
+  before_step();
   write_whole(stage_ / kJournal, on_top == OnTop::kYes ? kTop : kMethodAlone);
   committed_ = true;
-  put_in_place(stage_, place_, how, step);
-  finish(folder_, place_, step);
+  put_in_place(stage_, place_, how, before_step);
+  finish(folder_, place_, before_step);
 }
 
 void complete_exchanges(const fs::path& folder, const std::function<void()>& before_step) {
-  const auto step = [&before_step] {
-    if (before_step) before_step();
-  };
   const MethodFolders found = folders_in(folder / "methods");
   for (const fs::path& place : found.places) {
     const bool in_place = fs::exists(place / kJournal);
     if (!in_place && fs::exists(hidden(place, kNew) / kJournal)) {
-      put_in_place(hidden(place, kNew), place, Exchange::kAtomic, step);
+      put_in_place(hidden(place, kNew), place, Exchange::kAtomic, before_step);
     }
-    if (fs::exists(place / kJournal)) finish(folder, place, step);
+    if (fs::exists(place / kJournal)) finish(folder, place, before_step);
   }
-  for (const fs::path& left : found.hidden) remove_folder(left);  // from programs that ended before their commit
+  for (const fs::path& left : found.hidden) remove_whole(left);  // from programs that ended before their commit
 }
 
 fs::path top_results(const fs::path& folder) {

@@ -43,7 +43,8 @@ class ResultsExchange {
   /// @param before_step called before each visible change on disk, so that a test can end the program there by an
   /// exception
   /// @throws DiskError
-  void commit(OnTop on_top, Exchange how = Exchange::kAtomic, const std::function<void()>& before_step = {});
+  void commit(
+      OnTop on_top, Exchange how = Exchange::kAtomic, const std::function<void()>& before_step = [] {});
 
  private:
   std::filesystem::path folder_, place_, stage_;
@@ -52,7 +53,8 @@ class ResultsExchange {
 
 /// Completes or removes the exchanges that a killed program left. It touches nothing if there are none. Requires the
 /// folder's RunLock. @throws DiskError
-void complete_exchanges(const std::filesystem::path& folder, const std::function<void()>& before_step = {});
+void complete_exchanges(
+    const std::filesystem::path& folder, const std::function<void()>& before_step = [] {});
 
 /// Returns the folder from which the top results are read: the top itself or, while they are replaced, the folder
 /// methods/NAME/ that replaces them.

@@ -6,10 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <utility>
 
@@ -17,15 +16,16 @@
 
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/results_exchange.h"
+#include "hal/result.h"
 
 namespace twocone::runlog {
 namespace {
 
 /// Returns the process number that the holder wrote, or 0 if it cannot be read.
-long holder_of(int descriptor) {
-  std::array<char, 24> text{};
-  if (::pread(descriptor, text.data(), text.size() - 1, 0) <= 0) return 0;
-  return std::strtol(text.data(), nullptr, 10);
+long holder_of(const std::filesystem::path& file) {
+  long holder = 0;
+  std::ifstream(file) >> holder;
+  return holder;
 }
 
 /// Returns false if another folder has replaced this one since its file was opened.
@@ -36,56 +36,45 @@ bool is_still(int descriptor, const std::filesystem::path& file) {
          opened.st_dev == there.st_dev;
 }
 
-struct Attempt {
-  int descriptor = -1;  ///< >= 0: this program holds the lock
-  std::string why_not;
-};
-
-Attempt attempt(const std::filesystem::path& folder) {
+Result<base::UniqueFd> lock(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / RunLock::kFileName;
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) return {-1, fmt::format("cannot write {}: {}", file.string(), std::strerror(errno))};
-  const bool locked = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
-  if (!locked || !is_still(descriptor, file)) {
-    const int error = locked ? EWOULDBLOCK : errno;
-    std::string why_not = fmt::format("cannot lock {}: {}", file.string(), std::strerror(error));
-    if (error == EWOULDBLOCK) {
-      const long holder = holder_of(descriptor);
-      why_not =
-          fmt::format("{} is being written by another program{}: wait until that has ended, or choose another folder",
-                      folder.string(), holder > 0 ? fmt::format(" (process {})", holder) : "");
-    }
-    ::close(descriptor);
-    return {-1, std::move(why_not)};
+  const auto refused = [](std::string why) { return Error{ErrorCode::kRefused, std::move(why)}; };
+  base::UniqueFd descriptor(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (!descriptor.valid()) return refused(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+  const bool locked = ::flock(descriptor.get(), LOCK_EX | LOCK_NB) == 0;
+  if (!locked && errno != EWOULDBLOCK) {
+    return refused(fmt::format("cannot lock {}: {}", file.string(), std::strerror(errno)));
+  }
+  if (!locked || !is_still(descriptor.get(), file)) {
+    const long holder = holder_of(file);
+    return refused(
+        fmt::format("{} is being written by another program{}: wait until that has ended, or choose another folder",
+                    folder.string(), holder > 0 ? fmt::format(" (process {})", holder) : ""));
   }
   const std::string holder = fmt::format("{}\n", ::getpid());
   // The number is only for messages, so a full disk does not prevent the lock.
-  if (::ftruncate(descriptor, 0) == 0) (void)!::pwrite(descriptor, holder.data(), holder.size(), 0);
-  return {descriptor, {}};
+  if (::ftruncate(descriptor.get(), 0) == 0) (void)!::pwrite(descriptor.get(), holder.data(), holder.size(), 0);
+  return descriptor;
+}
+
+base::UniqueFd lock_or_throw(const std::filesystem::path& folder) {
+  auto locked = lock(folder);
+  if (!locked) throw DiskError(locked.error().message);
+  return *std::move(locked);
 }
 
 }  // namespace
 
-RunLock::RunLock(const std::filesystem::path& folder) : descriptor_(-1) {
-  Attempt tried = attempt(folder);
-  if (tried.descriptor < 0) throw DiskError(tried.why_not);
-  RunLock taken(tried.descriptor);  // releases the lock if the next line throws
-  complete_exchanges(folder);
-  std::swap(descriptor_, taken.descriptor_);
-}
+RunLock::RunLock(const std::filesystem::path& folder) : RunLock(lock_or_throw(folder)) { complete_exchanges(folder); }
 
 RunLock::~RunLock() {
-  if (descriptor_ < 0) return;
-  (void)!::ftruncate(descriptor_, 0);  // equal runs must have equal files
-  ::close(descriptor_);
+  if (descriptor_.valid()) (void)!::ftruncate(descriptor_.get(), 0);  // equal runs must have equal files
 }
 
-RunLock::RunLock(RunLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
 std::optional<RunLock> RunLock::try_take(const std::filesystem::path& folder) {
-  const Attempt tried = attempt(folder);
-  if (tried.descriptor < 0) return std::nullopt;
-  RunLock taken(tried.descriptor);
+  auto locked = lock(folder);
+  if (!locked) return std::nullopt;
+  RunLock taken(*std::move(locked));
   complete_exchanges(folder);
   return taken;
 }

@@ -3,6 +3,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <utility>
+
+#include "base/unique_fd.h"
 
 namespace twocone::runlog {
 
@@ -19,7 +22,7 @@ class RunLock {
   /// written
   explicit RunLock(const std::filesystem::path& folder);
   ~RunLock();
-  RunLock(RunLock&& other) noexcept;
+  RunLock(RunLock&& other) noexcept = default;
   RunLock& operator=(RunLock&&) = delete;
 
   /// Returns nothing if another program holds the lock or the folder cannot be written.
@@ -27,9 +30,9 @@ class RunLock {
   static std::optional<RunLock> try_take(const std::filesystem::path& folder);
 
  private:
-  explicit RunLock(int descriptor) : descriptor_(descriptor) {}
+  explicit RunLock(base::UniqueFd locked) : descriptor_(std::move(locked)) {}
 
-  int descriptor_;
+  base::UniqueFd descriptor_;
 };
 
 }  // namespace twocone::runlog

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/summary/capture.h"
 
 namespace twocone::runlog {
 
@@ -63,6 +63,20 @@ struct LandmarkSummary {
   std::optional<BoundComparison> range_bound_m{};
   std::optional<Share> within_95{};  ///< ranges whose error is within k95Sigmas of their sigma
 };
+
+/// Rate, skew and losses of a real robot's pairs.
+struct CaptureSummary {
+  double rate_hz = 0;            ///< of the median time between pairs; 0 for fewer than two
+  double jitter_p95_s = 0;       ///< 95 % of the times between pairs are within this of their median
+  double skew_median_s = 0;      ///< of its absolute value
+  double skew_max_s = 0;         ///< likewise
+  std::uint64_t lower_lost = 0;  ///< exposures that were not recorded, including skipped ones
+  std::uint64_t upper_lost = 0;
+  CaptureCounts counts;
+};
+
+/// Returns nothing for a simulated robot, whose pairs arrive on request.
+std::optional<CaptureSummary> summarise_capture(const RunData& run);
 
 /// The numbers of the printed table (summary.json).
 struct Summary {

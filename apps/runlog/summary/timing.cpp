@@ -2,6 +2,8 @@
 #include "apps/runlog/summary/timing.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,14 +15,6 @@ namespace {
 constexpr const char* kKept = "kept";
 constexpr const char* kOver = "over";
 constexpr double kMsPerS = 1000;
-
-template <typename Value>
-std::vector<double> values_of(const std::vector<TimingRow>& rows, const Value& value) {
-  std::vector<double> values;
-  values.reserve(rows.size());
-  for (const TimingRow& row : rows) values.push_back(value(row));
-  return values;
-}
 
 }  // namespace
 
@@ -49,11 +43,14 @@ std::optional<TimingSummary> summarise_timing(const RunData& run) {
   const bool is_outline = run.method == to_string(estimation::Method::kOutline);  // a run folder may name any method
   TimingSummary summary;
   summary.frames = int(rows.size());
-  summary.vision_median_s = base::quantile(values_of(rows, [](const TimingRow& r) { return r.vision_s; }), 0.5);
-  summary.localisation_median_s =
-      base::quantile(values_of(rows, [](const TimingRow& r) { return r.localisation_s; }), 0.5);
-  summary.both_p95_s =
-      base::quantile(values_of(rows, [](const TimingRow& r) { return r.vision_s + r.localisation_s; }), 0.95);
+  const auto quantile = [&rows](const auto& value, double share) {
+    std::vector<double> values;
+    for (const TimingRow& row : rows) values.push_back(std::invoke(value, row));
+    return base::quantile(std::move(values), share);
+  };
+  summary.vision_median_s = quantile(&TimingRow::vision_s, 0.5);
+  summary.localisation_median_s = quantile(&TimingRow::localisation_s, 0.5);
+  summary.both_p95_s = quantile([](const TimingRow& row) { return row.vision_s + row.localisation_s; }, 0.95);
   if (is_outline) {
     double refined = 0;
     for (const TimingRow& row : rows) refined += row.refined;

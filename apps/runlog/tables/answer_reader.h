@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/tables/tables.h"
 

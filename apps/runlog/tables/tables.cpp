@@ -2,9 +2,10 @@
 #include "apps/runlog/tables/tables.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <string>
 #include <tuple>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -15,81 +16,39 @@
 namespace twocone::runlog {
 namespace {
 
-// One list of columns for each table serves the header, writing and reading.
 template <typename Row>
 struct Columns;
 
-template <>
-struct Columns<FrameRow> {
-  static constexpr const char* header =
-      "frame,t_s,skew_s,lower_t_s,upper_t_s,lower_sequence,upper_sequence,lower_lost,upper_lost,host_t_s";
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.skew_s, r.lower_t_s, r.upper_t_s, r.lower_sequence, r.upper_sequence,
-                    r.lower_lost, r.upper_lost, r.host_t_s);
+// One list of columns for each table, in the order of the row's members, serves the header, writing and reading.
+#define TWOCONE_COLUMNS(Row, ...)                      \
+  template <>                                          \
+  struct Columns<Row> {                                \
+    static constexpr const char* names = #__VA_ARGS__; \
+    static auto of(auto& row) {                        \
+      auto& [__VA_ARGS__] = row;                       \
+      return std::tie(__VA_ARGS__);                    \
+    }                                                  \
   }
-};
-template <>
-struct Columns<DriveRow> {
-  static constexpr const char* header = "t_s,left_command_radps,right_command_radps,left_rad,right_rad";
-  static auto of(auto& r) {
-    return std::tie(r.t_s, r.left_command_radps, r.right_command_radps, r.left_rad, r.right_rad);
-  }
-};
-template <>
-struct Columns<RangeRow> {
-  static constexpr const char* header =
-      "frame,t_s,landmark,verdict,range_m,sigma_range_m,bearing_rad,sigma_bearing_rad,disparity_px,true_range_m";
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.landmark, r.verdict, r.range_m, r.sigma_range_m, r.bearing_rad,
-                    r.sigma_bearing_rad, r.disparity_px, r.true_range_m);
-  }
-};
-template <>
-struct Columns<FixRow> {
-  static constexpr const char* header =
-      "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
-      "outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading";
-  /// Last columns that tables of older versions lack.
-  static constexpr std::array<std::string_view, 2> added = {
-      ",cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading",
-      ",outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading"};
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.verdict, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
-                    r.var_heading_rad2, r.true_x_m, r.true_y_m, r.error_m, r.outliers, r.cov_x_heading_m_rad,
-                    r.cov_y_heading_m_rad, r.unseen_x, r.unseen_y, r.unseen_heading);
-  }
-};
-template <>
-struct Columns<SightingRow> {
-  static constexpr const char* header =
-      "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px";
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.landmark, r.view, r.column_px, r.row_px, r.var_column_px2, r.cov_px2,
-                    r.var_row_px2, r.edge_noise_px);
-  }
-};
-template <>
-struct Columns<TimingRow> {
-  static constexpr const char* header = "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict";
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.vision_s, r.localisation_s, r.wall_s, r.refined, r.verdict);
-  }
-};
-template <>
-struct Columns<TrackRow> {
-  static constexpr const char* header =
-      "frame,t_s,state,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
-      "var_heading_rad2,fix,use";
-  static auto of(auto& r) {
-    return std::tie(r.frame, r.t_s, r.state, r.x_m, r.y_m, r.heading_rad, r.var_x_m2, r.cov_xy_m2, r.var_y_m2,
-                    r.cov_x_heading_m_rad, r.cov_y_heading_m_rad, r.var_heading_rad2, r.fix, r.use);
-  }
-};
+TWOCONE_COLUMNS(FrameRow, frame, t_s, skew_s, lower_t_s, upper_t_s, lower_sequence, upper_sequence, lower_lost,
+                upper_lost, host_t_s);
+TWOCONE_COLUMNS(DriveRow, t_s, left_command_radps, right_command_radps, left_rad, right_rad);
+TWOCONE_COLUMNS(RangeRow, frame, t_s, landmark, verdict, range_m, sigma_range_m, bearing_rad, sigma_bearing_rad,
+                disparity_px, true_range_m);
+TWOCONE_COLUMNS(FixRow, frame, t_s, verdict, x_m, y_m, heading_rad, var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2,
+                true_x_m, true_y_m, error_m, outliers, cov_x_heading_m_rad, cov_y_heading_m_rad, unseen_x, unseen_y,
+                unseen_heading);
+TWOCONE_COLUMNS(SightingRow, frame, t_s, landmark, view, column_px, row_px, var_column_px2, cov_px2, var_row_px2,
+                edge_noise_px);
+TWOCONE_COLUMNS(TimingRow, frame, t_s, vision_s, localisation_s, wall_s, refined, verdict);
+TWOCONE_COLUMNS(TrackRow, frame, t_s, state, x_m, y_m, heading_rad, var_x_m2, cov_xy_m2, var_y_m2, cov_x_heading_m_rad,
+                cov_y_heading_m_rad, var_heading_rad2, fix, use);
+#undef TWOCONE_COLUMNS
 
+/// Returns whether tables of older versions lack that many of the last columns.
 template <typename Row>
-concept Grown = requires {
-  Columns<Row>::added;
-};
+bool is_older(std::size_t missing) {
+  return std::is_same_v<Row, FixRow> && (missing == 5 || missing == 6);
+}
 
 /// Rounds a heading to 1e-9 rad, both when it is written and when it is read. It then survives the twelve digits of a
 /// quaternion unchanged, so results computed from a stored run equal those computed during the run.
@@ -102,40 +61,34 @@ double nanoradians(double heading_rad) {
   throw config::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
 }
 
+}  // namespace
+
 template <typename Row>
-std::string line_of(const Row& row) {
+std::string TableReader<Row>::header() {
+  std::string header = Columns<Row>::names;
+  std::erase(header, ' ');
+  return header;
+}
+
+template <typename Row>
+std::string TableReader<Row>::line(const Row& row) {
   return join_fields(Columns<Row>::of(row));
 }
-
-template <typename Row>
-std::vector<Row> read_table(const std::filesystem::path& file) {
-  std::vector<Row> rows;
-  TableReader<Row> reader(file);
-  while (auto row = reader.next()) rows.push_back(*std::move(row));
-  return rows;
-}
-
-}  // namespace
 
 template <typename Row>
 TableReader<Row>::TableReader(const std::filesystem::path& file) : file_(file) {
   if (!std::filesystem::exists(file)) return;
   lines_.emplace(file);
-  const auto header = lines_->next();
-  if (!header) {
+  const auto first = lines_->next();
+  if (!first) {
     lines_.reset();
     return;
   }
-  if constexpr (Grown<Row>) {
-    for (const std::string_view added : Columns<Row>::added) {
-      if (*header + std::string(added) == Columns<Row>::header) {
-        missing_ = std::size_t(std::count(added.begin(), added.end(), ','));
-      }
-    }
-  }
-  if (missing_ == 0 && *header != Columns<Row>::header) {
-    refuse(file, 1, fmt::format("the first line must be {}", Columns<Row>::header));
-  }
+  const std::string all = header();
+  if (*first == all) return;
+  if (all.starts_with(*first + ','))
+    missing_ = std::size_t(std::count(all.begin() + std::ssize(*first), all.end(), ','));
+  if (!is_older<Row>(missing_)) refuse(file, 1, fmt::format("the first line must be {}", all));
 }
 
 template <typename Row>
@@ -174,38 +127,16 @@ template class TableReader<SightingRow>;
 template class TableReader<TimingRow>;
 template class TableReader<TrackRow>;
 
-std::string frames_header() { return Columns<FrameRow>::header; }
-std::string drive_header() { return Columns<DriveRow>::header; }
-std::string ranges_header() { return Columns<RangeRow>::header; }
-std::string fixes_header() { return Columns<FixRow>::header; }
-std::string sightings_header() { return Columns<SightingRow>::header; }
-std::string timing_header() { return Columns<TimingRow>::header; }
-std::string track_header() { return Columns<TrackRow>::header; }
-
-std::string to_line(const FrameRow& row) { return line_of(row); }
-std::string to_line(const DriveRow& row) { return line_of(row); }
-std::string to_line(const RangeRow& row) { return line_of(row); }
-std::string to_line(const FixRow& row) { return line_of(row); }
-std::string to_line(const SightingRow& row) { return line_of(row); }
-std::string to_line(const TimingRow& row) { return line_of(row); }
 std::string to_line(const TrackRow& row) {
   TrackRow kept = row;
   if (kept.heading_rad) kept.heading_rad = nanoradians(*kept.heading_rad);
-  return line_of(kept);
+  return TableReader<TrackRow>::line(kept);
 }
 std::string to_line(const PoseRow& row) {
   const double half_rad = nanoradians(row.heading_rad) / 2;
   return fmt::format("{} {} {} 0 0 0 {:.12f} {:.12f}", row.t_s, row.x_m, row.y_m, std::sin(half_rad),
                      std::cos(half_rad));
 }
-
-std::vector<FrameRow> read_frames(const std::filesystem::path& file) { return read_table<FrameRow>(file); }
-std::vector<DriveRow> read_drive(const std::filesystem::path& file) { return read_table<DriveRow>(file); }
-std::vector<RangeRow> read_ranges(const std::filesystem::path& file) { return read_table<RangeRow>(file); }
-std::vector<FixRow> read_fixes(const std::filesystem::path& file) { return read_table<FixRow>(file); }
-std::vector<SightingRow> read_sightings(const std::filesystem::path& file) { return read_table<SightingRow>(file); }
-std::vector<TimingRow> read_timing(const std::filesystem::path& file) { return read_table<TimingRow>(file); }
-std::vector<TrackRow> read_track(const std::filesystem::path& file) { return read_table<TrackRow>(file); }
 
 std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   std::vector<PoseRow> rows;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/config/yaml/text_file.h"
@@ -13,30 +14,17 @@
 /// gives the same double. A field that does not apply is empty.
 namespace twocone::runlog {
 
-std::string frames_header();
-std::string drive_header();
-std::string ranges_header();
-std::string fixes_header();
-std::string sightings_header();
-std::string timing_header();
-std::string track_header();
-
-std::string to_line(const FrameRow& row);
-std::string to_line(const DriveRow& row);
-std::string to_line(const RangeRow& row);
-std::string to_line(const FixRow& row);
-std::string to_line(const SightingRow& row);
-std::string to_line(const TimingRow& row);
-/// The heading is kept to 1e-9 rad, as in the .tum files, because the heading of method paper comes from such a file.
-std::string to_line(const TrackRow& row);
-/// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
-std::string to_line(const PoseRow& row);
-
 /// Reads a table row by row, for runs of any length. A last line without its newline is left out, because the program
-/// ended while it wrote that line. A missing file counts as an empty table. Row: any of the types above except PoseRow.
+/// ended while it wrote that line. A missing file counts as an empty table. Tables of older versions, which lack the
+/// last columns of FixRow (outliers, or the columns after it), are read too. Row: any row of run_data.h except PoseRow.
 template <typename Row>
 class TableReader {
  public:
+  /// Returns the first line of the table, without its newline.
+  static std::string header();
+  /// Returns the line of a row, without its newline.
+  static std::string line(const Row& row);
+
   /// @throws config::FileError for a wrong header
   explicit TableReader(const std::filesystem::path& file);
 
@@ -49,15 +37,24 @@ class TableReader {
   std::size_t missing_ = 0;  ///< number of last columns that a table of an older version lacks
 };
 
-/// Each function reads a whole table, as TableReader does.
-std::vector<FrameRow> read_frames(const std::filesystem::path& file);
-std::vector<DriveRow> read_drive(const std::filesystem::path& file);
-std::vector<RangeRow> read_ranges(const std::filesystem::path& file);
-/// Also reads tables of older versions, which lack the last columns: outliers, or the columns after it.
-std::vector<FixRow> read_fixes(const std::filesystem::path& file);
-std::vector<SightingRow> read_sightings(const std::filesystem::path& file);
-std::vector<TimingRow> read_timing(const std::filesystem::path& file);
-std::vector<TrackRow> read_track(const std::filesystem::path& file);
+/// Returns all rows of a table. @throws config::FileError as TableReader
+template <typename Row>
+std::vector<Row> read_table(const std::filesystem::path& file) {
+  std::vector<Row> rows;
+  TableReader<Row> reader(file);
+  while (auto row = reader.next()) rows.push_back(*std::move(row));
+  return rows;
+}
+/// Reads a .tum file. @throws config::FileError: FILE:LINE: the fault
 std::vector<PoseRow> read_poses(const std::filesystem::path& file);
+
+template <typename Row>
+std::string to_line(const Row& row) {
+  return TableReader<Row>::line(row);
+}
+/// The heading is kept to 1e-9 rad, as in the .tum files, because the heading of method paper comes from such a file.
+std::string to_line(const TrackRow& row);
+/// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
+std::string to_line(const PoseRow& row);
 
 }  // namespace twocone::runlog

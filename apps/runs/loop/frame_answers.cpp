@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/frame_answers.h"
 
-#include <utility>
-
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/summary/timing.h"
 

@@ -8,7 +8,6 @@
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runs/run.h"
 
 namespace twocone::runs {
 

@@ -7,8 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runs/devices.h"
-#include "apps/runs/loop/image_wait.h"
+#include "apps/runs/loop/pairs.h"
 
 namespace twocone::runs {
 namespace {
@@ -26,29 +25,22 @@ FrameTaker::FrameTaker(Robot& robot, const config::Robot& description, SteadyTim
       clock_before_s_(clock_before_s),
       notify_(std::move(notify)),
       fault_policy_(pace_.waits_for_program ? std::chrono::milliseconds(0) : patience, notify_),
-      odometry_(config::to_wheels(description), config::to_start_pose(description)) {}
+      pairs_(config::to_wheels(description), config::to_start_pose(description)) {}
 
-Result<FrameTaker::Pair> FrameTaker::try_take() {
+Result<TakenPair> FrameTaker::try_take() {
   auto frame = robot_.next_frame(pace_.frame_timeout);
   if (!frame) return frame.error();
-  const SteadyTime at = std::chrono::steady_clock::now();
-  const auto angles = robot_.drive().read_angles();
-  if (!angles) return with_name("drive", angles.error());
-  // The pixels of devices are there already. Decoding them now finds damaged ones while there still is another frame to
-  // take, and gives lent buffers back.
-  if (!pace_.waits_for_program) {
-    if (auto decoded = decode(*frame); !decoded) return decoded.error();
-  }
-  return Pair{std::move(*frame), *angles, at};
+  return pairs_.take(robot_, *std::move(frame));
 }
 
-Result<FrameTaker::Pair> FrameTaker::take_pair(std::uint64_t number, const std::atomic<bool>& stop) {
+Result<TakenPair> FrameTaker::take_pair(std::uint64_t number, const std::atomic<bool>& stop) {
   while (true) {
     auto pair = try_take();
     if (pair) return pair;
-    if (auto bearable = fault_policy_.failed(number, pair.error()); !bearable) return bearable.error();
+    const Status bearable = fault_policy_.failed(number, pair.error());
+    if (!bearable || stop || pair.error().code != ErrorCode::kBadData) stop_wheels();
+    if (!bearable) return bearable.error();
     if (stop) return Error{ErrorCode::kCancelled, fmt::format("interrupted while frame {} was awaited", number)};
-    if (pair.error().code != ErrorCode::kBadData) stop_wheels();
     std::this_thread::sleep_for(kBetweenTries);
   }
 }
@@ -63,22 +55,16 @@ void FrameTaker::stop_wheels() {
 Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool>& stop) {
   auto pair = take_pair(number, stop);
   if (!pair) return pair.error();
-  StereoFrame& frame = pair->frame;
-  taken_at_ = pair->at;
-  wheels_.add(pair->angles);
-  const WheelAngles angles = wheels_.at(frame.lower.header().captured);
-  const localisation::Pose& pose = odometry_.update(angles.left_rad, angles.right_rad);
-
+  auto& [frame, arrived, t_s, upper_t_s, angles, pose] = *pair;
+  taken_at_ = arrived;
   const Frame::Header& lower = frame.lower.header();
   const Frame::Header& upper = frame.upper.header();
-  if (number == 0) zero_s_ = lower.captured.seconds();
-  const double t_s = lower.captured.seconds() - zero_s_;
   runlog::FrameRecord record;
   record.frame = {number,
                   t_s,
                   std::chrono::duration<double>(frame.skew()).count(),
                   t_s,
-                  upper.captured.seconds() - zero_s_,
+                  upper_t_s,
                   lower.sequence,
                   upper.sequence,
                   lower.lost_before,

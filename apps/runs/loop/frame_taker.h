@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/estimation/wheel_history.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/loop/fault_policy.h"
-#include "hal/robot.h"
-#include "localisation/odometry.h"
+#include "apps/runs/loop/pairs.h"
 
 namespace twocone::runs {
 
@@ -34,8 +32,8 @@ class FrameTaker {
   FrameTaker(Robot& robot, const config::Robot& description, SteadyTime run_begin, double clock_before_s,
              std::chrono::milliseconds patience, std::function<void(const std::string&)> notify);
 
-  /// The next frame, with its times, wheel angles, odometry and truth.
-  /// Errors: those of Robot::next_frame and DiffDrive, with the frame's number; kCancelled once `stop` is set.
+  /// The next frame, with its times, wheel angles, odometry and truth. After an error the wheels are stopped.
+  /// Errors: those of Robot::next_frame and PairTaker::take with the frame's number; kCancelled once `stop` is set.
   Result<TakenFrame> take(std::uint64_t number, const std::atomic<bool>& stop);
   /// Commands the wheels. Errors: those of DiffDrive once the patience is at its end.
   Status command(std::uint64_t number, const WheelSpeeds& speeds);
@@ -44,19 +42,13 @@ class FrameTaker {
   [[nodiscard]] double step_s() const { return step_s_; }
   /// How long ago the newest frame came.
   [[nodiscard]] double age_s() const;
-  [[nodiscard]] const localisation::Odometry& odometry() const { return odometry_; }
   /// Frames of the lower and upper camera that were passed over for newer ones so far.
   [[nodiscard]] std::uint64_t lower_skipped() const { return lower_skipped_; }
   [[nodiscard]] std::uint64_t upper_skipped() const { return upper_skipped_; }
 
  private:
-  struct Pair {
-    StereoFrame frame;
-    WheelAngles angles;
-    SteadyTime at;  ///< when the frame had come
-  };
-  Result<Pair> try_take();
-  Result<Pair> take_pair(std::uint64_t number, const std::atomic<bool>& stop);
+  Result<TakenPair> try_take();
+  Result<TakenPair> take_pair(std::uint64_t number, const std::atomic<bool>& stop);
   void stop_wheels();
   void note_contact(std::uint64_t number, const std::string& contact);
 
@@ -67,12 +59,10 @@ class FrameTaker {
   const double clock_before_s_;
   const std::function<void(const std::string&)> notify_;
   FaultPolicy fault_policy_;
-  localisation::Odometry odometry_;
-  estimation::WheelHistory wheels_;
+  PairTaker pairs_;
   WheelSpeeds command_;
   SteadyTime taken_at_;
   std::string contact_;
-  double zero_s_ = 0;
   double last_t_s_ = 0;
   double step_s_ = 0;
   bool was_stopped_ = false;

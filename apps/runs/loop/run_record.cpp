@@ -3,11 +3,37 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {
+namespace {
+
+/// "lower: Logi (/dev/video0), MJPG 640 x 480 at 30 Hz, gain 16": as applied, for run.yaml; empty without a device.
+std::string describe(const std::string& view, const CameraFacts& facts) {
+  if (facts.device.empty()) return {};
+  const CameraSettings& applied = facts.settings;
+  std::string text = fmt::format("{}: {}, {} {} x {} at {:.4g} Hz{}", view, facts.device, facts.format,
+                                 applied.width_px, applied.height_px, applied.rate_hz,
+                                 facts.rate_told ? "" : " (as asked for: the camera does not tell)");
+  for (const auto& [name, value] : facts.controls) text += fmt::format(", {} {}", name, value);
+  return text;
+}
+
+/// "drive: /dev/ttyUSB0 at 57600 baud, ros_arduino_bridge, 990 counts a turn, its own time-out 2000 ms, guarded";
+/// empty without a device.
+std::string describe(const DriveFacts& facts) {
+  if (facts.device.empty()) return {};
+  std::string text =
+      fmt::format("drive: {}, {}, {} counts a turn", facts.device, facts.controller, facts.counts_per_turn);
+  text += facts.own_timeout ? fmt::format(", its own time-out {} ms", facts.own_timeout->count())
+                            : ", no time-out of its own";
+  return text + (facts.has_watchdog ? ", guarded" : ", no watchdog");
+}
+
+}  // namespace
 
 RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options)
     : robot_(robot), map_(map), options_(options) {
@@ -43,25 +69,28 @@ std::vector<std::string> RunRecord::take_later() {
   return std::exchange(later_, {});
 }
 
+void RunRecord::note_devices(Robot& robot) {
+  if (robot.pace().waits_for_program) return;
+  info_.devices = {describe("lower", robot.cameras().lower().facts()),
+                   describe("upper", robot.cameras().upper().facts()), describe(robot.drive().facts())};
+  std::erase(info_.devices, "");
+  info_.capture.emplace();
+  write_yaml();
+}
+
 void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
                     const std::vector<runlog::OtherImage>& others) {
   folder_->add(record, lower, upper, others);
   ++frames_;
 }
 
-runlog::SummaryOf RunRecord::summary_of(const std::string& method) const {
-  return [this, method](const std::filesystem::path& results) {
-    return runlog::to_json(runlog::summarise(runlog::read_run_with(folder_->path(), results, method)), info_);
-  };
-}
-
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
   info_.finished = true;
   if (!baseline.empty()) {
     const std::string paper(to_string(estimation::Method::kPaper));
-    runlog::write_results(folder_->path(), paper, baseline, runlog::OnTop::kNo, summary_of(paper));
+    runlog::write_results(folder_->path(), paper, baseline, runlog::OnTop::kNo, &info_);
   }
-  runlog::file_results(folder_->path(), info_.method, summary_of(info_.method));
+  runlog::file_results(folder_->path(), info_.method, &info_);
   write_yaml();
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/run.h"
+#include "hal/robot.h"
 
 namespace twocone::runs {
 
@@ -23,9 +23,10 @@ class RunRecord {
   void open();
   [[nodiscard]] const std::filesystem::path& path() const { return folder_->path(); }
   [[nodiscard]] runlog::RunInfo& info() { return info_; }
-  [[nodiscard]] const runlog::RunInfo& info() const { return info_; }
   /// @throws runlog::DiskError
   void write_yaml() const;
+  /// Writes what a real robot is made of into run.yaml. @throws runlog::DiskError
+  void note_devices(Robot& robot);
 
   /// An event of the run: into run.yaml, and at once to RunOptions::notify. What a resumed run replays was reported
   /// before and only goes into run.yaml.
@@ -47,8 +48,6 @@ class RunRecord {
   void finish(const std::vector<runlog::AnswerRows>& baseline);
 
  private:
-  [[nodiscard]] runlog::SummaryOf summary_of(const std::string& method) const;
-
   const config::Robot& robot_;
   const config::Map& map_;
   const RunOptions& options_;

@@ -6,9 +6,11 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "apps/config/robot_file.h"
 #include "drivers/sim_povray/sim_povray.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 namespace twocone::runs {
@@ -41,5 +43,9 @@ class StartCheck {
   std::future<Result<sim_povray::ShownCamera>> shown_;
   std::jthread asker_;
 };
+
+/// A sentence for each mirror that a pair of images does not show where the robot file's `rig:` says, to a pixel, or
+/// whose rim does not stand out in them.
+std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper);
 
 }  // namespace twocone::runs

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/truth_writer.h"
 
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,12 +10,6 @@
 #include "apps/runlog/tables/truth_table.h"
 
 namespace twocone::runs {
-
-TruthWriter::TruthWriter(const config::Robot& robot, sim_povray::PlaceSettings place, std::string object)
-    : robot_(&robot),
-      place_(std::move(place)),
-      object_(std::move(object)),
-      ending_(object_.substr(std::string("robot").size())) {}
 
 Result<TruthWriter> TruthWriter::open(const config::Robot& robot, const config::Map& map,
                                       const drivers::RobotSettings& settings) {
@@ -27,7 +22,11 @@ Result<TruthWriter> TruthWriter::open(const config::Robot& robot, const config::
   }
   auto object = sim_povray::claimed_object(settings.world->place, settings.world->session.name);
   if (!object) return object.error();
-  TruthWriter writer(robot, settings.world->place, *std::move(object));
+  TruthWriter writer;
+  writer.robot_ = &robot;
+  writer.place_ = settings.world->place;
+  writer.object_ = *object;
+  writer.ending_ = object->substr(std::string_view("robot").size());
   for (const config::Landmark& l : map.landmarks) {
     writer.landmarks_.push_back({l.name, l.x_m, l.y_m, l.radius_m, l.top_m});
   }

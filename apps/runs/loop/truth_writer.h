@@ -24,9 +24,9 @@ class TruthWriter {
   Status write(const std::filesystem::path& run, const runlog::FrameRecord& record, const StereoFrame& frame) const;
 
  private:
-  TruthWriter(const config::Robot& robot, sim_povray::PlaceSettings place, std::string object);
+  TruthWriter() = default;
 
-  const config::Robot* robot_;
+  const config::Robot* robot_ = nullptr;
   sim_povray::PlaceSettings place_;
   std::string object_;
   std::string ending_;  ///< of its cameras' names

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/keys/polygon.h"
-
 #include <algorithm>
 #include <cstddef>
+
+#include "apps/config/map_file.h"
 
 namespace twocone::config {
 namespace {
