@@ -36,7 +36,7 @@ vision::Rig lab_rig() {
   return {lower, vision::MirrorView(s)};
 }
 
-std::vector<vision::Target> six_targets() {
+std::vector<Landmark> six_targets() {
   return {{"red", {1, 0, 0}, 0.15},  {"green", {0, 1, 0}, 0.15},   {"blue", {0, 0, 1}, 0.15},
           {"cyan", {0, 1, 1}, 0.15}, {"magenta", {1, 0, 1}, 0.15}, {"yellow", {1, 1, 0}, 0.15}};
 }

@@ -19,7 +19,7 @@ constexpr double kApexTolerance_rad = 1e-9;
 // several times.
 constexpr double kRunGap_px = 3;
 
-void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size) {
+void check(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size) {
   std::string bad = bad_sizes(lower_size, upper_size);
   const auto& lower = rig.lower.settings().cone;
   const auto& upper = rig.upper.settings().cone;
@@ -51,7 +51,7 @@ void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_si
   if (!(rig.mirror_separation_m() > 0)) {
     bad += fmt::format(" the upper mirror is {} m above the lower one, must be > 0;", rig.mirror_separation_m());
   }
-  for (const Target& target : targets) {
+  for (const Landmark& target : targets) {
     if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
       bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
     }
@@ -82,8 +82,8 @@ Eigen::Vector2d to_vector(const cv::Point& p) { return {p.x, p.y}; }
 
 }  // namespace
 
-PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
-                           const std::vector<std::size_t>& wanted)
+PaperRanging::PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
+                           cv::Size upper_size, const std::vector<std::size_t>& wanted)
     : rig_(rig),
       targets_(targets),
       wanted_(targets.size(), wanted.empty()),

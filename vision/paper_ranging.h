@@ -44,7 +44,7 @@ class PaperRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The verdict of the others is kNotSeen.
   /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted index that is no target
-  PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
+  PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 
   /// One measurement for each target, in their order.
@@ -63,7 +63,7 @@ class PaperRanging {
                                                       const Eigen::Vector2d& from) const;
 
   Rig rig_;
-  std::vector<Target> targets_;
+  std::vector<Landmark> targets_;
   std::vector<bool> wanted_;
   HueLabels hues_;
   Rings lower_rings_;

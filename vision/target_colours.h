@@ -10,10 +10,10 @@
 namespace twocone::vision {
 
 /// Returns the targets' colours in their order, as HueLabels and ColourTable take them.
-inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Target>& targets) {
+inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Landmark>& targets) {
   std::vector<Eigen::Vector3d> colours;
   colours.reserve(targets.size());
-  for (const Target& target : targets) colours.push_back(target.colour);
+  for (const Landmark& target : targets) colours.emplace_back(target.colour.data());
   return colours;
 }
 

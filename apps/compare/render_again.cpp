@@ -66,8 +66,7 @@ class CamerasOfScene {
 
   Result<std::array<Frame, 2>> look(const Place& place) {
     sim_povray::SessionSettings session;
-    const config::Start start = robot_.start.value_or(config::Start{});
-    session.body.start = {start.x_m, start.y_m, start.heading_rad};
+    session.body.start = robot_.start.value_or(Pose2{});
     session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
     session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
     auto simulation = host_->enter(session);

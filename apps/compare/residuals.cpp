@@ -57,13 +57,11 @@ bool is_trusted(const runlog::RangeRow& row) {
 }
 
 /// Returns the disparity of the landmark's top in the undistorted images, as defined in triangulate().
-std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m,
-                                   const vision::Target& target) {
-  if (!target.top_m) return std::nullopt;
+std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m, const Landmark& target) {
   double radius_px[2];
   const vision::MirrorView* const views[2]{&rig.lower, &rig.upper};
   for (int i = 0; i < 2; ++i) {
-    const auto point = vision::near_top_point(*views[i], in_body_m, target.radius_m, *target.top_m);
+    const auto point = vision::near_top_point(*views[i], in_body_m, target.radius_m, target.top_m);
     const auto pixel = point ? views[i]->project(*point) : std::nullopt;
     const auto undistorted = pixel ? views[i]->undistort_px(*pixel) : std::nullopt;
     if (!undistorted) return std::nullopt;
@@ -94,7 +92,7 @@ std::optional<PoseRow> pose_of(const localisation::Fix& fix, double t_s) {
 }
 
 vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
-                                     const vision::Sighting* upper, const vision::Target& target) {
+                                     const vision::Sighting* upper, const Landmark& target) {
   const vision::Triangulation t = vision::triangulate(rig, lower, upper, target.radius_m, target.top_m);
   vision::RangeMeasurement m;
   m.verdict = t.verdict;

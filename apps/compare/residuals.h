@@ -51,7 +51,7 @@ std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s)
 
 /// Returns the measurement from two sightings of a landmark under `rig`; null: that view has none.
 vision::RangeMeasurement range_under(const vision::Rig& rig, const vision::Sighting* lower,
-                                     const vision::Sighting* upper, const vision::Target& target);
+                                     const vision::Sighting* upper, const Landmark& target);
 
 /// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
 /// kNotSeen for a landmark without sightings.

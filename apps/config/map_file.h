@@ -8,46 +8,20 @@
 #include <variant>
 #include <vector>
 
+#include "base/landmark.h"
+#include "base/plane.h"
+
 namespace YAML {
 class Node;
 }
 
 namespace twocone::config {
 
-/// An upright cylinder at a known place. World frame, metres.
-struct Landmark {
-  std::string name;                ///< not empty, unique
-  std::array<double, 3> colour{};  ///< linear rgb, each in [0, 1]; must have a hue, which identifies the landmark
-  double x_m = 0;                  ///< of the axis, inside the bounds
-  double y_m = 0;
-  double radius_m = 0;  ///< > 0
-  double top_m = 0;     ///< height of the flat top above the floor, > 0
-
-  friend bool operator==(const Landmark&, const Landmark&) = default;
-};
-
-struct Point {
-  double x_m = 0;
-  double y_m = 0;
-
-  friend bool operator==(const Point&, const Point&) = default;
-};
-struct Circle {
-  Point centre;
-  double radius_m = 0;  ///< > 0
-
-  friend bool operator==(const Circle&, const Circle&) = default;
-};
+using twocone::Bounds;
+using twocone::Landmark;
+using Point = FloorPoint;
 using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
-using Obstacle = std::variant<Polygon, Circle>;
-
-/// A rectangle parallel to the axes of the world, min < max.
-struct Bounds {
-  double min_x_m = 0, max_x_m = 0;
-  double min_y_m = 0, max_y_m = 0;
-
-  friend bool operator==(const Bounds&, const Bounds&) = default;
-};
+using Obstacle = std::variant<Polygon, Disc>;
 
 /// An object that moves along a path at constant speed. In simulation it is the scene object `moving.NAME`.
 struct Moving {

@@ -12,9 +12,9 @@
 #include "apps/config/keys/estimator_keys.h"
 #include "apps/config/keys/rig_keys.h"
 #include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/old_names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
-#include "apps/config/yaml/old_names.h"
 #include "hal/stereo_rig.h"
 
 namespace twocone::config {
@@ -33,7 +33,7 @@ constexpr Range kSkewRange{.least = 0, .greatest = 60};
 constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
 constexpr Range kImageSide{.least = 1, .greatest = 16384};
 
-void read_start(Section& root, std::optional<Start>& start) {
+void read_start(Section& root, std::optional<Pose2>& start) {
   Section* section = root.section("start", "pose at t = 0", Need::kOptional);
   if (section == nullptr) return;
   start.emplace();
@@ -106,9 +106,8 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
       part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
     }
   }
-  const bool good_skew =
-      root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
-                  robot.max_skew_s, Need::kOptional);
+  const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
+                                     robot.max_skew_s, Need::kOptional);
   if (lower.has_rate && good_skew && !root.has("max_skew_s"))
     robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.rate_hz;
   return parts;

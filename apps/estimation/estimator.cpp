@@ -26,7 +26,7 @@ Ranging make_ranging(Method method, const config::Robot& robot, const config::Ma
                      const std::vector<std::size_t>& wanted) {
   try {
     const vision::Rig rig = config::to_rig(robot);
-    const std::vector<vision::Target> targets = config::to_targets(map);
+    const std::vector<Landmark> targets = config::to_targets(map);
     if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
     return vision::OutlineRanging(rig, targets, lower, upper, wanted);
   } catch (const std::invalid_argument& error) {

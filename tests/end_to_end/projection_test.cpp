@@ -128,7 +128,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
   const auto rig = config::to_rig(robot);
   const auto arena = config::to_arena(map);
   std::vector<Eigen::Vector3d> colours;
-  for (const auto& target : config::to_targets(map)) colours.push_back(target.colour);
+  for (const Landmark& landmark : map.landmarks) colours.emplace_back(landmark.colour.data());
   const vision::HueLabels hues(colours);
 
   auto scene = sim_povray::Scene::read(*map.scene);

@@ -65,7 +65,7 @@ void take_landmark_shifts(const BundleData& data, const BundleState& state, cons
 
 }  // namespace calibration
 
-std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<KnownLandmark>& landmarks,
+std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<Landmark>& landmarks,
                                         double chi_squared_limit) {
   const std::size_t count = result.landmark_shifts.size();
   if (count < 3) return {};
@@ -74,7 +74,7 @@ std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const s
   std::vector<std::size_t> standing;
   for (std::size_t i = 0; i < count; ++i) {
     shifts_m.segment<2>(2 * Eigen::Index(i)) = result.landmark_shifts[i].shift_m;
-    places_m.push_back(landmarks.at(result.landmark_shifts[i].landmark).place_m);
+    places_m.push_back(place_m(landmarks.at(result.landmark_shifts[i].landmark)));
     standing.push_back(i);
   }
   const auto tested = [&](std::size_t i) {

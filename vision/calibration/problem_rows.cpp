@@ -27,8 +27,8 @@ void check(const CalibrationProblem& problem) {
   };
   const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
   for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
-    const KnownLandmark& l = problem.landmarks[i];
-    require(l.place_m.allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
+    const Landmark& l = problem.landmarks[i];
+    require(place_m(l).allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
             fmt::format("landmark {} must have a finite place and top and a radius > 0 m", i));
   }
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {

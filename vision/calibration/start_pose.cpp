@@ -15,7 +15,7 @@ struct Match {
   Eigen::Vector2d world_m;
 };
 
-std::optional<Eigen::Vector2d> place_in_body(const MirrorView& view, const KnownLandmark& landmark,
+std::optional<Eigen::Vector2d> place_in_body(const MirrorView& view, const Landmark& landmark,
                                              const Eigen::Vector2d& pixel_px) {
   const auto ray = view.back_project(pixel_px);
   if (!ray) return std::nullopt;
@@ -58,13 +58,13 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<KnownLandmark>& landmarks,
+std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Landmark>& landmarks,
                                           const CalibrationFrame& frame) {
   std::vector<Match> matches;
   for (const LandmarkSighting& s : frame.sightings) {
-    const KnownLandmark& landmark = landmarks[s.landmark];
+    const Landmark& landmark = landmarks[s.landmark];
     const auto place = place_in_body(s.side == Side::kLower ? rig.lower : rig.upper, landmark, s.sighting.pixel_px);
-    if (place) matches.push_back({s.landmark, *place, landmark.place_m});
+    if (place) matches.push_back({s.landmark, *place, place_m(landmark)});
   }
   std::vector<const Match*> most;
   for (std::size_t i = 0; i < matches.size(); ++i) {
