@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "drivers/sim_povray/render/povray/process_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
@@ -181,9 +182,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
     for (std::size_t v = 0; v < 2; ++v) {
       const auto image = images[k][v].get();
       ASSERT_TRUE(image) << image.error().message;
-      const cv::Mat rgb((*image)->height_px, (*image)->width_px, CV_8UC3,
-                        const_cast<std::uint8_t*>((*image)->bytes.data()));
-      const cv::Mat labels = hues.label(rgb);
+      const cv::Mat labels = hues.label(estimation::as_mat(**image));
       const vision::MirrorView& view = v == 0 ? rig.lower : rig.upper;
       for (std::size_t i = 0; i < sights.size(); ++i) {
         const Sight& sight = sights[i];
