@@ -16,7 +16,7 @@
 
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "vision/hyperboloid_mirror.h"
+#include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::sim_povray {
