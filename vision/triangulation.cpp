@@ -26,10 +26,6 @@ constexpr double kLastStepInSigmas = 1e-6;
 // Number of roundings of a pixel in project().
 constexpr double kRoundings = 64;
 
-void require_positive(std::string& bad, const char* name, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be > 0;", name, value, unit);
-}
-
 /// A view with its sighting and the whitener W, W^T W = covariance^-1.
 struct Seen {
   const MirrorView* view;
@@ -276,45 +272,10 @@ std::optional<Eigen::Vector2d> axis_at_height(const Seen& seen, const Ray& ray, 
 
 }  // namespace
 
-InverseRange range_from_disparity(double disparity_px, double sigma_px, const DisparityGeometry& geometry) {
-  std::string bad;
-  require_positive(bad, "focal_length_px", geometry.focal_length_px, "px");
-  require_positive(bad, "mirror_separation_m", geometry.mirror_separation_m, "m");
-  require_positive(bad, "lens_to_tip_m", geometry.lens_to_tip_m, "m");
-  require_positive(bad, "rim_radius_px", geometry.rim_radius_px, "px");
-  require_positive(bad, "sigma_px", sigma_px, "px");
-  if (!bad.empty()) throw std::invalid_argument("range_from_disparity:" + bad);
-
-  InverseRange answer;
-  if (!std::isfinite(disparity_px) || disparity_px > geometry.rim_radius_px) {
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  const double scale = geometry.focal_length_px * geometry.mirror_separation_m;  // v s, px m
-  answer.inverse_per_m = disparity_px / scale;
-  answer.sigma_inverse_per_m = sigma_px / scale;
-  if (!std::isfinite(answer.inverse_per_m) || !std::isfinite(answer.sigma_inverse_per_m)) {  // sizes of no real rig
-    answer = {};
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  if (!(disparity_px >= kMinSigmas * sigma_px)) return answer;
-  const double from_v_m = scale / disparity_px;
-  const double range_m = from_v_m - geometry.lens_to_tip_m;
-  if (!(range_m > 0) || !std::isfinite(range_m) || !std::isfinite(from_v_m * (sigma_px / disparity_px))) {
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  answer.verdict = RangeVerdict::kOk;
-  answer.range_m = range_m;
-  answer.sigma_range_m = from_v_m * (sigma_px / disparity_px);
-  return answer;
-}
-
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
                           std::optional<double> top_m) {
   std::string bad;
-  require_positive(bad, "radius_m", radius_m, "m");
+  if (!(radius_m > 0) || !std::isfinite(radius_m)) bad += fmt::format(" radius_m is {} m, must be > 0;", radius_m);
   if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
   if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
 

@@ -15,6 +15,7 @@
 #include "localisation/odometry.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/numerics/judge.h"
+#include "tests/support/disparity_range.h"
 #include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 #include "vision/rim.h"

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "tests/numerics/judge.h"
+#include "tests/support/disparity_range.h"
 #include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 #include "vision/sighting.h"
