@@ -2,10 +2,10 @@
 #include "vision/calibration.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
+#include "base/quantile.h"
 #include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
@@ -20,20 +20,10 @@ using namespace calibration;  // NOLINT(google-build-using-namespace): the parts
 std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
 
 std::string_view to_string(CalibrationVerdict verdict) {
-  switch (verdict) {
-    case CalibrationVerdict::kOk:
-      return "ok";
-    case CalibrationVerdict::kNoSolver:
-      return "no_solver";
-    case CalibrationVerdict::kTooFewFrames:
-      return "too_few_frames";
-    case CalibrationVerdict::kTooFewLandmarks:
-      return "too_few_landmarks";
-    case CalibrationVerdict::kContradictory:
-      return "contradictory";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 5> kNames{"ok", "no_solver", "too_few_frames", "too_few_landmarks",
+                                                   "contradictory"};
+  static_assert(std::size_t(CalibrationVerdict::kContradictory) + 1 == kNames.size());
+  return kNames.at(std::size_t(verdict));
 }
 
 bool can_calibrate() { return has_solver(); }
@@ -61,10 +51,7 @@ std::vector<double> whitened_lengths(const BundleData& data, const BundleState& 
 
 /// Scatter of the sightings over their sigma, by the median of all: outliers hardly change it.
 double robust_scale(const BundleData& data, const BundleState& state) {
-  std::vector<double> lengths = whitened_lengths(data, state);
-  const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return std::max(*middle / kMedianLength, 1e-6);
+  return std::max(base::median(whitened_lengths(data, state)) / kMedianLength, 1e-6);
 }
 
 /// Minimises Cauchy's loss. Its scale is that of the residuals, which shrink as the answer gets better.

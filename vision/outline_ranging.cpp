@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -61,16 +60,9 @@ struct Seen {
 }  // namespace
 
 std::string_view to_string(Stage stage) {
-  switch (stage) {
-    case Stage::kFound:
-      return "found";
-    case Stage::kCoarse:
-      return "coarse";
-    case Stage::kFine:
-      return "fine";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 3> kNames{"found", "coarse", "fine"};
+  static_assert(std::size_t(Stage::kFine) + 1 == kNames.size());
+  return kNames.at(std::size_t(stage));
 }
 
 struct OutlineRanging::Impl {

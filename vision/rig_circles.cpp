@@ -12,6 +12,7 @@
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
 #include "vision/srgb.h"
 
 namespace twocone::vision {
@@ -25,24 +26,6 @@ constexpr double kSample_px = 0.125;
 constexpr double kLeastContrast = 0.05;  // share of white, linear light
 constexpr int kIterations = 20;
 constexpr double kMinSupport = 1.0 / 3;
-
-/// Brightness in linear light, 0 to 1, CV_32F. Coded values would move an edge by a quarter of a pixel.
-cv::Mat linear_grey(const cv::Mat& rgb) {
-  std::array<float, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    linear[i] = float(srgb_to_linear(double(i)));
-  }
-  cv::Mat grey(rgb.size(), CV_32F);
-  for (int row = 0; row < rgb.rows; ++row) {
-    const auto* in = rgb.ptr<cv::Vec3b>(row);
-    auto* out = grey.ptr<float>(row);
-    for (int column = 0; column < rgb.cols; ++column) {
-      const cv::Vec3b& p = in[column];
-      out[column] = (linear[p[0]] + linear[p[1]] + linear[p[2]]) / 3;
-    }
-  }
-  return grey;
-}
 
 /// Interpolates between the pixels' centres; nothing outside them.
 std::optional<double> brightness_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
@@ -130,6 +113,7 @@ cv::Mat median_image(std::span<const cv::Mat> images) {
 std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected) {
   auto circle = find_rim(rgb, expected);
   if (!circle) return std::nullopt;
+  // Coded values would move an edge by a quarter of a pixel.
   const cv::Mat grey = linear_grey(rgb);
   const int directions = std::max(8, static_cast<int>(2 * std::numbers::pi * circle->radius_px));
   std::vector<Edge> edges;
@@ -142,8 +126,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     std::vector<double> off;
     off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
-    std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
-    const double scale = std::max(0.02, 1.4826 * off[off.size() / 2]);
+    const double scale = std::max(0.02, 1.4826 * base::median(std::move(off)));
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     double squares = 0;

@@ -11,6 +11,8 @@
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -128,8 +130,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   std::vector<double> radii;
   radii.reserve(edges.size());
   for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
-  std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2), radii.end());
-  circle.radius_px = radii[radii.size() / 2];
+  circle.radius_px = base::median(std::move(radii));
 
   // Gauss-Newton on the distance to the circle, with Cauchy weights whose scale shrinks to a pixel.
   for (int iteration = 0; iteration < kIterations; ++iteration) {

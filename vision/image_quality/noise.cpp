@@ -7,12 +7,12 @@
 
 #include "vision/image_quality.h"
 #include "vision/image_quality/shared.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
 
 using image_quality::code_of;
-using image_quality::light_of_code;
 using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vision/srgb.h"
-
 namespace twocone::vision {
 namespace {
 
@@ -31,7 +29,6 @@ ColourTable::ColourTable(const std::vector<Eigen::Vector3d>& colours) : hues_(co
   labels_.assign(labels.datastart, labels.dataend);
   for (int code = 0; code < 256; ++code) {
     const auto k = std::size_t(code);
-    linear_[k] = static_cast<float>(srgb_to_linear(code));
     const double slope = (srgb_to_linear(std::min(code + 0.5, 255.0)) - srgb_to_linear(std::max(code - 0.5, 0.0))) /
                          (std::min(code + 0.5, 255.0) - std::max(code - 0.5, 0.0));
     variance_[k] = static_cast<float>(slope * slope);

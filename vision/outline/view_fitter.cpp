@@ -8,6 +8,8 @@
 
 #include <Eigen/Dense>
 
+#include "base/quantile.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -281,15 +283,10 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
     blurs.push_back(look->pool->blur);
   }
   if (blurs.empty()) return std::nullopt;
-  const auto median_of = [](std::vector<double>& values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   Common common;
-  common.noise.code_variance = std::max(median_of(code_variances), kRounding);
+  common.noise.code_variance = std::max(base::median(std::move(code_variances)), kRounding);
   // The blur is the lens's, so it is the same for all landmarks.
-  common.blur_px = median_of(blurs);
+  common.blur_px = base::median(std::move(blurs));
   const double code_variance = common.noise.code_variance;
   const bool is_noisy = code_variance > kNoisyVariance && code_variance * grey > kNoisyShare * residual;
   common.reach = is_noisy ? long_reach_of(common.blur_px) : reach_of(common.blur_px);
