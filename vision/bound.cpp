@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "vision/method_arguments.h"
 #include "vision/sighting.h"
 
 namespace twocone::vision {
@@ -170,9 +171,7 @@ std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, cons
   if (!(edge_noise_px > 0) || !std::isfinite(edge_noise_px)) {
     bad += fmt::format(" edge_noise_px is {} px, must be > 0;", edge_noise_px);
   }
-  if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
-    bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
-  }
+  bad += bad_radius(target);
   if (!std::isfinite(target.top_m)) {
     bad += fmt::format(" top of '{}' is {} m, must be a finite number of m;", target.name, target.top_m);
   }

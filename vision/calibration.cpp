@@ -9,7 +9,6 @@
 #include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
-#include "vision/calibration/landmark_shifts.h"
 #include "vision/calibration/problem_rows.h"
 #include "vision/calibration/start_pose.h"
 
@@ -162,14 +161,6 @@ std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& 
   return fewer;
 }
 
-std::vector<int> constants_of(const SharedModel& model) {
-  std::vector<int> constants;
-  for (int i = 0; i < kSharedNumbers; ++i) {
-    if (model.sigma[i] == 0) constants.push_back(i);
-  }
-  return constants;
-}
-
 }  // namespace
 
 namespace calibration {
@@ -231,7 +222,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   }
 
   settings.hold_all = false;
-  settings.held = constants_of(data.model);
+  settings.held = data.model.constants();
   if (!minimise_robustly(data, settings, state)) return result;
   result.outliers = mark_outliers(data, state, robust_scale(data, state));
   if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
@@ -241,19 +232,19 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   const auto free_numbers = [&settings, &data, &seen] {
     return std::size_t(kSharedNumbers) - settings.held.size() + (data.model.landmark_sigma_m > 0 ? 2 * seen.size() : 0);
   };
+  const auto settle = [&] {
+    for (int round = 0; round < kScaleRounds; ++round) {
+      if (!minimise(data, settings, state)) return false;
+      rescale(data, state, free_numbers(), settings);
+      settings.systematic_px = systematic_px(data, state, problem.systematic_px);
+    }
+    return true;
+  };
   settings.sighting_scale = robust_scale(data, state);
-  for (int round = 0; round < kScaleRounds; ++round) {
-    if (!minimise(data, settings, state)) return result;
-    rescale(data, state, free_numbers(), settings);
-    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
-  }
+  if (!settle()) return result;
   settings.held = unobserved(shared_information(data, settings, state), data.model);
   for (const int i : settings.held) state.unknowns[i] = 0;
-  for (int round = 0; round < kScaleRounds; ++round) {
-    if (!minimise(data, settings, state)) return result;
-    rescale(data, state, free_numbers(), settings);
-    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
-  }
+  if (!settle()) return result;
   const Eigen::MatrixXd covariance = consider_covariance(shared_information(data, settings, state), settings.held);
 
   for (std::size_t i = 0; i < data.sightings.size(); ++i) {

@@ -79,10 +79,6 @@ Eigen::Vector3d MirrorView::to_unit(const Eigen::Vector3d& p_BQ_m) const {
   return rotation_.transpose() * (p_BQ_m - lens_m()) + Eigen::Vector3d(0, 0, settings_.lens_height_m);
 }
 
-std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m) const {
-  return image_radius_px(distance_m, height_m, Rim::kEnds);
-}
-
 std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m, Rim rim) const {
   if (!std::isfinite(distance_m) || !std::isfinite(height_m) || distance_m < 0) return std::nullopt;
   const double d = settings_.cone.lens_to_tip_m;

@@ -11,10 +11,9 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "vision/image_arguments.h"
+#include "vision/method_arguments.h"
 #include "vision/outline/rivals.h"
 #include "vision/outline/view_fitter.h"
-#include "vision/target_colours.h"
 #include "vision/triangulation.h"
 
 namespace twocone::vision {
@@ -33,9 +32,7 @@ double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::number
 void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper) {
   std::string bad = bad_sizes(lower, upper);
   for (const Landmark& target : targets) {
-    if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
-      bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
-    }
+    bad += bad_radius(target);
     if (!(target.top_m > 0) || !std::isfinite(target.top_m)) {
       bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, target.top_m);
     }

@@ -8,7 +8,6 @@
 #include "vision/hue_labels.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
-#include "vision/rings.h"
 
 namespace twocone::vision {
 
@@ -54,7 +53,7 @@ class PaperRanging {
  private:
   struct Match {
     cv::Point pixel;
-    int ring;
+    std::size_t ring;
   };
   [[nodiscard]] RangeMeasurement measure_one(std::size_t target, const cv::Mat& lower_labels,
                                              const cv::Mat& upper_labels) const;
@@ -66,7 +65,10 @@ class PaperRanging {
   std::vector<Landmark> targets_;
   std::vector<bool> wanted_;
   HueLabels hues_;
-  Rings lower_rings_;
+  /// The pixels of the lower image as circles round the tip: circle k holds the pixels whose distance from the tip
+  /// rounds to k, ordered by their angle in [0, 2 pi) from the image's x axis towards its y axis. The last one is the
+  /// largest whose pixels lie wholly inside the rim.
+  std::vector<std::vector<cv::Point>> lower_rings_;
   cv::Size lower_size_;
   cv::Size upper_size_;
 };

@@ -24,6 +24,10 @@ struct Sighting {
 /// The position of a landmark's axis.
 inline Eigen::Vector2d place_m(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
 
+/// The landmark's axis in the body frame, if the view's ray meets the near point at the height of its top. Nothing
+/// where the ray does not reach that height.
+std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m);
+
 /// The near point in the body frame: p_BL - radius_m * outwards, where `outwards` is the horizontal unit vector from
 /// the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's, at height `top_m` over the floor. Nothing
 /// where the view's axis lies within the landmark, and for input that is not finite.

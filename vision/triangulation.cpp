@@ -261,15 +261,6 @@ std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
   return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
 }
 
-/// The landmark's axis if the ray meets the near point at the height of its top.
-std::optional<Eigen::Vector2d> axis_at_height(const Seen& seen, const Ray& ray, double radius_m, double top_m) {
-  const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
-  if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
-  const Eigen::Vector2d near_m = (ray.origin_m + along_m * ray.direction).head<2>();
-  const Eigen::Vector2d from_axis = near_m - seen.view->settings().axis_offset_m;
-  return Eigen::Vector2d(near_m + radius_m * from_axis.normalized());
-}
-
 }  // namespace
 
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
@@ -318,7 +309,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   if (top_m) {
     std::optional<Eigen::Vector2d> start;
     for (int i = 0; i < count && !start; ++i) {
-      start = axis_at_height(seen[std::size_t(i)], rays[std::size_t(i)], radius_m, *top_m);
+      start = axis_at_height(*seen[std::size_t(i)].view, rays[std::size_t(i)], radius_m, *top_m);
     }
     if (!start) return answer;
     answer.verdict = count == 2 ? RangeVerdict::kOk : RangeVerdict::kOneView;
