@@ -30,9 +30,8 @@ class ColourTable {
   }
   /// Linear light of an sRGB code, 0 to 1 (IEC 61966-2-1).
   [[nodiscard]] float linear(std::uint8_t code) const { return light_[code]; }
-  /// Variance in linear light that a variance of one in the code causes.
-  [[nodiscard]] float variance(std::uint8_t code) const { return variance_[code]; }
-  /// The reciprocal of that variance at linear light, which is clamped to 0 to 1.
+  /// The reciprocal of the variance in linear light that a variance of one in the code causes, at linear light, which
+  /// is clamped to 0 to 1.
   [[nodiscard]] float weight_of(float linear) const {
     return weight_of_linear_[std::size_t(std::clamp(linear, 0.F, 1.F) * kLinearSteps)];
   }
@@ -45,7 +44,6 @@ class ColourTable {
   HueLabels hues_;
   std::vector<std::uint8_t> labels_;
   const std::array<float, 256>& light_ = light_of_code();
-  std::array<float, 256> variance_{};
   static constexpr int kLinearSteps = 4095;
   std::array<float, kLinearSteps + 1> weight_of_linear_{};
 };
