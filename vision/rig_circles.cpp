@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/quantile.h"
+#include "vision/bilinear.h"
 #include "vision/srgb.h"
 
 namespace twocone::vision {
@@ -27,18 +28,6 @@ constexpr double kLeastContrast = 0.05;  // share of white, linear light
 constexpr int kIterations = 20;
 constexpr double kMinSupport = 1.0 / 3;
 
-/// Interpolates between the pixels' centres; nothing outside them.
-std::optional<double> brightness_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
-  if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
-  const int column = static_cast<int>(p.x());
-  const int row = static_cast<int>(p.y());
-  const double fx = p.x() - column;
-  const double fy = p.y() - row;
-  const auto at = [&grey](int r, int c) { return double(grey.at<float>(r, c)); };
-  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
-         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
-}
-
 /// Radius of the edge in one direction.
 std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
   double inside = 0;
@@ -48,8 +37,8 @@ std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, 
   int edge_samples = 0;
   for (int sample = 0; (sample + 0.5) * kSample_px < kLevelTo_px; ++sample) {
     const double r = (sample + 0.5) * kSample_px;
-    const auto before = brightness_at(grey, circle.centre_px + out * (circle.radius_px - r));
-    const auto behind = brightness_at(grey, circle.centre_px + out * (circle.radius_px + r));
+    const auto before = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px - r));
+    const auto behind = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px + r));
     if (!before || !behind) return std::nullopt;
     if (r < kEdge_px) {
       edge += *before + *behind;
