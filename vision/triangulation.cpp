@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -74,24 +75,21 @@ struct Unknowns {
 
 /// The fit with n unknowns: 2 with a known top, 3 without.
 template <int n>
-class Fit {
- public:
+struct Fit {
   /// The rows of a view without sighting are zero: fixed sizes halve the time.
   using Rows = Eigen::Matrix<double, 4, n>;
   using Residual = Eigen::Vector4d;
   using Step = Eigen::Matrix<double, n, 1>;
 
-  Fit(std::array<const Seen*, 2> views, int count, double radius_m, double offset_m, double reference_m, double top_m)
-      : views_(views),
-        count_(count),
-        radius_m_(radius_m),
-        offset_m_(offset_m),
-        reference_m_(reference_m),
-        top_m_(top_m) {}
+  std::span<const Seen> views;
+  double radius_m;
+  double offset_m;     ///< d of the inverse range
+  double reference_m;  ///< height to which slopes refer
+  double known_top_m;  ///< where the height is known
 
-  [[nodiscard]] double range_m(const Unknowns& x) const { return 1 / x.inverse_per_m - offset_m_; }
+  [[nodiscard]] double range_m(const Unknowns& x) const { return 1 / x.inverse_per_m - offset_m; }
   [[nodiscard]] double top_m(const Unknowns& x) const {
-    return n == 2 ? top_m_ : reference_m_ + x.slope / x.inverse_per_m;
+    return n == 2 ? known_top_m : reference_m + x.slope / x.inverse_per_m;
   }
 
   /// Computes the whitened residuals and their derivatives; returns false where a view cannot show such a landmark.
@@ -106,9 +104,9 @@ class Fit {
 
     residual.setZero();
     rows.setZero();
-    for (int i = 0; i < count_; ++i) {
-      const Seen& seen = *views_[std::size_t(i)];
-      const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m_, top);
+    Eigen::Index row = 0;
+    for (const Seen& seen : views) {
+      const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m, top);
       if (!near_m) return false;
       const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
       if (!shown) return false;
@@ -116,7 +114,7 @@ class Fit {
       const Eigen::Vector2d from_axis = p_BL_m - seen.view->settings().axis_offset_m;
       const double distance = from_axis.norm();
       const Eigen::Vector2d e = from_axis / distance;
-      const double share = radius_m_ / distance;
+      const double share = radius_m / distance;
       const Eigen::Matrix2d near_by_axis = (1 - share) * Eigen::Matrix2d::Identity() + share * e * e.transpose();
       const Eigen::Matrix2d by_axis = shown->jacobian.template leftCols<2>() * near_by_axis;
 
@@ -127,8 +125,9 @@ class Fit {
         by_unknowns.col(0) += shown->jacobian.col(2) * (x.slope * range_by_u);
         by_unknowns.col(2) = shown->jacobian.col(2) / x.inverse_per_m;
       }
-      residual.template segment<2>(Eigen::Index{2} * i) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
-      rows.template middleRows<2>(Eigen::Index{2} * i) = seen.whiten * by_unknowns;
+      residual.template segment<2>(row) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
+      rows.template middleRows<2>(row) = seen.whiten * by_unknowns;
+      row += 2;
     }
     return true;
   }
@@ -142,20 +141,11 @@ class Fit {
   /// Rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
-    for (int i = 0; i < count_; ++i) {
-      const Seen& seen = *views_[std::size_t(i)];
+    for (const Seen& seen : views) {
       most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
     }
     return kRoundings * kEpsilon * most;
   }
-
- private:
-  std::array<const Seen*, 2> views_;
-  int count_;
-  double radius_m_;
-  double offset_m_;
-  double reference_m_;
-  double top_m_;
 };
 
 double wrapped(double angle_rad) { return std::atan2(std::sin(angle_rad), std::cos(angle_rad)); }
@@ -270,14 +260,10 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
   if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
 
-  std::array<Seen, 2> seen;
-  std::array<const Seen*, 2> views{};
-  int count = 0;
+  std::array<Seen, 2> seen{};
+  std::size_t count = 0;
   const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
-    if (sighting == nullptr) return;
-    Seen& entry = seen[std::size_t(count)];
-    entry = {&view, sighting, whitener(*sighting, name)};
-    views[std::size_t(count++)] = &entry;
+    if (sighting != nullptr) seen[count++] = {&view, sighting, whitener(*sighting, name)};
   };
   take(rig.lower, lower, "lower");
   take(rig.upper, upper, "upper");
@@ -289,14 +275,13 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   answer.verdict = RangeVerdict::kImpossible;
   std::array<Ray, 2> rays;
   std::array<double, 2> radii_px{};
-  for (int i = 0; i < count; ++i) {
-    const Seen& entry = seen[std::size_t(i)];
-    const auto radius_px = radius_of(entry);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto radius_px = radius_of(seen[i]);
     if (!radius_px) return answer;
-    const auto ray = entry.view->back_project(entry.sighting->pixel_px, Rim::kGoesOn);
+    const auto ray = seen[i].view->back_project(seen[i].sighting->pixel_px, Rim::kGoesOn);
     if (!ray) return answer;
-    radii_px[std::size_t(i)] = *radius_px;
-    rays[std::size_t(i)] = *ray;
+    radii_px[i] = *radius_px;
+    rays[i] = *ray;
   }
   if (count == 2) {
     answer.disparity_px = radii_px[0] - radii_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
@@ -308,13 +293,13 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double reference_m = seen[0].view->tip_m().z();
   if (top_m) {
     std::optional<Eigen::Vector2d> start;
-    for (int i = 0; i < count && !start; ++i) {
-      start = axis_at_height(*seen[std::size_t(i)].view, rays[std::size_t(i)], radius_m, *top_m);
+    for (std::size_t i = 0; i < count && !start; ++i) {
+      start = axis_at_height(*seen[i].view, rays[i], radius_m, *top_m);
     }
     if (!start) return answer;
     answer.verdict = count == 2 ? RangeVerdict::kOk : RangeVerdict::kOneView;
     const Unknowns x{1 / (start->norm() + offset_m), std::atan2(start->y(), start->x()), 0};
-    solve(Fit<2>(views, count, radius_m, offset_m, reference_m, *top_m), x, count == 2 ? 2 : 0, answer);
+    solve(Fit<2>{{seen.data(), count}, radius_m, offset_m, reference_m, *top_m}, x, count == 2 ? 2 : 0, answer);
     return answer;
   }
 
@@ -354,7 +339,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
   answer.verdict = RangeVerdict::kOk;
   const Unknowns x{inverse_per_m, bearing_rad, (start_top_m - reference_m) * inverse_per_m};
-  solve(Fit<3>(views, count, radius_m, offset_m, reference_m, 0), x, 1, answer);
+  solve(Fit<3>{seen, radius_m, offset_m, reference_m, 0}, x, 1, answer);
   return answer;
 }
 
