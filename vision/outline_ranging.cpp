@@ -183,14 +183,15 @@ class FrameObservation::Impl {
     if (!look.candidate || look.is_truncated) return;
     const Landmark& target = ranging_.targets[k];
     const ViewFitter& fitter = ranging_.views[view];
+    const OutlineTask task{k, images_[view], look, edge_samples_};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
-      const bool is_there = common ? fitter.fit_expected(k, images_[view], *seen.expected, *common, look, edge_samples_)
-                                   : fitter.fit_near(k, images_[view], *seen.expected, look, edge_samples_);
+      const bool is_there =
+          common ? fitter.fit_expected(task, *seen.expected, *common) : fitter.fit_near(task, *seen.expected);
       if (is_there) return;
     }
     const auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
-    if (start) fitter.fit_coarse(k, images_[view], *start, look, edge_samples_);
+    if (start) fitter.fit_coarse(task, *start);
   }
 
   void take_to_fine(std::size_t view, std::span<const std::size_t> landmarks) {
@@ -199,7 +200,7 @@ class FrameObservation::Impl {
       all_[k].stages[view] = Stage::kFine;
       OutlineSearch& look = all_[k].looks[view];
       if (common && look.fit && !look.is_fine) {
-        ranging_.views[view].fit_fine(k, images_[view], *common, look, edge_samples_);
+        ranging_.views[view].fit_fine({k, images_[view], look, edge_samples_}, *common);
       }
     }
   }
@@ -236,7 +237,7 @@ class FrameObservation::Impl {
       for (std::size_t view = 0; view < 2; ++view) {
         const ViewFitter& fitter = ranging_.views[view];
         const Candidate& candidate = *looks[view].candidate;
-        fitter.fit_coarse(k, images_[view], start, looks[view], edge_samples);
+        fitter.fit_coarse({k, images_[view], looks[view], edge_samples}, start);
         const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
         if (judged.sighting) {
           if (judged.is_narrow || judged.is_wide) return false;
