@@ -37,8 +37,8 @@ vision::Rig lab_rig() {
 }
 
 std::vector<Landmark> six_targets() {
-  return {{"red", {1, 0, 0}, 0.15},  {"green", {0, 1, 0}, 0.15},   {"blue", {0, 0, 1}, 0.15},
-          {"cyan", {0, 1, 1}, 0.15}, {"magenta", {1, 0, 1}, 0.15}, {"yellow", {1, 1, 0}, 0.15}};
+  return {{"red", {1, 0, 0}, 0, 0, 0.15},  {"green", {0, 1, 0}, 0, 0, 0.15},   {"blue", {0, 0, 1}, 0, 0, 0.15},
+          {"cyan", {0, 1, 1}, 0, 0, 0.15}, {"magenta", {1, 0, 1}, 0, 0, 0.15}, {"yellow", {1, 1, 0}, 0, 0, 0.15}};
 }
 
 /// Six spokes on grey, from the tip out to `radius_px`: similar to landmarks, with as many coloured pixels.
