@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "base/plane.h"
 #include "vision/method_arguments.h"
 #include "vision/outline/rivals.h"
 #include "vision/outline/view_fitter.h"
@@ -26,8 +27,6 @@ constexpr double kTellingWidth_px = 8;
 // Greatest difference of the two views' bearings of one landmark. Tuned by hand on synthetic images;
 // outline_ranging_test.cpp, ExchangedAndTurnedCamerasAreSeenByTheirVerdicts, exercises it but does not fix it.
 constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
-
-double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
 void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper) {
   std::string bad = bad_sizes(lower, upper);
@@ -161,7 +160,8 @@ class FrameObservation::Impl {
       seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
     }
     if (chosen[0] != nullptr && chosen[1] != nullptr &&
-        std::abs(wrap(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) > kSameBearing_rad) {
+        std::abs(base::wrap_angle_rad(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) >
+            kSameBearing_rad) {
       seen.has_rivals = true;
     }
     if (seen.has_rivals) return;
