@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "base/plane.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -148,8 +150,6 @@ struct Fit {
   }
 };
 
-double wrapped(double angle_rad) { return std::atan2(std::sin(angle_rad), std::cos(angle_rad)); }
-
 /// Computes J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as
 /// Householder's method (Bjorck 1967). The part of the residual that no step can remove remains in `residual`. Returns
 /// false where J does not have full rank.
@@ -218,7 +218,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
     answer.top_m.reset();
     return;
   }
-  answer.bearing_rad = wrapped(x.bearing_rad);
+  answer.bearing_rad = base::wrap_angle_rad(x.bearing_rad);
   // A fit that diverges to infinity does not converge, since no step may pass u = 0.
   const Eigen::Matrix<double, n, n> root =
       upper.template triangularView<Eigen::Upper>().solve(Eigen::Matrix<double, n, n>::Identity());
@@ -246,7 +246,7 @@ std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
     const Eigen::Vector2d beside_px = seen.sighting->pixel_px + kStep_px * Eigen::Vector2d::Unit(axis);
     const auto beside = seen.view->back_project(beside_px, Rim::kGoesOn);
     if (!beside) return std::nullopt;
-    by_pixel[axis] = wrapped(bearing_of(*beside) - bearing_rad) / kStep_px;
+    by_pixel[axis] = base::wrap_angle_rad(bearing_of(*beside) - bearing_rad) / kStep_px;
   }
   return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
 }
@@ -325,7 +325,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     const auto below = far_bearing(seen[0], rays[0]);
     const auto above = far_bearing(seen[1], rays[1]);
     if (!below || !above) return answer;
-    const double off_rad = wrapped(below->bearing_rad - above->bearing_rad);
+    const double off_rad = base::wrap_angle_rad(below->bearing_rad - above->bearing_rad);
     answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
     if (answer.chi_squared > kMostChiSquared[1]) {
       answer.verdict = RangeVerdict::kInconsistent;
