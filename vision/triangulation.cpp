@@ -8,9 +8,11 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 
 #include "base/plane.h"
 
@@ -150,24 +152,18 @@ struct Fit {
   }
 };
 
-/// Computes J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as
-/// Householder's method (Bjorck 1967). The part of the residual that no step can remove remains in `residual`. Returns
-/// false where J does not have full rank.
+/// Computes J = Q R and y = Q^T r. The part of the residual that no step can remove remains in `residual`, turned by
+/// Q^T. Returns false where J does not have full rank.
 template <int n>
-bool factorise(Eigen::Matrix<double, 4, n> rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
+bool factorise(const Eigen::Matrix<double, 4, n>& rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
                Eigen::Matrix<double, n, 1>& turned) {
-  upper.setZero();
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 4, n>> qr(rows);
+  upper = qr.matrixQR().template topRows<n>().template triangularView<Eigen::Upper>();
+  residual.applyOnTheLeft(qr.householderQ().adjoint());
   for (int k = 0; k < n; ++k) {
-    upper(k, k) = rows.col(k).norm();
-    const double norm_before = std::hypot(upper(k, k), upper.col(k).head(k).norm());
-    if (!(upper(k, k) > kRoundings * kEpsilon * norm_before) || !std::isfinite(upper(k, k))) return false;
-    const Eigen::Vector4d q = rows.col(k) / upper(k, k);
-    for (int l = k + 1; l < n; ++l) {
-      upper(k, l) = q.dot(rows.col(l));
-      rows.col(l) -= upper(k, l) * q;
-    }
-    turned[k] = q.dot(residual);
-    residual -= turned[k] * q;
+    const double diagonal = std::abs(upper(k, k));
+    if (!(diagonal > kRoundings * kEpsilon * upper.col(k).norm()) || !std::isfinite(diagonal)) return false;
+    turned[k] = std::exchange(residual[k], 0);
   }
   return true;
 }
