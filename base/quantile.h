@@ -19,4 +19,12 @@ inline double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
+/// The middle value in order; the upper one of the two in the middle. `values` is not empty.
+inline double median(std::vector<double> values) {
+  assert(!values.empty());
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 }  // namespace twocone::base

@@ -36,9 +36,9 @@ vision::Rig lab_rig() {
   return {lower, vision::MirrorView(s)};
 }
 
-std::vector<vision::Target> six_targets() {
-  return {{"red", {1, 0, 0}, 0.15},  {"green", {0, 1, 0}, 0.15},   {"blue", {0, 0, 1}, 0.15},
-          {"cyan", {0, 1, 1}, 0.15}, {"magenta", {1, 0, 1}, 0.15}, {"yellow", {1, 1, 0}, 0.15}};
+std::vector<Landmark> six_targets() {
+  return {{"red", {1, 0, 0}, 0, 0, 0.15},  {"green", {0, 1, 0}, 0, 0, 0.15},   {"blue", {0, 0, 1}, 0, 0, 0.15},
+          {"cyan", {0, 1, 1}, 0, 0, 0.15}, {"magenta", {1, 0, 1}, 0, 0, 0.15}, {"yellow", {1, 1, 0}, 0, 0, 0.15}};
 }
 
 /// Six spokes on grey, from the tip out to `radius_px`: similar to landmarks, with as many coloured pixels.

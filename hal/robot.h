@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "base/plane.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
-#include "hal/pose.h"
 #include "hal/stereo_rig.h"
 
 namespace twocone {

@@ -2,7 +2,6 @@
 #include "localisation/odometry.h"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -22,13 +21,6 @@ Pose drive_arc(const Pose& pose, double left_m, double right_m, double separatio
   const double course_rad = pose.heading_rad + turn_rad / 2;
   return {pose.x_m + chord_m * std::cos(course_rad), pose.y_m + chord_m * std::sin(course_rad),
           wrap_angle_rad(pose.heading_rad + turn_rad)};
-}
-
-double wrap_angle_rad(double angle_rad) {
-  if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
-  // std::remainder with a rounded 2 pi would be off by 4e-17 for each turn; the library reduces the arguments of sin
-  // and cos with all digits of pi.
-  return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
 }
 
 Odometry::Odometry(const WheelGeometry& wheels, const Pose& start) : wheels_(wheels), pose_(start) {

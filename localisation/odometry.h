@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/plane.h"
+
 namespace twocone::localisation {
 
-/// Pose X_WB of the body in the world: metres, heading in (-pi, pi], counter-clockwise.
-struct Pose {
-  double x_m = 0;
-  double y_m = 0;
-  double heading_rad = 0;
-
-  friend bool operator==(const Pose&, const Pose&) = default;
-};
-
-/// Returns `angle_rad` wrapped to (-pi, pi], accurate to the spacing of doubles for any number of turns. The doubles
-/// nearest to pi and -pi are both inside and do not change. A value that is not finite becomes NaN.
-double wrap_angle_rad(double angle_rad);
+/// The pose of the body. Headings are wrapped by wrap_angle_rad().
+using Pose = Pose2;
+using base::wrap_angle_rad;
 
 /// Returns `pose` after the wheels' contact points have moved by `left_m` and `right_m` along one exact arc (class
 /// Odometry), with `separation_m` between them, > 0. The result is not finite where the distance exceeds the range of

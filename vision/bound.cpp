@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "vision/method_arguments.h"
 #include "vision/sighting.h"
 
 namespace twocone::vision {
@@ -164,23 +165,21 @@ class Outline {
 
 }  // namespace
 
-std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, const Target& target,
+std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, const Landmark& target,
                                                     const Eigen::Vector2d& p_BL_m, double edge_noise_px) {
   std::string bad;
   if (!(edge_noise_px > 0) || !std::isfinite(edge_noise_px)) {
     bad += fmt::format(" edge_noise_px is {} px, must be > 0;", edge_noise_px);
   }
-  if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
-    bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
-  }
-  if (!target.top_m || !std::isfinite(*target.top_m)) {
-    bad += fmt::format(" top of '{}' is not known, must be a finite number of m;", target.name);
+  bad += bad_radius(target);
+  if (!std::isfinite(target.top_m)) {
+    bad += fmt::format(" top of '{}' is {} m, must be a finite number of m;", target.name, target.top_m);
   }
   if (!bad.empty()) throw std::invalid_argument("sighting_information:" + bad);
 
-  const auto near_m = near_top_point(view, p_BL_m, target.radius_m, *target.top_m);
+  const auto near_m = near_top_point(view, p_BL_m, target.radius_m, target.top_m);
   if (!near_m || !view.project(*near_m) || !(p_BL_m.norm() > 0)) return std::nullopt;
-  const Outline outline(view, p_BL_m, target.radius_m, *target.top_m);
+  const Outline outline(view, p_BL_m, target.radius_m, target.top_m);
   return outline.information_px2() / (edge_noise_px * edge_noise_px);
 }
 

@@ -2,14 +2,13 @@
 #include "vision/calibration.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
+#include "base/quantile.h"
 #include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
-#include "vision/calibration/landmark_shifts.h"
 #include "vision/calibration/problem_rows.h"
 #include "vision/calibration/start_pose.h"
 
@@ -20,20 +19,10 @@ using namespace calibration;  // NOLINT(google-build-using-namespace): the parts
 std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
 
 std::string_view to_string(CalibrationVerdict verdict) {
-  switch (verdict) {
-    case CalibrationVerdict::kOk:
-      return "ok";
-    case CalibrationVerdict::kNoSolver:
-      return "no_solver";
-    case CalibrationVerdict::kTooFewFrames:
-      return "too_few_frames";
-    case CalibrationVerdict::kTooFewLandmarks:
-      return "too_few_landmarks";
-    case CalibrationVerdict::kContradictory:
-      return "contradictory";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 5> kNames{"ok", "no_solver", "too_few_frames", "too_few_landmarks",
+                                                   "contradictory"};
+  static_assert(std::size_t(CalibrationVerdict::kContradictory) + 1 == kNames.size());
+  return kNames.at(std::size_t(verdict));
 }
 
 bool can_calibrate() { return has_solver(); }
@@ -61,10 +50,7 @@ std::vector<double> whitened_lengths(const BundleData& data, const BundleState& 
 
 /// Scatter of the sightings over their sigma, by the median of all: outliers hardly change it.
 double robust_scale(const BundleData& data, const BundleState& state) {
-  std::vector<double> lengths = whitened_lengths(data, state);
-  const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return std::max(*middle / kMedianLength, 1e-6);
+  return std::max(base::median(whitened_lengths(data, state)) / kMedianLength, 1e-6);
 }
 
 /// Minimises Cauchy's loss. Its scale is that of the residuals, which shrink as the answer gets better.
@@ -175,14 +161,6 @@ std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& 
   return fewer;
 }
 
-std::vector<int> constants_of(const SharedModel& model) {
-  std::vector<int> constants;
-  for (int i = 0; i < kSharedNumbers; ++i) {
-    if (model.sigma[i] == 0) constants.push_back(i);
-  }
-  return constants;
-}
-
 }  // namespace
 
 namespace calibration {
@@ -244,7 +222,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   }
 
   settings.hold_all = false;
-  settings.held = constants_of(data.model);
+  settings.held = data.model.constants();
   if (!minimise_robustly(data, settings, state)) return result;
   result.outliers = mark_outliers(data, state, robust_scale(data, state));
   if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
@@ -254,19 +232,19 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   const auto free_numbers = [&settings, &data, &seen] {
     return std::size_t(kSharedNumbers) - settings.held.size() + (data.model.landmark_sigma_m > 0 ? 2 * seen.size() : 0);
   };
+  const auto settle = [&] {
+    for (int round = 0; round < kScaleRounds; ++round) {
+      if (!minimise(data, settings, state)) return false;
+      rescale(data, state, free_numbers(), settings);
+      settings.systematic_px = systematic_px(data, state, problem.systematic_px);
+    }
+    return true;
+  };
   settings.sighting_scale = robust_scale(data, state);
-  for (int round = 0; round < kScaleRounds; ++round) {
-    if (!minimise(data, settings, state)) return result;
-    rescale(data, state, free_numbers(), settings);
-    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
-  }
+  if (!settle()) return result;
   settings.held = unobserved(shared_information(data, settings, state), data.model);
   for (const int i : settings.held) state.unknowns[i] = 0;
-  for (int round = 0; round < kScaleRounds; ++round) {
-    if (!minimise(data, settings, state)) return result;
-    rescale(data, state, free_numbers(), settings);
-    settings.systematic_px = systematic_px(data, state, problem.systematic_px);
-  }
+  if (!settle()) return result;
   const Eigen::MatrixXd covariance = consider_covariance(shared_information(data, settings, state), settings.held);
 
   for (std::size_t i = 0; i < data.sightings.size(); ++i) {

@@ -19,13 +19,6 @@ namespace twocone::vision {
 enum class Side { kLower, kUpper };
 std::string_view to_string(Side side);
 
-/// An upright cylinder at a known position in the world.
-struct KnownLandmark {
-  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< position of its axis
-  double radius_m = 0;                                ///< > 0
-  double top_m = 0;                                   ///< height of its flat top above the floor
-};
-
 /// The sighting of a landmark in one view of one frame.
 struct LandmarkSighting {
   std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks
@@ -94,7 +87,7 @@ struct CalibrationPriors {
 struct CalibrationProblem {
   Rig rig;  ///< as believed before the calibration
   std::optional<WheelBelief> wheels;
-  std::vector<KnownLandmark> landmarks;
+  std::vector<Landmark> landmarks;
   std::vector<CalibrationFrame> frames;
   std::optional<RimMeasurement> lower_rim, upper_rim;
   CalibrationPriors priors{};
@@ -251,7 +244,7 @@ struct RelativeShift {
 /// identify the moved one: all may be above the limit. Fewer than three cannot be tested, and the answer is empty.
 /// @param landmarks the problem's
 /// @param chi_squared_limit exp(-limit / 2) is the false-alarm rate for one landmark
-std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<KnownLandmark>& landmarks,
+std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<Landmark>& landmarks,
                                         double chi_squared_limit);
 
 /// One in 25,000 sightings lies beyond it if they are Gaussian with the sightings' own scale.

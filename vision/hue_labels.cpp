@@ -44,15 +44,10 @@ HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
     }
     hues_rad_.push_back(hue_of(c.x(), c.y(), c.z()));
   }
-  for (std::size_t i = 0; i < hues_rad_.size(); ++i) {
-    bool close = false;
-    for (std::size_t j = 0; j < hues_rad_.size(); ++j) {
-      close = close || (i != j && hue_distance(hues_rad_[i], hues_rad_[j]) < kHueWindow_rad);
-    }
-    ambiguous_.push_back(close);
+  for (const double hue_rad : hues_rad_) {
+    const auto is_close = [hue_rad](double other_rad) { return hue_distance(hue_rad, other_rad) < kHueWindow_rad; };
+    ambiguous_.push_back(std::ranges::count_if(hues_rad_, is_close) > 1);  // one is the hue itself
   }
-  for (int code = 0; code < 256; ++code)
-    linear_[static_cast<std::size_t>(code)] = static_cast<float>(srgb_to_linear(code));
 }
 
 std::uint8_t HueLabels::label_of(double hue_rad) const {
@@ -69,14 +64,15 @@ std::uint8_t HueLabels::label_of(double hue_rad) const {
 }
 
 cv::Mat HueLabels::label(const cv::Mat& rgb) const {
+  const std::array<float, 256>& light = light_of_code();
   cv::Mat labels(rgb.size(), CV_8U, cv::Scalar(0));
   for (int row = 0; row < rgb.rows; ++row) {
     const auto* in = rgb.ptr<cv::Vec3b>(row);
     auto* out = labels.ptr<std::uint8_t>(row);
     for (int column = 0; column < rgb.cols; ++column) {
-      const float r = linear_[in[column][0]];
-      const float g = linear_[in[column][1]];
-      const float b = linear_[in[column][2]];
+      const float r = light[in[column][0]];
+      const float g = light[in[column][1]];
+      const float b = light[in[column][2]];
       const float max = std::max({r, g, b});
       const float chroma = max - std::min({r, g, b});
       if (max < kMinBrightness || chroma < kMinSaturation * max) continue;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <numbers>
 #include <vector>
 
@@ -41,7 +40,6 @@ class HueLabels {
 
   std::vector<double> hues_rad_;
   std::vector<bool> ambiguous_;
-  std::array<float, 256> linear_{};  ///< of an sRGB code
 };
 
 }  // namespace twocone::vision

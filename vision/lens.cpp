@@ -75,9 +75,8 @@ std::optional<Lens::Bent> Lens::bend(const Eigen::Vector2d& straight) const {
 }
 
 std::optional<Eigen::Vector2d> Lens::distort(const Eigen::Vector2d& pinhole_px) const {
-  const auto bent = bend(((pinhole_px.array() - principal_px_) / focal_px_).matrix());
-  if (!bent) return std::nullopt;
-  return (principal_px_ + focal_px_ * bent->at.array()).matrix();
+  const auto answer = distort_with_jacobian(pinhole_px);
+  return answer ? std::optional(answer->pixel_px) : std::nullopt;
 }
 
 std::optional<PixelWithJacobian<2>> Lens::distort_with_jacobian(const Eigen::Vector2d& pinhole_px) const {

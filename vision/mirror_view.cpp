@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "base/plane.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -17,10 +19,6 @@ constexpr double kRimSlack = 1 + 16 * std::numeric_limits<double>::epsilon();
 // The lens and its inverse add some ten roundings of coordinates a few times as large as the radius.
 constexpr double kRimSlackBehindLens = 1 + 256 * std::numeric_limits<double>::epsilon();
 constexpr double kMostTilt_rad = std::numbers::pi / 4;
-
-double wrap(double angle_rad) {
-  return std::abs(angle_rad) <= std::numbers::pi ? angle_rad : std::atan2(std::sin(angle_rad), std::cos(angle_rad));
-}
 
 void check(const MirrorViewSettings& s) {
   std::string bad;
@@ -79,10 +77,6 @@ Eigen::Vector3d MirrorView::tip_m() const {
 Eigen::Vector3d MirrorView::to_unit(const Eigen::Vector3d& p_BQ_m) const {
   if (!is_moved_) return p_BQ_m;
   return rotation_.transpose() * (p_BQ_m - lens_m()) + Eigen::Vector3d(0, 0, settings_.lens_height_m);
-}
-
-std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m) const {
-  return image_radius_px(distance_m, height_m, Rim::kEnds);
 }
 
 std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m, Rim rim) const {
@@ -189,7 +183,7 @@ std::optional<Ray> MirrorView::back_project(const Eigen::Vector2d& pixel, Rim ri
 
 double MirrorView::bearing_rad(const Eigen::Vector2d& offset_px) const {
   const double turn = std::atan2(offset_px.y(), offset_px.x());
-  return wrap(settings_.azimuth_rad + (settings_.mirrored ? -turn : turn));
+  return base::wrap_angle_rad(settings_.azimuth_rad + (settings_.mirrored ? -turn : turn));
 }
 
 Eigen::Vector2d MirrorView::offset_px(double bearing_rad, double radius_px) const {

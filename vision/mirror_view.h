@@ -80,8 +80,9 @@ class MirrorView {
 
   /// Radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m` above the
   /// *floor*, in the unit's frame.
-  /// Nothing where the mirror does not show it: at or beyond the tip's ray (h <= 0) or outside the rim (h > r_m).
-  [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m) const;
+  /// Nothing where the mirror does not show it: at or beyond the tip's ray (h <= 0) or, where it ends, outside the rim
+  /// (h > r_m).
+  [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m, Rim rim = Rim::kEnds) const;
 
   /// The pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing where image_radius_px gives nothing, on
   /// the axis itself (where no bearing exists), where the lens has no answer, and for input that is not finite.
@@ -106,8 +107,6 @@ class MirrorView {
   [[nodiscard]] const Eigen::Matrix3d& rotation() const { return rotation_; }
   /// Returns whether a lens distorts the image, that is, whether not all coefficients are 0.
   [[nodiscard]] bool has_distortion() const { return lens_.has_value(); }
-  /// Returns whether there is neither tilt nor offset nor distortion.
-  [[nodiscard]] bool is_ideal() const { return !is_moved_ && !lens_; }
 
   /// Bearing in (-pi, pi], unit's frame, of an offset from the centre in the undistorted image. @param offset_px not
   /// zero
@@ -119,7 +118,6 @@ class MirrorView {
 
  private:
   [[nodiscard]] Eigen::Vector3d to_unit(const Eigen::Vector3d& p_BQ_m) const;
-  [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m, Rim rim) const;
 
   MirrorViewSettings settings_;
   std::optional<Lens> lens_;

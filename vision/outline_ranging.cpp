@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -12,10 +11,10 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "vision/image_arguments.h"
+#include "base/plane.h"
+#include "vision/method_arguments.h"
 #include "vision/outline/rivals.h"
 #include "vision/outline/view_fitter.h"
-#include "vision/target_colours.h"
 #include "vision/triangulation.h"
 
 namespace twocone::vision {
@@ -29,16 +28,12 @@ constexpr double kTellingWidth_px = 8;
 // outline_ranging_test.cpp, ExchangedAndTurnedCamerasAreSeenByTheirVerdicts, exercises it but does not fix it.
 constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
 
-double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
-
-void check(const std::vector<Target>& targets, cv::Size lower, cv::Size upper) {
+void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper) {
   std::string bad = bad_sizes(lower, upper);
-  for (const Target& target : targets) {
-    if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
-      bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
-    }
-    if (target.top_m && !(std::isfinite(*target.top_m) && *target.top_m > 0)) {
-      bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, *target.top_m);
+  for (const Landmark& target : targets) {
+    bad += bad_radius(target);
+    if (!(target.top_m > 0) || !std::isfinite(target.top_m)) {
+      bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, target.top_m);
     }
     if (target.greatest_range_m && !(*target.greatest_range_m > target.radius_m)) {
       bad += fmt::format(" greatest range of '{}' is {} m, must be > its radius, {} m;", target.name,
@@ -52,7 +47,6 @@ void check(const std::vector<Target>& targets, cv::Size lower, cv::Size upper) {
 struct Seen {
   std::array<OutlineSearch, 2> looks;
   std::array<std::optional<Sighting>, 2> found;
-  std::optional<double> top_m;
   bool has_rivals = false;
   bool is_too_wide = false;  ///< Rivals::kBeside in one view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
@@ -62,20 +56,13 @@ struct Seen {
 }  // namespace
 
 std::string_view to_string(Stage stage) {
-  switch (stage) {
-    case Stage::kFound:
-      return "found";
-    case Stage::kCoarse:
-      return "coarse";
-    case Stage::kFine:
-      return "fine";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 3> kNames{"found", "coarse", "fine"};
+  static_assert(std::size_t(Stage::kFine) + 1 == kNames.size());
+  return kNames.at(std::size_t(stage));
 }
 
 struct OutlineRanging::Impl {
-  Impl(const Rig& the_rig, const std::vector<Target>& all, cv::Size lower_size, cv::Size upper_size,
+  Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
        const std::vector<std::size_t>& which)
       : rig(the_rig),
         targets(all),
@@ -84,13 +71,13 @@ struct OutlineRanging::Impl {
         wanted(all.size(), which.empty()) {
     check(targets, lower_size, upper_size);
     for (const std::size_t k : which) wanted.at(k) = true;
-    for (const Target& target : targets) {
+    for (const Landmark& target : targets) {
       least_px.push_back({least_area_px(rig.lower, target), least_area_px(rig.upper, target)});
     }
   }
 
   Rig rig;
-  std::vector<Target> targets;
+  std::vector<Landmark> targets;
   ColourTable table;
   std::array<ViewFitter, 2> views;
   std::vector<bool> wanted;
@@ -112,8 +99,8 @@ class FrameObservation::Impl {
 
   void expect(std::size_t k, double range_m, double bearing_rad) {
     Seen& seen = all_.at(k);
-    const double radius_m = ranging_.targets[k].radius_m;
-    if (seen.top_m && range_m > radius_m) seen.expected = Cylinder{range_m, bearing_rad, radius_m, *seen.top_m};
+    const Landmark& target = ranging_.targets[k];
+    if (range_m > target.radius_m) seen.expected = Cylinder{range_m, bearing_rad, target.radius_m, target.top_m};
   }
 
   void take(std::span<const std::size_t> landmarks, Stage stage, Views views) {
@@ -164,7 +151,7 @@ class FrameObservation::Impl {
     if (ranging_.table.is_ambiguous(k)) return;
     std::array<const Candidate*, 2> chosen{};
     const auto& views = ranging_.views;
-    const Target& target = ranging_.targets[k];
+    const Landmark& target = ranging_.targets[k];
     for (std::size_t view = 0; view < 2; ++view) {
       if (found[view]->candidates.empty()) continue;
       chosen[view] = &found[view]->candidates.front();
@@ -173,26 +160,18 @@ class FrameObservation::Impl {
       seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
     }
     if (chosen[0] != nullptr && chosen[1] != nullptr &&
-        std::abs(wrap(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) > kSameBearing_rad) {
+        std::abs(base::wrap_angle_rad(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) >
+            kSameBearing_rad) {
       seen.has_rivals = true;
     }
     if (seen.has_rivals) return;
 
-    seen.top_m = target.top_m;
-    if (!seen.top_m && chosen[0] != nullptr && chosen[1] != nullptr) {
-      Sighting lower;
-      Sighting upper;
-      lower.pixel_px = views[0].pixel_of(*chosen[0]);
-      upper.pixel_px = views[1].pixel_of(*chosen[1]);
-      seen.top_m = triangulate(ranging_.rig, &lower, &upper, target.radius_m, std::nullopt).top_m;
-    }
     for (std::size_t view = 0; view < 2; ++view) {
       if (chosen[view] == nullptr) continue;
       OutlineSearch& look = seen.looks[view];
       look.candidate = *chosen[view];
       look.is_truncated = chosen[view]->at_rim;
-      if (look.is_truncated || !seen.top_m) continue;
-      seen.found[view] = views[view].found(*chosen[view], target.radius_m, *seen.top_m);
+      if (!look.is_truncated) seen.found[view] = views[view].found(*chosen[view], target.radius_m, target.top_m);
     }
   }
 
@@ -201,16 +180,18 @@ class FrameObservation::Impl {
     if (seen.stages[view] != Stage::kFound) return;
     seen.stages[view] = Stage::kCoarse;
     OutlineSearch& look = seen.looks[view];
-    if (!seen.top_m || !look.candidate || look.is_truncated) return;
+    if (!look.candidate || look.is_truncated) return;
+    const Landmark& target = ranging_.targets[k];
     const ViewFitter& fitter = ranging_.views[view];
+    const OutlineTask task{k, images_[view], look, edge_samples_};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
-      const bool is_there = common ? fitter.fit_expected(k, images_[view], *seen.expected, *common, look, edge_samples_)
-                                   : fitter.fit_near(k, images_[view], *seen.expected, look, edge_samples_);
+      const bool is_there =
+          common ? fitter.fit_expected(task, *seen.expected, *common) : fitter.fit_near(task, *seen.expected);
       if (is_there) return;
     }
-    const auto start = fitter.place(*look.candidate, ranging_.targets[k].radius_m, *seen.top_m);
-    if (start) fitter.fit_coarse(k, images_[view], *start, look, edge_samples_);
+    const auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
+    if (start) fitter.fit_coarse(task, *start);
   }
 
   void take_to_fine(std::size_t view, std::span<const std::size_t> landmarks) {
@@ -219,7 +200,7 @@ class FrameObservation::Impl {
       all_[k].stages[view] = Stage::kFine;
       OutlineSearch& look = all_[k].looks[view];
       if (common && look.fit && !look.is_fine) {
-        ranging_.views[view].fit_fine(k, images_[view], *common, look, edge_samples_);
+        ranging_.views[view].fit_fine({k, images_[view], look, edge_samples_}, *common);
       }
     }
   }
@@ -234,8 +215,7 @@ class FrameObservation::Impl {
   /// the outline is fitted again with an unknown height. A top that is hidden in one view gives a height as well, but a
   /// range that contradicts the landmark's width.
   [[nodiscard]] bool shows_another_top(std::size_t k, const Seen& seen) const {
-    const Target& target = ranging_.targets[k];
-    if (!target.top_m) return false;
+    const Landmark& target = ranging_.targets[k];
     std::array<OutlineSearch, 2> looks;
     std::array<Sighting, 2> sightings;
     for (std::size_t view = 0; view < 2; ++view) {
@@ -257,7 +237,7 @@ class FrameObservation::Impl {
       for (std::size_t view = 0; view < 2; ++view) {
         const ViewFitter& fitter = ranging_.views[view];
         const Candidate& candidate = *looks[view].candidate;
-        fitter.fit_coarse(k, images_[view], start, looks[view], edge_samples);
+        fitter.fit_coarse({k, images_[view], looks[view], edge_samples}, start);
         const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
         if (judged.sighting) {
           if (judged.is_narrow || judged.is_wide) return false;
@@ -299,7 +279,7 @@ class FrameObservation::Impl {
     m.upper_sighting = upper.sighting;
     if (lower.sighting) m.lower_px = lower.sighting->pixel_px;
     if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
-    const Target& target = ranging_.targets[k];
+    const Landmark& target = ranging_.targets[k];
     const Triangulation t = triangulate(ranging_.rig, lower.sighting ? &*lower.sighting : nullptr,
                                         upper.sighting ? &*upper.sighting : nullptr, target.radius_m, target.top_m);
     m.verdict = t.verdict;
@@ -373,7 +353,7 @@ void FrameObservation::take(std::span<const std::size_t> landmarks, Stage stage,
 std::vector<RangeMeasurement> FrameObservation::measurements() const { return impl_->measurements(); }
 int FrameObservation::refined() const { return impl_->refined(); }
 
-OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size,
+OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
                                cv::Size upper_size, const std::vector<std::size_t>& wanted)
     : impl_(std::make_unique<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
 OutlineRanging::~OutlineRanging() = default;

@@ -81,7 +81,7 @@ class FrameObservation {
 ///    than it is at that range.
 ///
 /// Further verdicts: kSameColour and kTwoCandidates (two objects of one hue, each large enough to be the landmark
-/// somewhere within Target::greatest_range_m (outline/rivals.h), or the views disagree on the bearing), kOccluded (a
+/// somewhere within Landmark::greatest_range_m (outline/rivals.h), or the views disagree on the bearing), kOccluded (a
 /// part of the top is hidden: no answer; a side is hidden: range without bearing, and no answer from one view alone),
 /// kTruncated (the top is beyond the rims), kSaturated, kNotSeen, kNoMatch (seen, but its outline cannot be fitted:
 /// thinner than about two pixels at the top, or too little contrast).
@@ -95,7 +95,7 @@ class OutlineRanging {
   /// from theirs, and the verdict of the others is kNotSeen.
   /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue or radius, or whose greatest
   /// range is not greater than the radius; std::out_of_range for a wanted index that is not a target
-  OutlineRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
+  OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                  const std::vector<std::size_t>& wanted = {});
   ~OutlineRanging();
   OutlineRanging(OutlineRanging&&) noexcept;

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "vision/image_arguments.h"
-#include "vision/target_colours.h"
+#include "vision/method_arguments.h"
 
 namespace twocone::vision {
 namespace {
@@ -19,7 +19,7 @@ constexpr double kApexTolerance_rad = 1e-9;
 // several times.
 constexpr double kRunGap_px = 3;
 
-void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size) {
+void check(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size) {
   std::string bad = bad_sizes(lower_size, upper_size);
   const auto& lower = rig.lower.settings().cone;
   const auto& upper = rig.upper.settings().cone;
@@ -51,12 +51,32 @@ void check(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_si
   if (!(rig.mirror_separation_m() > 0)) {
     bad += fmt::format(" the upper mirror is {} m above the lower one, must be > 0;", rig.mirror_separation_m());
   }
-  for (const Target& target : targets) {
-    if (!(target.radius_m > 0) || !std::isfinite(target.radius_m)) {
-      bad += fmt::format(" radius of '{}' is {} m, must be > 0;", target.name, target.radius_m);
+  for (const Landmark& target : targets) bad += bad_radius(target);
+  if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
+}
+
+/// The circles of PaperRanging::lower_rings_. Pixels beyond the image's edge are left out.
+std::vector<std::vector<cv::Point>> rings_of(const MirrorViewSettings& view, cv::Size image) {
+  // Circle k extends to k + 1/2, and a pixel's corner is half a diagonal farther out.
+  const double outermost = std::floor(view.rim_radius_px - 0.5 - std::numbers::sqrt2 / 2);
+  if (outermost < 0) return {};
+  std::vector<std::vector<std::pair<double, cv::Point>>> by_angle(std::size_t(outermost) + 1);
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      const double dx = column - view.centre_px.x();
+      const double dy = row - view.centre_px.y();
+      const auto k = static_cast<std::size_t>(std::lround(std::hypot(dx, dy)));
+      if (k >= by_angle.size()) continue;
+      const double angle = std::atan2(dy, dx);
+      by_angle[k].emplace_back(angle < 0 ? angle + 2 * std::numbers::pi : angle, cv::Point(column, row));
     }
   }
-  if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
+  std::vector<std::vector<cv::Point>> rings(by_angle.size());
+  for (std::size_t k = 0; k < rings.size(); ++k) {
+    std::sort(by_angle[k].begin(), by_angle[k].end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [angle, pixel] : by_angle[k]) rings[k].push_back(pixel);
+  }
+  return rings;
 }
 
 /// The middle pixel of the first run of `label` on a circle; nothing if the circle has no such pixel.
@@ -82,13 +102,13 @@ Eigen::Vector2d to_vector(const cv::Point& p) { return {p.x, p.y}; }
 
 }  // namespace
 
-PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
-                           const std::vector<std::size_t>& wanted)
+PaperRanging::PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
+                           cv::Size upper_size, const std::vector<std::size_t>& wanted)
     : rig_(rig),
       targets_(targets),
       wanted_(targets.size(), wanted.empty()),
       hues_(colours_of(targets)),
-      lower_rings_(rig.lower.settings().centre_px, rig.lower.settings().rim_radius_px, lower_size),
+      lower_rings_(rings_of(rig.lower.settings(), lower_size)),
       lower_size_(lower_size),
       upper_size_(upper_size) {
   check(rig, targets, lower_size, upper_size);
@@ -96,8 +116,8 @@ PaperRanging::PaperRanging(const Rig& rig, const std::vector<Target>& targets, c
 }
 
 std::optional<PaperRanging::Match> PaperRanging::find_outermost(const cv::Mat& labels, int label) const {
-  for (int k = lower_rings_.outermost(); k >= 0; --k) {
-    if (const auto pixel = middle_of_first_run(lower_rings_.ring(k), labels, label)) return Match{*pixel, k};
+  for (std::size_t k = lower_rings_.size(); k-- > 0;) {
+    if (const auto pixel = middle_of_first_run(lower_rings_[k], labels, label)) return Match{*pixel, k};
   }
   return std::nullopt;
 }
@@ -144,7 +164,7 @@ RangeMeasurement PaperRanging::measure_one(std::size_t target, const cv::Mat& lo
   const Eigen::Vector2d lower_offset = *m.lower_px - lower.settings().centre_px;
   const double bearing = lower.bearing_rad(lower_offset);
   m.bearing_rad = bearing;
-  if (lower_match->ring == lower_rings_.outermost()) {
+  if (lower_match->ring + 1 == lower_rings_.size()) {
     m.verdict = RangeVerdict::kTruncated;
     return m;
   }

@@ -8,7 +8,6 @@
 #include "vision/hue_labels.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
-#include "vision/rings.h"
 
 namespace twocone::vision {
 
@@ -44,7 +43,7 @@ class PaperRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The verdict of the others is kNotSeen.
   /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted index that is no target
-  PaperRanging(const Rig& rig, const std::vector<Target>& targets, cv::Size lower_size, cv::Size upper_size,
+  PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 
   /// One measurement for each target, in their order.
@@ -54,7 +53,7 @@ class PaperRanging {
  private:
   struct Match {
     cv::Point pixel;
-    int ring;
+    std::size_t ring;
   };
   [[nodiscard]] RangeMeasurement measure_one(std::size_t target, const cv::Mat& lower_labels,
                                              const cv::Mat& upper_labels) const;
@@ -63,10 +62,13 @@ class PaperRanging {
                                                       const Eigen::Vector2d& from) const;
 
   Rig rig_;
-  std::vector<Target> targets_;
+  std::vector<Landmark> targets_;
   std::vector<bool> wanted_;
   HueLabels hues_;
-  Rings lower_rings_;
+  /// The pixels of the lower image as circles round the tip: circle k holds the pixels whose distance from the tip
+  /// rounds to k, ordered by their angle in [0, 2 pi) from the image's x axis towards its y axis. The last one is the
+  /// largest whose pixels lie wholly inside the rim.
+  std::vector<std::vector<cv::Point>> lower_rings_;
   cv::Size lower_size_;
   cv::Size upper_size_;
 };

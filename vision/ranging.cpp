@@ -1,39 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/ranging.h"
 
-#include <cassert>
+#include <array>
 
 namespace twocone::vision {
 
 std::string_view to_string(RangeVerdict verdict) {
-  switch (verdict) {
-    case RangeVerdict::kOk:
-      return "ok";
-    case RangeVerdict::kNotSeen:
-      return "not_seen";
-    case RangeVerdict::kTruncated:
-      return "truncated";
-    case RangeVerdict::kNoMatch:
-      return "no_match";
-    case RangeVerdict::kBeyondLimit:
-      return "beyond_limit";
-    case RangeVerdict::kSameColour:
-      return "same_colour";
-    case RangeVerdict::kOneView:
-      return "one_view";
-    case RangeVerdict::kOccluded:
-      return "occluded";
-    case RangeVerdict::kSaturated:
-      return "saturated";
-    case RangeVerdict::kTwoCandidates:
-      return "two_candidates";
-    case RangeVerdict::kInconsistent:
-      return "inconsistent";
-    case RangeVerdict::kImpossible:
-      return "impossible";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 12> kNames{"ok",           "not_seen",       "truncated",    "no_match",
+                                                    "beyond_limit", "same_colour",    "one_view",     "occluded",
+                                                    "saturated",    "two_candidates", "inconsistent", "impossible"};
+  static_assert(std::size_t(RangeVerdict::kImpossible) + 1 == kNames.size());
+  return kNames.at(std::size_t(verdict));
 }
 
 }  // namespace twocone::vision

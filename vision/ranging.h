@@ -2,26 +2,15 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "base/landmark.h"
 #include "vision/sighting.h"
 
 namespace twocone::vision {
-
-/// An expected landmark: an upright cylinder of one colour.
-struct Target {
-  std::string name;
-  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb; only its hue counts
-  double radius_m = 0;                               ///< > 0
-  std::optional<double> top_m{};                     ///< height of its flat top above the floor, if the map gives it
-  /// Greatest distance of the robot from its axis, > radius_m, which limits how small the landmark can appear. Empty:
-  /// it may be as small as the smallest object that method `outline` detects.
-  std::optional<double> greatest_range_m{};
-};
 
 /// The reason why a range is given or withheld.
 enum class RangeVerdict {

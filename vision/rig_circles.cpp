@@ -12,6 +12,8 @@
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
+#include "vision/bilinear.h"
 #include "vision/srgb.h"
 
 namespace twocone::vision {
@@ -26,36 +28,6 @@ constexpr double kLeastContrast = 0.05;  // share of white, linear light
 constexpr int kIterations = 20;
 constexpr double kMinSupport = 1.0 / 3;
 
-/// Brightness in linear light, 0 to 1, CV_32F. Coded values would move an edge by a quarter of a pixel.
-cv::Mat linear_grey(const cv::Mat& rgb) {
-  std::array<float, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    linear[i] = float(srgb_to_linear(double(i)));
-  }
-  cv::Mat grey(rgb.size(), CV_32F);
-  for (int row = 0; row < rgb.rows; ++row) {
-    const auto* in = rgb.ptr<cv::Vec3b>(row);
-    auto* out = grey.ptr<float>(row);
-    for (int column = 0; column < rgb.cols; ++column) {
-      const cv::Vec3b& p = in[column];
-      out[column] = (linear[p[0]] + linear[p[1]] + linear[p[2]]) / 3;
-    }
-  }
-  return grey;
-}
-
-/// Interpolates between the pixels' centres; nothing outside them.
-std::optional<double> brightness_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
-  if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
-  const int column = static_cast<int>(p.x());
-  const int row = static_cast<int>(p.y());
-  const double fx = p.x() - column;
-  const double fy = p.y() - row;
-  const auto at = [&grey](int r, int c) { return double(grey.at<float>(r, c)); };
-  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
-         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
-}
-
 /// Radius of the edge in one direction.
 std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
   double inside = 0;
@@ -65,8 +37,8 @@ std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, 
   int edge_samples = 0;
   for (int sample = 0; (sample + 0.5) * kSample_px < kLevelTo_px; ++sample) {
     const double r = (sample + 0.5) * kSample_px;
-    const auto before = brightness_at(grey, circle.centre_px + out * (circle.radius_px - r));
-    const auto behind = brightness_at(grey, circle.centre_px + out * (circle.radius_px + r));
+    const auto before = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px - r));
+    const auto behind = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px + r));
     if (!before || !behind) return std::nullopt;
     if (r < kEdge_px) {
       edge += *before + *behind;
@@ -130,6 +102,7 @@ cv::Mat median_image(std::span<const cv::Mat> images) {
 std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected) {
   auto circle = find_rim(rgb, expected);
   if (!circle) return std::nullopt;
+  // Coded values would move an edge by a quarter of a pixel.
   const cv::Mat grey = linear_grey(rgb);
   const int directions = std::max(8, static_cast<int>(2 * std::numbers::pi * circle->radius_px));
   std::vector<Edge> edges;
@@ -142,8 +115,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     std::vector<double> off;
     off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
-    std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
-    const double scale = std::max(0.02, 1.4826 * off[off.size() / 2]);
+    const double scale = std::max(0.02, 1.4826 * base::median(std::move(off)));
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     double squares = 0;

@@ -11,6 +11,9 @@
 #include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
+#include "vision/bilinear.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -26,16 +29,6 @@ constexpr int kIterations = 30;
 // The interpolation spreads the step from the last lit pixel over the diagonals of two pixels.
 constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
 
-double sample(const cv::Mat& grey, double x, double y) {
-  const int column = static_cast<int>(std::floor(x));
-  const int row = static_cast<int>(std::floor(y));
-  const double fx = x - column;
-  const double fy = y - row;
-  const auto at = [&grey](int r, int c) { return double(grey.at<std::uint8_t>(r, c)); };
-  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
-         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
-}
-
 /// Brightness along one direction, outwards.
 struct Profile {
   std::vector<double> grey;  ///< samples of the search and a little beyond it, as far as the image extends
@@ -50,8 +43,9 @@ Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::
   // Samples behind the search show whether an image that gets dark at the very end of the search stays dark.
   for (std::size_t i = 0; i < search + 2 * kSpread; ++i) {
     const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
-    if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) break;
-    profile.push_back(sample(grey, p.x(), p.y()));
+    const auto brightness = bilinear<std::uint8_t>(grey, p);
+    if (!brightness) break;
+    profile.push_back(*brightness);
   }
   const std::size_t searched = std::min(search, profile.size());
   return {std::move(profile), searched};
@@ -128,8 +122,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   std::vector<double> radii;
   radii.reserve(edges.size());
   for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
-  std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2), radii.end());
-  circle.radius_px = radii[radii.size() / 2];
+  circle.radius_px = base::median(std::move(radii));
 
   // Gauss-Newton on the distance to the circle, with Cauchy weights whose scale shrinks to a pixel.
   for (int iteration = 0; iteration < kIterations; ++iteration) {

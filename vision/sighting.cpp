@@ -14,4 +14,12 @@ std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eige
   return Eigen::Vector3d(near_m.x(), near_m.y(), top_m);
 }
 
+std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m) {
+  const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
+  if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
+  const Eigen::Vector2d near_m = (ray.origin_m + along_m * ray.direction).head<2>();
+  const Eigen::Vector2d from_axis = near_m - view.settings().axis_offset_m;
+  return Eigen::Vector2d(near_m + radius_m * from_axis.normalized());
+}
+
 }  // namespace twocone::vision

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "base/landmark.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::vision {
@@ -19,6 +20,13 @@ struct Sighting {
   /// Empty where no outline was fitted (Stage::kFound).
   std::optional<double> edge_noise_px{};
 };
+
+/// The position of a landmark's axis.
+inline Eigen::Vector2d place_m(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
+
+/// The landmark's axis in the body frame, if the view's ray meets the near point at the height of its top. Nothing
+/// where the ray does not reach that height.
+std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m);
 
 /// The near point in the body frame: p_BL - radius_m * outwards, where `outwards` is the horizontal unit vector from
 /// the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's, at height `top_m` over the floor. Nothing

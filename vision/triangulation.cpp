@@ -5,11 +5,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
+
+#include "base/plane.h"
 
 namespace twocone::vision {
 namespace {
@@ -25,10 +30,6 @@ constexpr int kMostHalvings = 40;
 constexpr double kLastStepInSigmas = 1e-6;
 // Number of roundings of a pixel in project().
 constexpr double kRoundings = 64;
-
-void require_positive(std::string& bad, const char* name, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be > 0;", name, value, unit);
-}
 
 /// A view with its sighting and the whitener W, W^T W = covariance^-1.
 struct Seen {
@@ -78,24 +79,21 @@ struct Unknowns {
 
 /// The fit with n unknowns: 2 with a known top, 3 without.
 template <int n>
-class Fit {
- public:
+struct Fit {
   /// The rows of a view without sighting are zero: fixed sizes halve the time.
   using Rows = Eigen::Matrix<double, 4, n>;
   using Residual = Eigen::Vector4d;
   using Step = Eigen::Matrix<double, n, 1>;
 
-  Fit(std::array<const Seen*, 2> views, int count, double radius_m, double offset_m, double reference_m, double top_m)
-      : views_(views),
-        count_(count),
-        radius_m_(radius_m),
-        offset_m_(offset_m),
-        reference_m_(reference_m),
-        top_m_(top_m) {}
+  std::span<const Seen> views;
+  double radius_m;
+  double offset_m;     ///< d of the inverse range
+  double reference_m;  ///< height to which slopes refer
+  double known_top_m;  ///< where the height is known
 
-  [[nodiscard]] double range_m(const Unknowns& x) const { return 1 / x.inverse_per_m - offset_m_; }
+  [[nodiscard]] double range_m(const Unknowns& x) const { return 1 / x.inverse_per_m - offset_m; }
   [[nodiscard]] double top_m(const Unknowns& x) const {
-    return n == 2 ? top_m_ : reference_m_ + x.slope / x.inverse_per_m;
+    return n == 2 ? known_top_m : reference_m + x.slope / x.inverse_per_m;
   }
 
   /// Computes the whitened residuals and their derivatives; returns false where a view cannot show such a landmark.
@@ -110,9 +108,9 @@ class Fit {
 
     residual.setZero();
     rows.setZero();
-    for (int i = 0; i < count_; ++i) {
-      const Seen& seen = *views_[std::size_t(i)];
-      const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m_, top);
+    Eigen::Index row = 0;
+    for (const Seen& seen : views) {
+      const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m, top);
       if (!near_m) return false;
       const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
       if (!shown) return false;
@@ -120,7 +118,7 @@ class Fit {
       const Eigen::Vector2d from_axis = p_BL_m - seen.view->settings().axis_offset_m;
       const double distance = from_axis.norm();
       const Eigen::Vector2d e = from_axis / distance;
-      const double share = radius_m_ / distance;
+      const double share = radius_m / distance;
       const Eigen::Matrix2d near_by_axis = (1 - share) * Eigen::Matrix2d::Identity() + share * e * e.transpose();
       const Eigen::Matrix2d by_axis = shown->jacobian.template leftCols<2>() * near_by_axis;
 
@@ -131,8 +129,9 @@ class Fit {
         by_unknowns.col(0) += shown->jacobian.col(2) * (x.slope * range_by_u);
         by_unknowns.col(2) = shown->jacobian.col(2) / x.inverse_per_m;
       }
-      residual.template segment<2>(Eigen::Index{2} * i) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
-      rows.template middleRows<2>(Eigen::Index{2} * i) = seen.whiten * by_unknowns;
+      residual.template segment<2>(row) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
+      rows.template middleRows<2>(row) = seen.whiten * by_unknowns;
+      row += 2;
     }
     return true;
   }
@@ -146,42 +145,25 @@ class Fit {
   /// Rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
-    for (int i = 0; i < count_; ++i) {
-      const Seen& seen = *views_[std::size_t(i)];
+    for (const Seen& seen : views) {
       most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
     }
     return kRoundings * kEpsilon * most;
   }
-
- private:
-  std::array<const Seen*, 2> views_;
-  int count_;
-  double radius_m_;
-  double offset_m_;
-  double reference_m_;
-  double top_m_;
 };
 
-double wrapped(double angle_rad) { return std::atan2(std::sin(angle_rad), std::cos(angle_rad)); }
-
-/// Computes J = Q R and y = Q^T r by modified Gram-Schmidt on (J, r), which solves least squares as stably as
-/// Householder's method (Bjorck 1967). The part of the residual that no step can remove remains in `residual`. Returns
-/// false where J does not have full rank.
+/// Computes J = Q R and y = Q^T r. The part of the residual that no step can remove remains in `residual`, turned by
+/// Q^T. Returns false where J does not have full rank.
 template <int n>
-bool factorise(Eigen::Matrix<double, 4, n> rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
+bool factorise(const Eigen::Matrix<double, 4, n>& rows, Eigen::Vector4d& residual, Eigen::Matrix<double, n, n>& upper,
                Eigen::Matrix<double, n, 1>& turned) {
-  upper.setZero();
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 4, n>> qr(rows);
+  upper = qr.matrixQR().template topRows<n>().template triangularView<Eigen::Upper>();
+  residual.applyOnTheLeft(qr.householderQ().adjoint());
   for (int k = 0; k < n; ++k) {
-    upper(k, k) = rows.col(k).norm();
-    const double norm_before = std::hypot(upper(k, k), upper.col(k).head(k).norm());
-    if (!(upper(k, k) > kRoundings * kEpsilon * norm_before) || !std::isfinite(upper(k, k))) return false;
-    const Eigen::Vector4d q = rows.col(k) / upper(k, k);
-    for (int l = k + 1; l < n; ++l) {
-      upper(k, l) = q.dot(rows.col(l));
-      rows.col(l) -= upper(k, l) * q;
-    }
-    turned[k] = q.dot(residual);
-    residual -= turned[k] * q;
+    const double diagonal = std::abs(upper(k, k));
+    if (!(diagonal > kRoundings * kEpsilon * upper.col(k).norm()) || !std::isfinite(diagonal)) return false;
+    turned[k] = std::exchange(residual[k], 0);
   }
   return true;
 }
@@ -232,7 +214,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
     answer.top_m.reset();
     return;
   }
-  answer.bearing_rad = wrapped(x.bearing_rad);
+  answer.bearing_rad = base::wrap_angle_rad(x.bearing_rad);
   // A fit that diverges to infinity does not converge, since no step may pass u = 0.
   const Eigen::Matrix<double, n, n> root =
       upper.template triangularView<Eigen::Upper>().solve(Eigen::Matrix<double, n, n>::Identity());
@@ -260,72 +242,24 @@ std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
     const Eigen::Vector2d beside_px = seen.sighting->pixel_px + kStep_px * Eigen::Vector2d::Unit(axis);
     const auto beside = seen.view->back_project(beside_px, Rim::kGoesOn);
     if (!beside) return std::nullopt;
-    by_pixel[axis] = wrapped(bearing_of(*beside) - bearing_rad) / kStep_px;
+    by_pixel[axis] = base::wrap_angle_rad(bearing_of(*beside) - bearing_rad) / kStep_px;
   }
   return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
 }
 
-/// The landmark's axis if the ray meets the near point at the height of its top.
-std::optional<Eigen::Vector2d> axis_at_height(const Seen& seen, const Ray& ray, double radius_m, double top_m) {
-  const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
-  if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
-  const Eigen::Vector2d near_m = (ray.origin_m + along_m * ray.direction).head<2>();
-  const Eigen::Vector2d from_axis = near_m - seen.view->settings().axis_offset_m;
-  return Eigen::Vector2d(near_m + radius_m * from_axis.normalized());
-}
-
 }  // namespace
-
-InverseRange range_from_disparity(double disparity_px, double sigma_px, const DisparityGeometry& geometry) {
-  std::string bad;
-  require_positive(bad, "focal_length_px", geometry.focal_length_px, "px");
-  require_positive(bad, "mirror_separation_m", geometry.mirror_separation_m, "m");
-  require_positive(bad, "lens_to_tip_m", geometry.lens_to_tip_m, "m");
-  require_positive(bad, "rim_radius_px", geometry.rim_radius_px, "px");
-  require_positive(bad, "sigma_px", sigma_px, "px");
-  if (!bad.empty()) throw std::invalid_argument("range_from_disparity:" + bad);
-
-  InverseRange answer;
-  if (!std::isfinite(disparity_px) || disparity_px > geometry.rim_radius_px) {
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  const double scale = geometry.focal_length_px * geometry.mirror_separation_m;  // v s, px m
-  answer.inverse_per_m = disparity_px / scale;
-  answer.sigma_inverse_per_m = sigma_px / scale;
-  if (!std::isfinite(answer.inverse_per_m) || !std::isfinite(answer.sigma_inverse_per_m)) {  // sizes of no real rig
-    answer = {};
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  if (!(disparity_px >= kMinSigmas * sigma_px)) return answer;
-  const double from_v_m = scale / disparity_px;
-  const double range_m = from_v_m - geometry.lens_to_tip_m;
-  if (!(range_m > 0) || !std::isfinite(range_m) || !std::isfinite(from_v_m * (sigma_px / disparity_px))) {
-    answer.verdict = RangeVerdict::kImpossible;
-    return answer;
-  }
-  answer.verdict = RangeVerdict::kOk;
-  answer.range_m = range_m;
-  answer.sigma_range_m = from_v_m * (sigma_px / disparity_px);
-  return answer;
-}
 
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
                           std::optional<double> top_m) {
   std::string bad;
-  require_positive(bad, "radius_m", radius_m, "m");
+  if (!(radius_m > 0) || !std::isfinite(radius_m)) bad += fmt::format(" radius_m is {} m, must be > 0;", radius_m);
   if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
   if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
 
-  std::array<Seen, 2> seen;
-  std::array<const Seen*, 2> views{};
-  int count = 0;
+  std::array<Seen, 2> seen{};
+  std::size_t count = 0;
   const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
-    if (sighting == nullptr) return;
-    Seen& entry = seen[std::size_t(count)];
-    entry = {&view, sighting, whitener(*sighting, name)};
-    views[std::size_t(count++)] = &entry;
+    if (sighting != nullptr) seen[count++] = {&view, sighting, whitener(*sighting, name)};
   };
   take(rig.lower, lower, "lower");
   take(rig.upper, upper, "upper");
@@ -337,14 +271,13 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   answer.verdict = RangeVerdict::kImpossible;
   std::array<Ray, 2> rays;
   std::array<double, 2> radii_px{};
-  for (int i = 0; i < count; ++i) {
-    const Seen& entry = seen[std::size_t(i)];
-    const auto radius_px = radius_of(entry);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto radius_px = radius_of(seen[i]);
     if (!radius_px) return answer;
-    const auto ray = entry.view->back_project(entry.sighting->pixel_px, Rim::kGoesOn);
+    const auto ray = seen[i].view->back_project(seen[i].sighting->pixel_px, Rim::kGoesOn);
     if (!ray) return answer;
-    radii_px[std::size_t(i)] = *radius_px;
-    rays[std::size_t(i)] = *ray;
+    radii_px[i] = *radius_px;
+    rays[i] = *ray;
   }
   if (count == 2) {
     answer.disparity_px = radii_px[0] - radii_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
@@ -356,13 +289,13 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double reference_m = seen[0].view->tip_m().z();
   if (top_m) {
     std::optional<Eigen::Vector2d> start;
-    for (int i = 0; i < count && !start; ++i) {
-      start = axis_at_height(seen[std::size_t(i)], rays[std::size_t(i)], radius_m, *top_m);
+    for (std::size_t i = 0; i < count && !start; ++i) {
+      start = axis_at_height(*seen[i].view, rays[i], radius_m, *top_m);
     }
     if (!start) return answer;
     answer.verdict = count == 2 ? RangeVerdict::kOk : RangeVerdict::kOneView;
     const Unknowns x{1 / (start->norm() + offset_m), std::atan2(start->y(), start->x()), 0};
-    solve(Fit<2>(views, count, radius_m, offset_m, reference_m, *top_m), x, count == 2 ? 2 : 0, answer);
+    solve(Fit<2>{{seen.data(), count}, radius_m, offset_m, reference_m, *top_m}, x, count == 2 ? 2 : 0, answer);
     return answer;
   }
 
@@ -388,7 +321,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     const auto below = far_bearing(seen[0], rays[0]);
     const auto above = far_bearing(seen[1], rays[1]);
     if (!below || !above) return answer;
-    const double off_rad = wrapped(below->bearing_rad - above->bearing_rad);
+    const double off_rad = base::wrap_angle_rad(below->bearing_rad - above->bearing_rad);
     answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
     if (answer.chi_squared > kMostChiSquared[1]) {
       answer.verdict = RangeVerdict::kInconsistent;
@@ -402,7 +335,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
   answer.verdict = RangeVerdict::kOk;
   const Unknowns x{inverse_per_m, bearing_rad, (start_top_m - reference_m) * inverse_per_m};
-  solve(Fit<3>(views, count, radius_m, offset_m, reference_m, 0), x, 1, answer);
+  solve(Fit<3>{seen, radius_m, offset_m, reference_m, 0}, x, 1, answer);
   return answer;
 }
 

@@ -33,7 +33,10 @@ double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
 double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
   double least = std::min((p_m - min_m).minCoeff(), (max_m - p_m).minCoeff());
   for (const Outline& outline : outlines) least = std::min(least, distance_to_outline(p_m, outline));
-  for (const Disc& disc : discs) least = std::min(least, (p_m - disc.centre_m).norm() - disc.radius_m);
+  for (const Disc& disc : discs) {
+    const Eigen::Vector2d centre_m(disc.centre.x_m, disc.centre.y_m);
+    least = std::min(least, (p_m - centre_m).norm() - disc.radius_m);
+  }
   return least;
 }
 

@@ -5,12 +5,10 @@
 
 #include <Eigen/Core>
 
+#include "base/plane.h"
+
 namespace twocone::behaviours {
 
-struct Disc {
-  Eigen::Vector2d centre_m;
-  double radius_m = 0;
-};
 using Outline = std::vector<Eigen::Vector2d>;  ///< corners of a simple polygon, world frame, metres
 
 /// The area in which a robot may drive, according to its map: inside the walls and outside every obstacle.

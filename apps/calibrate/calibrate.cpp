@@ -43,13 +43,10 @@ std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const con
                    fmt::format("{} has {} frames, a calibration needs {} or more", run.folder.string(),
                                run.frames.size(), vision::CalibrationResult::kMinFrames)};
     }
-    const auto targets = config::to_targets(run.map);
-    const auto with_height =
-        std::count_if(targets.begin(), targets.end(), [](const vision::Target& t) { return t.top_m.has_value(); });
-    if (with_height < 2) {
+    if (const std::size_t count = run.map.landmarks.size(); count < 2) {
       return Error{ErrorCode::kBadData,
                    fmt::format("{}: {} of {} landmarks have a height (top_m), a calibration needs two or more",
-                               run.map.file.string(), with_height, targets.size())};
+                               run.map.file.string(), count, count)};
     }
   }
   return std::nullopt;

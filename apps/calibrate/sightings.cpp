@@ -69,11 +69,7 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   ChosenFrames chosen;
   for (const runlog::RunData& run : runs) {
     const std::size_t first_landmark = chosen.landmarks.size();
-    const auto places = config::to_landmark_positions(run.map);
-    const auto targets = config::to_targets(run.map);
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-      chosen.landmarks.push_back({places[i], targets[i].radius_m, targets[i].top_m.value_or(0)});
-    }
+    chosen.landmarks.insert(chosen.landmarks.end(), run.map.landmarks.begin(), run.map.landmarks.end());
     const std::size_t available = run.frames.size();
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
     std::optional<std::size_t> last;
@@ -121,7 +117,6 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       const runlog::FrameRow& stamps = run.frames[frame.row];
       const auto measurements = ranging->measure(*lower, *upper);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
-        if (!targets[i].top_m) continue;
         const bool trusted = is_trusted(measurements[i].verdict);
         for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
           const auto& sighting =

@@ -22,7 +22,7 @@ struct ChosenFrames {
     std::vector<vision::WheelReading> wheels;  ///< since the previous chosen frame, as in CalibrationFrame
   };
   std::vector<Frame> frames;
-  std::vector<vision::KnownLandmark> landmarks;  ///< of the maps of all runs, run by run
+  std::vector<Landmark> landmarks;  ///< of the maps of all runs, run by run
 };
 
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.

@@ -28,14 +28,14 @@ bool is_of_time(const Source& source) { return source.cause == Cause::kSkew || s
 
 /// Returns the sighting that an exposure of its row at the frame's time would have given.
 vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
-                         const Eigen::Vector2d& in_body_m, const vision::Target& target, const vision::BodyTwist& twist,
+                         const Eigen::Vector2d& in_body_m, const Landmark& target, const vision::BodyTwist& twist,
                          double by_s) {
   vision::Sighting moved = sighting;
   // The body moves forward and turns, so a fixed object moves backward and turns the other way.
   const Eigen::Vector2d later_m =
       Eigen::Rotation2Dd(-twist.turn_radps * by_s) * (in_body_m - Eigen::Vector2d(twist.forward_mps * by_s, 0));
-  const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m.value_or(0));
-  const auto then = vision::near_top_point(view, later_m, target.radius_m, target.top_m.value_or(0));
+  const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m);
+  const auto then = vision::near_top_point(view, later_m, target.radius_m, target.top_m);
   const auto here = point ? view.project_with_jacobian(*point, vision::Rim::kGoesOn) : std::nullopt;
   const auto there = then ? view.project_with_jacobian(*then, vision::Rim::kGoesOn) : std::nullopt;
   if (here && there) moved.pixel_px += here->pixel_px - there->pixel_px;
@@ -55,7 +55,7 @@ struct Frame {
   /// Returns a sighting as an exposure at the frame's time would have given it. All timing differences that were found
   /// are corrected, except that of `left_as_it_is`.
   [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, Seen seen, const Eigen::Vector2d& to_m,
-                                 const vision::Target& target) const {
+                                 const Landmark& target) const {
     for (const Source& source : sources) {
       if (!seen || !twist || !source.differs() || !is_of_time(source) || &source == left_as_it_is) continue;
       const bool is_lower = side == vision::Side::kLower;
@@ -69,7 +69,7 @@ struct Frame {
   /// Returns the body's pose at the frame's time, from `ranges` of the found rig that were sighted from `reference` or
   /// nearby.
   [[nodiscard]] std::optional<runlog::PoseRow> fixed_in_time(const std::vector<vision::RangeMeasurement>& ranges,
-                                                             const std::vector<vision::Target>& targets,
+                                                             const std::vector<Landmark>& targets,
                                                              const std::vector<Eigen::Vector2d>& landmarks_m) const {
     std::vector<vision::RangeMeasurement> measured(ranges.size());
     for (std::size_t k = 0; k < ranges.size(); ++k) {
@@ -82,7 +82,7 @@ struct Frame {
     return pose_of(estimation::fix_of_outline(measured, landmarks_m, true), reference.t_s);
   }
 
-  [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const vision::Target& target,
+  [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const Landmark& target,
                                                      const Eigen::Vector2d& landmark_m) const {
     if (!m.range_m || !m.sigma_range_m) return std::nullopt;
     const Eigen::Vector2d to_m = in_body(reference, landmark_m);
@@ -117,8 +117,7 @@ struct Frame {
 
   /// Returns the range from the sightings under `rig`, also where both views contradict each other under it. For that,
   /// the covariances are multiplied by kDoubt^2; only their ratio weighs the views.
-  static std::optional<double> triangulated(const vision::Rig& rig, Seen lower, Seen upper,
-                                            const vision::Target& target) {
+  static std::optional<double> triangulated(const vision::Rig& rig, Seen lower, Seen upper, const Landmark& target) {
     constexpr double kDoubt = 30;
     for (Seen* const seen : {&lower, &upper}) {
       if (*seen) (*seen)->covariance_px2 *= kDoubt * kDoubt;

@@ -52,8 +52,7 @@ Result<std::vector<Place>> places_of(const Side& real) {
 /// Orders the images of the scene's two cameras at a pose.
 Result<std::array<Frame, 2>> look(sim_povray::ReusedHost& host, const config::Robot& robot, const Place& place) {
   sim_povray::SessionSettings session;
-  const config::Start start = robot.start.value_or(config::Start{});
-  session.body.start = {start.x_m, start.y_m, start.heading_rad};
+  session.body.start = robot.start.value_or(Pose2{});
   session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
   session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
   auto simulation = host.enter(session);

@@ -56,11 +56,9 @@ bool is_trusted(const runlog::RangeRow& row) {
 }
 
 /// Returns the disparity of the landmark's top in the undistorted images, as defined in triangulate().
-std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m,
-                                   const vision::Target& target) {
-  if (!target.top_m) return std::nullopt;
+std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d& in_body_m, const Landmark& target) {
   const auto radius_px = [&](const vision::MirrorView& view) -> std::optional<double> {
-    const auto point = vision::near_top_point(view, in_body_m, target.radius_m, *target.top_m);
+    const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m);
     const auto pixel = point ? view.project(*point) : std::nullopt;
     const auto undistorted = pixel ? view.undistort_px(*pixel) : std::nullopt;
     return undistorted ? std::optional((*undistorted - view.settings().centre_px).norm()) : std::nullopt;
@@ -108,7 +106,7 @@ std::optional<PoseRow> pose_of(const localisation::Fix& fix, double t_s) {
 }
 
 vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
-                                     const std::optional<vision::Sighting>& upper, const vision::Target& target) {
+                                     const std::optional<vision::Sighting>& upper, const Landmark& target) {
   const vision::Triangulation t =
       vision::triangulate(rig, lower ? &*lower : nullptr, upper ? &*upper : nullptr, target.radius_m, target.top_m);
   vision::RangeMeasurement m;

@@ -54,6 +54,6 @@ std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s)
 
 /// Returns the measurement from two sightings of a landmark under `rig`; nothing: that view has none.
 vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
-                                     const std::optional<vision::Sighting>& upper, const vision::Target& target);
+                                     const std::optional<vision::Sighting>& upper, const Landmark& target);
 
 }  // namespace twocone::compare

@@ -56,7 +56,10 @@ void ask_the_map(Side& side) {
   for (const vision::RelativeShift& shift : shifts) {
     side.map_shifts.emplace(side.run.map.landmarks.at(shift.shift.landmark).name, shift);
     has_moved = has_moved || shift.moved;
-    if (shift.moved) doubting.landmarks[shift.shift.landmark].place_m += shift.shift.shift_m;
+    if (!shift.moved) continue;
+    Landmark& landmark = doubting.landmarks[shift.shift.landmark];
+    landmark.x_m += shift.shift.shift_m.x();
+    landmark.y_m += shift.shift.shift_m.y();
   }
   if (!has_moved) return;
   doubting.landmark_sigma_m = 0;

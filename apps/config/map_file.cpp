@@ -82,7 +82,7 @@ void read_polygon(Section& obstacle, std::vector<Obstacle>& obstacles) {
 void read_circle(Section& obstacle, std::vector<Obstacle>& obstacles) {
   Section* section = obstacle.section("circle_m", "{x, y, radius}");
   if (section == nullptr) return;
-  Circle circle;
+  Disc circle;
   section->number("x", {"x of its centre", kMetres, kAnyNumber}, circle.centre.x_m);
   section->number("y", {"y of its centre", kMetres, kAnyNumber}, circle.centre.y_m);
   section->number("radius", {"its radius", kMetres, kAboveZero}, circle.radius_m);

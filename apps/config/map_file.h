@@ -8,7 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "base/landmark.h"
+#include "base/plane.h"
 
 namespace YAML {
 class Node;
@@ -16,40 +17,16 @@ class Node;
 
 namespace twocone::config {
 
-/// An upright cylinder at a known place. World frame, metres.
-struct Landmark {
-  std::string name;                ///< not empty, unique
-  std::array<double, 3> colour{};  ///< linear rgb, each in [0, 1]; must have a hue, which identifies the landmark
-  double x_m = 0;                  ///< of the axis, inside the bounds
-  double y_m = 0;
-  double radius_m = 0;  ///< > 0
-  double top_m = 0;     ///< height of the flat top above the floor, > 0
-
-  friend bool operator==(const Landmark&, const Landmark&) = default;
-};
-
-struct Point {
-  double x_m = 0;
-  double y_m = 0;
-
-  friend bool operator==(const Point&, const Point&) = default;
-};
-struct Circle {
-  Point centre;
-  double radius_m = 0;  ///< > 0
-
-  friend bool operator==(const Circle&, const Circle&) = default;
-};
+using twocone::Bounds;
+using twocone::Landmark;
+using Point = FloorPoint;
 using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
-using Obstacle = std::variant<Polygon, Circle>;
+using Obstacle = std::variant<Polygon, Disc>;
 
 /// Returns whether the closed outline through `corners` neither crosses nor touches itself: it has at least three
 /// corners, no corner occurs twice, and no two edges share a point except the corner between neighbours. If three
 /// points are in line to within rounding, the result may be either.
 bool is_simple(const Polygon& corners);
-
-/// A rectangle parallel to the axes of the world, min < max.
-using Bounds = sim_povray::Walls;
 
 /// An object that moves along a path at constant speed. In simulation it is the scene object `moving.NAME`.
 struct Moving {

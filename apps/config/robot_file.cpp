@@ -26,7 +26,7 @@ constexpr Range kSkewRange{.least = 0, .greatest = 60};
 constexpr Range kRateRange{.least = 0.01, .greatest = 1000};
 constexpr Range kImageSide{.least = 1, .greatest = 16384};
 
-void read_start(Section& root, std::optional<Start>& start) {
+void read_start(Section& root, std::optional<Pose2>& start) {
   Section* section = root.section("start", "pose at t = 0", Need::kOptional);
   if (section == nullptr) return;
   start.emplace();

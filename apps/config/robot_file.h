@@ -80,14 +80,6 @@ struct Rig {
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
-/// The pose in the world at t = 0. In simulation this must be the pose at which the scene shows the robot.
-struct Start {
-  double x_m = 0, y_m = 0;
-  double heading_rad = 0;  ///< within one turn either way
-
-  friend bool operator==(const Start&, const Start&) = default;
-};
-
 /// Deviations of a simulated robot's body from the ideal (`effects:`).
 struct Effects {
   double slip = 0;                  ///< standard deviation of each wheel's relative slip, >= 0
@@ -121,11 +113,13 @@ struct EstimatorKeys {
 struct Robot {
   std::filesystem::path file;  ///< the path as the caller gave it
   std::string name;
-  std::filesystem::path map;   ///< resolved against the file's folder
-  std::string attach;          ///< name of the served world; empty: the program has its own world
-  std::optional<Start> start;  ///< simulation only
-  int latency_frames = 4;      ///< >= 0
-  double body_radius_m = 0;    ///< > 0
+  std::filesystem::path map;  ///< resolved against the file's folder
+  std::string attach;         ///< name of the served world; empty: the program has its own world
+  /// Simulation only: the pose in the world at t = 0, at which the scene must show the robot. The heading is within one
+  /// turn either way.
+  std::optional<Pose2> start;
+  int latency_frames = 4;    ///< >= 0
+  double body_radius_m = 0;  ///< > 0
   Drive drive;
   CameraEntry lower, upper;
   std::vector<NamedCameraEntry> others;  ///< additional cameras in the file's order, at the pair's rate

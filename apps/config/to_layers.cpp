@@ -72,35 +72,23 @@ drivers::CameraPart to_part(const CameraEntry& camera) {
           .device = camera.device};
 }
 
-sim_povray::FloorPoint to_floor(const Point& point) { return {point.x_m, point.y_m}; }
-
-std::vector<sim_povray::FloorPoint> to_floor(const std::vector<Point>& points) {
-  std::vector<sim_povray::FloorPoint> floor;
-  floor.reserve(points.size());
-  for (const Point& point : points) floor.push_back(to_floor(point));
-  return floor;
-}
+Disc disc_of(const Landmark& landmark) { return {{landmark.x_m, landmark.y_m}, landmark.radius_m}; }
 
 /// Returns the fixed and moving objects of a map, without the scene that shows them.
 sim_povray::PlaceSettings contents_of(const Map& map) {
   sim_povray::PlaceSettings place;
   place.walls = map.bounds;
   for (const Landmark& landmark : map.landmarks) {
-    place.solids.push_back(
-        {fmt::format("landmark {}", landmark.name), sim_povray::Disc{{landmark.x_m, landmark.y_m}, landmark.radius_m}});
+    place.solids.push_back({fmt::format("landmark {}", landmark.name), disc_of(landmark)});
   }
   for (std::size_t i = 0; i < map.obstacles.size(); ++i) {
     sim_povray::Solid& solid = place.solids.emplace_back();
     solid.name = fmt::format("obstacle {}", i + 1);
-    if (const auto* circle = std::get_if<Circle>(&map.obstacles[i])) {
-      solid.shape = sim_povray::Disc{to_floor(circle->centre), circle->radius_m};
-    } else {
-      solid.shape = to_floor(std::get<Polygon>(map.obstacles[i]));
-    }
+    std::visit([&solid](const auto& shape) { solid.shape = shape; }, map.obstacles[i]);
   }
   for (const Moving& moving : map.moving) {
     place.moving.push_back({.name = moving.name,
-                            .path_m = to_floor(moving.path),
+                            .path_m = moving.path,
                             .speed_mps = moving.speed_mps,
                             .loop = moving.loop,
                             .radius_m = moving.radius_m});
@@ -128,10 +116,9 @@ std::optional<sim_povray::Physics> physics_of(const Effects& effects) {
 }
 
 sim_povray::SessionSettings session_of(const Robot& robot, const DriveLimits& limits, std::uint64_t seed) {
-  const localisation::Pose start = to_start_pose(robot);
   sim_povray::SessionSettings session;
   session.name = robot.name;
-  session.body.start = {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = start.heading_rad};
+  session.body.start = to_start_pose(robot);
   session.body.radius_m = robot.body_radius_m;
   session.body.wheels.separation_m = robot.effects.wheel_separation_m.value_or(robot.drive.wheel_separation_m);
   session.body.wheels.radius_m = robot.effects.wheel_radius_m.value_or(robot.drive.wheel_radius_m);
@@ -253,21 +240,15 @@ vision::Rig to_rig(const Robot& robot) {
   }
 }
 
-std::vector<vision::Target> to_targets(const Map& map) {
-  std::vector<vision::Target> targets;
-  for (const Landmark& landmark : map.landmarks) {
-    targets.push_back({landmark.name,
-                       {landmark.colour[0], landmark.colour[1], landmark.colour[2]},
-                       landmark.radius_m,
-                       landmark.top_m,
-                       greatest_range_m(landmark, map.bounds)});
-  }
+std::vector<Landmark> to_targets(const Map& map) {
+  std::vector<Landmark> targets = map.landmarks;
+  for (Landmark& landmark : targets) landmark.greatest_range_m = greatest_range_m(landmark, map.bounds);
   return targets;
 }
 
 std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map) {
   std::vector<Eigen::Vector2d> positions;
-  for (const Landmark& landmark : map.landmarks) positions.emplace_back(landmark.x_m, landmark.y_m);
+  for (const Landmark& landmark : map.landmarks) positions.push_back(vision::place_m(landmark));
   return positions;
 }
 
@@ -276,7 +257,7 @@ localisation::WheelGeometry to_wheels(const Robot& robot) {
 }
 
 localisation::Pose to_start_pose(const Robot& robot) {
-  const Start start = robot.start.value_or(Start{});
+  const Pose2 start = robot.start.value_or(Pose2{});
   return {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = localisation::wrap_angle_rad(start.heading_rad)};
 }
 
@@ -285,11 +266,11 @@ behaviours::Arena to_arena(const Map& map) {
   arena.min_m = {map.bounds.min_x_m, map.bounds.min_y_m};
   arena.max_m = {map.bounds.max_x_m, map.bounds.max_y_m};
   for (const Landmark& landmark : map.landmarks) {
-    arena.discs.push_back({{landmark.x_m, landmark.y_m}, landmark.radius_m});
+    arena.discs.push_back(disc_of(landmark));
   }
   for (const Obstacle& obstacle : map.obstacles) {
-    if (const auto* circle = std::get_if<Circle>(&obstacle)) {
-      arena.discs.push_back({to_vector(circle->centre), circle->radius_m});
+    if (const auto* disc = std::get_if<Disc>(&obstacle)) {
+      arena.discs.push_back(*disc);
       continue;
     }
     behaviours::Outline& outline = arena.outlines.emplace_back();

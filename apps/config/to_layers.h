@@ -44,7 +44,7 @@ vision::Rig to_rig(const Robot& robot);
 
 /// Returns the landmarks in the map's order. The functions below use the same order, so an index means the same
 /// landmark everywhere. The greatest range is the distance from the farthest corner of the bounds.
-std::vector<vision::Target> to_targets(const Map& map);
+std::vector<Landmark> to_targets(const Map& map);
 /// Returns the positions of the landmarks' axes, world frame, metres.
 std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map);
 

@@ -98,7 +98,8 @@ class Gain {
       const auto found = viewpoint.answer(truth, rig, landmark);
       if (!found) continue;
       const localisation::Pose& pose = viewpoint.pose();
-      const Eigen::Vector2d to_m = truth.landmarks[std::size_t(landmark)].place_m - Eigen::Vector2d(pose.x_m, pose.y_m);
+      const Eigen::Vector2d to_m =
+          vision::place_m(truth.landmarks[std::size_t(landmark)]) - Eigen::Vector2d(pose.x_m, pose.y_m);
       const double range_m = to_m.norm();
       Eigen::Matrix<double, 2, 3> jacobian;
       jacobian << -to_m.x() / range_m, -to_m.y() / range_m, 0,  //
@@ -130,7 +131,7 @@ class Gain {
       const std::size_t k = std::size_t(row.landmark);
       // A landmark that is believed elsewhere acts like a robot that is elsewhere. The derivative has the opposite
       // sign.
-      const Eigen::Vector2d shift_m = believed.landmarks[k].place_m - truth.landmarks[k].place_m;
+      const Eigen::Vector2d shift_m = vision::place_m(believed.landmarks[k]) - vision::place_m(truth.landmarks[k]);
       sum += row.gain * (*answer + row.jacobian.leftCols<2>() * shift_m);
     }
     return sum.head<2>();
@@ -154,7 +155,10 @@ std::vector<World> range_worlds(const World& world, double range_m) {
     for (int i = 0; i < kBearings; ++i) {
       const double bearing_rad = 2 * std::numbers::pi * (i + 0.3) / kBearings;
       World& one = worlds.emplace_back(world);
-      one.landmarks = {{range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad)), radius_m, top_m}};
+      one.landmarks = {{.x_m = range_m * std::cos(bearing_rad),
+                        .y_m = range_m * std::sin(bearing_rad),
+                        .radius_m = radius_m,
+                        .top_m = top_m}};
     }
   }
   return worlds;
@@ -162,11 +166,7 @@ std::vector<World> range_worlds(const World& world, double range_m) {
 
 World true_world(const config::Robot& robot, const config::Map& map) {
   const vision::Rig rig = config::to_rig(robot);
-  World world{rig.lower.settings(), rig.upper.settings(), {}, 0, {}};
-  for (const config::Landmark& landmark : map.landmarks) {
-    world.landmarks.push_back({{landmark.x_m, landmark.y_m}, landmark.radius_m, landmark.top_m});
-  }
-  return world;
+  return {rig.lower.settings(), rig.upper.settings(), map.landmarks, 0, {}};
 }
 
 /// Draws all parts of some sources at once.

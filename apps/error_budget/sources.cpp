@@ -23,10 +23,10 @@ void scale_focal_length(vision::MirrorViewSettings& view, double factor) {
 
 /// Returns parts that move x and y of a vector by `size` each.
 template <typename Vector>
-std::vector<Part> both_axes(double size, Vector vector, int landmark = -1) {
+std::vector<Part> both_axes(double size, Vector vector) {
   std::vector<Part> parts;
   for (const int axis : {0, 1}) {
-    parts.push_back({landmark, [=](World& world, double sigmas) { vector(world)[axis] += size * sigmas; }});
+    parts.push_back({-1, [=](World& world, double sigmas) { vector(world)[axis] += size * sigmas; }});
   }
   return parts;
 }
@@ -81,10 +81,8 @@ void add_map(const ErrorBudgetSettings& s, int landmarks, std::vector<Source>& s
   Source radius{"landmark's radius", millimetres(s.landmark_radius_m), {}};
   for (int i = 0; i < landmarks; ++i) {
     const std::size_t k = std::size_t(i);
-    for (Part& part : both_axes(
-             s.landmark_place_m, [k](World & w) -> auto& { return w.landmarks[k].place_m; }, i)) {
-      place.parts.push_back(std::move(part));
-    }
+    place.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].x_m += s.landmark_place_m * sigmas; }});
+    place.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].y_m += s.landmark_place_m * sigmas; }});
     top.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].top_m += s.landmark_top_m * sigmas; }});
     radius.parts.push_back(
         {i, [=](World& w, double sigmas) { w.landmarks[k].radius_m += s.landmark_radius_m * sigmas; }});

@@ -54,7 +54,7 @@ Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const M
 
 Eigen::Vector2d Viewpoint::p_BL_m(const localisation::Pose& pose, int landmark) const {
   return Eigen::Rotation2Dd(-pose.heading_rad) *
-         (truth_->landmarks[std::size_t(landmark)].place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+         (vision::place_m(truth_->landmarks[std::size_t(landmark)]) - Eigen::Vector2d(pose.x_m, pose.y_m));
 }
 
 Eigen::Vector2d Viewpoint::true_range_bearing(int landmark) const {
@@ -74,9 +74,8 @@ std::optional<Viewpoint::View> Viewpoint::look(const vision::MirrorView& view, i
   const auto here_px = pixel(view, pose_, landmark);
   if (!here_px) return std::nullopt;
   const Landmark& p = truth_->landmarks[std::size_t(landmark)];
-  const vision::Target target{"", {1, 0, 0}, p.radius_m, p.top_m};
   const Eigen::Vector2d place_m = p_BL_m(pose_, landmark);
-  const auto information = vision::sighting_information(view, target, place_m, edge_noise_px);
+  const auto information = vision::sighting_information(view, p, place_m, edge_noise_px);
   if (!information) return std::nullopt;
 
   // Derivative of the near point's pixel by range and bearing, by central differences. The error is (step / range)^2.
@@ -137,7 +136,7 @@ std::optional<localisation::Fix> Viewpoint::fix(const World& believed, const vis
   for (const int landmark : seen_) {
     const auto found = answer(believed, rig, landmark);
     if (!found) continue;
-    measurements.push_back({believed.landmarks[std::size_t(landmark)].place_m, found->range_bearing.x(),
+    measurements.push_back({vision::place_m(believed.landmarks[std::size_t(landmark)]), found->range_bearing.x(),
                             found->range_bearing.y(), found->covariance * (kFixInflation * kFixInflation)});
   }
   localisation::Fix fix = localisation::fix_by_least_squares(measurements);

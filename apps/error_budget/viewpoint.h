@@ -15,12 +15,6 @@
 
 namespace twocone::error_budget {
 
-struct Landmark {
-  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< world frame
-  double radius_m = 0;
-  double top_m = 0;
-};
-
 /// The beliefs of a robot and the deviations from the ideal. The true world has neither skew nor noise.
 struct World {
   vision::MirrorViewSettings lower, upper;

@@ -12,6 +12,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/adaptive.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/map_bounds.h"
 #include "localisation/paper_trilateration.h"
 
@@ -24,7 +25,7 @@ Ranging make_ranging(Method method, const config::Robot& robot, const config::Ma
                      const std::vector<std::size_t>& wanted) {
   try {
     const vision::Rig rig = config::to_rig(robot);
-    const std::vector<vision::Target> targets = config::to_targets(map);
+    const std::vector<Landmark> targets = config::to_targets(map);
     if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
     return vision::OutlineRanging(rig, targets, lower, upper, wanted);
   } catch (const std::invalid_argument& error) {
@@ -81,13 +82,12 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
                                                   image.width_px, image.height_px, wanted.width, wanted.height)};
   }
   if (image.format == PixelFormat::kRgb8 && image.bytes.size() == 3 * std::size_t(wanted.area())) {
-    // cv::Mat has no read-only form. Vision treats it as const.
-    return cv::Mat(wanted, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+    return as_mat(image);
   }
   auto rgb = to_rgb8(image);
   if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
   converted = std::move(*rgb);
-  return cv::Mat(converted.height_px, converted.width_px, CV_8UC3, converted.bytes.data());
+  return as_mat(converted);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/run_folder.h"
 
 namespace twocone::runlog {
@@ -12,8 +13,7 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
   if (!image) return image.error();
   const auto rgb = to_rgb8(*image);
   if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
-  // OpenCV takes external pixels only as writable. They are copied at once.
-  return cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data())).clone();
+  return estimation::as_mat(*rgb).clone();
 }
 
 }  // namespace twocone::runlog

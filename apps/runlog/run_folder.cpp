@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/yaml/text_file.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 
@@ -127,13 +128,11 @@ void write_image(const std::filesystem::path& file, const Image& image) {
   const bool is_grey = image.format == PixelFormat::kGrey8;
   const auto rgb = is_grey ? Result<Image>(image) : to_rgb8(image);
   if (!rgb) throw std::runtime_error(fmt::format("{}: {}", file.string(), rgb.error().message));
-  const cv::Mat pixels(rgb->height_px, rgb->width_px, is_grey ? CV_8UC1 : CV_8UC3,
-                       const_cast<std::uint8_t*>(rgb->bytes.data()));
   cv::Mat bgr;  // or grey, in the form for imencode()
   if (is_grey) {
-    bgr = pixels;
+    bgr = estimation::as_mat(*rgb);
   } else {
-    cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
+    cv::cvtColor(estimation::as_mat(*rgb), bgr, cv::COLOR_RGB2BGR);
   }
   std::vector<std::uint8_t> png;
   // The fastest compression is used, because a run writes 30 images per second of its time. It still halves their size.

@@ -61,7 +61,7 @@ Episode make_episode(const config::Robot& robot, const config::Map& map, const b
     localisation::Pose pose{numbers.between(map.bounds.min_x_m, map.bounds.max_x_m),
                             numbers.between(map.bounds.min_y_m, map.bounds.max_y_m),
                             numbers.between(-std::numbers::pi, std::numbers::pi)};
-    episode.from = {pose.x_m, pose.y_m, pose.heading_rad};
+    episode.from = pose;
     const double left_mps = speed_mps * (1 - turn);
     const double right_mps = speed_mps * (1 + turn);
     episode.speeds = {left_mps / robot.drive.wheel_radius_m, right_mps / robot.drive.wheel_radius_m};
@@ -98,14 +98,12 @@ constexpr double kUnknown_m2 = 100;
 std::vector<std::string> rank_landmarks(const config::Robot& robot, const config::Map& map,
                                         const std::vector<Episode>& episodes) {
   const vision::Rig rig = config::to_rig(robot);
-  const std::vector<vision::Target> targets = config::to_targets(map);
+  const std::vector<Landmark> targets = config::to_targets(map);
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(map);
   const auto noise_px = [](const std::string&, const std::string&) { return std::optional(kEdgeNoise_px); };
-  std::vector<localisation::Pose> poses;
   std::vector<std::vector<Eigen::Matrix2d>> all;  // [episode][landmark], of range and bearing
   for (const Episode& episode : episodes) {
-    poses.push_back({episode.from.x_m, episode.from.y_m, episode.from.heading_rad});
-    all.push_back(runlog::landmark_information(rig, targets, places_m, poses.back(), noise_px));
+    all.push_back(runlog::landmark_information(rig, targets, places_m, episode.from, noise_px));
   }
   std::vector<std::size_t> kept(places_m.size());
   std::iota(kept.begin(), kept.end(), 0);
@@ -116,7 +114,7 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
       for (std::size_t k = 0; k < information.size(); ++k) {
         if (k == out || std::find(kept.begin(), kept.end(), k) == kept.end()) information[k].setZero();
       }
-      const auto bound = localisation::pose_bound(poses[i], places_m, information);
+      const auto bound = localisation::pose_bound(episodes[i].from, places_m, information);
       sum_m2 += bound ? std::min((*bound)(0, 0) + (*bound)(1, 1), kUnknown_m2) : kUnknown_m2;
     }
     return sum_m2;

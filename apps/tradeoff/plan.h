@@ -8,8 +8,8 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/tradeoff/setting.h"
+#include "base/plane.h"
 #include "hal/diff_drive.h"
-#include "hal/pose.h"
 
 namespace twocone::tradeoff {
 

@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 
 #include "apps/config/robot_file.h"
+#include "base/plane.h"
 #include "drivers/sim_povray/sim_povray.h"
-#include "hal/pose.h"
 
 namespace twocone::bench {
 

@@ -34,12 +34,12 @@ struct Extent {
   Point size{};
 };
 
-Extent extent_of(const std::vector<TrueLandmark>& landmarks) {
+Extent extent_of(const std::vector<Landmark>& landmarks) {
   constexpr double kMargin_m = 0.01;
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Point least{kFar, kFar, 0};
   Point greatest{-kFar, -kFar, 0};
-  for (const TrueLandmark& landmark : landmarks) {
+  for (const Landmark& landmark : landmarks) {
     least[0] = std::min(least[0], landmark.x_m - landmark.radius_m);
     least[1] = std::min(least[1], landmark.y_m - landmark.radius_m);
     greatest[0] = std::max(greatest[0], landmark.x_m + landmark.radius_m);
@@ -54,14 +54,14 @@ Extent extent_of(const std::vector<TrueLandmark>& landmarks) {
   return extent;
 }
 
-void check(const PlaceSettings& place, const TruthView& view, const std::vector<TrueLandmark>& landmarks) {
+void check(const PlaceSettings& place, const TruthView& view, const std::vector<Landmark>& landmarks) {
   std::string bad;
   const auto side = [&bad](const char* name, int value) {
     if (value < 1 || value > kMaxSide_px) bad += fmt::format(" {} is {}, must be 1 to {};", name, value, kMaxSide_px);
   };
   side("width_px", view.width_px);
   side("height_px", view.height_px);
-  for (const TrueLandmark& landmark : landmarks) {
+  for (const Landmark& landmark : landmarks) {
     const auto positive = [&](const char* name, double value) {
       if (!(value > 0) || !std::isfinite(value)) {
         bad += fmt::format(" {} of landmark {} is {} m, must be > 0 and finite;", name, landmark.name, value);
@@ -94,9 +94,9 @@ std::string position_pigment(const Extent& extent, double unit_m) {
 }
 
 /// Returns the shells with a pigment, in linear light whatever gamma the scene assumes.
-std::string shells(const std::vector<TrueLandmark>& landmarks, double unit_m, const std::string& pigment) {
+std::string shells(const std::vector<Landmark>& landmarks, double unit_m, const std::string& pigment) {
   std::string text = "global_settings { assumed_gamma 1.0 }\n";
-  for (const TrueLandmark& landmark : landmarks) {
+  for (const Landmark& landmark : landmarks) {
     const double x = landmark.x_m / unit_m;
     const double y = landmark.y_m / unit_m;
     text += fmt::format(
@@ -108,12 +108,12 @@ std::string shells(const std::vector<TrueLandmark>& landmarks, double unit_m, co
 }
 
 /// Returns the distance of the point from the landmark's side; < 0 inside.
-double outside_m(const TrueLandmark& landmark, const Point& point) {
+double outside_m(const Landmark& landmark, const Point& point) {
   return std::hypot(point[0] - landmark.x_m, point[1] - landmark.y_m) - landmark.radius_m;
 }
 
 std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even, const DeepImage& none,
-                                const Extent& extent, const std::vector<TrueLandmark>& landmarks, const Pose2& robot) {
+                                const Extent& extent, const std::vector<Landmark>& landmarks, const Pose2& robot) {
   std::vector<TruePixel> pixels;
   for (int row = 0; row < even.height_px; ++row) {
     for (int column = 0; column < even.width_px; ++column) {
@@ -131,7 +131,7 @@ std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even
       if (!shown) continue;
       const auto nearest = std::min_element(
           landmarks.begin(), landmarks.end(),
-          [&](const TrueLandmark& a, const TrueLandmark& b) { return outside_m(a, point) < outside_m(b, point); });
+          [&](const Landmark& a, const Landmark& b) { return outside_m(a, point) < outside_m(b, point); });
       pixels.push_back({column, row, std::size_t(nearest - landmarks.begin()),
                         std::hypot(point[0] - robot.x_m, point[1] - robot.y_m), point[2]});
     }
@@ -142,7 +142,7 @@ std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even
 }  // namespace
 
 Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const MovedBlock& robot,
-                                               const TruthView& view, const std::vector<TrueLandmark>& landmarks,
+                                               const TruthView& view, const std::vector<Landmark>& landmarks,
                                                const std::vector<MovedBlock>& others) {
   check(place, view, landmarks);
   check(place.render);

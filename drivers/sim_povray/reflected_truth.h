@@ -6,19 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "base/landmark.h"
 #include "drivers/sim_povray/sim_povray.h"
 
 /// The true content of a mirror's image, pixel by pixel, against which an answer of the vision can be judged. POV-Ray
 /// itself supplies it, so it holds for every mirror that the scene has, and it shares no formula with the vision.
 namespace twocone::sim_povray {
-
-/// An upright cylinder on the floor of the scene. World frame.
-struct TrueLandmark {
-  std::string name;
-  double x_m = 0, y_m = 0;  ///< of its axis
-  double radius_m = 0;      ///< > 0
-  double top_m = 0;         ///< > 0
-};
 
 /// A named block of the scene, with the pose at which the scene shows it and its present pose: "robot", "robot.2",
 /// "moving.trolley".
@@ -56,7 +49,7 @@ struct TruePixel {
 ///
 /// Errors: as Simulation::open and Frame::image. @throws std::invalid_argument naming every bad argument
 Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const MovedBlock& robot,
-                                               const TruthView& view, const std::vector<TrueLandmark>& landmarks,
+                                               const TruthView& view, const std::vector<Landmark>& landmarks,
                                                const std::vector<MovedBlock>& others = {});
 
 /// Returns the scene's name of the robot SessionSettings::name: `robot.NAME`, or `robot`. The names of its cameras have

@@ -6,11 +6,11 @@
 #include <future>
 #include <string>
 
+#include "base/plane.h"
 #include "drivers/sim_povray/sim_povray.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/frame.h"
-#include "hal/pose.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {

@@ -121,7 +121,7 @@ void check(const PlaceSettings& settings) {
   if (settings.scene.empty()) complaints.add("scene is empty");
   complaints.positive("unit_m", settings.unit_m, "m");
   if (settings.walls) {
-    const Walls& walls = *settings.walls;
+    const Bounds& walls = *settings.walls;
     if (!(walls.min_x_m < walls.max_x_m) || !std::isfinite(walls.max_x_m - walls.min_x_m)) {
       complaints.add("walls.min_x_m is {} m and max_x_m {} m, must be finite and min < max", walls.min_x_m,
                      walls.max_x_m);

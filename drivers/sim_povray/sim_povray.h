@@ -13,9 +13,9 @@
 #include <variant>
 #include <vector>
 
+#include "base/plane.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
-#include "hal/pose.h"
 #include "hal/robot.h"
 
 /// A simulated world behind Camera and DiffDrive, rendered by POV-Ray.
@@ -25,29 +25,12 @@ namespace twocone::sim_povray {
 
 // ---- the place
 
-struct FloorPoint {
-  double x_m = 0;
-  double y_m = 0;
-  friend bool operator==(const FloorPoint&, const FloorPoint&) = default;
-};
-struct Disc {
-  FloorPoint centre;
-  double radius_m = 0;  ///< > 0
-};
 using Outline = std::vector<FloorPoint>;  ///< corners of a simple polygon, at least three
 
 /// An obstacle that stands on the floor and stops a robot.
 struct Solid {
   std::string name;  ///< name in messages: "landmark red", "obstacle 3"
   std::variant<Disc, Outline> shape{};
-};
-
-/// Positions of the walls' inner faces, min < max.
-struct Walls {
-  double min_x_m = 0, max_x_m = 0;
-  double min_y_m = 0, max_y_m = 0;
-
-  friend bool operator==(const Walls&, const Walls&) = default;
 };
 
 /// An object that moves along a path by itself. It is at path_m[0] at time 0, faces along its path and moves at
@@ -91,8 +74,8 @@ struct PlaceSettings {
   /// Folders that the scene may read, with all their sub-folders, in addition to POV-Ray's libraries. The scene may not
   /// write any file. Empty: the scene's own folder.
   std::vector<std::filesystem::path> scene_paths{};
-  double unit_m = 0.05;  ///< metres in one POV-Ray unit, > 0
-  std::optional<Walls> walls{};
+  double unit_m = 0.05;           ///< metres in one POV-Ray unit, > 0
+  std::optional<Bounds> walls{};  ///< positions of the inner faces
   std::vector<Solid> solids{};
   std::vector<MovingThing> moving{};
   SceneSwitches switches{};

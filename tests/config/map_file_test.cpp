@@ -26,7 +26,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   wanted.landmarks = {
       {.name = "red", .colour = {0.9, 0.1, 0.05}, .x_m = -1.9, .y_m = 0.7, .radius_m = 0.08, .top_m = 0.95},
       {.name = "green", .colour = {0, 1, 0}, .x_m = 2.3, .y_m = -1.1, .radius_m = 0.11, .top_m = 1.05}};
-  wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Circle{{1.2, -0.8}, 0.25}};
+  wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Disc{{1.2, -0.8}, 0.25}};
   wanted.moving = {{.name = "cart_2",
                     .path = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
                     .speed_mps = 0.23,

@@ -20,7 +20,7 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
   wanted.file = file;
   wanted.name = "nina";
   wanted.map = file.parent_path() / "rooms/cellar.map.yaml";
-  wanted.start = Start{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53};
+  wanted.start = Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53};
   wanted.latency_frames = 3;
   wanted.body_radius_m = 0.17;
   wanted.drive = {.driver = "sim_povray",

@@ -71,7 +71,7 @@ std::string all_of(const sim_povray::PlaceSettings& place) {
   if (walls) text += fmt::format("{} {} {} {}\n", walls->min_x_m, walls->max_x_m, walls->min_y_m, walls->max_y_m);
   for (const auto& [name, shape] : solids) {
     text += name;
-    if (const auto* disc = std::get_if<sim_povray::Disc>(&shape)) {
+    if (const auto* disc = std::get_if<Disc>(&shape)) {
       text += fmt::format(" {} {} {}\n", disc->centre.x_m, disc->centre.y_m, disc->radius_m);
     } else {
       for (const auto& [x_m, y_m] : std::get<sim_povray::Outline>(shape)) text += fmt::format(" ({}, {})", x_m, y_m);
@@ -194,18 +194,18 @@ TEST(ToPlace, HasEveryThingOfTheMap) {
   EXPECT_EQ(place.walls->max_y_m, 2.9);
   ASSERT_EQ(place.solids.size(), 4u);
   EXPECT_EQ(place.solids[0].name, "landmark red");
-  const auto& red = std::get<sim_povray::Disc>(place.solids[0].shape);
-  EXPECT_EQ(red.centre, (sim_povray::FloorPoint{-1.9, 0.7}));
+  const auto& red = std::get<Disc>(place.solids[0].shape);
+  EXPECT_EQ(red.centre, (FloorPoint{-1.9, 0.7}));
   EXPECT_EQ(red.radius_m, 0.08);
   EXPECT_EQ(place.solids[1].name, "landmark green");
   EXPECT_EQ(place.solids[2].name, "obstacle 1");
   EXPECT_EQ(std::get<sim_povray::Outline>(place.solids[2].shape),
             (sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
   EXPECT_EQ(place.solids[3].name, "obstacle 2");
-  EXPECT_EQ(std::get<sim_povray::Disc>(place.solids[3].shape).radius_m, 0.25);
+  EXPECT_EQ(std::get<Disc>(place.solids[3].shape).radius_m, 0.25);
   ASSERT_EQ(place.moving.size(), 2u);
   EXPECT_EQ(place.moving[0].name, "cart_2");
-  EXPECT_EQ(place.moving[0].path_m, (std::vector<sim_povray::FloorPoint>{{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}}));
+  EXPECT_EQ(place.moving[0].path_m, (std::vector<FloorPoint>{{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}}));
   EXPECT_EQ(place.moving[0].speed_mps, 0.23);
   EXPECT_TRUE(place.moving[0].loop);
   EXPECT_EQ(place.moving[0].radius_m, 0.19);
@@ -312,7 +312,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
         Mismatch{"StartInAnotherCountry",
                  [](Robot& robot, Map&) {
-                   robot.start = Start{-9, 9.5, 0};
+                   robot.start = Pose2{-9, 9.5, 0};
                  },
                  "r.yaml: start has x = -9 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3\n"
                  "r.yaml: start has y = 9.5 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
@@ -413,12 +413,12 @@ TEST(ToRig, ARejectedMirrorIsAFileErrorNamingFileAndMirror) {
 }
 
 TEST(ToTargets, AndPositionsAreTheLandmarksInTheirOrder) {
-  const std::vector<vision::Target> targets = to_targets(good_map());
+  const std::vector<Landmark> targets = to_targets(good_map());
   const std::vector<Eigen::Vector2d> positions = to_landmark_positions(good_map());
   ASSERT_EQ(targets.size(), 2u);
   ASSERT_EQ(positions.size(), 2u);
   EXPECT_EQ(targets[0].name, "red");
-  EXPECT_EQ(targets[0].colour, Eigen::Vector3d(0.9, 0.1, 0.05));
+  EXPECT_EQ(targets[0].colour, (std::array{0.9, 0.1, 0.05}));
   EXPECT_EQ(targets[0].radius_m, 0.08);
   EXPECT_EQ(targets[0].top_m, good_map().landmarks[0].top_m);
   EXPECT_NE(targets[0].top_m, targets[1].top_m);
@@ -477,10 +477,10 @@ TEST(ToArena, HasWallsLandmarksAndObstacles) {
   ASSERT_EQ(arena.outlines.size(), 1u);
   EXPECT_EQ(arena.outlines[0], (behaviours::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
   ASSERT_EQ(arena.discs.size(), 3u);
-  EXPECT_EQ(arena.discs[0].centre_m, Eigen::Vector2d(-1.9, 0.7));
+  EXPECT_EQ(arena.discs[0].centre, (FloorPoint{-1.9, 0.7}));
   EXPECT_EQ(arena.discs[0].radius_m, 0.08);
-  EXPECT_EQ(arena.discs[1].centre_m, Eigen::Vector2d(2.3, -1.1));
-  EXPECT_EQ(arena.discs[2].centre_m, Eigen::Vector2d(1.2, -0.8));
+  EXPECT_EQ(arena.discs[1].centre, (FloorPoint{2.3, -1.1}));
+  EXPECT_EQ(arena.discs[2].centre, (FloorPoint{1.2, -0.8}));
   EXPECT_EQ(arena.discs[2].radius_m, 0.25);
 }
 

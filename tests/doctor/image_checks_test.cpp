@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/estimation/image_as_mat.h"
 #include "tests/doctor/bench_devices.h"
 
 namespace twocone::doctor {
@@ -67,7 +68,7 @@ TEST(DoctorImage, TheWidthOfAnEdgeFollowsItsBlur) {
   constexpr double kShare = 0.12;
   for (const double sigma_px : {1.3, 2.1, 3.3}) {
     const Image image = image_of({.sigma_px = sigma_px});
-    const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+    const cv::Mat rgb = estimation::as_mat(image);
     const auto width_px = edge_width_px(rgb, kBelieved);
     ASSERT_TRUE(width_px);
     EXPECT_NEAR(*width_px, 2.5066 * sigma_px, kShare * 2.5066 * sigma_px) << "px, sigma " << sigma_px << " px";

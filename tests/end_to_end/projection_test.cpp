@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "drivers/sim_povray/render/povray/process_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
@@ -128,7 +129,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
   const auto rig = config::to_rig(robot);
   const auto arena = config::to_arena(map);
   std::vector<Eigen::Vector3d> colours;
-  for (const auto& target : config::to_targets(map)) colours.push_back(target.colour);
+  for (const Landmark& landmark : map.landmarks) colours.emplace_back(landmark.colour.data());
   const vision::HueLabels hues(colours);
 
   auto scene = sim_povray::Scene::read(*map.scene);
@@ -181,9 +182,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
     for (std::size_t v = 0; v < 2; ++v) {
       const auto image = images[k][v].get();
       ASSERT_TRUE(image) << image.error().message;
-      const cv::Mat rgb((*image)->height_px, (*image)->width_px, CV_8UC3,
-                        const_cast<std::uint8_t*>((*image)->bytes.data()));
-      const cv::Mat labels = hues.label(rgb);
+      const cv::Mat labels = hues.label(estimation::as_mat(**image));
       const vision::MirrorView& view = v == 0 ? rig.lower : rig.upper;
       for (std::size_t i = 0; i < sights.size(); ++i) {
         const Sight& sight = sights[i];

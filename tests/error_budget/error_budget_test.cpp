@@ -165,7 +165,7 @@ TEST(ErrorBudget, RefusesSettingsByName) {
 
 TEST(GridPoses, StandWhereTheRobotHasRoom) {
   config::Map map = lab_map(0.15);
-  map.obstacles = {config::Circle{{1.2, -0.8}, 0.2}};
+  map.obstacles = {Disc{{1.2, -0.8}, 0.2}};
   const auto poses = grid_poses(lab_robot(), map);
   EXPECT_GT(poses.size(), 15U);
   for (const localisation::Pose& pose : poses) {

@@ -22,7 +22,7 @@ set(may_localisation base localisation vision)
 set(may_drivers/backends hal drivers)
 set(may_drivers/DRIVER base hal drivers/DRIVER)
 # Behaviours receive values and no device. So they cannot distinguish simulation from hardware or access the truth.
-set(may_apps/behaviours apps/behaviours localisation hal/clock.h hal/diff_drive.h hal/pose.h)
+set(may_apps/behaviours apps/behaviours base localisation hal/clock.h hal/diff_drive.h)
 set(may_apps/config apps/config apps/behaviours base hal vision localisation ${drivers_api})
 # An answer depends on images, map and rig only. So the estimation may include no driver and no run folder.
 set(may_apps/estimation apps/estimation apps/config base hal/image.h hal/result.h hal/diff_drive.h hal/clock.h vision localisation)

@@ -78,8 +78,8 @@ class View {
   Matrix rotation_;
 };
 
-/// Slope at which the lens sees a point by a hyperbolic mirror (vision/hyperboloid_mirror.h): the ray from the point to
-/// the upper focus is cut with the surface's quadratic.
+/// Slope at which the lens sees a point by a hyperbolic mirror (tests/support/hyperboloid_mirror.h): the ray from the
+/// point to the upper focus is cut with the surface's quadratic.
 Real hyperboloid_slope(const Real& half_axis, const Real& half_focal, const Real& distance, const Real& height);
 /// Elevation of the ray that the lens sees at a slope: the lens's ray is cut with the surface and reflected about its
 /// gradient.

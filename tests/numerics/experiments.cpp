@@ -13,6 +13,7 @@
 #include "localisation/paper_trilateration.h"
 #include "tests/numerics/formulas.h"
 #include "tests/numerics/judge.h"
+#include "tests/support/disparity_range.h"
 #include "vision/triangulation.h"
 
 namespace twocone::numerics {

@@ -13,6 +13,7 @@
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
 #include "localisation/paper_trilateration.h"
+#include "tests/support/disparity_range.h"
 #include "vision/mirror_view.h"
 #include "vision/triangulation.h"
 

@@ -8,7 +8,8 @@
 #include <fmt/format.h>
 
 #include "tests/numerics/judge.h"
-#include "vision/hyperboloid_mirror.h"
+#include "tests/support/disparity_range.h"
+#include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 #include "vision/sighting.h"
 #include "vision/triangulation.h"

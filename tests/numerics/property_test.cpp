@@ -13,7 +13,7 @@
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
 #include "localisation/paper_trilateration.h"
-#include "vision/hyperboloid_mirror.h"
+#include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 #include "vision/triangulation.h"
 

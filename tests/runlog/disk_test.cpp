@@ -136,8 +136,7 @@ TEST(Disk, TheTruthIsATableBesideItsImage) {
   const TemporaryFolder folder;
   const runlog::RunFolder run(folder.path() / "run");
   const auto file = runlog::truth_file(run.path(), "upper", 7);
-  runlog::write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}},
-                      {{"red", 0, 0, 1, 1}, {"a, b", 0, 0, 1, 1}});
+  runlog::write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}}, {{.name = "red"}, {.name = "a, b"}});
   EXPECT_EQ(folder.read("run/upper/000007.truth.csv"),
             "column_px,row_px,landmark,distance_m,height_m\n3,0,\"a, b\",2.12346,0.90000\n4,0,red,1.50000,0.12345\n");
 }

@@ -16,7 +16,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 config::Robot robot() {
   config::Robot robot;
-  robot.start = config::Start{.x_m = 0.7, .y_m = -0.4, .heading_rad = 30 * kDegree};
+  robot.start = Pose2{.x_m = 0.7, .y_m = -0.4, .heading_rad = 30 * kDegree};
   robot.body_radius_m = 0.2;
   robot.rig.lower.azimuth_rad = -50 * kDegree;
   return robot;

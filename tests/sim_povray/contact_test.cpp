@@ -60,7 +60,7 @@ void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int st
 
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1.5, -2, 2};
+  place.walls = Bounds{-1, 1.5, -2, 2};
   World world = world_of(place);
   const auto robot = *world.add_robot(body({0, 0, 0}));
   EXPECT_EQ(world.contact(robot), "");
@@ -74,7 +74,7 @@ TEST(Contact, AWallStopsTheBodyAndItsWheels) {
 
 TEST(Contact, EachWallStopsIt) {
   PlaceSettings place;
-  place.walls = Walls{-1.1, 1.2, -1.3, 1.4};
+  place.walls = Bounds{-1.1, 1.2, -1.3, 1.4};
   for (const double heading_rad : {0.0, kPi / 2, kPi, -kPi / 2}) {
     World world = world_of(place);
     const auto robot = *world.add_robot(body({0, 0, heading_rad}));
@@ -147,7 +147,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
   int stopped = 0;
   for (int n = 0; n < 150; ++n) {
     PlaceSettings place;
-    place.walls = Walls{-2.5, 2.5, -2.5, 2.5};
+    place.walls = Bounds{-2.5, 2.5, -2.5, 2.5};
     for (int i = 0; i < 4; ++i) {
       const FloorPoint at{2.3 * any(engine), 2.3 * any(engine)};
       if (i % 2 == 0) {
@@ -202,7 +202,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
 
 TEST(Contact, ARobotLeavesAWallBackwards) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   World world = world_of(place);
   const auto robot = *world.add_robot(body({0, 0, 0.3}));
   drive(world, robot, wheels(0.5), 60);
@@ -219,7 +219,7 @@ TEST(Contact, ARobotLeavesAWallBackwards) {
 // robot.
 TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   for (const std::uint64_t seed : {0, 1, 2, 3, 4}) {
     const double slip = seed == 0 ? 0 : 0.05;
     World world = world_of(place);
@@ -243,7 +243,7 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
 
 TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   World world = world_of(place);
   RobotBody b = body({0, 0, 0});
   b.wheels.lag_s = 0.2;
@@ -261,7 +261,7 @@ TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
 // Poses within a step in which the wall stops the body: it drives, then it stands.
 TEST(Contact, PosesWithinTheStepStopWithTheBody) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   World world = world_of(place, 1);
   RobotBody b = body({0, 0, 0});
   b.command_timeout = std::chrono::seconds(10);
@@ -274,7 +274,7 @@ TEST(Contact, PosesWithinTheStepStopWithTheBody) {
 
 TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
   PlaceSettings place;
-  place.walls = Walls{-3, 3, -3, 3};
+  place.walls = Bounds{-3, 3, -3, 3};
   place.solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}};
   place.moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}};
   World world = world_of(place);

@@ -13,7 +13,7 @@ using testing::HasSubstr;
 
 PlaceSettings place() {
   PlaceSettings place;
-  place.walls = Walls{-2, 2, -1.5, 1.5};
+  place.walls = Bounds{-2, 2, -1.5, 1.5};
   place.solids = {{"landmark red", Disc{{1.9, 0.7}, 0.08}}, {"obstacle 1", Outline{{0, 0}, {1, 0}, {0.5, 0.7}}}};
   place.moving = {{"cart", {{0, 1}, {1, 1}}, 0.23, true, 0.19}};
   return place;

@@ -78,7 +78,7 @@ double seconds(const World& world) { return std::chrono::duration<double>(world.
 TEST(Physics, AWorldWithoutPhysicsDoesNotStartTheEngine) {
   const int before = PhysicsEngine::opened();
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   World world = world_of(place, 15);
   RobotBody light = heavy({});
   light.physics.reset();
@@ -289,7 +289,7 @@ TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
 
 TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
   PlaceSettings place;
-  place.walls = Walls{-2, 1, -2, 2};
+  place.walls = Bounds{-2, 1, -2, 2};
   place.solids = {{"landmark red", Disc{{-1, 0}, 0.1}}};
   World world = world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
@@ -409,7 +409,7 @@ TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
 // With locked wheels nothing adds energy. The energy falls in every step, through many collisions.
 TEST(Physics, EnergyNeverIncreases) {
   PlaceSettings place;
-  place.walls = Walls{-2, 2, -1.2, 1.2};
+  place.walls = Bounds{-2, 2, -1.2, 1.2};
   place.solids = {{"landmark", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}};
   World world = world_of(place);
   std::vector<World::RobotId> robots;
@@ -510,7 +510,7 @@ TEST(Physics, PosesWithinTheStepLieOnThePath) {
 
 Pose2 run_of(int steps) {
   PlaceSettings place;
-  place.walls = Walls{-1, 1, -1, 1};
+  place.walls = Bounds{-1, 1, -1, 1};
   World world = world_of(place, 15);
   const auto a = *world.add_robot(heavy({-0.5, 0, 0.3}));
   RobotBody other = heavy({0.5, 0.1, 3});

@@ -16,7 +16,7 @@
 
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "vision/hyperboloid_mirror.h"
+#include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::sim_povray {
@@ -41,12 +41,14 @@ PlaceSettings place(const char* scene) {
 }
 
 /// The landmarks of lab.pov, and in kColourBits their colours as bits: 1 red, 2 green, 4 blue.
-const std::vector<TrueLandmark> kLabLandmarks{{"red", -2.45, -0.35, 0.15, 0.9},    {"green", -1.40, 1.95, 0.15, 0.9},
-                                              {"blue", 1.50, 1.95, 0.15, 0.9},     {"cyan", 2.45, 0.30, 0.15, 0.9},
-                                              {"magenta", 1.30, -1.95, 0.15, 0.9}, {"yellow", -1.50, -1.95, 0.15, 0.9}};
-const std::vector<TrueLandmark> kRoomLandmarks{
-    {"red", -2.10, -0.40, 0.12, 0.8}, {"green", -1.20, 1.70, 0.12, 0.8},   {"blue", 1.10, 1.70, 0.12, 0.8},
-    {"cyan", 2.10, 0.30, 0.12, 0.8},  {"magenta", 1.40, -1.70, 0.12, 0.8}, {"yellow", -1.60, -1.70, 0.12, 0.8}};
+const std::vector<Landmark> kLabLandmarks{
+    {"red", {}, -2.45, -0.35, 0.15, 0.9},    {"green", {}, -1.40, 1.95, 0.15, 0.9},
+    {"blue", {}, 1.50, 1.95, 0.15, 0.9},     {"cyan", {}, 2.45, 0.30, 0.15, 0.9},
+    {"magenta", {}, 1.30, -1.95, 0.15, 0.9}, {"yellow", {}, -1.50, -1.95, 0.15, 0.9}};
+const std::vector<Landmark> kRoomLandmarks{
+    {"red", {}, -2.10, -0.40, 0.12, 0.8},    {"green", {}, -1.20, 1.70, 0.12, 0.8},
+    {"blue", {}, 1.10, 1.70, 0.12, 0.8},     {"cyan", {}, 2.10, 0.30, 0.12, 0.8},
+    {"magenta", {}, 1.40, -1.70, 0.12, 0.8}, {"yellow", {}, -1.60, -1.70, 0.12, 0.8}};
 constexpr std::array<int, 6> kColourBits{1, 2, 4, 6, 5, 3};
 
 /// Returns the index of the landmark whose colour a pixel has. Light does not change the saturation of a surface, and
@@ -85,7 +87,7 @@ std::optional<Eigen::Vector2d> meets(const vision::Ray& ray, const Eigen::Vector
 struct ConeCase {
   const char* scene;
   vision::MirrorViewSettings mirror;
-  const std::vector<TrueLandmark>* landmarks;
+  const std::vector<Landmark>* landmarks;
   Pose2 pose;
 
   friend void PrintTo(const ConeCase& c, std::ostream* out) { *out << c.scene; }
@@ -154,7 +156,7 @@ TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   int compared = 0;
   double worst_m = 0;
   for (const TruePixel& pixel : *truth) {
-    const TrueLandmark& landmark = (*c.landmarks)[pixel.landmark];
+    const Landmark& landmark = (*c.landmarks)[pixel.landmark];
     const auto ray = mirror.back_project({pixel.column_px, pixel.row_px});
     if (!ray) continue;  // the rim's outermost pixels
     const double dx = landmark.x_m - c.pose.x_m;
@@ -243,7 +245,7 @@ TEST(ReflectedTruth, NamesEveryBadArgument) {
   auto settings = place("lab.pov");
   settings.unit_m = -0.05;
   try {
-    (void)reflected_truth(settings, {"robot", {}, {}}, {"lower", 0, 20000}, {{"red", 1, NAN, 0, -0.9}});
+    (void)reflected_truth(settings, {"robot", {}, {}}, {"lower", 0, 20000}, {{"red", {}, 1, NAN, 0, -0.9}});
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(

@@ -324,7 +324,7 @@ TEST_F(SimulationTest, OpenedDevicesOutliveTheSimulation) {
 TEST(SettingsCheck, NamesEveryBadField) {
   PlaceSettings place;
   place.unit_m = 0;
-  place.walls = Walls{1, -1, 0, 2};
+  place.walls = Bounds{1, -1, 0, 2};
   place.solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}};
   place.moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}};
   place.switches.reflection_depth = 0;

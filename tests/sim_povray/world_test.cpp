@@ -100,7 +100,7 @@ TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
   for (const double radius_m : {0.0, 0.2}) {
     b.radius_m = radius_m;
     PlaceSettings place;
-    place.walls = Walls{-30, 30, -30, 30};
+    place.walls = Bounds{-30, 30, -30, 30};
     World world(place);
     world.set_rate(15);
     const World::RobotId robot = *world.add_robot(b);

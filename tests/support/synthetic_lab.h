@@ -43,10 +43,12 @@ inline std::vector<SyntheticLandmark> six_landmarks() {
           landmark(1.30, -1.95, {0.60, 0.02, 0.60}),  landmark(-1.50, -1.95, {0.60, 0.60, 0.02})};
 }
 
-inline std::vector<Target> targets_of(const std::vector<SyntheticLandmark>& landmarks) {
-  std::vector<Target> targets;
+inline std::vector<Landmark> targets_of(const std::vector<SyntheticLandmark>& landmarks) {
+  std::vector<Landmark> targets;
   for (const SyntheticLandmark& l : landmarks) {
-    targets.push_back({"landmark " + std::to_string(targets.size() + 1), l.colour, l.radius_m, l.top_m});
+    const std::string name = "landmark " + std::to_string(targets.size() + 1);
+    targets.push_back(
+        {name, {l.colour[0], l.colour[1], l.colour[2]}, l.centre_m.x(), l.centre_m.y(), l.radius_m, l.top_m});
   }
   return targets;
 }

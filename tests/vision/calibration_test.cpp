@@ -332,7 +332,7 @@ TEST(Calibration, RefusesProblemsThatDetermineNothing) {
 TEST(Calibration, RefusesAMapThatContradictsTheViews) {
   const DriveSettings world;
   CalibrationProblem problem = problem_of(world);
-  for (KnownLandmark& l : problem.landmarks) l.place_m.x() *= -1;  // mirrored
+  for (Landmark& l : problem.landmarks) l.x_m *= -1;  // mirrored
   const CalibrationResult result = calibrate(problem);
   EXPECT_NE(result.verdict, CalibrationVerdict::kOk) << as_text(result, truth_of(world));
 }

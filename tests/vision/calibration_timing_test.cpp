@@ -276,7 +276,7 @@ TEST(CalibrationTiming, CovarianceIsJoint) {
 /// The level of 3 sigmas of one Gaussian, two-sided: exp(-x / 2) = 0.0027.
 constexpr double kChiSquaredLimit = 11.83;
 
-void expect_moved(const CalibrationResult& result, const std::vector<KnownLandmark>& map,
+void expect_moved(const CalibrationResult& result, const std::vector<Landmark>& map,
                   const std::map<std::size_t, Eigen::Vector2d>& truth_m) {
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
   ASSERT_EQ(result.landmark_shifts.size(), map.size());
@@ -302,7 +302,8 @@ void expect_moved(const CalibrationResult& result, const std::vector<KnownLandma
 TEST(CalibrationMap, FindsTheMovedLandmarkAndNoOther) {
   DriveSettings world = with_rig_errors({});
   world.duration_s = kShortDrive_s;
-  world.landmarks[2].place_m += Eigen::Vector2d(0.016, -0.012);
+  world.landmarks[2].x_m += 0.016;
+  world.landmarks[2].y_m -= 0.012;
   CalibrationProblem problem = timed_problem(world);
   problem.landmark_sigma_m = 0.01;
   expect_moved(calibrate(problem), problem.landmarks, {{2, {0.016, -0.012}}});
@@ -312,8 +313,9 @@ TEST(CalibrationMap, FindsTwoWithTimesAndSystematicErrorsAllowed) {
   DriveSettings world;
   world.latency_s = 0.025;
   world.upper_skew_s = 0.008;
-  world.landmarks[0].place_m += Eigen::Vector2d(0, 0.02);
-  world.landmarks[4].place_m += Eigen::Vector2d(-0.012, -0.016);
+  world.landmarks[0].y_m += 0.02;
+  world.landmarks[4].x_m -= 0.012;
+  world.landmarks[4].y_m -= 0.016;
   CalibrationProblem problem = timed_problem(world);
   problem.systematic_px = 0.025;
   problem.landmark_sigma_m = 0.01;
@@ -327,7 +329,11 @@ TEST(CalibrationMap, ACommonShiftTurnAndScaleIsNoLandmarks) {
   DriveSettings world;
   world.duration_s = 8;
   const Eigen::Rotation2Dd turn(0.01);
-  for (KnownLandmark& l : world.landmarks) l.place_m = 1.006 * (turn * l.place_m) + Eigen::Vector2d(0.02, -0.03);
+  for (Landmark& l : world.landmarks) {
+    const Eigen::Vector2d measured_m = 1.006 * (turn * place_m(l)) + Eigen::Vector2d(0.02, -0.03);
+    l.x_m = measured_m.x();
+    l.y_m = measured_m.y();
+  }
   CalibrationProblem problem = timed_problem(world);
   problem.landmark_sigma_m = 0.01;
   expect_moved(calibrate(problem), problem.landmarks, {});

@@ -16,9 +16,9 @@ namespace twocone::vision {
 
 /// The true world, and the noise of its measurements.
 struct DriveSettings {
-  std::vector<KnownLandmark> landmarks{{{-2.45, -0.35}, 0.15, 0.9}, {{-1.40, 1.95}, 0.15, 0.9},
-                                       {{1.50, 1.95}, 0.15, 0.9},   {{2.45, 0.30}, 0.15, 0.9},
-                                       {{1.30, -1.95}, 0.15, 0.9},  {{-1.50, -1.95}, 0.15, 0.9}};
+  std::vector<Landmark> landmarks{{"red", {}, -2.45, -0.35, 0.15, 0.9},    {"green", {}, -1.40, 1.95, 0.15, 0.9},
+                                  {"blue", {}, 1.50, 1.95, 0.15, 0.9},     {"cyan", {}, 2.45, 0.30, 0.15, 0.9},
+                                  {"magenta", {}, 1.30, -1.95, 0.15, 0.9}, {"yellow", {}, -1.50, -1.95, 0.15, 0.9}};
   Rig rig = lab_rig();
   double left_wheel_m = 0.05, right_wheel_m = 0.05, wheel_separation_m = 0.30;
   double slip = 0.01;
@@ -61,8 +61,8 @@ inline BodyTwist twist_at(std::size_t step, const std::vector<std::array<double,
 }
 
 /// The pixel of a landmark's near point at the time when the row in which it appears is exposed; without noise.
-inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, const KnownLandmark& landmark,
-                                                    Side side, double stamp_s) {
+inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, const Landmark& landmark, Side side,
+                                                    double stamp_s) {
   const bool is_lower = side == Side::kLower;
   const MirrorView& view = is_lower ? world.rig.lower : world.rig.upper;
   double row = (kDriveHeight_px - 1) / 2.0;
@@ -72,7 +72,7 @@ inline std::optional<Eigen::Vector2d> pixel_on_loop(const DriveSettings& world, 
     const double readout_s = world.readout_s[is_lower ? 0 : 1] * (row / (kDriveHeight_px - 1) - 0.5);
     const double skew_s = is_lower ? 0 : world.upper_skew_s;
     const Eigen::Vector3d pose = pose_on_loop(world.still ? 2 : stamp_s - world.latency_s + skew_s + readout_s);
-    const Eigen::Vector2d p_BL = Eigen::Rotation2Dd(-pose.z()) * (landmark.place_m - Eigen::Vector2d(pose.head<2>()));
+    const Eigen::Vector2d p_BL = Eigen::Rotation2Dd(-pose.z()) * (place_m(landmark) - Eigen::Vector2d(pose.head<2>()));
     const Eigen::Vector2d outwards = (p_BL - view.settings().axis_offset_m).normalized();
     const Eigen::Vector2d near = p_BL - landmark.radius_m * outwards;
     pixel = view.project({near.x(), near.y(), landmark.top_m});
@@ -117,7 +117,7 @@ inline std::vector<CalibrationFrame> drive_among_landmarks(const DriveSettings& 
       if (frames.size() > 1) frame.wheels = readings;
       readings = {readings.back()};
       for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
-        const KnownLandmark& landmark = world.landmarks[i];
+        const Landmark& landmark = world.landmarks[i];
         for (const Side side : {Side::kLower, Side::kUpper}) {
           const double late_s = side == Side::kLower ? 0 : world.upper_late_s;
           auto pixel = pixel_on_loop(world, landmark, side, t_s + late_s);

@@ -183,7 +183,7 @@ TEST(MovedView, ZerosAndANeutralLensChangeNoBit) {
   s.distortion = {{0, 0, 0, 0}, {500, 500}, {320, 240}};
   s.tilt_rad = {0.0, -0.0};
   const MirrorView same(s);
-  EXPECT_TRUE(same.is_ideal());
+  EXPECT_FALSE(same.has_distortion());
   std::mt19937_64 random(20074);
   std::uniform_real_distribution<double> place(-3, 3);
   for (int i = 0; i < 200; ++i) {

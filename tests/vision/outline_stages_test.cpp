@@ -33,7 +33,7 @@ struct Lab {
   Rig rig;
   cv::Size size;
   SyntheticView lower, upper;
-  std::vector<Target> targets = targets_of(six_landmarks());
+  std::vector<Landmark> targets = targets_of(six_landmarks());
   OutlineRanging ranging;
 
   explicit Lab(double scale)
@@ -215,7 +215,7 @@ TEST(OutlineStages, AnExpectedPlaceGivesTheSameAnswerAndAWrongOneDoesNoHarm) {
       for (const std::size_t k : kAll) {
         const Eigen::Vector2d& centre_m = frame.scene.landmarks[k].centre_m;
         const Eigen::Vector2d near_m = centre_m * (1 - lab.targets[k].radius_m / centre_m.norm());
-        const Eigen::Vector3d near_top_m(near_m.x(), near_m.y(), *lab.targets[k].top_m);
+        const Eigen::Vector3d near_top_m(near_m.x(), near_m.y(), lab.targets[k].top_m);
         for (const auto& [sighting, mirror] : {std::pair(&RangeMeasurement::lower_sighting, &lab.rig.lower),
                                                std::pair(&RangeMeasurement::upper_sighting, &lab.rig.upper)}) {
           const auto& one = guided[k].*sighting;

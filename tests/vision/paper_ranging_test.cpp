@@ -52,7 +52,7 @@ void paint(cv::Mat& image, const MirrorView& view, const Landmark& landmark, con
   }
 }
 
-const std::vector<Target> kRed = {{"red", {1, 0, 0}, 0.1}};
+const std::vector<twocone::Landmark> kRed = {{.name = "red", .colour = {1, 0, 0}, .radius_m = 0.1}};
 
 std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<Landmark>& landmarks) {
   cv::Mat lower(kImage, CV_8UC3, kWall);
@@ -111,7 +111,8 @@ TEST(PaperRanging, SaysWhyThereIsNoRange) {
 }
 
 TEST(PaperRanging, RefusesToChooseBetweenLandmarksOfOneColour) {
-  const std::vector<Target> twins = {{"a", {1, 0, 0}, 0.1}, {"b", {1, 0.05, 0}, 0.1}};
+  const std::vector<twocone::Landmark> twins = {{.name = "a", .colour = {1, 0, 0}, .radius_m = 0.1},
+                                                {.name = "b", .colour = {1, 0.05, 0}, .radius_m = 0.1}};
   const cv::Mat blank(kImage, CV_8UC3, kWall);
   for (const auto& m : PaperRanging(lab_rig(), twins, kImage, kImage).measure(blank, blank)) {
     EXPECT_EQ(m.verdict, RangeVerdict::kSameColour);

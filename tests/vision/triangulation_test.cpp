@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "tests/support/disparity_range.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "vision/calibration.h"
+#include "vision/calibration/bundle.h"
 #include "vision/calibration/shared.h"
 
 namespace twocone::vision::calibration {
@@ -26,5 +27,13 @@ struct ParameterList {
 /// @param covariance of the unknowns; landmarks may follow the shared numbers
 ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
                              const std::vector<int>& held);
+
+/// The landmarks with at least one used sighting, in the map's order.
+std::vector<std::size_t> seen_landmarks(const BundleData& data);
+
+/// Fills in landmark_shifts and landmark_covariance.
+/// @param covariance of the unknowns; the landmarks follow the shared numbers
+void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,
+                          const std::vector<std::size_t>& seen, CalibrationResult& result);
 
 }  // namespace twocone::vision::calibration

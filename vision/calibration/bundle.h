@@ -14,7 +14,7 @@ namespace twocone::vision::calibration {
 struct SightingRow {
   std::size_t frame;           ///< index into BundleState::poses
   std::size_t landmark_index;  ///< into BundleState::landmarks
-  KnownLandmark landmark;
+  Landmark landmark;
   BodyTwist twist;
   double late_s = 0;
   double readout_share = 0;  ///< share of the readout time after the middle row

@@ -114,15 +114,18 @@ struct PriorCost {
   }
 };
 
+/// Adds a cost of `residuals` numbers by unknowns of these `sizes`, with derivatives by automatic differentiation.
+template <int residuals, int... sizes, typename Cost, typename... Blocks>
+void add(ceres::Problem& problem, const Cost& cost, ceres::LossFunction* loss, Blocks*... blocks) {
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, residuals, sizes...>(new Cost(cost)), loss, blocks...);
+}
+
 bool moves_landmarks(const BundleData& data) { return data.model.landmark_sigma_m > 0; }
 
 bool has_biases(const BundleSettings& settings) { return settings.systematic_px > 0 && !settings.hold_all; }
 
 void add_centred(std::vector<Eigen::Vector2d>& numbers, double sigma, ceres::Problem& problem) {
-  for (Eigen::Vector2d& number : numbers) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CentredCost, 2, 2>(new CentredCost{sigma}), nullptr,
-                             number.data());
-  }
+  for (Eigen::Vector2d& number : numbers) add<2, 2>(problem, CentredCost{sigma}, nullptr, number.data());
 }
 
 void add_wheels(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
@@ -133,13 +136,10 @@ void add_wheels(const BundleData& data, const BundleSettings& settings, BundleSt
     double* const to = state.poses[row.frame].data();
     double* const slips = state.slips[i].data();
     if (row.follows) {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<WheelCost, 5, kSharedNumbers, 3, 3, 2, 2>(new WheelCost(cost)), nullptr,
-          state.unknowns.data(), from, to, state.slips[i - 1].data(), slips);
+      add<5, kSharedNumbers, 3, 3, 2, 2>(problem, cost, nullptr, state.unknowns.data(), from, to,
+                                         state.slips[i - 1].data(), slips);
     } else {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<FirstWheelCost, 5, kSharedNumbers, 3, 3, 2>(new FirstWheelCost{cost}),
-          nullptr, state.unknowns.data(), from, to, slips);
+      add<5, kSharedNumbers, 3, 3, 2>(problem, FirstWheelCost{cost}, nullptr, state.unknowns.data(), from, to, slips);
     }
   }
 }
@@ -154,14 +154,11 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
     double* const pose = state.poses[row.frame].data();
     double* const shift = state.landmarks[row.landmark_index].data();
     if (has_biases(settings)) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BiasedSightingCost, 2, kSharedNumbers, 3, 2, 2, 2, 2>(
-                                   new BiasedSightingCost{cost}),
-                               loss, state.unknowns.data(), pose, shift, state.biases[row.groups[0]].data(),
-                               state.biases[row.groups[1]].data(), state.biases[row.groups[2]].data());
+      add<2, kSharedNumbers, 3, 2, 2, 2, 2>(problem, BiasedSightingCost{cost}, loss, state.unknowns.data(), pose, shift,
+                                            state.biases[row.groups[0]].data(), state.biases[row.groups[1]].data(),
+                                            state.biases[row.groups[2]].data());
     } else {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SightingCost, 2, kSharedNumbers, 3, 2>(new SightingCost(cost)), loss,
-          state.unknowns.data(), pose, shift);
+      add<2, kSharedNumbers, 3, 2>(problem, cost, loss, state.unknowns.data(), pose, shift);
     }
   }
   if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
@@ -169,16 +166,13 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
   if (settings.hold_all || !moves_landmarks(data)) {
     for (Eigen::Vector2d& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
   }
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorCost, kSharedNumbers, kSharedNumbers>(new PriorCost),
-                           nullptr, state.unknowns.data());
+  add<kSharedNumbers, kSharedNumbers>(problem, PriorCost{}, nullptr, state.unknowns.data());
   if (settings.hold_all) {
     problem.SetParameterBlockConstant(state.unknowns.data());
     return;
   }
   for (const RimRow& row : data.rims) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<RimCost, 3, kSharedNumbers>(new RimCost{&data.model, &row}), nullptr,
-        state.unknowns.data());
+    add<3, kSharedNumbers>(problem, RimCost{&data.model, &row}, nullptr, state.unknowns.data());
   }
   add_wheels(data, settings, state, problem);
   if (!settings.held.empty()) {

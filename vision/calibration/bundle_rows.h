@@ -53,8 +53,8 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
   if (!is_lower) late += numbers[kSkew];
   T seen_from[3];
   move_along(model, numbers, row.twist, late, pose, seen_from);
-  const T place[2] = {row.landmark.place_m.x() + model.landmark_sigma_m * shift[0],
-                      row.landmark.place_m.y() + model.landmark_sigma_m * shift[1]};
+  const T place[2] = {row.landmark.x_m + model.landmark_sigma_m * shift[0],
+                      row.landmark.y_m + model.landmark_sigma_m * shift[1]};
   T pixel[2];
   project_near_point(view_numbers(numbers.data(), row.side), model.views[is_lower ? 0 : 1], row.landmark, place,
                      seen_from, pixel);

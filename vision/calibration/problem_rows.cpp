@@ -27,8 +27,8 @@ void check(const CalibrationProblem& problem) {
   };
   const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
   for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
-    const KnownLandmark& l = problem.landmarks[i];
-    require(l.place_m.allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
+    const Landmark& l = problem.landmarks[i];
+    require(place_m(l).allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
             fmt::format("landmark {} must have a finite place and top and a radius > 0 m", i));
   }
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {
@@ -78,10 +78,8 @@ void check(const CalibrationProblem& problem) {
 
 Bundle bundle_of(const CalibrationProblem& problem) {
   Bundle bundle{{SharedModel(problem), {}, {}, {}}, {}, {}, {}};
-  std::vector<const CalibrationFrame*> frames;
   // The wheel readings of a frame that is left out belong to the next frame's motion.
   std::vector<CalibrationFrame> kept;
-  kept.reserve(problem.frames.size());
   std::vector<WheelReading> before;
   bool broken = false;
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {
@@ -130,9 +128,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
       origin.sighting = k;
     }
   }
-  frames.reserve(kept.size());
-  for (const CalibrationFrame& frame : kept) frames.push_back(&frame);
-  if (problem.wheels) bundle.data.wheels = wheel_rows(frames, *problem.wheels, bundle.data.model.sigma[kLatency] > 0);
+  if (problem.wheels) bundle.data.wheels = wheel_rows(kept, *problem.wheels, bundle.data.model.sigma[kLatency] > 0);
   bundle.data.groups = 2 * problem.landmarks.size() * (1 + kRings) + 2 * kRings;
   bundle.start.biases.assign(bundle.data.groups, Eigen::Vector2d::Zero());
   bundle.start.landmarks.assign(problem.landmarks.size(), Eigen::Vector2d::Zero());

@@ -82,7 +82,7 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
 /// The pixel of the near point of a landmark's top, for a landmark at `place` and the body at `pose` (x, y, heading) in
 /// the world.
 template <typename T>
-void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const KnownLandmark& landmark, const T* place,
+void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const Landmark& landmark, const T* place,
                         const T* pose, T* pixel) {
   using std::cos;
   using std::sin;

@@ -86,6 +86,14 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   sigma[kWheelSeparation] = problem.priors.wheel_separation_m;
 }
 
+std::vector<int> SharedModel::constants() const {
+  std::vector<int> constants;
+  for (int i = 0; i < kSharedNumbers; ++i) {
+    if (sigma[i] == 0) constants.push_back(i);
+  }
+  return constants;
+}
+
 MirrorView to_view(const SharedModel& model, const Shared& numbers, const MirrorViewSettings& like, Side side) {
   const ViewNumbers<double> n = view_numbers(numbers.data(), side);
   MirrorViewSettings settings = like;

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -67,6 +68,8 @@ struct SharedModel {
 
   explicit SharedModel(const CalibrationProblem& problem);
 
+  /// The numbers with sigma 0.
+  [[nodiscard]] std::vector<int> constants() const;
   [[nodiscard]] Shared numbers(const Shared& unknowns) const { return mean + sigma.cwiseProduct(unknowns); }
 };
 

@@ -15,17 +15,6 @@ struct Match {
   Eigen::Vector2d world_m;
 };
 
-std::optional<Eigen::Vector2d> place_in_body(const MirrorView& view, const KnownLandmark& landmark,
-                                             const Eigen::Vector2d& pixel_px) {
-  const auto ray = view.back_project(pixel_px);
-  if (!ray) return std::nullopt;
-  const double along = (landmark.top_m - ray->origin_m.z()) / ray->direction.z();
-  if (!(along > 0) || !std::isfinite(along)) return std::nullopt;
-  const Eigen::Vector2d near_m = (ray->origin_m + along * ray->direction).head<2>();
-  const Eigen::Vector2d outwards = (near_m - view.settings().axis_offset_m).normalized();
-  return near_m + landmark.radius_m * outwards;
-}
-
 /// Least-squares rigid motion (Umeyama without scale, in the plane).
 Eigen::Vector3d best_pose(const std::vector<const Match*>& matches) {
   Eigen::Vector2d body = Eigen::Vector2d::Zero();
@@ -58,13 +47,15 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<KnownLandmark>& landmarks,
+std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Landmark>& landmarks,
                                           const CalibrationFrame& frame) {
   std::vector<Match> matches;
   for (const LandmarkSighting& s : frame.sightings) {
-    const KnownLandmark& landmark = landmarks[s.landmark];
-    const auto place = place_in_body(s.side == Side::kLower ? rig.lower : rig.upper, landmark, s.sighting.pixel_px);
-    if (place) matches.push_back({s.landmark, *place, landmark.place_m});
+    const Landmark& landmark = landmarks[s.landmark];
+    const MirrorView& view = s.side == Side::kLower ? rig.lower : rig.upper;
+    const auto ray = view.back_project(s.sighting.pixel_px);
+    const auto place = ray ? axis_at_height(view, *ray, landmark.radius_m, landmark.top_m) : std::nullopt;
+    if (place) matches.push_back({s.landmark, *place, place_m(landmark)});
   }
   std::vector<const Match*> most;
   for (std::size_t i = 0; i < matches.size(); ++i) {

@@ -56,15 +56,15 @@ double mean_slip_variance(double x) {
   return x < 1e-4 ? 1 - x / 3 : 2 * (x + std::expm1(-x)) / (x * x);
 }
 
-std::vector<WheelRow> wheel_rows(const std::vector<const CalibrationFrame*>& frames, const WheelBelief& wheels,
+std::vector<WheelRow> wheel_rows(const std::vector<CalibrationFrame>& frames, const WheelBelief& wheels,
                                  bool needs_twists) {
   std::vector<WheelRow> rows;
   double last_x = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    const std::vector<WheelReading>& readings = frames[i]->wheels;
+    const std::vector<WheelReading>& readings = frames[i].wheels;
     if (readings.size() < 2) continue;
-    const auto& from_twist = frames[i - 1]->twist;
-    const auto& to_twist = frames[i]->twist;
+    const auto& from_twist = frames[i - 1].twist;
+    const auto& to_twist = frames[i].twist;
     if (needs_twists && !(from_twist && to_twist)) continue;
     const double duration_s = readings.back().t_s - readings.front().t_s;
     if (!(duration_s > 0)) continue;

@@ -14,7 +14,7 @@ namespace twocone::vision::calibration {
 /// interval is (1 - exp(-x)) (1 - exp(-y)) / (x y). Memory beyond one interval is neglected: up to the square of x, it
 /// is that of a first-order process.
 /// @param needs_twists leave out a row if one of its ends has no twist, since its latency would count as 0
-std::vector<WheelRow> wheel_rows(const std::vector<const CalibrationFrame*>& frames, const WheelBelief& wheels,
+std::vector<WheelRow> wheel_rows(const std::vector<CalibrationFrame>& frames, const WheelBelief& wheels,
                                  bool needs_twists);
 
 /// Variance of the mean of that process over `x` time constants.

@@ -7,12 +7,12 @@
 
 #include "vision/image_quality.h"
 #include "vision/image_quality/shared.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
 
 using image_quality::code_of;
-using image_quality::light_of_code;
 using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;
@@ -25,22 +25,14 @@ constexpr double kRounding_grey2 = 1. / 12;
 constexpr double kSteepest = 14;                  // 99.9 % quantile of the chi square of the plane's two slopes
 constexpr double kPlainSlope_grey2 = 1;           // shading as steep as the slopes of this noise is no edge
 constexpr double kScatterCut = 33.92 / kFreedom;  // 95 % quantile of chi square
+// Mean of the scatters below that cut, over the mean of all: P(33.92) of a chi square with 24 degrees of freedom over
+// that with 22.
+constexpr double kMeanBelowCut = 0.9620515273460244;
 constexpr double kLowerQuartile = 17.24 / kFreedom;
 constexpr std::size_t kLeastTiles = 30;
 constexpr double kLeastPlain = 0.6;  // share of a level's tiles
 constexpr double kClear_sigma = 3;
 constexpr double kLeastClear = 0.002;  // used where there is hardly any noise: a grey level at full scale is 0.009
-
-/// Probability that a chi square with an even number of degrees of freedom is below `x`.
-double chi_square_below(double x, int freedom) {
-  double term = std::exp(-x / 2);
-  double above = 0;
-  for (int k = 0; k < freedom / 2; ++k) {
-    above += term;
-    term *= x / 2 / (k + 1);
-  }
-  return 1 - above;
-}
 
 struct Tile {
   double level;
@@ -76,7 +68,7 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
 }
 
 /// Erases the tiles that are not plain; erases all where too few are plain.
-void keep_plain(std::vector<Tile>& tiles, double mean_below_cut) {
+void keep_plain(std::vector<Tile>& tiles) {
   const std::size_t all = tiles.size();
   if (all < kLeastTiles) return tiles.clear();
   const auto less = [](const Tile& a, const Tile& b) { return a.scatter_grey2 < b.scatter_grey2; };
@@ -96,16 +88,14 @@ void keep_plain(std::vector<Tile>& tiles, double mean_below_cut) {
       ++count;
     }
     if (count < kLeastTiles) return tiles.clear();
-    variance = sum / double(count) / mean_below_cut;
+    variance = sum / double(count) / kMeanBelowCut;
   }
   std::erase_if(tiles, [&](const Tile& tile) { return !is_plain(tile); });
   if (tiles.size() < kLeastTiles || double(tiles.size()) < kLeastPlain * double(all)) tiles.clear();
 }
 
 Bin measure_level(std::vector<Tile>& tiles) {
-  static const double kMeanBelowCut =
-      chi_square_below(kScatterCut * kFreedom, kFreedom + 2) / chi_square_below(kScatterCut * kFreedom, kFreedom);
-  keep_plain(tiles, kMeanBelowCut);
+  keep_plain(tiles);
   Bin bin;
   if (tiles.empty()) return bin;
   double light2 = 0;

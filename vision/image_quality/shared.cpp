@@ -6,18 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "vision/srgb.h"
-
 namespace twocone::vision::image_quality {
-
-const std::array<float, 256>& light_of_code() {
-  static const std::array<float, 256> kLight = [] {
-    std::array<float, 256> light{};
-    for (std::size_t code = 0; code < light.size(); ++code) light[code] = float(srgb_to_linear(double(code)));
-    return light;
-  }();
-  return kLight;
-}
 
 double code_of(double light) {
   return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-
 #include <opencv2/core.hpp>
 
 #include "vision/image_quality.h"
 
 namespace twocone::vision::image_quality {
 
-/// Linear light of each code.
-const std::array<float, 256>& light_of_code();
 /// The sRGB code, 0 to 255 and not rounded, of linear light.
 double code_of(double light);
 /// Linear light per grey level at a code, 0 to 255.

@@ -7,8 +7,10 @@
 #include <Eigen/Core>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
 #include "vision/image_quality.h"
 #include "vision/image_quality/shared.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
@@ -24,19 +26,6 @@ constexpr double kLevel = 0.3;      // greatest steepness of a plateau, as a sha
 constexpr int kClipped = 253;
 constexpr int kMargin_px = 6;
 constexpr std::size_t kLeastEdges = 30;
-
-cv::Mat_<float> grey_light(const cv::Mat& rgb) {
-  const std::array<float, 256>& light = image_quality::light_of_code();
-  cv::Mat_<float> grey(rgb.size());
-  for (int row = 0; row < rgb.rows; ++row) {
-    const std::uint8_t* code = rgb.ptr(row);
-    for (float& value : cv::Mat_<float>(grey.row(row))) {
-      value = (light[code[0]] + light[code[1]] + light[code[2]]) / 3;
-      code += 3;
-    }
-  }
-  return grey;
-}
 
 /// The gradient by differences over two pixels, in light per px.
 Eigen::Vector2f gradient(const cv::Mat_<float>& light, int row, int column) {
@@ -116,7 +105,7 @@ std::optional<double> blur_px(const cv::Mat& rgb, const ImageRegion& region) {
   if (top > bottom) return std::nullopt;
 
   cv::Mat_<float> narrow, wide;
-  cv::GaussianBlur(grey_light(rgb), narrow, {9, 9}, std::sqrt(kNarrow_px2));
+  cv::GaussianBlur(linear_grey(rgb), narrow, {9, 9}, std::sqrt(kNarrow_px2));
   cv::GaussianBlur(narrow, wide, {11, 11}, std::sqrt(kWide_px2 - kNarrow_px2));
 
   struct Span {
@@ -150,9 +139,7 @@ std::optional<double> blur_px(const cv::Mat& rgb, const ImageRegion& region) {
     }
   }
   if (spreads.size() < kLeastEdges) return std::nullopt;
-  const auto middle = spreads.begin() + std::ptrdiff_t(spreads.size() / 2);
-  std::nth_element(spreads.begin(), middle, spreads.end());
-  return std::sqrt(std::max(0., *middle + kPixel_px2));
+  return std::sqrt(std::max(0., base::median(std::move(spreads)) + kPixel_px2));
 }
 
 double defocus_radius_px(double simulated_blur_px, double real_blur_px) {

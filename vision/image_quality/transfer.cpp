@@ -7,8 +7,10 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "base/quantile.h"
 #include "vision/image_quality.h"
 #include "vision/image_quality/shared.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
@@ -24,7 +26,7 @@ constexpr std::size_t kLeastTiles = 30;
 
 /// Mean linear light of each tile.
 cv::Mat_<cv::Vec3f> tiles_of(const cv::Mat& rgb) {
-  const std::array<float, 256>& light = image_quality::light_of_code();
+  const std::array<float, 256>& light = light_of_code();
   cv::Mat_<cv::Vec3f> tiles(rgb.rows / kSide_px, rgb.cols / kSide_px);
   for (int row = 0; row < tiles.rows; ++row) {
     for (int column = 0; column < tiles.cols; ++column) {
@@ -81,12 +83,6 @@ std::vector<Pair> plain_pairs(const cv::Mat& simulated_rgb, const cv::Mat& real_
   return pairs;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Initial gains from the darker half of each channel, which is not clipped even in an overexposed image.
 std::optional<std::array<double, 3>> first_gains(const std::vector<Pair>& pairs) {
   std::array<double, 3> gains{};
@@ -96,12 +92,12 @@ std::optional<std::array<double, 3>> first_gains(const std::vector<Pair>& pairs)
       if (pair.channel == channel) levels.push_back(pair.simulated);
     }
     if (levels.size() < kLeastTiles) return std::nullopt;
-    const double half = median(levels);
+    const double half = base::median(levels);
     std::vector<double> ratios;
     for (const Pair& pair : pairs) {
       if (pair.channel == channel && pair.simulated <= half) ratios.push_back(pair.log_ratio);
     }
-    gains[std::size_t(channel)] = median(ratios);
+    gains[std::size_t(channel)] = base::median(ratios);
   }
   return gains;
 }
@@ -137,7 +133,7 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
     if (std::any_of(answer.tiles.begin(), answer.tiles.end(), [](std::size_t n) { return n < kLeastTiles; })) {
       return std::nullopt;
     }
-    const double reach = kTukey * std::max(1.4826 * median(sizes), kLeastScale);
+    const double reach = kTukey * std::max(1.4826 * base::median(sizes), kLeastScale);
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
     for (const Pair* pair : used) {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/outline/colour_table.h"
 
-#include <algorithm>
 #include <cmath>
-
-#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
@@ -29,13 +26,6 @@ ColourTable::ColourTable(const std::vector<Eigen::Vector3d>& colours) : hues_(co
   }
   const cv::Mat labels = hues_.label(cells);
   labels_.assign(labels.datastart, labels.dataend);
-  for (int code = 0; code < 256; ++code) {
-    const auto k = std::size_t(code);
-    linear_[k] = static_cast<float>(srgb_to_linear(code));
-    const double slope = (srgb_to_linear(std::min(code + 0.5, 255.0)) - srgb_to_linear(std::max(code - 0.5, 0.0))) /
-                         (std::min(code + 0.5, 255.0) - std::max(code - 0.5, 0.0));
-    variance_[k] = static_cast<float>(slope * slope);
-  }
   for (int step = 0; step <= kLinearSteps; ++step) {
     const double slope = decode_slope(double(step) / kLinearSteps);
     weight_of_linear_[std::size_t(step)] = static_cast<float>(1 / (slope * slope));

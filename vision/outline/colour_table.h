@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "vision/hue_labels.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 
@@ -28,10 +29,9 @@ class ColourTable {
                    std::size_t(rgb[2] >> kDropped)];
   }
   /// Linear light of an sRGB code, 0 to 1 (IEC 61966-2-1).
-  [[nodiscard]] float linear(std::uint8_t code) const { return linear_[code]; }
-  /// Variance in linear light that a variance of one in the code causes.
-  [[nodiscard]] float variance(std::uint8_t code) const { return variance_[code]; }
-  /// The reciprocal of that variance at linear light, which is clamped to 0 to 1.
+  [[nodiscard]] float linear(std::uint8_t code) const { return light_[code]; }
+  /// The reciprocal of the variance in linear light that a variance of one in the code causes, at linear light, which
+  /// is clamped to 0 to 1.
   [[nodiscard]] float weight_of(float linear) const {
     return weight_of_linear_[std::size_t(std::clamp(linear, 0.F, 1.F) * kLinearSteps)];
   }
@@ -43,8 +43,7 @@ class ColourTable {
 
   HueLabels hues_;
   std::vector<std::uint8_t> labels_;
-  std::array<float, 256> linear_{};
-  std::array<float, 256> variance_{};
+  const std::array<float, 256>& light_ = light_of_code();
   static constexpr int kLinearSteps = 4095;
   std::array<float, kLinearSteps + 1> weight_of_linear_{};
 };

@@ -55,11 +55,11 @@ Window fullest(Areas& areas, int width, int first, int last) {
 }
 
 /// The greatest number of bins that a landmark with the candidate's top can span.
-int width_bins(const ViewFitter& fitter, const Target& target, const Candidate& candidate) {
+int width_bins(const ViewFitter& fitter, const Landmark& target, const Candidate& candidate) {
   const int span = candidate.last_bin - candidate.first_bin + 1;
-  // The width is unknown for a landmark that ends beyond the rim and for one of unknown height.
-  if (candidate.at_rim || !target.top_m) return span;
-  const auto place = fitter.place(candidate, target.radius_m, *target.top_m);
+  // The width is unknown for a landmark that ends beyond the rim.
+  if (candidate.at_rim) return span;
+  const auto place = fitter.place(candidate, target.radius_m, target.top_m);
   if (!place) return span;
   const double half_rad = std::asin(std::min(1.0, target.radius_m / place->range_m));
   return std::min(kBins, static_cast<int>(std::ceil(2 * (kWidthMargin * half_rad + kEdge_rad) / kBin_rad)));
@@ -67,8 +67,8 @@ int width_bins(const ViewFitter& fitter, const Target& target, const Candidate& 
 
 }  // namespace
 
-double least_area_px(const MirrorView& view, const Target& target) {
-  if (!target.top_m || !target.greatest_range_m) return Finder::kLeastArea_px;
+double least_area_px(const MirrorView& view, const Landmark& target) {
+  if (!target.greatest_range_m) return Finder::kLeastArea_px;
   const double range_m = *target.greatest_range_m;
   const double half_rad = std::asin(std::min(1.0, target.radius_m / range_m));
   double least_px = INFINITY;
@@ -76,14 +76,14 @@ double least_area_px(const MirrorView& view, const Target& target) {
     const double bearing_rad = 2 * std::numbers::pi * i / kDirections;
     const Eigen::Vector2d near_m =
         (range_m - target.radius_m) * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
-    const double top_px = radius_px(view, near_m, *target.top_m);
+    const double top_px = radius_px(view, near_m, target.top_m);
     const double foot_px = std::max(radius_px(view, near_m, 0), Finder::kSureRadius_px);
     least_px = std::min(least_px, half_rad * (top_px * top_px - foot_px * foot_px));
   }
   return std::max(least_px, Finder::kLeastArea_px);
 }
 
-Rivals rivals_of(const ViewFitter& fitter, const Target& target, const Found& found, double least_px) {
+Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& found, double least_px) {
   const Candidate& main = found.candidates.front();
   Areas areas = found.area_px;
   const int width = width_bins(fitter, target, main);

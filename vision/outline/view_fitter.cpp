@@ -8,6 +8,8 @@
 
 #include <Eigen/Dense>
 
+#include "base/quantile.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -220,17 +222,18 @@ std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, d
   return sighting;
 }
 
-std::optional<OutlineFit> ViewFitter::fit(std::size_t k, const cv::Mat& image, const Cylinder& cylinder,
-                                          const SampleReach& reach, const PixelNoise& noise, const FitLimits& limits,
-                                          int stride, OutlineSearch& look, EdgeSamples& edge_samples) const {
+void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach,
+                     const PixelNoise& noise, const FitLimits& limits, int stride) const {
+  auto& [landmark, image, look, edge_samples] = task;
   const auto outline = make_outline(mirror_, cylinder, least_radius_px(mirror_, cylinder));
   if (!outline) {
     look.is_truncated = true;
-    return std::nullopt;
+    look.fit.reset();
+    return;
   }
-  read_edge_samples(image, table_, static_cast<std::uint8_t>(k + 1), *outline, reach, stride, edge_samples);
+  read_edge_samples(image, table_, static_cast<std::uint8_t>(landmark + 1), *outline, reach, stride, edge_samples);
   look.is_saturated = edge_samples.too_bright * 2 > static_cast<int>(edge_samples.edge_samples.size());
-  return fit_outline(edge_samples, cylinder, *outline, noise, limits);
+  look.fit = fit_outline(edge_samples, cylinder, *outline, noise, limits);
 }
 
 namespace {
@@ -241,28 +244,27 @@ void keep_pool(OutlineSearch& look) {
 
 }  // namespace
 
-void ViewFitter::fit_coarse(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
-                            EdgeSamples& edge_samples) const {
+void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) const {
+  OutlineSearch& look = task.look;
   // The blur of a thin landmark is limited by its width: blurred further, it disappears.
   const double width_px = 2 * look.candidate->top_px * start.radius_m / start.range_m;
   const double blur_px = std::clamp(width_px / 2, 1.0, kCoarseBlur_px);
-  look.fit = fit(k, image, start, {kCoarseReach_px - kCoarseBlur_px + blur_px, blur_px}, PixelNoise{},
-                 {blur_px, kMostBlur_px, kCoarse_px}, kCoarseStride, look, edge_samples);
+  fit(task, start, {kCoarseReach_px - kCoarseBlur_px + blur_px, blur_px}, PixelNoise{},
+      {blur_px, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!look.fit) return;
-  follow_colour(k, image, *look.fit);
-  look.fit = fit(k, image, look.fit->cylinder, reach_of(look.fit->blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
-                 kCoarseStride, look, edge_samples);
+  follow_colour(task.landmark, task.image, *look.fit);
+  fit(task, Cylinder(look.fit->cylinder), reach_of(look.fit->blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
+      kCoarseStride);
   keep_pool(look);
 }
 
-bool ViewFitter::fit_near(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
-                          EdgeSamples& edge_samples) const {
-  OutlineSearch tried = look;
-  tried.fit = fit(k, image, start, reach_of(kNearBlur_px), PixelNoise{}, {1, kMostBlur_px, kCoarse_px}, kCoarseStride,
-                  tried, edge_samples);
+bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const {
+  OutlineSearch tried = task.look;
+  fit({task.landmark, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
+      {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!tried.fit || tried.fit->blur > kNearBlur_px || step_px(*tried.fit) > kExpectedReach_px) return false;
   keep_pool(tried);
-  look = std::move(tried);
+  task.look = std::move(tried);
   return true;
 }
 
@@ -281,15 +283,10 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
     blurs.push_back(look->pool->blur);
   }
   if (blurs.empty()) return std::nullopt;
-  const auto median_of = [](std::vector<double>& values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   Common common;
-  common.noise.code_variance = std::max(median_of(code_variances), kRounding);
+  common.noise.code_variance = std::max(base::median(std::move(code_variances)), kRounding);
   // The blur is the lens's, so it is the same for all landmarks.
-  common.blur_px = median_of(blurs);
+  common.blur_px = base::median(std::move(blurs));
   const double code_variance = common.noise.code_variance;
   const bool is_noisy = code_variance > kNoisyVariance && code_variance * grey > kNoisyShare * residual;
   common.reach = is_noisy ? long_reach_of(common.blur_px) : reach_of(common.blur_px);
@@ -298,25 +295,23 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
   return common;
 }
 
-void ViewFitter::fit_fine(std::size_t k, const cv::Mat& image, const Common& common, OutlineSearch& look,
-                          EdgeSamples& edge_samples) const {
-  look.is_fine = true;
-  look.fit = fit(k, image, look.fit->cylinder, common.reach, common.noise,
-                 {common.blur_px, common.blur_px, kConverged_px}, 1, look, edge_samples);
+void ViewFitter::fit_fine(const OutlineTask& task, const Common& common) const {
+  task.look.is_fine = true;
+  fit(task, Cylinder(task.look.fit->cylinder), common.reach, common.noise,
+      {common.blur_px, common.blur_px, kConverged_px}, 1);
 }
 
-bool ViewFitter::fit_expected(std::size_t k, const cv::Mat& image, const Cylinder& expected, const Common& common,
-                              OutlineSearch& look, EdgeSamples& edge_samples) const {
-  OutlineSearch tried = look;
+bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const {
+  OutlineSearch tried = task.look;
   tried.is_fine = true;
   Cylinder start = expected;
   for (int round = 0; round < kExpectedRounds; ++round) {
-    tried.fit = fit(k, image, start, common.reach, common.noise,
-                    {common.blur_px, common.blur_px, kExpectedConverged_px}, 1, tried, edge_samples);
+    fit({task.landmark, task.image, tried, task.edge_samples}, start, common.reach, common.noise,
+        {common.blur_px, common.blur_px, kExpectedConverged_px}, 1);
     if (!tried.fit) return false;
     const double step = step_px(*tried.fit);
     if (step <= kExpectedReach_px) {
-      look = std::move(tried);
+      task.look = std::move(tried);
       return true;
     }
     if (step > kExpectedFar_px) return false;

@@ -25,6 +25,14 @@ struct OutlineSearch {
   std::optional<Pool> pool;
 };
 
+/// What a fit of one landmark in one view reads and changes.
+struct OutlineTask {
+  std::size_t landmark;  ///< its index, from which its label follows
+  const cv::Mat& image;
+  OutlineSearch& look;
+  EdgeSamples& edge_samples;  ///< memory that all fits share
+};
+
 /// The result for one landmark in one view.
 struct OutlineVerdict {
   std::optional<Sighting> sighting;
@@ -52,12 +60,10 @@ class ViewFitter {
   [[nodiscard]] std::optional<Sighting> found(const Candidate& candidate, double radius_m, double top_m) const;
 
   /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px.
-  void fit_coarse(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
-                  EdgeSamples& edge_samples) const;
-  /// Fits the outline roughly from an expected place, with one fit instead of two. Returns false and leaves `look`
+  void fit_coarse(const OutlineTask& task, const Cylinder& start) const;
+  /// Fits the outline roughly from an expected place, with one fit instead of two. Returns false and leaves `task.look`
   /// unchanged where the outline is not there.
-  bool fit_near(std::size_t k, const cv::Mat& image, const Cylinder& start, OutlineSearch& look,
-                EdgeSamples& edge_samples) const;
+  bool fit_near(const OutlineTask& task, const Cylinder& start) const;
 
   /// The values that the fits of a view's landmarks share. common() returns nothing without any coarse fit.
   struct Common {
@@ -67,21 +73,19 @@ class ViewFitter {
   };
   [[nodiscard]] static std::optional<Common> common(const std::vector<const OutlineSearch*>& looks);
   /// Fits the whole outline, from the coarse fit.
-  void fit_fine(std::size_t k, const cv::Mat& image, const Common& common, OutlineSearch& look,
-                EdgeSamples& edge_samples) const;
-  /// As fit_fine(), from an expected place. Returns false and leaves `look` unchanged where the outline is not there.
-  bool fit_expected(std::size_t k, const cv::Mat& image, const Cylinder& expected, const Common& common,
-                    OutlineSearch& look, EdgeSamples& edge_samples) const;
+  void fit_fine(const OutlineTask& task, const Common& common) const;
+  /// As fit_fine(), from an expected place. Returns false and leaves `task.look` unchanged where the outline is not
+  /// there.
+  bool fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const;
 
   /// Sightings of the fitted landmarks, with the scatter of all fits of the same stage.
   [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);
 
  private:
   void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
-  [[nodiscard]] std::optional<OutlineFit> fit(std::size_t k, const cv::Mat& image, const Cylinder& cylinder,
-                                              const SampleReach& reach, const PixelNoise& noise,
-                                              const FitLimits& limits, int stride, OutlineSearch& look,
-                                              EdgeSamples& edge_samples) const;
+  /// Sets `task.look.fit`.
+  void fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach, const PixelNoise& noise,
+           const FitLimits& limits, int stride) const;
 
   const MirrorView& mirror_;
   cv::Size size_;

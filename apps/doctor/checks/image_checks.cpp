@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/doctor/statistics.h"
+#include "apps/estimation/image_as_mat.h"
 
 namespace twocone::doctor {
 namespace {
@@ -194,7 +195,7 @@ Row judge_focus(const std::optional<double>& width_px) {
 
 void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
                  Report& report) {
-  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat rgb = estimation::as_mat(image);
   const auto add = [&](Row row) {
     row.part = part;
     report.add(std::move(row));

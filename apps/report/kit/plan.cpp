@@ -22,7 +22,7 @@ constexpr int kOverheadWidth_px = 1000;
 std::string point(const config::Point& p) { return fmt::format("{:.6g},{:.6g}", p.x_m, p.y_m); }
 
 std::string outline(const config::Obstacle& obstacle) {
-  if (const auto* circle = std::get_if<config::Circle>(&obstacle)) {
+  if (const auto* circle = std::get_if<Disc>(&obstacle)) {
     return fmt::format("circle at {} size {:.6g}", point(circle->centre), circle->radius_m);
   }
   const auto& corners = std::get<config::Polygon>(obstacle);

@@ -58,7 +58,7 @@ std::optional<FrameBound::Landmark> bound_of(const Eigen::Matrix2d& information)
 
 }  // namespace
 
-std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<vision::Target>& targets,
+std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<Landmark>& targets,
                                                   const std::vector<Eigen::Vector2d>& places_m,
                                                   const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px) {
   const Eigen::Rotation2Dd R_BW(-pose.heading_rad);
@@ -78,7 +78,7 @@ std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const 
 std::vector<FrameBound> bounds(const RunData& run) {
   if (run.sightings.empty()) return {};
   const vision::Rig rig = config::to_rig(run.robot);
-  const std::vector<vision::Target> targets = config::to_targets(run.map);
+  const std::vector<Landmark> targets = config::to_targets(run.map);
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(run.map);
   const EdgeNoise noise(run.sightings);
   const auto poses = at_frames(run, run.truth.empty() ? run.estimate : run.truth);

@@ -33,7 +33,7 @@ using EdgeNoiseOf = std::function<std::optional<double>(const std::string& landm
 
 /// Returns the information on range (m) and bearing (rad) in the outlines of each target for a robot at `pose`. It is
 /// the sum over the views that show the target (vision::sighting_information).
-std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<vision::Target>& targets,
+std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<Landmark>& targets,
                                                   const std::vector<Eigen::Vector2d>& places_m,
                                                   const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px);
 

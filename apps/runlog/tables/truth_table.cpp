@@ -15,7 +15,7 @@ std::filesystem::path truth_file(const std::filesystem::path& run, const std::st
 }
 
 void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
-                 const std::vector<sim_povray::TrueLandmark>& landmarks) {
+                 const std::vector<Landmark>& landmarks) {
   std::string text = "column_px,row_px,landmark,distance_m,height_m\n";
   for (const sim_povray::TruePixel& pixel : pixels) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{:.5f},{:.5f}\n", pixel.column_px, pixel.row_px,

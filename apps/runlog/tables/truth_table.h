@@ -18,6 +18,6 @@ std::filesystem::path truth_file(const std::filesystem::path& run, const std::st
 /// @param landmarks the landmarks to which the pixels refer
 /// @throws DiskError
 void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
-                 const std::vector<sim_povray::TrueLandmark>& landmarks);
+                 const std::vector<Landmark>& landmarks);
 
 }  // namespace twocone::runlog

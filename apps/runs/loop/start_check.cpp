@@ -79,7 +79,7 @@ std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& l
        {std::tuple{"lower", &lower, &robot.rig.lower}, {"upper", &upper, &robot.rig.upper}}) {
     const auto rgb = to_rgb8(*image);
     if (!rgb) continue;
-    const cv::Mat pixels(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<std::uint8_t*>(rgb->bytes.data()));
+    const cv::Mat pixels = estimation::as_mat(*rgb);
     const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
     const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
     if (!rim && !vision::rim_may_show(pixels, {centre, rig->rim_radius_px, 0})) {

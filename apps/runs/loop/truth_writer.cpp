@@ -27,18 +27,14 @@ Result<TruthWriter> TruthWriter::open(const config::Robot& robot, const config::
   writer.place_ = settings.world->place;
   writer.object_ = *object;
   writer.ending_ = object->substr(std::string_view("robot").size());
-  for (const config::Landmark& l : map.landmarks) {
-    writer.landmarks_.push_back({l.name, l.x_m, l.y_m, l.radius_m, l.top_m});
-  }
+  writer.landmarks_ = map.landmarks;
   return writer;
 }
 
 Status TruthWriter::write(const std::filesystem::path& run, const runlog::FrameRecord& record,
                           const StereoFrame& frame) const {
   const runlog::PoseRow& now = *record.truth;
-  const auto start = config::to_start_pose(*robot_);
-  const sim_povray::MovedBlock robot{
-      object_, {start.x_m, start.y_m, start.heading_rad}, {now.x_m, now.y_m, now.heading_rad}};
+  const sim_povray::MovedBlock robot{object_, config::to_start_pose(*robot_), {now.x_m, now.y_m, now.heading_rad}};
   const auto others = sim_povray::moved_blocks(place_, frame.lower.header().captured.since_zero);
   for (const auto& [view, camera] : {std::pair{"lower", &robot_->lower}, {"upper", &robot_->upper}}) {
     const auto pixels = sim_povray::reflected_truth(

@@ -30,7 +30,7 @@ class TruthWriter {
   sim_povray::PlaceSettings place_;
   std::string object_;
   std::string ending_;  ///< of its cameras' names
-  std::vector<sim_povray::TrueLandmark> landmarks_;
+  std::vector<Landmark> landmarks_;
 };
 
 }  // namespace twocone::runs

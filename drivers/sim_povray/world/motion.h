@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hal/pose.h"
+#include "base/plane.h"
 
 /// Planar rigid motion, exact for speeds that are constant over a step.
 namespace twocone::sim_povray {

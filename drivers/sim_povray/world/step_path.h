@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/plane.h"
 #include "drivers/sim_povray/world/motion.h"
-#include "hal/pose.h"
 
 namespace twocone::sim_povray {
 

@@ -54,7 +54,7 @@ Facing facing(const Edge& edge, const FloorPoint& point) {
 Surroundings::Surroundings(const PlaceSettings& place) {
   if (place.walls) {
     names_.push_back("wall");
-    const Walls& w = *place.walls;
+    const Bounds& w = *place.walls;
     for (const HalfPlane& wall : {HalfPlane{1, 0, w.min_x_m}, HalfPlane{-1, 0, -w.max_x_m}, HalfPlane{0, 1, w.min_y_m},
                                   HalfPlane{0, -1, -w.max_y_m}}) {
       parts_.push_back({wall, 0});

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/pose.h"
+#include "hal/clock.h"
 #include "hal/robot.h"

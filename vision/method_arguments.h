@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
+
+#include "base/landmark.h"
 
 namespace twocone::vision {
 
@@ -27,6 +32,19 @@ inline void check_image(std::string_view method, const char* view, const cv::Mat
   throw std::invalid_argument(fmt::format("{}: the {} image has {} x {} pixels of {} channels, wanted {} x {} of r g b",
                                           method, view, image.cols, image.rows, image.channels(), size.width,
                                           size.height));
+}
+
+/// Returns the error message for a landmark's radius; empty if it is valid.
+inline std::string bad_radius(const Landmark& landmark) {
+  if (landmark.radius_m > 0 && std::isfinite(landmark.radius_m)) return {};
+  return fmt::format(" radius of '{}' is {} m, must be > 0;", landmark.name, landmark.radius_m);
+}
+
+/// Returns the landmarks' colours in their order, as HueLabels and ColourTable take them.
+inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Landmark>& landmarks) {
+  std::vector<Eigen::Vector3d> colours;
+  for (const Landmark& landmark : landmarks) colours.emplace_back(landmark.colour.data());
+  return colours;
 }
 
 }  // namespace twocone::vision

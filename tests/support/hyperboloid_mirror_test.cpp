@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/hyperboloid_mirror.h"
+#include "tests/support/hyperboloid_mirror.h"
 
 #include <cmath>
 #include <limits>

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "hal/image.h"
+
+namespace twocone::estimation {
+
+/// Returns a view of the pixels, without a copy: CV_8UC1 of a grey image, CV_8UC3 of any other. `image` must be kGrey8
+/// or have three bytes per pixel, and it must outlive the view.
+inline cv::Mat as_mat(const Image& image) {
+  // cv::Mat has no read-only form. Its users treat it as const.
+  return {image.height_px, image.width_px, image.format == PixelFormat::kGrey8 ? CV_8UC1 : CV_8UC3,
+          const_cast<std::uint8_t*>(image.bytes.data())};
+}
+
+}  // namespace twocone::estimation

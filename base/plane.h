@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+namespace twocone {
+
+/// Pose X_WB of the robot's body B in the world W. World and body are right-handed, x forward, y left, z up
+/// (REP 103); the body's origin lies on the floor below the mirrors' common axis.
+struct Pose2 {
+  double x_m = 0;
+  double y_m = 0;
+  double heading_rad = 0;  ///< counter-clockwise from world x, in (-pi, pi]
+
+  friend bool operator==(const Pose2&, const Pose2&) = default;
+};
+
+struct FloorPoint {
+  double x_m = 0;
+  double y_m = 0;
+
+  friend bool operator==(const FloorPoint&, const FloorPoint&) = default;
+};
+
+struct Disc {
+  FloorPoint centre;
+  double radius_m = 0;  ///< > 0
+
+  friend bool operator==(const Disc&, const Disc&) = default;
+};
+
+/// A rectangle parallel to the axes of the world, min < max.
+struct Bounds {
+  double min_x_m = 0, max_x_m = 0;
+  double min_y_m = 0, max_y_m = 0;
+
+  friend bool operator==(const Bounds&, const Bounds&) = default;
+};
+
+namespace base {
+
+/// Returns `angle_rad` wrapped to (-pi, pi], accurate to the spacing of doubles for any number of turns. The doubles
+/// nearest to pi and -pi are both inside and do not change. A value that is not finite becomes NaN.
+inline double wrap_angle_rad(double angle_rad) {
+  if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
+  // std::remainder with a rounded 2 pi would be off by 4e-17 for each turn; the library reduces the arguments of sin
+  // and cos with all digits of pi.
+  return std::atan2(std::sin(angle_rad), std::cos(angle_rad));
+}
+
+}  // namespace base
+}  // namespace twocone
