@@ -47,6 +47,7 @@ struct Landmark {
   bool has_range;
   bool has_bearing;
 
+  [[nodiscard]] Eigen::Vector2d place() const { return {x, y}; }
   [[nodiscard]] int numbers() const { return int(has_range) + int(has_bearing); }
 };
 
