@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <optional>
@@ -31,6 +32,11 @@ class Interrupted : public std::exception {
  public:
   [[nodiscard]] const char* what() const noexcept override { return "stopped from outside"; }
 };
+
+inline double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
+  return std::chrono::nanoseconds(std::int64_t(1e9 * seconds));
+}
 
 inline void end_if_asked(const Surroundings& surroundings) {
   if (surroundings.stop) throw Interrupted();
