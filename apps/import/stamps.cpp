@@ -20,17 +20,8 @@ bool are_digits(std::string_view text) {
 
 /// Returns how many decimals of the unit are whole nanoseconds.
 std::optional<std::size_t> decimals(StampUnit unit, bool has_point, std::size_t digits) {
-  switch (unit) {
-    case StampUnit::kSeconds:
-      return 9;
-    case StampUnit::kMilliseconds:
-      return 6;
-    case StampUnit::kMicroseconds:
-      return 3;
-    case StampUnit::kNanoseconds:
-      return 0;
-    case StampUnit::kAuto:
-      break;
+  for (const NamedUnit& named : kNamedUnits) {
+    if (named.unit == unit) return named.decimals;
   }
   if (has_point) return 9;
   return digits == kDigitsSince1970_ns ? std::optional<std::size_t>(0) : std::nullopt;

@@ -22,13 +22,10 @@ struct Options {
   std::optional<double> max_skew_ms;
 };
 
-const std::map<std::string, importer::StampUnit>& units() {
-  using importer::StampUnit;
-  static const std::map<std::string, StampUnit> kUnits{{"s", StampUnit::kSeconds},
-                                                       {"ms", StampUnit::kMilliseconds},
-                                                       {"us", StampUnit::kMicroseconds},
-                                                       {"ns", StampUnit::kNanoseconds}};
-  return kUnits;
+std::map<std::string, importer::StampUnit> units() {
+  std::map<std::string, importer::StampUnit> units;
+  for (const importer::NamedUnit& named : importer::kNamedUnits) units.emplace(named.name, named.unit);
+  return units;
 }
 
 void execute(Options options) {
