@@ -38,6 +38,19 @@ inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
   return std::chrono::nanoseconds(std::int64_t(1e9 * seconds));
 }
 
+/// Stops a device at the end of a block, however it ends.
+template <typename Device>
+class Stopping {
+ public:
+  explicit Stopping(Device& device) : device_(device) {}
+  ~Stopping() { static_cast<void>(device_.stop()); }
+  Stopping(const Stopping&) = delete;
+  Stopping& operator=(const Stopping&) = delete;
+
+ private:
+  Device& device_;
+};
+
 inline void end_if_asked(const Surroundings& surroundings) {
   if (surroundings.stop) throw Interrupted();
 }

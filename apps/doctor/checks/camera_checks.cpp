@@ -25,18 +25,6 @@ constexpr double kAgePeriods = 2;
 constexpr double kFewLost = 0.01, kManyLost = 0.2;
 constexpr double kFewSkipped = 0.05;
 
-/// Ends the stream in every case.
-class Streaming {
- public:
-  explicit Streaming(Camera& camera) : camera_(camera) {}
-  ~Streaming() { camera_.stop(); }
-  Streaming(const Streaming&) = delete;
-  Streaming& operator=(const Streaming&) = delete;
-
- private:
-  Camera& camera_;
-};
-
 bool is_near(double value, double wanted, double share) { return std::abs(value - wanted) <= share * std::abs(wanted); }
 
 Row judge_rate(double period_s, double asked_hz) {
@@ -156,7 +144,7 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   const auto failed = [&](const char* check, const Error& error) {
     add(failed_row(test.name, check, error, camera_advice(error.code)));
   };
-  const Streaming ends(camera);
+  const Stopping stopping(camera);
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
   const CameraFacts facts = camera.facts();
   add(judge_format(test.asked, facts));

@@ -74,14 +74,8 @@ Result<Pairs> try_pair(const PairUnderTest& test, nanoseconds max_skew, const Op
   auto rig = open(max_skew);
   if (!rig) return rig.error();
   if (const auto started = rig->start(test.lower, test.upper); !started) return started.error();
-  try {
-    Pairs pairs = take_pairs(*rig, test, seconds, surroundings);
-    rig->stop();
-    return pairs;
-  } catch (...) {
-    rig->stop();
-    throw;
-  }
+  const Stopping stopping(*rig);
+  return take_pairs(*rig, test, seconds, surroundings);
 }
 
 double unpaired_share(const Pairs& pairs) {
