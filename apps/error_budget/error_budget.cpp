@@ -171,23 +171,6 @@ World true_world(const config::Robot& robot, const config::Map& map) {
   return world;
 }
 
-/// Draws all parts of some sources at once.
-class RandomDraws {
- public:
-  explicit RandomDraws(std::uint64_t seed) : engine_(seed) {}
-  [[nodiscard]] World wrong(const World& truth, std::span<const Source> sources) {
-    World believed = truth;
-    for (const Source& source : sources) {
-      for (const Part& part : source.parts) part.apply(believed, normal_(engine_));
-    }
-    return believed;
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::normal_distribution<> normal_;
-};
-
 /// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
 std::optional<vision::Rig> possible_rig(const World& believed) {
   try {
@@ -221,12 +204,17 @@ struct Answers {
     return mean;
   }
 
+  /// Draws all parts of the sources at once.
   [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
     MeanSquare mean;
-    RandomDraws random(seed);
+    std::mt19937_64 engine(seed);
+    std::normal_distribution<> normal;
     for (int i = 0; i < draws && count > 0; ++i) {
       const std::size_t k = std::size_t(i) % count;
-      const World believed = random.wrong(truth(k), of);
+      World believed = truth(k);
+      for (const Source& source : of) {
+        for (const Part& part : source.parts) part.apply(believed, normal(engine));
+      }
       const auto rig = possible_rig(believed);
       mean.add(rig ? complete_m2(k, believed, *rig) : std::nullopt);
     }
