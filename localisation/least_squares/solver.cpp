@@ -61,8 +61,6 @@ inline Rows rows_of(const Landmark& l, const PoseTerms& at, double nearest) {
   return rows;
 }
 
-double square(double x) { return x * x; }
-
 /// Within the rounding of coordinates there is no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 

@@ -10,8 +10,6 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-double square(double x) { return x * x; }
-
 void add_ranged(const Problem& problem, Starts& starts) {
   // Var(r^2) = 4 r^2 sigma^2 + 2 sigma^4.
   const auto weight = [](const Landmark& l) {
