@@ -2,30 +2,23 @@
 #include "localisation/chi_squared.h"
 
 #include <cmath>
-#include <numbers>
+
+#include <boost/math/distributions/chi_squared.hpp>
 
 namespace twocone::localisation {
 
 double chi_squared_tail(double value, int degrees_of_freedom) {
   if (std::isnan(value)) return 0;
   if (value <= 0) return 1;
-  const double half = value / 2;
-  if (degrees_of_freedom > 100) {
-    const double spread = 2 / (9.0 * degrees_of_freedom);
-    const double normal = (std::cbrt(value / degrees_of_freedom) - (1 - spread)) / std::sqrt(spread);
-    return std::erfc(normal / std::numbers::sqrt2) / 2;
-  }
-  const bool odd = degrees_of_freedom % 2 != 0;
-  // Each term follows from the one before: half^k / k!, with k an integer or a half-integer.
-  double k = odd ? 0.5 : 0;
-  double term = std::exp(-half) * (odd ? 2 * std::sqrt(half) * std::numbers::inv_sqrtpi : 1);
-  double sum = odd ? std::erfc(std::sqrt(half)) : 0;
-  for (int left = degrees_of_freedom / 2; left > 0; --left) {
-    sum += term;
-    k += 1;
-    term *= half / k;
-  }
-  return sum;
+  if (std::isinf(value)) return 0;  // Boost refuses it
+  // Without promotion to long double, which takes time for digits that no caller needs. For a value near 0 and hundreds
+  // of degrees of freedom a gamma function in a denominator overflows: its infinity is the right limit, and no error.
+  using boost::math::policies::ignore_error;
+  using boost::math::policies::overflow_error;
+  using boost::math::policies::promote_double;
+  using Policy = boost::math::policies::policy<promote_double<false>, overflow_error<ignore_error>>;
+  const boost::math::chi_squared_distribution<double, Policy> distribution(degrees_of_freedom);
+  return cdf(complement(distribution, value));
 }
 
 }  // namespace twocone::localisation

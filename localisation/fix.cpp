@@ -1,29 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "localisation/fix.h"
 
-#include <cassert>
+#include <array>
+#include <cstddef>
 
 namespace twocone::localisation {
 
 std::string_view to_string(FixVerdict verdict) {
-  switch (verdict) {
-    case FixVerdict::kOk:
-      return "ok";
-    case FixVerdict::kGap:
-      return "gap";
-    case FixVerdict::kAmbiguous:
-      return "ambiguous";
-    case FixVerdict::kTooFew:
-      return "too_few";
-    case FixVerdict::kWeak:
-      return "weak";
-    case FixVerdict::kContradictory:
-      return "contradictory";
-    case FixVerdict::kOutOfBounds:
-      return "out_of_bounds";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 7> kNames{"ok",   "gap",           "ambiguous",    "too_few",
+                                                   "weak", "contradictory", "out_of_bounds"};
+  return kNames.at(std::size_t(verdict));
 }
 
 bool is_place(const Fix& fix) {

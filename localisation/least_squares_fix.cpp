@@ -2,12 +2,12 @@
 #include "localisation/least_squares_fix.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
+
+#include <boost/container/small_vector.hpp>
 
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
@@ -124,13 +124,15 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
   return far;
 }
 
-Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) {
+Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   Fix fix;
   Frame frame;
   double rounding = 0;
-  const int count = least_squares::prepare(measurements, frame, rounding, room);
+  boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size(),
+                                                                                boost::container::default_init);
+  const int count = least_squares::prepare(measurements, frame, rounding, room.data());
   fix.unusable = int(measurements.size()) - count;
-  const Problem problem = least_squares::make_problem({room, std::size_t(count)}, rounding);
+  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, rounding);
   const Answer answer = least_squares::solve(problem);
   if (answer.is_consistent || answer.verdict == FixVerdict::kTooFew) {
     fill(fix, problem, answer, frame);
@@ -163,15 +165,6 @@ Fix fix_with(std::span<const LandmarkMeasurement> measurements, Landmark* room) 
     }
   }
   return fix;
-}
-
-Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
-  if (measurements.size() <= std::size_t(least_squares::kStackLandmarks)) {
-    std::array<Landmark, least_squares::kStackLandmarks> room;
-    return fix_with(measurements, room.data());
-  }
-  std::vector<Landmark> room(measurements.size());
-  return fix_with(measurements, room.data());
 }
 
 /// Returns whether a measurement agrees with a fix of the others, up to the rounding of doubles of its size.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "localisation/pose_filter.h"
 
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -34,42 +36,13 @@ std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Ei
 
 }  // namespace
 
-std::string_view to_string(FilterState state) {
-  switch (state) {
-    case FilterState::kLost:
-      return "lost";
-    case FilterState::kTracking:
-      return "tracking";
-  }
-  assert(false);
-  return "";
-}
+std::string_view to_string(FilterState state) { return state == FilterState::kLost ? "lost" : "tracking"; }
 
 std::string_view to_string(FixUse use) {
-  switch (use) {
-    case FixUse::kStarted:
-      return "started";
-    case FixUse::kTaken:
-      return "taken";
-    case FixUse::kRelocated:
-      return "relocated";
-    case FixUse::kNoFix:
-      return "no_fix";
-    case FixUse::kNoSigma:
-      return "no_sigma";
-    case FixUse::kOutOfBounds:
-      return "out_of_bounds";
-    case FixUse::kUnexpected:
-      return "unexpected";
-    case FixUse::kUndecided:
-      return "undecided";
-    case FixUse::kNotGaussian:
-      return "not_gaussian";
-    case FixUse::kCannotStart:
-      return "cannot_start";
-  }
-  assert(false);
-  return "";
+  constexpr std::array<std::string_view, 10> kNames{"started",      "taken",         "relocated",  "no_fix",
+                                                    "no_sigma",     "out_of_bounds", "unexpected", "undecided",
+                                                    "not_gaussian", "cannot_start"};
+  return kNames.at(std::size_t(use));
 }
 
 PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) : wheels_(wheels), noise_(noise) {

@@ -23,12 +23,6 @@ constexpr double kSettled = 0.3;
 // The tip is searched within a sixth of the rim's radius. Farther out a tilt bends the lines.
 constexpr double kTipReach = 1.0 / 6;
 
-std::string names_of(const std::vector<runlog::RunData>& runs) {
-  std::string text;
-  for (const runlog::RunData& run : runs) text += (text.empty() ? "" : ", ") + run.folder.string();
-  return text;
-}
-
 std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
   for (const runlog::RunData& run : runs) {
     const auto same = [](const config::CameraEntry& a, const config::CameraEntry& b) {
@@ -130,10 +124,13 @@ void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {
 Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
                          const Settings& settings) {
   check(runs, settings);
+  std::vector<std::string> folders;
+  for (const runlog::RunData& run : runs) folders.push_back(run.folder.string());
+  const std::string names = fmt::format("{}", fmt::join(folders, ", "));
   if (!vision::can_calibrate()) {
     vision::CalibrationResult none;
     none.verdict = vision::CalibrationVerdict::kNoSolver;
-    return refusal(none, names_of(runs));
+    return refusal(none, names);
   }
   if (auto error = refusal(runs, robot)) return std::move(*error);
   const auto notify = [&settings](double done) {
@@ -144,7 +141,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   const ChosenFrames chosen = choose_frames(runs, settings.frames);
   vision::CalibrationProblem problem{before, to_wheel_belief(robot), chosen.landmarks,       {}, {},
                                      {},     settings.priors,        settings.fit_distortion};
-  Report report{.runs = {},
+  Report report{.runs = folders,
                 .robot = robot.file.string(),
                 .result = {},
                 .problem = problem,
@@ -153,7 +150,6 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                 .after = before,
                 .rig = robot.rig,
                 .drive = robot.drive};
-  for (const runlog::RunData& run : runs) report.runs.push_back(run.folder.string());
   report.slip = problem.wheels->slip;
   problem.fit_timing = settings.fit_timing;
   problem.height_px = {robot.lower.height_px, robot.upper.height_px};
@@ -171,7 +167,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
     report.sightings_without_answer = sighted.without_answer;
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
     report.result = vision::calibrate(problem);
-    if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names_of(runs));
+    if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names);
     report.after = *report.result.rig;
     report.rounds = round + 1;
     report.is_settled = is_settled(last, report.result.parameters);

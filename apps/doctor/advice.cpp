@@ -1,47 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/doctor/advice.h"
 
+#include <algorithm>
+#include <array>
+
 namespace twocone::doctor {
+namespace {
 
-std::string camera_advice(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kNotFound:
-      return "plug it in; twocone devices lists the available names";
-    case ErrorCode::kUnavailable:
-      return "install the missing software";
-    case ErrorCode::kInvalidState:
-    case ErrorCode::kCancelled:
-    case ErrorCode::kRefused:
-      return "see the message; request a mode that it has";
-    case ErrorCode::kTimeout:
-      return "it is connected but sends nothing: check cable, hub, power";
-    case ErrorCode::kDisconnected:
-      return "it was disconnected: check cable, hub, power";
-    case ErrorCode::kBadData:
-      return "its data are no image: check cable and hub";
-  }
-  return "";
+struct Advice {
+  ErrorCode code;
+  const char* camera;
+  const char* drive;
+};
+
+constexpr const char* kDisconnected = "it was disconnected: check cable, hub, power";
+constexpr const char* kInstall = "install the missing software";
+constexpr const char* kOtherMode = "see the message; request a mode that it has";
+constexpr const char* kSeeMessage = "see the message";
+
+constexpr std::array kAdvice{
+    Advice{ErrorCode::kNotFound, "plug it in; twocone devices lists the available names",
+           "plug it in; twocone devices lists the available ports"},
+    Advice{ErrorCode::kUnavailable, kInstall, kInstall},
+    Advice{ErrorCode::kInvalidState, kOtherMode, kSeeMessage},
+    Advice{ErrorCode::kTimeout, "it is connected but sends nothing: check cable, hub, power",
+           "check protocol, baud, the controller's power, the cable's RX and TX"},
+    Advice{ErrorCode::kDisconnected, kDisconnected, kDisconnected},
+    Advice{ErrorCode::kBadData, "its data are no image: check cable and hub",
+           "check protocol and baud; keep the cable away from the motors' wires"},
+    Advice{ErrorCode::kCancelled, kOtherMode, kSeeMessage},
+    Advice{ErrorCode::kRefused, kOtherMode, kSeeMessage},
+};
+
+const Advice& advice_for(ErrorCode code) {
+  return *std::find_if(kAdvice.begin(), kAdvice.end(), [code](const Advice& a) { return a.code == code; });
 }
 
-std::string drive_advice(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kNotFound:
-      return "plug it in; twocone devices lists the available ports";
-    case ErrorCode::kUnavailable:
-      return "install the missing software";
-    case ErrorCode::kInvalidState:
-    case ErrorCode::kCancelled:
-    case ErrorCode::kRefused:
-      return "see the message";
-    case ErrorCode::kTimeout:
-      return "check protocol, baud, the controller's power, the cable's RX and TX";
-    case ErrorCode::kDisconnected:
-      return "it was disconnected: check cable, hub, power";
-    case ErrorCode::kBadData:
-      return "check protocol and baud; keep the cable away from the motors' wires";
-  }
-  return "";
-}
+}  // namespace
+
+std::string camera_advice(ErrorCode code) { return advice_for(code).camera; }
+std::string drive_advice(ErrorCode code) { return advice_for(code).drive; }
 
 Row failed_row(const std::string& part, const std::string& check, const Error& error, const std::string& advice) {
   std::string message = error.message;
@@ -52,6 +50,10 @@ Row failed_row(const std::string& part, const std::string& check, const Error& e
     return {part, check, message.substr(0, end), Verdict::kFailed, message.substr(end + 2)};
   }
   return {part, check, message, Verdict::kFailed, advice};
+}
+
+Row drive_failed(const std::string& check, const Error& error) {
+  return failed_row("drive", check, error, drive_advice(error.code));
 }
 
 }  // namespace twocone::doctor

@@ -18,4 +18,7 @@ std::string drive_advice(ErrorCode code);
 /// `advice`.
 Row failed_row(const std::string& part, const std::string& check, const Error& error, const std::string& advice);
 
+/// The same for the drive, with drive_advice().
+Row drive_failed(const std::string& check, const Error& error);
+
 }  // namespace twocone::doctor

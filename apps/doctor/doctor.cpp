@@ -148,7 +148,7 @@ class Examination {
     if (part.serial) part.serial->least_speed_radps = 0;
     const auto drive = openers_.drive(part);
     if (!drive) {
-      report_.add(failed_row("drive", "opens", drive.error(), drive_advice(drive.error().code)));
+      report_.add(drive_failed("opens", drive.error()));
       return;
     }
     const DriveUnderTest test{settings.drive, 1 / settings.lower.settings.rate_hz};

@@ -60,17 +60,8 @@ void print_row(const Cells& cells, const std::array<std::size_t, kColumns>& widt
 }  // namespace
 
 std::string_view to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kOk:
-      return "ok";
-    case Verdict::kWarning:
-      return "warning";
-    case Verdict::kFailed:
-      return "failed";
-    case Verdict::kNotRun:
-      return "not run";
-  }
-  return "";
+  constexpr std::array<std::string_view, 4> kNames{"ok", "warning", "failed", "not run"};
+  return kNames.at(std::size_t(verdict));
 }
 
 std::size_t Report::count(Verdict verdict) const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace twocone::doctor {
@@ -23,6 +24,11 @@ struct Row {
   std::string measured;  ///< with units
   Verdict verdict = Verdict::kOk;
   std::string advice{};  ///< what to do; empty: nothing is necessary
+
+  void judge(Verdict new_verdict, std::string new_advice) {
+    verdict = new_verdict;
+    advice = std::move(new_advice);
+  }
 };
 
 /// The results, in the order of the checks.

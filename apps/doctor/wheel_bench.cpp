@@ -24,10 +24,6 @@ constexpr int kTroublesInARow = 3;
 constexpr double kOutOfHand_rad = pi;
 constexpr double kOutOfHandFactor = 2;
 
-std::chrono::nanoseconds nanoseconds_of(double seconds) {
-  return std::chrono::nanoseconds(std::int64_t(1e9 * seconds));
-}
-
 }  // namespace
 
 double still_rad(double counts_per_turn) {

@@ -69,8 +69,7 @@ void check_whole_robot(const config::Robot& robot, const drivers::RobotSettings&
   end_if_asked(surroundings);
   const auto pair = whole.next_frame(kPairTime);
   if (!pair) return failed("pair", pair.error());
-  report.add({kPart, "pair",
-              fmt::format("received; skew {:.1f} ms", 1e3 * std::chrono::duration<double>(pair->skew()).count())});
+  report.add({kPart, "pair", fmt::format("received; skew {:.1f} ms", 1e3 * seconds_of(pair->skew()))});
   if (const auto angles = whole.drive().read_angles(); !angles) {
     failed("angles", angles.error());
   } else {

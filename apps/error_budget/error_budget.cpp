@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "apps/behaviours/arena.h"
 #include "apps/config/to_layers.h"
 #include "apps/error_budget/sources.h"
 #include "apps/error_budget/viewpoint.h"
@@ -169,23 +171,6 @@ World true_world(const config::Robot& robot, const config::Map& map) {
   return {rig.lower.settings(), rig.upper.settings(), map.landmarks, 0, {}};
 }
 
-/// Draws all parts of some sources at once.
-class RandomDraws {
- public:
-  explicit RandomDraws(std::uint64_t seed) : engine_(seed) {}
-  [[nodiscard]] World wrong(const World& truth, std::span<const Source> sources) {
-    World believed = truth;
-    for (const Source& source : sources) {
-      for (const Part& part : source.parts) part.apply(believed, normal_(engine_));
-    }
-    return believed;
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::normal_distribution<> normal_;
-};
-
 /// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
 std::optional<vision::Rig> possible_rig(const World& believed) {
   try {
@@ -195,77 +180,48 @@ std::optional<vision::Rig> possible_rig(const World& believed) {
   }
 }
 
-/// The effect of a source on the ranges, for the only landmark of each world.
-struct Ranges {
-  const std::vector<World>& worlds;
-  std::vector<Viewpoint> viewpoints;  ///< in the order of the worlds
-  std::vector<Source> sources;        ///< for one landmark
-
-  [[nodiscard]] MeanSquare analytic(const Source& source) const {
-    MeanSquare mean;
-    for (std::size_t i = 0; i < viewpoints.size(); ++i) {
-      std::optional<double> square = 0;
-      for (const Part& part : source.parts) {
-        const auto d = slope(viewpoints[i], worlds[i], part, 0);
-        square = d && square ? std::optional(*square + d->x() * d->x()) : std::nullopt;
-      }
-      mean.add(square);
-    }
-    return mean;
-  }
-
-  [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
-    MeanSquare mean;
-    RandomDraws random(seed);
-    for (int i = 0; i < draws && !viewpoints.empty(); ++i) {
-      const std::size_t k = std::size_t(i) % viewpoints.size();
-      const World believed = random.wrong(worlds[k], of);
-      const auto rig = possible_rig(believed);
-      const auto answer = rig ? viewpoints[k].answer(believed, *rig, 0) : std::nullopt;
-      std::optional<double> square;
-      if (answer) square = std::pow(answer->range_bearing.x() - viewpoints[k].true_range_bearing(0).x(), 2);
-      mean.add(square);
-    }
-    return mean;
-  }
-};
-
-struct Positions {
-  const World& truth;
-  std::vector<Viewpoint> viewpoints;
-  std::vector<Gain> gains;
+/// The effect of sources on one kind of answer: the ranges, or the positions.
+struct Answers {
+  std::size_t count;  ///< of the answers
   std::vector<Source> sources;
+  /// The true world of an answer.
+  std::function<const World&(std::size_t i)> truth;
+  /// The square of an answer's error for one standard deviation of a part, by linear propagation.
+  std::function<std::optional<double>(std::size_t i, const Part& part)> linear_m2;
+  /// The square of the error of the complete answer.
+  std::function<std::optional<double>(std::size_t i, const World& believed, const vision::Rig& rig)> complete_m2;
 
   [[nodiscard]] MeanSquare analytic(const Source& source) const {
     MeanSquare mean;
-    for (std::size_t i = 0; i < viewpoints.size(); ++i) {
-      std::optional<double> square = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::optional<double> square_m2 = 0;
       for (const Part& part : source.parts) {
-        const auto d_m = gains[i].slope_m(viewpoints[i], truth, part);
-        square = d_m && square ? std::optional(*square + d_m->squaredNorm()) : std::nullopt;
+        const auto of_part_m2 = linear_m2(i, part);
+        square_m2 = of_part_m2 && square_m2 ? std::optional(*square_m2 + *of_part_m2) : std::nullopt;
       }
-      mean.add(square);
+      mean.add(square_m2);
     }
     return mean;
   }
 
+  /// Draws all parts of the sources at once.
   [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
     MeanSquare mean;
-    RandomDraws random(seed);
-    for (int i = 0; i < draws && !viewpoints.empty(); ++i) {
-      const Viewpoint& viewpoint = viewpoints[std::size_t(i) % viewpoints.size()];
-      const World believed = random.wrong(truth, of);
+    std::mt19937_64 engine(seed);
+    std::normal_distribution<> normal;
+    for (int i = 0; i < draws && count > 0; ++i) {
+      const std::size_t k = std::size_t(i) % count;
+      World believed = truth(k);
+      for (const Source& source : of) {
+        for (const Part& part : source.parts) part.apply(believed, normal(engine));
+      }
       const auto rig = possible_rig(believed);
-      const auto fix = rig ? viewpoint.fix(believed, *rig) : std::nullopt;
-      std::optional<double> square;
-      if (fix) square = (*fix->position_m - Eigen::Vector2d(viewpoint.pose().x_m, viewpoint.pose().y_m)).squaredNorm();
-      mean.add(square);
+      mean.add(rig ? complete_m2(k, believed, *rig) : std::nullopt);
     }
     return mean;
   }
 };
 
-template <typename Answers>
 Contribution contribution(const Answers& answers, std::span<const Source> sources, int draws, std::uint64_t seed,
                           int& withheld) {
   double square_m2 = 0;
@@ -295,22 +251,50 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
 
   std::vector<World> worlds = range_worlds(truth, settings.range_m);
   std::erase_if(worlds, [&](const World& world) { return viewpoint(world, {}).seen().empty(); });
-  Ranges ranges{worlds, {}, all_sources(settings, 1)};
-  for (const World& world : worlds) ranges.viewpoints.push_back(viewpoint(world, {}));
+  std::vector<Viewpoint> of_ranges;
+  for (const World& world : worlds) of_ranges.push_back(viewpoint(world, {}));
+  const Answers ranges{
+      .count = of_ranges.size(),
+      .sources = all_sources(settings, 1),
+      .truth = [&](std::size_t i) -> const World& { return worlds[i]; },
+      .linear_m2 = [&](std::size_t i, const Part& part) -> std::optional<double> {
+        const auto d = slope(of_ranges[i], worlds[i], part, 0);
+        return d ? std::optional(d->x() * d->x()) : std::nullopt;
+      },
+      .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
+        const auto answer = of_ranges[i].answer(believed, rig, 0);
+        if (!answer) return std::nullopt;
+        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_bearing(0).x(), 2);
+      }};
 
-  Positions positions{truth, {}, {}, all_sources(settings, int(truth.landmarks.size()))};
+  std::vector<Viewpoint> of_positions;
+  std::vector<Gain> gains;
   for (const localisation::Pose& pose : poses) {
     Viewpoint here = viewpoint(truth, pose);
     Gain gain(here, truth);
     if (!gain.determined()) continue;
-    positions.viewpoints.push_back(std::move(here));
-    positions.gains.push_back(std::move(gain));
+    of_positions.push_back(std::move(here));
+    gains.push_back(std::move(gain));
   }
+  const Answers positions{
+      .count = of_positions.size(),
+      .sources = all_sources(settings, int(truth.landmarks.size())),
+      .truth = [&](std::size_t) -> const World& { return truth; },
+      .linear_m2 = [&](std::size_t i, const Part& part) -> std::optional<double> {
+        const auto d_m = gains[i].slope_m(of_positions[i], truth, part);
+        return d_m ? std::optional(d_m->squaredNorm()) : std::nullopt;
+      },
+      .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
+        const auto fix = of_positions[i].fix(believed, rig);
+        if (!fix) return std::nullopt;
+        const localisation::Pose& pose = of_positions[i].pose();
+        return (*fix->position_m - Eigen::Vector2d(pose.x_m, pose.y_m)).squaredNorm();
+      }};
 
   ErrorBudget error_budget;
   error_budget.range_m = settings.range_m;
-  error_budget.ranges = int(ranges.viewpoints.size());
-  error_budget.poses = int(positions.viewpoints.size());
+  error_budget.ranges = int(ranges.count);
+  error_budget.poses = int(positions.count);
   error_budget.draws = settings.draws;
   const auto line = [&](std::string name, std::string size, std::size_t first, std::size_t count, std::uint64_t seed) {
     return ErrorBudgetLine{std::move(name), std::move(size),
@@ -325,6 +309,26 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
   }
   error_budget.total = line("all together", "", 0, count, settings.seed + count);
   return error_budget;
+}
+
+std::vector<localisation::Pose> grid_poses(const config::Robot& robot, const config::Map& map) {
+  constexpr int kSteps = 6;
+  // The golden angle spreads the headings over the circle without repetition, for any number of poses.
+  constexpr double kTurn_rad = 2.399963229728653;
+  const behaviours::Arena arena = config::to_arena(map);
+  const Eigen::Vector2d size_m = arena.max_m - arena.min_m;
+  const double step_m = size_m.maxCoeff() / kSteps;
+  std::vector<localisation::Pose> poses;
+  for (int column = 0; column < kSteps; ++column) {
+    for (int row = 0; row < kSteps; ++row) {
+      const double x_m = arena.min_m.x() + (column + 0.5) * step_m;
+      const double y_m = arena.min_m.y() + (row + 0.5) * step_m;
+      if (!(x_m < arena.max_m.x()) || !(y_m < arena.max_m.y())) continue;
+      if (arena.clearance_m({x_m, y_m}) < robot.body_radius_m) continue;
+      poses.push_back({x_m, y_m, localisation::wrap_angle_rad(kTurn_rad * double(poses.size()))});
+    }
+  }
+  return poses;
 }
 
 }  // namespace twocone::error_budget

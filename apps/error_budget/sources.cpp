@@ -21,58 +21,54 @@ void scale_focal_length(vision::MirrorViewSettings& view, double factor) {
   cone.rim_radius_m = cone.lens_to_tip_m / (factor * (cone.lens_to_tip_m / cone.rim_radius_m + cotangent) - cotangent);
 }
 
+/// Chooses numbers of a world.
+template <typename T>
+using Choice = std::function<T&(World&)>;
+
+/// Returns a part that moves one number by `size`.
+Part shift(double size, const Choice<double>& number, int landmark = -1) {
+  return {landmark, [=](World& world, double sigmas) { number(world) += size * sigmas; }};
+}
+
 /// Returns parts that move x and y of a vector by `size` each.
-template <typename Vector>
-std::vector<Part> both_axes(double size, Vector vector) {
-  std::vector<Part> parts;
-  for (const int axis : {0, 1}) {
-    parts.push_back({-1, [=](World& world, double sigmas) { vector(world)[axis] += size * sigmas; }});
-  }
-  return parts;
+std::vector<Part> both_axes(double size, const Choice<Eigen::Vector2d>& vector) {
+  return {shift(size, [=](World& w) -> double& { return vector(w).x(); }),
+          shift(size, [=](World& w) -> double& { return vector(w).y(); })};
+}
+
+/// Returns the part that changes both mirrors alike.
+Part in_both(const std::function<void(vision::MirrorViewSettings& view, double sigmas)>& change) {
+  return {-1, [=](World& world, double sigmas) {
+            change(world.lower, sigmas);
+            change(world.upper, sigmas);
+          }};
 }
 
 void add_rig(const ErrorBudgetSettings& s, std::vector<Source>& sources) {
-  sources.push_back({"focal length v, both mirrors",
-                     fmt::format("{:g} %", s.focal_share * 100),
-                     {{-1, [=](World& world, double sigmas) {
-                         scale_focal_length(world.lower, 1 + s.focal_share * sigmas);
-                         scale_focal_length(world.upper, 1 + s.focal_share * sigmas);
-                       }}}});
-  sources.push_back({"rim radius r_m, both mirrors", pixels(s.rim_radius_px), {{-1, [=](World& world, double sigmas) {
-                                                                                  world.lower.rim_radius_px +=
-                                                                                      s.rim_radius_px * sigmas;
-                                                                                  world.upper.rim_radius_px +=
-                                                                                      s.rim_radius_px * sigmas;
-                                                                                }}}});
-  sources.push_back({"lens to tip d, both mirrors",
-                     millimetres(s.lens_to_tip_m),
-                     {{-1, [=](World& world, double sigmas) {
-                         world.lower.cone.lens_to_tip_m += s.lens_to_tip_m * sigmas;
-                         world.upper.cone.lens_to_tip_m += s.lens_to_tip_m * sigmas;
-                       }}}});
-  sources.push_back({"mirror separation s", millimetres(s.separation_m), {{-1, [=](World& world, double sigmas) {
-                                                                             world.upper.lens_height_m +=
-                                                                                 s.separation_m * sigmas;
-                                                                           }}}});
+  using View = vision::MirrorViewSettings;
+  const Part focal = in_both([=](View& v, double sigmas) { scale_focal_length(v, 1 + s.focal_share * sigmas); });
+  const Part rim = in_both([=](View& v, double sigmas) { v.rim_radius_px += s.rim_radius_px * sigmas; });
+  const Part tip = in_both([=](View& v, double sigmas) { v.cone.lens_to_tip_m += s.lens_to_tip_m * sigmas; });
+  const Part height = shift(s.separation_m, [](World& w) -> double& { return w.upper.lens_height_m; });
+  sources.push_back({"focal length v, both mirrors", fmt::format("{:g} %", s.focal_share * 100), {focal}});
+  sources.push_back({"rim radius r_m, both mirrors", pixels(s.rim_radius_px), {rim}});
+  sources.push_back({"lens to tip d, both mirrors", millimetres(s.lens_to_tip_m), {tip}});
+  sources.push_back({"mirror separation s", millimetres(s.separation_m), {height}});
 }
 
 void add_mirror(const ErrorBudgetSettings& s, const std::string& name, ViewPointer view, std::vector<Source>& sources) {
+  using Vector = Eigen::Vector2d;
   const std::string of = ", " + name + " mirror";
-  sources.push_back({"centre" + of, pixels(s.centre_px),
-                     both_axes(
-                         s.centre_px, [view](World & w) -> auto& { return (w.*view).centre_px; })});
-  sources.push_back({"tilt" + of, degrees(s.tilt_rad),
-                     both_axes(
-                         s.tilt_rad, [view](World & w) -> auto& { return (w.*view).tilt_rad; })});
-  sources.push_back({"axis offset" + of, millimetres(s.axis_offset_m),
-                     both_axes(
-                         s.axis_offset_m, [view](World & w) -> auto& { return (w.*view).axis_offset_m; })});
-  sources.push_back({"apex angle" + of, degrees(s.apex_rad), {{-1, [=](World& world, double sigmas) {
-                                                                 (world.*view).cone.apex_rad += s.apex_rad * sigmas;
-                                                               }}}});
-  sources.push_back({"azimuth" + of, degrees(s.azimuth_rad), {{-1, [=](World& world, double sigmas) {
-                                                                 (world.*view).azimuth_rad += s.azimuth_rad * sigmas;
-                                                               }}}});
+  const Choice<Vector> centre = [=](World& w) -> Vector& { return (w.*view).centre_px; };
+  const Choice<Vector> tilt = [=](World& w) -> Vector& { return (w.*view).tilt_rad; };
+  const Choice<Vector> offset = [=](World& w) -> Vector& { return (w.*view).axis_offset_m; };
+  const Choice<double> apex = [=](World& w) -> double& { return (w.*view).cone.apex_rad; };
+  const Choice<double> azimuth = [=](World& w) -> double& { return (w.*view).azimuth_rad; };
+  sources.push_back({"centre" + of, pixels(s.centre_px), both_axes(s.centre_px, centre)});
+  sources.push_back({"tilt" + of, degrees(s.tilt_rad), both_axes(s.tilt_rad, tilt)});
+  sources.push_back({"axis offset" + of, millimetres(s.axis_offset_m), both_axes(s.axis_offset_m, offset)});
+  sources.push_back({"apex angle" + of, degrees(s.apex_rad), {shift(s.apex_rad, apex)}});
+  sources.push_back({"azimuth" + of, degrees(s.azimuth_rad), {shift(s.azimuth_rad, azimuth)}});
 }
 
 void add_map(const ErrorBudgetSettings& s, int landmarks, std::vector<Source>& sources) {
@@ -80,12 +76,14 @@ void add_map(const ErrorBudgetSettings& s, int landmarks, std::vector<Source>& s
   Source top{"landmark's top height", millimetres(s.landmark_top_m), {}};
   Source radius{"landmark's radius", millimetres(s.landmark_radius_m), {}};
   for (int i = 0; i < landmarks; ++i) {
-    const std::size_t k = std::size_t(i);
-    place.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].x_m += s.landmark_place_m * sigmas; }});
-    place.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].y_m += s.landmark_place_m * sigmas; }});
-    top.parts.push_back({i, [=](World& w, double sigmas) { w.landmarks[k].top_m += s.landmark_top_m * sigmas; }});
-    radius.parts.push_back(
-        {i, [=](World& w, double sigmas) { w.landmarks[k].radius_m += s.landmark_radius_m * sigmas; }});
+    const auto moved = [i](double size, double Landmark::*number) {
+      return shift(
+          size, [=](World& w) -> double& { return w.landmarks[std::size_t(i)].*number; }, i);
+    };
+    place.parts.push_back(moved(s.landmark_place_m, &Landmark::x_m));
+    place.parts.push_back(moved(s.landmark_place_m, &Landmark::y_m));
+    top.parts.push_back(moved(s.landmark_top_m, &Landmark::top_m));
+    radius.parts.push_back(moved(s.landmark_radius_m, &Landmark::radius_m));
   }
   sources.insert(sources.end(), {std::move(place), std::move(top), std::move(radius)});
 }

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <boost/algorithm/string.hpp>
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/tables/csv_fields.h"
@@ -18,8 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_image(const fs::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = boost::to_lower_copy(file.extension().string());
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 
@@ -75,11 +75,8 @@ std::optional<Entry> entry_of(const std::string& line) {
     parts = {line.substr(0, blank), line.substr(line.find_first_not_of(kBlanks, blank))};
   }
   if (parts.size() != 2) return std::nullopt;
-  const auto trimmed = [](const std::string& part) {
-    const std::size_t first = part.find_first_not_of(kBlanks);
-    return first == std::string::npos ? std::string() : part.substr(first, part.find_last_not_of(kBlanks) + 1 - first);
-  };
-  return Entry{trimmed(parts[0]), trimmed(parts[1])};
+  for (std::string& part : parts) boost::trim_if(part, boost::is_any_of(kBlanks));
+  return Entry{parts[0], parts[1]};
 }
 
 ImageList by_times_file(const fs::path& folder, const fs::path& times_file, StampUnit unit) {

@@ -184,21 +184,8 @@ std::vector<std::string> options_of(const Recording& recording) {
   add("--upper", recording.upper);
   add("--lower-times", recording.lower_times);
   add("--upper-times", recording.upper_times);
-  switch (recording.unit) {
-    case StampUnit::kAuto:
-      break;
-    case StampUnit::kSeconds:
-      words.insert(words.end(), {"--times-in", "s"});
-      break;
-    case StampUnit::kMilliseconds:
-      words.insert(words.end(), {"--times-in", "ms"});
-      break;
-    case StampUnit::kMicroseconds:
-      words.insert(words.end(), {"--times-in", "us"});
-      break;
-    case StampUnit::kNanoseconds:
-      words.insert(words.end(), {"--times-in", "ns"});
-      break;
+  for (const NamedUnit& named : kNamedUnits) {
+    if (named.unit == recording.unit) words.insert(words.end(), {"--times-in", named.name});
   }
   add("--trajectory", recording.trajectory);
   add("--odometry", recording.odometry);

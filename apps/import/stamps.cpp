@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <boost/algorithm/string.hpp>
+
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/tables/csv_fields.h"
 
@@ -20,17 +22,8 @@ bool are_digits(std::string_view text) {
 
 /// Returns how many decimals of the unit are whole nanoseconds.
 std::optional<std::size_t> decimals(StampUnit unit, bool has_point, std::size_t digits) {
-  switch (unit) {
-    case StampUnit::kSeconds:
-      return 9;
-    case StampUnit::kMilliseconds:
-      return 6;
-    case StampUnit::kMicroseconds:
-      return 3;
-    case StampUnit::kNanoseconds:
-      return 0;
-    case StampUnit::kAuto:
-      break;
+  for (const NamedUnit& named : kNamedUnits) {
+    if (named.unit == unit) return named.decimals;
   }
   if (has_point) return 9;
   return digits == kDigitsSince1970_ns ? std::optional<std::size_t>(0) : std::nullopt;
@@ -75,19 +68,15 @@ double to_seconds(Stamp stamp) { return std::chrono::duration<double>(stamp).cou
 
 std::vector<Line> read_lines(const std::filesystem::path& file) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  constexpr const char* kBlanks = " \t\r";
   const std::string text = config::read_text(file);
   std::vector<Line> lines;
   std::size_t number = 0;
   for (std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    std::string line = text.substr(begin, end - begin);
+    std::string line = boost::trim_copy_if(text.substr(begin, end - begin), boost::is_any_of(" \t\r"));
     begin = end + 1;
     ++number;
-    const std::size_t first = line.find_first_not_of(kBlanks);
-    if (first == std::string::npos || line[first] == '#') continue;
-    line = line.substr(first, line.find_last_not_of(kBlanks) + 1 - first);
-    lines.push_back({number, std::move(line), end < text.size()});
+    if (!line.empty() && line[0] != '#') lines.push_back({number, std::move(line), end < text.size()});
   }
   return lines;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,6 +18,16 @@ using Stamp = std::chrono::nanoseconds;
 
 /// The unit of the images' stamps. kAuto: the form of each stamp determines its unit.
 enum class StampUnit { kAuto, kSeconds, kMilliseconds, kMicroseconds, kNanoseconds };
+
+/// The units that --times-in names, with the number of decimals that are whole nanoseconds.
+struct NamedUnit {
+  StampUnit unit;
+  const char* name;
+  std::size_t decimals;
+};
+inline constexpr std::array kNamedUnits{
+    NamedUnit{StampUnit::kSeconds, "s", 9}, NamedUnit{StampUnit::kMilliseconds, "ms", 6},
+    NamedUnit{StampUnit::kMicroseconds, "us", 3}, NamedUnit{StampUnit::kNanoseconds, "ns", 0}};
 
 /// Parses a stamp >= 0 of digits and at most one decimal point. With kAuto, a number with a decimal point is in seconds
 /// (TUM RGB-D benchmark) and a number of 19 digits is in nanoseconds since 1970 (EuRoC). A shorter whole number is

@@ -37,10 +37,8 @@ void execute(Options options) {
 void add_import(CLI::App& program) {
   auto options = std::make_shared<Options>();
   importer::Recording& recording = options->recording;
-  const std::map<std::string, importer::StampUnit> units{{"s", importer::StampUnit::kSeconds},
-                                                         {"ms", importer::StampUnit::kMilliseconds},
-                                                         {"us", importer::StampUnit::kMicroseconds},
-                                                         {"ns", importer::StampUnit::kNanoseconds}};
+  std::map<std::string, importer::StampUnit> units;
+  for (const importer::NamedUnit& named : importer::kNamedUnits) units.emplace(named.name, named.unit);
   CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
   command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
   command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();

@@ -2,9 +2,11 @@
 #include "localisation/least_squares/answer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include <boost/container/static_vector.hpp>
 
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/search.h"
@@ -29,28 +31,26 @@ class Minima {
   void add(const Minimum& m) {
     if (!std::isfinite(m.cost) || std::hypot(m.state.x, m.state.y) > kFarAway) return;
     // A minimum that did not converge is kept only as long as there is no other.
-    if (count_ > 0 && !m.converged) return;
-    if (count_ > 0 && !minima_[0].converged) count_ = 0;
+    if (!minima_.empty() && !m.converged) return;
+    if (!minima_.empty() && !minima_.front().converged) minima_.clear();
     // Two results for one minimum differ by the limit of the last step. The ends of a flat one are joined later.
     constexpr double kSame = 1e-9;
-    int at = 0;
-    for (; at < count_; ++at) {
-      const Minimum& known = minima_[std::size_t(at)];
-      const double apart = step_between(known.state, m.state).cwiseAbs().maxCoeff();
-      if (apart < kSame * (1 + std::hypot(m.state.x, m.state.y)) && known.converged) return;
-      if (m.cost < known.cost) break;
+    auto at = minima_.begin();
+    for (; at != minima_.end(); ++at) {
+      const double apart = step_between(at->state, m.state).cwiseAbs().maxCoeff();
+      if (apart < kSame * (1 + std::hypot(m.state.x, m.state.y)) && at->converged) return;
+      if (m.cost < at->cost) break;
     }
-    if (at == kMost) return;
-    count_ = std::min(count_ + 1, kMost);
-    std::move_backward(minima_.begin() + at, minima_.begin() + count_ - 1, minima_.begin() + count_);
-    minima_[std::size_t(at)] = m;
+    if (minima_.size() == minima_.capacity()) {
+      if (at == minima_.end()) return;
+      minima_.pop_back();
+    }
+    minima_.insert(at, m);
   }
-  [[nodiscard]] std::span<const Minimum> all() const { return {minima_.data(), std::size_t(count_)}; }
+  [[nodiscard]] std::span<const Minimum> all() const { return {minima_.data(), minima_.size()}; }
 
  private:
-  static constexpr int kMost = 8;
-  std::array<Minimum, kMost> minima_;
-  int count_ = 0;
+  boost::container::static_vector<Minimum, 8> minima_;
 };
 
 State middle(const State& a, const State& b) { return moved(a, step_between(a, b) / 2); }
@@ -326,7 +326,7 @@ Answer solve(const Problem& problem) {
   }
   if (!is_settled) {
     add_starts(problem, starts);
-    for (const State& s : starts.all()) {
+    for (const State& s : starts.states) {
       const double limit = limit_of(problem, minima);
       const Minimum m = minimise(problem, s, kWorth * limit);
       minima.add(m);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "localisation/covariance.h"
 
@@ -92,17 +93,12 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
       l.bearing_weight = 1 / (l.sigma_bearing_rad * std::sqrt((1 - correlation) * (1 + correlation)));
     }
     if (sigma > kNoInformation) continue;
-    // Insertion sort by weight: the entries are few, and equal weights keep their order.
-    int at = kept++;
-    if (count <= kStackLandmarks) {
-      for (; at > 0 && weight(landmarks[at - 1]) < weight(l); --at) landmarks[at] = landmarks[at - 1];
-    }
-    landmarks[at] = l;
+    landmarks[kept++] = l;
   }
-  if (count > kStackLandmarks) {
-    std::stable_sort(landmarks, landmarks + kept,
-                     [](const Landmark& a, const Landmark& b) { return weight(a) > weight(b); });
-  }
+  // Equal weights keep their order. (std::stable_sort would take memory from the heap.)
+  std::sort(landmarks, landmarks + kept, [](const Landmark& a, const Landmark& b) {
+    return std::pair(weight(b), a.index) < std::pair(weight(a), b.index);
+  });
   return kept;
 }
 

@@ -16,6 +16,8 @@ constexpr int kStackLandmarks = 32;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
+inline double square(double x) { return x * x; }
+
 /// Origin and unit of a problem's lengths: the middle of the landmarks, and a power of two near the problem's size. So
 /// a far origin costs no digits, and 1e150 m or 1e-150 m are as accurate as 1 m.
 struct Frame {
@@ -47,6 +49,7 @@ struct Landmark {
   bool has_range;
   bool has_bearing;
 
+  [[nodiscard]] Eigen::Vector2d place() const { return {x, y}; }
   [[nodiscard]] int numbers() const { return int(has_range) + int(has_bearing); }
 };
 

@@ -13,8 +13,10 @@ namespace {
 
 /// Rows (dh/dx, dh/dy, dh/dheading, z - h) of one landmark, whitened. A row without a measurement is zero.
 struct Rows {
-  double range[4] = {0, 0, 0, 0};
-  double bearing[4] = {0, 0, 0, 0};
+  Eigen::RowVector4d range = Eigen::RowVector4d::Zero();
+  Eigen::RowVector4d bearing = Eigen::RowVector4d::Zero();
+
+  [[nodiscard]] double chi_squared() const { return range[3] * range[3] + bearing[3] * bearing[3]; }
 };
 
 /// The position of a state and the cosine and sine of its heading, which the rows of all landmarks need.
@@ -27,7 +29,8 @@ struct PoseTerms {
   double s;
 };
 
-inline void fill_rows(const Landmark& l, const PoseTerms& at, double nearest, Rows& rows) {
+inline Rows rows_of(const Landmark& l, const PoseTerms& at, double nearest) {
+  Rows rows;
   const double dx = l.x - at.x;
   const double dy = l.y - at.y;
   const double distance = std::sqrt(dx * dx + dy * dy);
@@ -40,15 +43,11 @@ inline void fill_rows(const Landmark& l, const PoseTerms& at, double nearest, Ro
     whitened = (l.range - distance) * w;
     rows.range[0] = -ux * w;
     rows.range[1] = -uy * w;
-    rows.range[2] = 0;
     rows.range[3] = whitened;
   }
   if (l.has_bearing) {
     const double w = l.bearing_weight;
-    if (!has_gradient) {
-      rows.bearing[0] = rows.bearing[1] = rows.bearing[2] = rows.bearing[3] = 0;
-      return;
-    }
+    if (!has_gradient) return rows;
     // Unit vector to the landmark in the body frame; the angle from it to the measured one needs no wrapping.
     const double bx = at.c * ux + at.s * uy;
     const double by = at.c * uy - at.s * ux;
@@ -59,16 +58,14 @@ inline void fill_rows(const Landmark& l, const PoseTerms& at, double nearest, Ro
     rows.bearing[2] = -w;
     rows.bearing[3] = (error - k * whitened) * w;
   }
+  return rows;
 }
-
-double square(double x) { return x * x; }
 
 /// Within the rounding of coordinates there is no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 
-/// Rows of four columns: on the stack for the usual sizes, on the heap beyond.
-template <int kMaxRows>
-using Workspace = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, kMaxRows, 4>;
+/// Room for the whitened rows of a problem.
+using Workspace = Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, 4>>;
 
 /// Householder's QR in place, of the first `unknowns` columns of `rows` rows; it is applied to the fourth column too.
 void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor& f) {
@@ -103,29 +100,22 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
   }
 }
 
-template <int kMaxRows>
-double linearise_in(const Problem& problem, const State& state, double nearest, Workspace<kMaxRows>& work,
-                    Factor& factor) {
+double linearise_in(const Problem& problem, const State& state, double nearest, Workspace work, Factor& factor) {
   const PoseTerms at(state);
-  const int stride = int(work.rows());
-  double* const a = work.data();
   double cost = 0;
   int n = 0;
   for (const Landmark& l : problem.landmarks) {
-    Rows rows;
-    fill_rows(l, at, nearest, rows);
+    const Rows rows = rows_of(l, at, nearest);
     if (l.has_range) {
-      for (int k = 0; k < 4; ++k) a[k * stride + n] = rows.range[k];
-      cost += rows.range[3] * rows.range[3];
-      ++n;
+      work.row(n++) = rows.range;
+      cost += square(rows.range[3]);
     }
     if (l.has_bearing) {
-      for (int k = 0; k < 4; ++k) a[k * stride + n] = rows.bearing[k];
-      cost += rows.bearing[3] * rows.bearing[3];
-      ++n;
+      work.row(n++) = rows.bearing;
+      cost += square(rows.bearing[3]);
     }
   }
-  factorise(a, stride, n, problem.unknowns(), factor);
+  factorise(work.data(), work.outerStride(), n, problem.unknowns(), factor);
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
@@ -168,8 +158,7 @@ Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nea
     if (distance <= nearest) continue;
     const double ux = dx / distance;
     const double uy = dy / distance;
-    Rows rows;
-    fill_rows(l, at, nearest, rows);
+    const Rows rows = rows_of(l, at, nearest);
     double bend = 0;  // factor of (I - u u^T) / distance, from the range
     if (l.has_range) bend = rows.range[3] * l.range_weight;
     if (l.has_bearing) {
@@ -243,8 +232,7 @@ double spacing_of(const State& state) { return kEps * (1 + std::abs(state.x) + s
 
 /// Newton's method with all second derivatives, from the end of Gauss-Newton: for the last digits of a minimum that is
 /// bent by its residuals, for a minimum that first order does not see, and to leave a saddle.
-template <int kMaxRows>
-void continue_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minimum& now) {
+void continue_by_newton(const Problem& problem, Workspace work, Minimum& now) {
   const double nearest = nearest_by_rounding(problem);
   constexpr double kFarthest = 1;  // sizes of the problem, or radians, in one step
   constexpr double kSaddle = -1e-9;
@@ -275,7 +263,7 @@ void continue_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minim
     }
     if (size > kFarthest) step *= kFarthest / size;
     Minimum next{.state = moved(now.state, step)};
-    next.cost = linearise_in<kMaxRows>(problem, next.state, nearest, work, next.factor);
+    next.cost = linearise_in(problem, next.state, nearest, work, next.factor);
     if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
       if (is_last_digits) last_step = size;
       stands = now.cost - next.cost <= 4 * kEps * (1 + now.cost) ? stands + 1 : 0;
@@ -291,12 +279,11 @@ void continue_by_newton(const Problem& problem, Workspace<kMaxRows>& work, Minim
   }
 }
 
-template <int kMaxRows>
-Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace<kMaxRows>& work) {
+Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace work) {
   const int unknowns = problem.unknowns();
   const double nearest = nearest_by_rounding(problem);
   Minimum now{.state = start};
-  now.cost = linearise_in<kMaxRows>(problem, now.state, nearest, work, now.factor);
+  now.cost = linearise_in(problem, now.state, nearest, work, now.factor);
   if (!std::isfinite(now.cost)) return now;
   constexpr int kMostByFirstOrder = 12;
   double damping = 0;
@@ -318,7 +305,7 @@ Minimum minimise_in(const Problem& problem, const State& start, double worth, Wo
       break;
     }
     Minimum next{.state = moved(now.state, step)};
-    next.cost = linearise_in<kMaxRows>(problem, next.state, nearest, work, next.factor);
+    next.cost = linearise_in(problem, next.state, nearest, work, next.factor);
     if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
       if (is_last_digits) last_step = size;
       now = next;
@@ -330,20 +317,20 @@ Minimum minimise_in(const Problem& problem, const State& start, double worth, Wo
   if (now.cost > worth) {
     now.converged = false;
   } else if (!now.converged || !is_bowl(problem, now, nearest)) {
-    continue_by_newton<kMaxRows>(problem, work, now);
+    continue_by_newton(problem, work, now);
   }
   return now;
 }
 
-/// Calls `use` with a workspace for the rows of a problem.
+/// Calls `use` with a workspace for the rows of a problem: on the stack for the usual sizes, on the heap beyond.
 template <class Use>
 auto with_workspace(const Problem& problem, Use use) {
   if (problem.landmarks.size() <= std::size_t(kStackLandmarks)) {
-    Workspace<2 * kStackLandmarks> work(problem.numbers, 4);
-    return use(work);
+    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, 2 * kStackLandmarks, 4> work(problem.numbers, 4);
+    return use(Workspace(work));
   }
-  Workspace<Eigen::Dynamic> work(problem.numbers, 4);
-  return use(work);
+  Eigen::Matrix<double, Eigen::Dynamic, 4> work(problem.numbers, 4);
+  return use(Workspace(work));
 }
 
 }  // namespace
@@ -360,24 +347,17 @@ double cost_at(const Problem& problem, const State& state) {
   const PoseTerms at(state);
   const double nearest = nearest_by_rounding(problem);
   double cost = 0;
-  for (const Landmark& l : problem.landmarks) {
-    Rows rows;
-    fill_rows(l, at, nearest, rows);
-    cost += rows.range[3] * rows.range[3] + rows.bearing[3] * rows.bearing[3];
-  }
+  for (const Landmark& l : problem.landmarks) cost += rows_of(l, at, nearest).chi_squared();
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
 double linearise(const Problem& problem, const State& state, double nearest, Factor& factor) {
-  return with_workspace(problem, [&]<class W>(W& work) {
-    const double at_least = std::max(nearest, nearest_by_rounding(problem));
-    return linearise_in<W::MaxRowsAtCompileTime>(problem, state, at_least, work, factor);
-  });
+  const double at_least = std::max(nearest, nearest_by_rounding(problem));
+  return with_workspace(problem, [&](Workspace work) { return linearise_in(problem, state, at_least, work, factor); });
 }
 
 Minimum minimise(const Problem& problem, const State& start, double worth) {
-  return with_workspace(
-      problem, [&]<class W>(W& work) { return minimise_in<W::MaxRowsAtCompileTime>(problem, start, worth, work); });
+  return with_workspace(problem, [&](Workspace work) { return minimise_in(problem, start, worth, work); });
 }
 
 bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine) {
@@ -447,8 +427,7 @@ Minimum minimise_across(const Problem& problem, const State& start) {
     }
     step = step.cwiseProduct(d.scale);
     const double size = step.cwiseAbs().maxCoeff();
-    const double spacing = kEps * (1 + std::abs(now.state.x) + std::abs(now.state.y));
-    if (size <= spacing || (size >= last_step / 2 && size < 1e-8)) {
+    if (size <= spacing_of(now.state) || (size >= last_step / 2 && size < 1e-8)) {
       now.converged = true;
       return now;
     }
@@ -459,9 +438,7 @@ Minimum minimise_across(const Problem& problem, const State& start) {
 }
 
 double whitened_error2(const Problem& problem, const Landmark& landmark, const State& state) {
-  Rows rows;
-  fill_rows(landmark, PoseTerms(state), nearest_by_rounding(problem), rows);
-  return rows.range[3] * rows.range[3] + rows.bearing[3] * rows.bearing[3];
+  return rows_of(landmark, PoseTerms(state), nearest_by_rounding(problem)).chi_squared();
 }
 
 double forecast(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics) {
@@ -471,13 +448,12 @@ double forecast(const Problem& problem, const Minimum& minimum, const char* is_o
   const Factor& f = minimum.factor;
   double largest = 0;
   for (const Landmark& l : problem.landmarks) {
-    Rows rows;
-    fill_rows(l, at, nearest, rows);
+    const Rows rows = rows_of(l, at, nearest);
     // Rows of Q = J R^-1; leverage H = Q Q^T; forecast error e (I - H)^-1 e, for a landmark left out e (I + H)^-1 e.
     const double side_of = is_out != nullptr && *is_out++ != 0 ? 1 : -1;
     double q[2][3] = {{0, 0, 0}, {0, 0, 0}};
     for (int side = 0; side < 2; ++side) {
-      const double* const j = side == 0 ? rows.range : rows.bearing;
+      const Eigen::RowVector4d& j = side == 0 ? rows.range : rows.bearing;
       for (int k = 0; k < unknowns; ++k) {
         if (std::abs(f.r(k, k)) <= negligible(f, k)) continue;
         double rest = j[k];

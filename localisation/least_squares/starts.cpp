@@ -10,8 +10,6 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-double square(double x) { return x * x; }
-
 void add_ranged(const Problem& problem, Starts& starts) {
   // Var(r^2) = 4 r^2 sigma^2 + 2 sigma^4.
   const auto weight = [](const Landmark& l) {
@@ -19,36 +17,32 @@ void add_ranged(const Problem& problem, Starts& starts) {
     return 1 / (4 * square(l.range) * variance + 2 * square(variance) + square(kEps));
   };
   double sum = 0;
-  double cx = 0;
-  double cy = 0;
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   for (const Landmark& l : problem.landmarks) {
     if (!l.has_range) continue;
     const double w = weight(l);
     sum += w;
-    cx += w * l.x;
-    cy += w * l.y;
+    middle += w * l.place();
   }
-  cx /= sum;
-  cy /= sum;
+  middle /= sum;
   // Relative to the weighted mean: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
   double xx = 0;
   double xy = 0;
   double yy = 0;
-  double bx = 0;
-  double by = 0;
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
   double mean_square = 0;
   double widest = 0;
   for (const Landmark& l : problem.landmarks) {
     if (!l.has_range) continue;
     const double w = weight(l) / sum;
-    const double x = l.x - cx;
-    const double y = l.y - cy;
-    const double f = (l.range - std::hypot(x, y)) * (l.range + std::hypot(x, y));
-    xx += w * x * x;
-    xy += w * x * y;
-    yy += w * y * y;
-    bx -= w * x * f / 2;
-    by -= w * y * f / 2;
+    const Eigen::Vector2d p = l.place() - middle;
+    const double distance = std::hypot(p.x(), p.y());
+    const double f = (l.range - distance) * (l.range + distance);
+    const Eigen::Vector2d weighted = w * p;
+    xx += weighted.x() * p.x();
+    xy += weighted.x() * p.y();
+    yy += weighted.y() * p.y();
+    b -= weighted * f / 2;
     mean_square += w * f;
     widest = std::max(widest, std::sqrt(l.range / l.range_weight));
   }
@@ -58,16 +52,16 @@ void add_ranged(const Problem& problem, Starts& starts) {
   const double major = xx * ax * ax + 2 * xy * ax * ay + yy * ay * ay;
   const double minor = std::max(0.0, xx * ay * ay - 2 * xy * ax * ay + yy * ax * ax);
   if (!(major > 0)) return;
-  const double along = (bx * ax + by * ay) / major;
+  const double along = (b.x() * ax + b.y() * ay) / major;
   const auto add = [&](double across) {
-    starts.add(with_heading(problem, cx + along * ax - across * ay, cy + along * ay + across * ax));
+    starts.add(with_heading(problem, middle.x() + along * ax - across * ay, middle.y() + along * ay + across * ax));
   };
   // Nearer to the axis than sqrt(2 r sigma) the ranges do not determine the side; on the axis itself the cost has no
   // slope to leave it.
   const double height = std::max(std::sqrt(std::max(0.0, mean_square - along * along)), widest);
   add(height);
   add(-height);
-  if (minor > kEps * major) add((by * ax - bx * ay) / minor);
+  if (minor > kEps * major) add((b.y() * ax - b.x() * ay) / minor);
 }
 
 void add_resection(const Problem& problem, Starts& starts) {
@@ -123,45 +117,37 @@ State with_heading(const Problem& problem, double x, double y) {
 }
 
 Alignment align(const Problem& problem) {
-  double sum = 0;
-  double lx = 0;
-  double ly = 0;
-  double mx = 0;
-  double my = 0;
   const auto weight = [](const Landmark& l) {
     return 1 / (square(1 / l.range_weight) + square(l.range * l.sigma_bearing_rad));
   };
+  double sum = 0;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  Eigen::Vector2d seen = Eigen::Vector2d::Zero();
   for (const Landmark& l : problem.landmarks) {
     if (!l.has_range || !l.has_bearing) continue;
     const double w = weight(l);
     sum += w;
-    lx += w * l.x;
-    ly += w * l.y;
-    mx += w * l.range * l.cos_bearing;
-    my += w * l.range * l.sin_bearing;
+    place += w * l.place();
+    seen += w * l.range * Eigen::Vector2d(l.cos_bearing, l.sin_bearing);
   }
-  lx /= sum;
-  ly /= sum;
-  mx /= sum;
-  my /= sum;
+  place /= sum;
+  seen /= sum;
   double c = 0;
   double s = 0;
   for (const Landmark& l : problem.landmarks) {
     if (!l.has_range || !l.has_bearing) continue;
     const double w = weight(l);
-    const double ax = l.range * l.cos_bearing - mx;
-    const double ay = l.range * l.sin_bearing - my;
-    const double bx = l.x - lx;
-    const double by = l.y - ly;
-    c += w * (ax * bx + ay * by);
-    s += w * (ax * by - ay * bx);
+    const Eigen::Vector2d a = l.range * Eigen::Vector2d(l.cos_bearing, l.sin_bearing) - seen;
+    const Eigen::Vector2d b = l.place() - place;
+    c += w * a.dot(b);
+    s += w * (a.x() * b.y() - a.y() * b.x());
   }
   Alignment a;
   a.strength = std::hypot(c, s);
   const double heading_rad = std::atan2(s, c);
   c = std::cos(heading_rad);
   s = std::sin(heading_rad);
-  a.state = {lx - (c * mx - s * my), ly - (s * mx + c * my), heading_rad};
+  a.state = {place.x() - (c * seen.x() - s * seen.y()), place.y() - (s * seen.x() + c * seen.y()), heading_rad};
   return a;
 }
 

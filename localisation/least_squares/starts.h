@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <span>
+#include <cmath>
+
+#include <boost/container/static_vector.hpp>
 
 #include "localisation/least_squares/problem.h"
 
@@ -10,15 +11,13 @@ namespace twocone::localisation::least_squares {
 
 /// Start states. At least one of them is near each minimum that could be the answer.
 struct Starts {
-  static constexpr int kMost = 40;
-  std::array<State, kMost> states;
-  int count = 0;
+  boost::container::static_vector<State, 40> states;
   bool is_one_valley = false;  ///< all are on a circle that is not observed along: the first that converges suffices
 
   void add(const State& s) {
-    if (count < kMost && std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad)) states[count++] = s;
+    const bool is_number = std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad);
+    if (is_number && states.size() < states.capacity()) states.push_back(s);
   }
-  [[nodiscard]] std::span<const State> all() const { return {states.data(), std::size_t(count)}; }
 };
 
 /// The weighted least-squares rigid motion from the landmarks with range and bearing, as points of the body frame, to

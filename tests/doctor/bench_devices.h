@@ -21,7 +21,7 @@
 /// Devices with one fault each. Only they and the doctor's waiting advance the time.
 namespace twocone::doctor {
 
-inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
+inline std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::int64_t(std::llround(1e9 * seconds)));
 }
 
@@ -130,9 +130,9 @@ class BenchCamera final : public Camera {
     double at_s = double(next_) / truth_.rate_hz + truth_.phase_s + (next_ % 4 == 0 ? truth_.jitter_s : 0);
     ++next_;
     const double now_s = clock_->now().seconds();
-    if (at_s + truth_.age_s > now_s) clock_->advance(nanoseconds_of(at_s + truth_.age_s - now_s));
+    if (at_s + truth_.age_s > now_s) clock_->advance(to_nanoseconds(at_s + truth_.age_s - now_s));
     if (truth_.stands_still) at_s = std::min(at_s, 1.0);
-    header.captured = {ClockKind::kSteady, nanoseconds_of(at_s)};
+    header.captured = {ClockKind::kSteady, to_nanoseconds(at_s)};
     return Frame(header, truth_.image);
   }
   void do_stop() noexcept override {
@@ -213,7 +213,7 @@ class BenchDrive final : public DiffDrive {
     return {};
   }
   Result<WheelAngles> do_read_angles() override {
-    clock_->advance(nanoseconds_of(truth_.read_takes_s));
+    clock_->advance(to_nanoseconds(truth_.read_takes_s));
     if (is_silent()) return silence();
     if (truth_.lose_every > 0 && calls_ % truth_.lose_every == 0) return silence();
     turn_on();

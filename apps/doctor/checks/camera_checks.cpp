@@ -25,18 +25,6 @@ constexpr double kAgePeriods = 2;
 constexpr double kFewLost = 0.01, kManyLost = 0.2;
 constexpr double kFewSkipped = 0.05;
 
-/// Ends the stream in every case.
-class Streaming {
- public:
-  explicit Streaming(Camera& camera) : camera_(camera) {}
-  ~Streaming() { camera_.stop(); }
-  Streaming(const Streaming&) = delete;
-  Streaming& operator=(const Streaming&) = delete;
-
- private:
-  Camera& camera_;
-};
-
 bool is_near(double value, double wanted, double share) { return std::abs(value - wanted) <= share * std::abs(wanted); }
 
 Row judge_rate(double period_s, double asked_hz) {
@@ -46,10 +34,10 @@ Row judge_rate(double period_s, double asked_hz) {
   }
   Row row{"", "rate", fmt::format("{:.2f} Hz of {:g}", 1 / period_s, asked_hz)};
   if (is_near(1 / period_s, asked_hz, kRateShare)) return row;
-  row.verdict = Verdict::kFailed;
-  row.advice = 1 / period_s < asked_hz
-                   ? fmt::format("use more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
-                   : fmt::format("set rate_hz: {:.3g}", 1 / period_s);
+  row.judge(Verdict::kFailed,
+            1 / period_s < asked_hz
+                ? fmt::format("use more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
+                : fmt::format("set rate_hz: {:.3g}", 1 / period_s));
   return row;
 }
 
@@ -62,8 +50,7 @@ Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
   const double jitter_s = base::quantile(off_s, kJitterQuantile);
   Row row{"", "jitter", fmt::format("95 % within {:.1f} ms of {:.1f} ms", 1e3 * jitter_s, 1e3 * middle_s)};
   if (jitter_s > kJitterShare / asked_hz) {
-    row.verdict = Verdict::kWarning;
-    row.advice = "give each camera its own USB port; reduce the load; fix the exposure";
+    row.judge(Verdict::kWarning, "give each camera its own USB port; reduce the load; fix the exposure");
   }
   return row;
 }
@@ -74,11 +61,10 @@ Row judge_losses(const Footage& s) {
           fmt::format("{} of {:.0f} lost, {} damaged, {} skipped", s.lost, all, s.damaged, s.skipped)};
   const double lost = double(s.lost + s.damaged) / all;
   if (lost > kFewLost) {
-    row.verdict = lost > kManyLost ? Verdict::kFailed : Verdict::kWarning;
-    row.advice = "check cable and hub; give each camera its own USB port; lower the rate or the size";
+    row.judge(lost > kManyLost ? Verdict::kFailed : Verdict::kWarning,
+              "check cable and hub; give each camera its own USB port; lower the rate or the size");
   } else if (double(s.skipped) / all > kFewSkipped) {
-    row.verdict = Verdict::kWarning;
-    row.advice = "this machine is too busy: reduce its load or the rate";
+    row.judge(Verdict::kWarning, "this machine is too busy: reduce its load or the rate");
   }
   return row;
 }
@@ -90,12 +76,11 @@ Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
   }
   Row row{"", "age", fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median(ages_s), 1e3 * greatest(ages_s))};
   if (median(ages_s) > kAgePeriods / asked_hz) {
-    row.verdict = Verdict::kWarning;
-    row.advice =
-        fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods);
+    row.judge(
+        Verdict::kWarning,
+        fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods));
   } else if (median(ages_s) < 0) {
-    row.verdict = Verdict::kWarning;
-    row.advice = "frames from the future: its capture times are wrong";
+    row.judge(Verdict::kWarning, "frames from the future: its capture times are wrong");
   }
   return row;
 }
@@ -109,17 +94,17 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
           fmt::format("{}: {} {} x {}, {:g} Hz{}", applied.device, applied.format, got.width_px, got.height_px,
                       got.rate_hz, applied.rate_told ? "" : " as requested (the camera does not report it)")};
   if (got.width_px != want.width_px || got.height_px != want.height_px) {
-    row.verdict = Verdict::kFailed;
-    row.advice =
+    row.judge(
+        Verdict::kFailed,
         fmt::format("width_px: {}, height_px: {}, then calibrate; or a size that the camera has (twocone devices)",
-                    got.width_px, got.height_px);
+                    got.width_px, got.height_px));
   } else if (!asked.device.format.empty() && !applied.format.empty() && asked.device.format != applied.format) {
-    row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("format: {}, or one that the camera has (twocone devices)", applied.format);
+    row.judge(Verdict::kWarning,
+              fmt::format("format: {}, or one that the camera has (twocone devices)", applied.format));
   } else if (!is_near(got.rate_hz, want.rate_hz, kRateShare)) {
-    row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("{:g} Hz were requested: set rate_hz: {:.4g}, another format, or a smaller size",
-                             want.rate_hz, got.rate_hz);
+    row.judge(Verdict::kWarning,
+              fmt::format("{:g} Hz were requested: set rate_hz: {:.4g}, another format, or a smaller size",
+                          want.rate_hz, got.rate_hz));
   }
   return row;
 }
@@ -132,13 +117,12 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
     Row row{"", "control", ""};
     if (got == applied.end()) {
       row.measured = fmt::format("{}: requested {:g}, not reported back", name, want);
-      row.verdict = Verdict::kWarning;
-      row.advice = "check whether the image follows it";
+      row.judge(Verdict::kWarning, "check whether the image follows it");
     } else {
       row.measured = fmt::format("{}: requested {:g}, is {:g}", name, want, got->second);
       if (!is_near(got->second, want, kControlShare)) {
-        row.verdict = Verdict::kWarning;
-        row.advice = fmt::format("{}: {:g}; v4l2-ctl --list-ctrls lists the possible values", name, got->second);
+        row.judge(Verdict::kWarning,
+                  fmt::format("{}: {:g}; v4l2-ctl --list-ctrls lists the possible values", name, got->second));
       }
     }
     rows.push_back(std::move(row));
@@ -160,7 +144,7 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   const auto failed = [&](const char* check, const Error& error) {
     add(failed_row(test.name, check, error, camera_advice(error.code)));
   };
-  const Streaming ends(camera);
+  const Stopping stopping(camera);
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
   const CameraFacts facts = camera.facts();
   add(judge_format(test.asked, facts));

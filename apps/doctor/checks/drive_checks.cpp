@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -22,8 +21,6 @@ constexpr double kBetweenReadings_s = 0.02;
 // More than half a frame period leaves too little time for vision and steering.
 constexpr double kSlowShare = 0.5;
 constexpr double kManyFailed = 0.2;
-
-double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
 /// The answers of a drive to repeated readings.
 struct Readings {
@@ -48,23 +45,22 @@ Readings read_often(DiffDrive& drive, const Surroundings& surroundings) {
       if (readings.failed > kReadings / 2) break;  // each may take as long as its time-out
     }
     surroundings.progress("drive", double(i) / kReadings);
-    surroundings.sleep(std::chrono::nanoseconds(std::int64_t(1e9 * kBetweenReadings_s)));
+    surroundings.sleep(nanoseconds_of(kBetweenReadings_s));
   }
   return readings;
 }
 
 Row judge_readings(const Readings& readings, double period_s) {
-  if (readings.times_s.empty()) return failed_row(kPart, "angles", *readings.error, drive_advice(readings.error->code));
+  if (readings.times_s.empty()) return drive_failed("angles", *readings.error);
   const int all = readings.failed + int(readings.times_s.size());
   Row row{kPart, "angles",
           fmt::format("{:.1f} ms, at most {:.1f} ms; {} of {} failed", 1e3 * median(readings.times_s),
                       1e3 * greatest(readings.times_s), readings.failed, all)};
   if (readings.failed > 0) {
-    row.verdict = readings.failed > kManyFailed * all ? Verdict::kFailed : Verdict::kWarning;
-    row.advice = fmt::format("{}: {}", readings.error->message, drive_advice(readings.error->code));
+    row.judge(readings.failed > kManyFailed * all ? Verdict::kFailed : Verdict::kWarning,
+              fmt::format("{}: {}", readings.error->message, drive_advice(readings.error->code)));
   } else if (median(readings.times_s) > kSlowShare * period_s) {
-    row.verdict = Verdict::kWarning;
-    row.advice = "slow for this frame rate: use a higher baud; for FTDI adapters set latency_timer 1";
+    row.judge(Verdict::kWarning, "slow for this frame rate: use a higher baud; for FTDI adapters set latency_timer 1");
   }
   return row;
 }
@@ -74,9 +70,9 @@ Row judge_standing(const Readings& readings, double still_rad) {
                                     std::abs(readings.last->right_rad - readings.first->right_rad));
   Row row{kPart, "standing still", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
   if (moved_rad > still_rad) {
-    row.verdict = Verdict::kFailed;
-    row.advice =
-        "the wheels turn without a command: hold them still; check the encoders' wiring and the controller's program";
+    row.judge(
+        Verdict::kFailed,
+        "the wheels turn without a command: hold them still; check the encoders' wiring and the controller's program");
   }
   return row;
 }
@@ -91,8 +87,7 @@ Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
                       seconds_of(limits.command_timeout))};
   const bool stops_itself = facts.own_timeout && *facts.own_timeout <= limits.command_timeout;
   if (!stops_itself && !facts.has_watchdog) {
-    row.verdict = Verdict::kFailed;
-    row.advice = "nothing stops the wheels in time when the program dies: set watchdog: true";
+    row.judge(Verdict::kFailed, "nothing stops the wheels in time when the program dies: set watchdog: true");
   }
   return row;
 }

@@ -136,18 +136,14 @@ Row judge_exposure(const Exposure& e) {
   Row row{"", "exposure",
           fmt::format("mean grey {:.0f}, {:.0f} % black, {:.0f} % white", e.mean_grey, 100 * e.black_share,
                       100 * e.white_share)};
-  const auto judge = [&row](Verdict verdict, const char* advice) {
-    row.verdict = verdict;
-    row.advice = advice;
-  };
   if (e.mean_grey < kDark) {
-    judge(Verdict::kFailed, "the image is dark: remove the lens cap, add light, or use a longer exposure");
+    row.judge(Verdict::kFailed, "the image is dark: remove the lens cap, add light, or use a longer exposure");
   } else if (e.mean_grey > kGlaring || e.white_share > kMostlyWhite) {
-    judge(Verdict::kFailed, "the image is white: use a shorter exposure");
+    row.judge(Verdict::kFailed, "the image is white: use a shorter exposure");
   } else if (e.mean_grey < kDim || e.black_share > kMuchBlack) {
-    judge(Verdict::kWarning, "dark: use more light, or a longer exposure or more gain in controls:");
+    row.judge(Verdict::kWarning, "dark: use more light, or a longer exposure or more gain in controls:");
   } else if (e.mean_grey > kBright || e.white_share > kMuchWhite) {
-    judge(Verdict::kWarning, "bright: white areas have no colour; use a shorter exposure in controls:");
+    row.judge(Verdict::kWarning, "bright: white areas have no colour; use a shorter exposure in controls:");
   }
   return row;
 }
@@ -170,11 +166,10 @@ Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, c
           fmt::format("({:.1f}, {:.1f}), r {:.1f} px; off by {:.1f} px", found->centre_px.x(), found->centre_px.y(),
                       found->radius_px, off_px)};
   if (off_px > kRimNear_px) {
-    row.verdict = Verdict::kFailed;
-    row.advice = fmt::format("{}, or put the camera back", rig_key(*found, view));
+    row.judge(Verdict::kFailed, fmt::format("{}, or put the camera back", rig_key(*found, view)));
   } else if (off_px > kRimRight_px) {
-    row.verdict = Verdict::kWarning;
-    row.advice = fmt::format("ranges will be wrong; {}, then twocone calibrate", rig_key(*found, view));
+    row.judge(Verdict::kWarning,
+              fmt::format("ranges will be wrong; {}, then twocone calibrate", rig_key(*found, view)));
   }
   return row;
 }
@@ -186,9 +181,9 @@ Row judge_focus(const std::optional<double>& width_px) {
   }
   Row row{"", "focus", fmt::format("the rim's edge is {:.1f} px wide", *width_px)};
   if (*width_px > kSharp_px) {
-    row.verdict = *width_px > kBlurred_px ? Verdict::kFailed : Verdict::kWarning;
-    row.advice =
-        fmt::format("turn the lens until the edge is below {:.0f} px; clean it; switch autofocus off", kSharp_px);
+    row.judge(
+        *width_px > kBlurred_px ? Verdict::kFailed : Verdict::kWarning,
+        fmt::format("turn the lens until the edge is below {:.0f} px; clean it; switch autofocus off", kSharp_px));
   }
   return row;
 }

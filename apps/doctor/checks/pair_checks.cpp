@@ -30,7 +30,6 @@ constexpr double kTogether = 0.05;
 constexpr double kAnyPartner = 0.55;
 constexpr double kMargin = 1.5;
 
-double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 double period_s(const PairUnderTest& test) { return 1 / test.lower.rate_hz; }
 
 Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, const Surroundings& surroundings) {
@@ -75,14 +74,8 @@ Result<Pairs> try_pair(const PairUnderTest& test, nanoseconds max_skew, const Op
   auto rig = open(max_skew);
   if (!rig) return rig.error();
   if (const auto started = rig->start(test.lower, test.upper); !started) return started.error();
-  try {
-    Pairs pairs = take_pairs(*rig, test, seconds, surroundings);
-    rig->stop();
-    return pairs;
-  } catch (...) {
-    rig->stop();
-    throw;
-  }
+  const Stopping stopping(*rig);
+  return take_pairs(*rig, test, seconds, surroundings);
 }
 
 double unpaired_share(const Pairs& pairs) {
@@ -108,16 +101,15 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
   Row rate{kPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
   if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
-    rate.verdict = rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning;
-    rate.advice = "see skew; for two cameras on one bus: format: MJPG, or another port for one";
+    rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
+               "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }
   rows.push_back(std::move(rate));
 
   const double share = unpaired_share(pairs);
   Row unpaired{kPart, "unpaired", fmt::format("{} frames without a partner, {:.1f} %", pairs.unpaired, 100 * share)};
   if (share > kFewUnpaired) {
-    unpaired.verdict = share > kPoorShare ? Verdict::kFailed : Verdict::kWarning;
-    unpaired.advice = "see skew";
+    unpaired.judge(share > kPoorShare ? Verdict::kFailed : Verdict::kWarning, "see skew");
   }
   rows.push_back(std::move(unpaired));
 
@@ -126,8 +118,8 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   Row wait{kPart, "longest wait",
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
   if (std::max(longest_s, period_s(test)) >= timeout_s) {
-    wait.verdict = Verdict::kWarning;
-    wait.advice = "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s";
+    wait.judge(Verdict::kWarning,
+               "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s");
   }
   rows.push_back(std::move(wait));
   return rows;
@@ -149,14 +141,13 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   const double free_s = StereoRig::kFreeSkew * period_s(test);
   if (most_s <= kTogether * period_s(test)) {
     if (most_s > limit_s) {
-      row.verdict = Verdict::kFailed;
-      row.advice = as_key(kMargin * most_s);
+      row.judge(Verdict::kFailed, as_key(kMargin * most_s));
     }
   } else if (limit_s < free_s) {
-    row.verdict = most_s > limit_s ? Verdict::kFailed : Verdict::kWarning;
-    row.advice =
+    row.judge(
+        most_s > limit_s ? Verdict::kFailed : Verdict::kWarning,
         fmt::format("{} (0.6 of a period): free-running cameras may have a skew of up to half a period at each start",
-                    as_key(free_s));
+                    as_key(free_s)));
   }
   return row;
 }
@@ -176,7 +167,7 @@ void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds,
     report.add(judge_skew(*pairs, test));
     return;
   }
-  const nanoseconds any(std::int64_t(1e9 * kAnyPartner * period_s(test)));
+  const nanoseconds any = nanoseconds_of(kAnyPartner * period_s(test));
   auto wide = try_pair(test, std::max(any, test.max_skew), open, seconds, surroundings);
   if (!wide) return failed(wide.error());
   report.add(judge_skew(*wide, test));

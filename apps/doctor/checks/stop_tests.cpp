@@ -20,8 +20,6 @@ constexpr double kBeyond_s = 0.2;
 constexpr double kBetweenLooks_s = 0.3;
 constexpr double kWatch_s = 2;
 
-double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
-
 double mean_rad(const WheelSample& sample) { return (sample.left_rad + sample.right_rad) / 2; }
 
 /// Returns the mean speed of both wheels, over the second half of the course.
@@ -32,7 +30,7 @@ double mean_speed(const Course& course) {
 }
 
 Row course_failed(const char* check, const Course& course) {
-  if (course.error) return failed_row(kPart, check, *course.error, drive_advice(course.error->code));
+  if (course.error) return drive_failed(check, *course.error);
   return {kPart, check, "the wheels ran away", Verdict::kFailed, "see the wheels' rows"};
 }
 
@@ -40,10 +38,10 @@ Row test_commanded(const DriveUnderTest& test, DiffDrive& drive, WheelBench& ben
   const Course course = bench.drive({bench.speed_radps(), bench.speed_radps()}, kDriveTime_s, kCommanded);
   if (!course.is_whole()) return course_failed(kCommanded, course);
   const Result<WheelSample> before = bench.read();
-  if (!before) return failed_row(kPart, kCommanded, before.error(), drive_advice(before.error().code));
+  if (!before) return drive_failed(kCommanded, before.error());
   const double stop_s = before->t_s;
   if (const auto stopped = drive.stop(); !stopped) {
-    return failed_row(kPart, kCommanded, stopped.error(), drive_advice(stopped.error().code));
+    return drive_failed(kCommanded, stopped.error());
   }
   const Course watched = bench.watch(seconds_of(test.asked.limits.command_timeout) + kWatch_s);
   if (watched.error) return course_failed(kCommanded, watched);
@@ -57,11 +55,11 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
   const double speed = mean_speed(course);
   bench.wait(timeout_s + kGrace_s + kBeyond_s);
   const auto first = bench.read();
-  if (!first) return failed_row(kPart, kSilent, first.error(), drive_advice(first.error().code));
+  if (!first) return drive_failed(kSilent, first.error());
   bench.wait(kBetweenLooks_s);
   const auto second = bench.read();
   bench.halt();
-  if (!second) return failed_row(kPart, kSilent, second.error(), drive_advice(second.error().code));
+  if (!second) return drive_failed(kSilent, second.error());
   if (!(speed > 0)) return {kPart, kSilent, "the wheels did not turn", Verdict::kFailed, "see the wheels' rows"};
   std::optional<double> ran_s;
   if (std::abs(mean_rad(*second) - mean_rad(*first)) <= bench.still_rad()) {
@@ -101,8 +99,7 @@ Row judge_stop(const char* check, const std::optional<double>& stop_s, const Dri
   }
   Row row{kPart, check, fmt::format("{:.2f} s, at most {:.2f} s", *stop_s, limit_s)};
   if (*stop_s > limit_s) {
-    row.verdict = Verdict::kFailed;
-    row.advice = advice;
+    row.judge(Verdict::kFailed, advice);
   }
   return row;
 }

@@ -98,7 +98,7 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
   const Course course = bench.drive(speeds, kTurnTime_s, name_of(side, "wheel"));
   bench.halt();
   if (course.error) {
-    report.add(failed_row(kPart, name_of(side, "wheel"), *course.error, drive_advice(course.error->code)));
+    report.add(drive_failed(name_of(side, "wheel"), *course.error));
     return false;
   }
   if (course.samples.size() < 2) {
@@ -199,8 +199,8 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
   Row row{kPart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
   const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
   if (off > kSpeedShare) {
-    row.verdict = off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning;
-    row.advice = "the controller does not reach the speed: check its PID, the battery, max_speed_mps";
+    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
+              "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
   }
   return row;
 }
@@ -209,8 +209,7 @@ Row judge_least_speed(const LeastSpeed& measured) {
   Row row{kPart, kLeastSpeed, ""};
   if (!measured.turns_radps) {
     row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
-    row.verdict = Verdict::kWarning;
-    row.advice = "check the gains of its control loop; see the wheels' rows";
+    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
     return row;
   }
   row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
@@ -228,9 +227,8 @@ Row judge_least_speed(const LeastSpeed& measured) {
 Row judge_counts(double counted, double seen, double counts_per_turn) {
   Row row{kPart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
   if (std::abs(seen - counted) > kReading_turns) {
-    row.verdict = Verdict::kFailed;
-    row.advice =
-        fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen, counts_per_turn);
+    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
+                                            counts_per_turn));
   }
   return row;
 }
@@ -280,7 +278,7 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
     while (!error && !found.turns_radps && speed < bench.speed_radps())
       turns(speed = std::min(kFaster * speed, bench.speed_radps()));
   }
-  if (error) return report.add(failed_row(kPart, kLeastSpeed, *error, drive_advice(error->code)));
+  if (error) return report.add(drive_failed(kLeastSpeed, *error));
   report.add(judge_least_speed(found));
 }
 
@@ -297,7 +295,7 @@ void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double 
   if (!ready || !ready->empty()) return not_run("skipped", "run it again and press Enter");
 
   const auto begin = bench.read();
-  if (!begin) return report.add(failed_row(kPart, "counts per turn", begin.error(), drive_advice(begin.error().code)));
+  if (!begin) return report.add(drive_failed("counts per turn", begin.error()));
   const double speed = bench.speed_radps();
   const double goal_rad = begin->left_rad + 2 * pi * kTurns - speed * kLead_s;
   const Course course = bench.drive({speed, 0}, kPatience * 2 * pi * kTurns / speed, "counting turns",
@@ -306,7 +304,7 @@ void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double 
   const auto end = bench.read();
   if (course.error || !end) {
     const Error& error = course.error ? *course.error : end.error();
-    return report.add(failed_row(kPart, "counts per turn", error, drive_advice(error.code)));
+    return report.add(drive_failed("counts per turn", error));
   }
   const double counted = (end->left_rad - begin->left_rad) / (2 * pi);
   const auto answer = surroundings.ask("How many turns did it make, for example 4.75? [Enter: not seen] ");

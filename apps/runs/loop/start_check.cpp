@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runs/loop/pairs.h"
 #include "vision/rim.h"
 
