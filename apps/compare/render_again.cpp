@@ -19,6 +19,8 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runs/run.h"
+#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::compare {
 namespace {
@@ -58,7 +60,7 @@ class CamerasOfScene {
   }
 
   Status open() {
-    auto host = sim_povray::ReusedHost::open(place_);
+    auto host = sim_povray::SimulationHost::open(place_);
     if (!host) return host.error();
     host_ = *std::move(host);
     return {};
@@ -70,7 +72,8 @@ class CamerasOfScene {
     session.body.start = {start.x_m, start.y_m, start.heading_rad};
     session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
     session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
-    auto simulation = host_->enter(session);
+    if (auto empty = host_->reset(); !empty) return empty.error();
+    auto simulation = sim_povray::Simulation::join(*host_, session);
     if (!simulation) return simulation.error();
     std::vector<std::unique_ptr<Camera>> cameras;
     for (const auto& [name, entry] : {std::pair{"lower", &robot_.lower}, {"upper", &robot_.upper}}) {
@@ -95,7 +98,7 @@ class CamerasOfScene {
  private:
   config::Robot robot_;
   sim_povray::PlaceSettings place_;
-  std::optional<sim_povray::ReusedHost> host_;
+  std::shared_ptr<sim_povray::SimulationHost> host_;
 };
 
 /// Returns everything that determines the images: the map, its scene with the files beside it that it can include, the

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/render_settings.h"
 #include "hal/result.h"
 
 namespace twocone::compare {

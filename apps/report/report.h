@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/render_settings.h"
 #include "hal/result.h"
 
 namespace twocone::report {

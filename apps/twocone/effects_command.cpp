@@ -17,6 +17,7 @@
 #include "apps/twocone/commands.h"
 #include "apps/twocone/progress_bar.h"
 #include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/verification.h"
 
 namespace twocone::cli {
 namespace {

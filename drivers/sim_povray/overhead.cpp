@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "hal/pose.h"
+#include "hal/result.h"
 
 /// The true content of a mirror's image, pixel by pixel, against which an answer of the vision can be judged. POV-Ray
 /// itself supplies it, so it holds for every mirror that the scene has, and it shares no formula with the vision.

@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/session_settings.h"
 
 namespace twocone::sim_povray {
 namespace {

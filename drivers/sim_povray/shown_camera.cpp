@@ -12,7 +12,7 @@
 #include "drivers/sim_povray/render/camera_mask.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/shown_camera.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -5,12 +5,12 @@
 #include <chrono>
 #include <future>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/camera/camera_stage.h"
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/server/client.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/world/world.h"
@@ -176,66 +176,30 @@ class SessionSimulation final : public Simulation {
   std::shared_ptr<Shared> shared_;
 };
 
-std::shared_ptr<Shared> shared_of(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
-  return std::make_shared<Shared>(Shared{std::move(session), settings});
+std::unique_ptr<Simulation> simulation_of(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
+  return std::make_unique<SessionSimulation>(std::make_shared<Shared>(Shared{std::move(session), settings}));
 }
 
 }  // namespace
 
-std::unique_ptr<Simulation> make_simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
-  return std::make_unique<SessionSimulation>(shared_of(std::move(session), settings));
-}
-
-class ReusedHost::Impl {
- public:
-  explicit Impl(std::shared_ptr<SimulationHost> host) : host_(std::move(host)) {}
-
-  Result<std::unique_ptr<Simulation>> enter(const SessionSettings& settings) {
-    check(settings);
-    // The host would admit another robot of the scene, and the two would wait for each other.
-    if (!last_.expired()) {
-      return Error{ErrorCode::kRefused,
-                   "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
-    }
-    auto session = host_->join(settings);
-    if (!session) return session.error();
-    auto shared = shared_of(*std::move(session), settings);
-    last_ = shared;
-    return std::unique_ptr<Simulation>(std::make_unique<SessionSimulation>(std::move(shared)));
-  }
-
- private:
-  const std::shared_ptr<SimulationHost> host_;
-  std::weak_ptr<Shared> last_;
-};
-
-ReusedHost::ReusedHost(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-ReusedHost::~ReusedHost() = default;
-ReusedHost::ReusedHost(ReusedHost&&) noexcept = default;
-ReusedHost& ReusedHost::operator=(ReusedHost&&) noexcept = default;
-
-Result<ReusedHost> ReusedHost::open(const PlaceSettings& place) {
-  auto host = SimulationHost::open(place);
-  if (!host) return host.error();
-  return ReusedHost(std::make_unique<Impl>(*std::move(host)));
-}
-
-Result<std::unique_ptr<Simulation>> ReusedHost::enter(const SessionSettings& session) const {
-  return impl_->enter(session);
-}
-
 Result<std::unique_ptr<Simulation>> Simulation::open(const PlaceSettings& place, const SessionSettings& session) {
   check(session);
-  const auto host = ReusedHost::open(place);
+  const auto host = SimulationHost::open(place);
   if (!host) return host.error();
-  return host->enter(session);
+  return join(**host, session);
+}
+
+Result<std::unique_ptr<Simulation>> Simulation::join(SimulationHost& host, const SessionSettings& session) {
+  auto joined = host.join(session);
+  if (!joined) return joined.error();
+  return simulation_of(*std::move(joined), session);
 }
 
 Result<std::unique_ptr<Simulation>> Simulation::attach(const std::string& name, const SessionSettings& session) {
   check(session);
   auto joined = join_served_world(name, session, kAttachTimeout);
   if (!joined) return joined.error();
-  return make_simulation(*std::move(joined), session);
+  return simulation_of(*std::move(joined), session);
 }
 
 }  // namespace twocone::sim_povray

@@ -22,7 +22,9 @@
 #include "drivers/sim_povray/outline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
-#include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/robot_session.h"
+#include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {
@@ -82,12 +84,15 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   }
 
   Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) override;
+  Status reset() override;
   [[nodiscard]] std::string rendering() const override { return renderer_->describe(); }
 
  private:
   friend class LocalSession;
 
   void leave(const std::string& robot);
+  [[nodiscard]] bool is_empty() const;
+  void begin_anew();
   Status step(const std::string& robot, RobotSession::SteadyTime deadline);
   void step_if_all_asked();
   [[nodiscard]] std::string robots_not_ready() const;
@@ -291,16 +296,33 @@ void LocalHost::leave(const std::string& robot) {
   HostedRobot& hosted = robots_.at(robot);
   world_.abandon(*hosted.id);
   hosted.joined = hosted.asked = false;
-  const bool empty =
-      std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
-  if (empty) {
-    robots_.clear();
-    claims_.clear();
-    world_.begin_anew();
+  if (is_empty()) {
+    begin_anew();
   } else {
     step_if_all_asked();
   }
   changed_.notify_all();
+}
+
+Status LocalHost::reset() {
+  const std::lock_guard lock(mutex_);
+  // Another robot of the scene could join, and the two would wait for each other.
+  if (!is_empty()) {
+    return Error{ErrorCode::kRefused,
+                 "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
+  }
+  begin_anew();
+  return {};
+}
+
+bool LocalHost::is_empty() const {
+  return std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
+}
+
+void LocalHost::begin_anew() {
+  robots_.clear();
+  claims_.clear();
+  world_.begin_anew();
 }
 
 Status LocalHost::step(const std::string& robot, RobotSession::SteadyTime deadline) {

@@ -8,7 +8,7 @@
 
 #include "apps/compare/comparison.h"
 #include "apps/report/figures/figure.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/render_settings.h"
 
 /// Figures that gnuplot draws. A figure that fails has no SVG and adds a note. Private to apps/compare/show.
 namespace twocone::compare {

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "apps/compare/comparison.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/render_settings.h"
 #include "hal/result.h"
 
 namespace twocone::compare {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "apps/config/yaml/yaml_reader.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
 
 /// The keys for simulated cameras in a robot file: `effects.camera` for all, `cameras.NAME.effects` for one.
 namespace twocone::config {

@@ -13,6 +13,7 @@
 
 #include "apps/report/figures/gnuplot.h"
 #include "apps/report/figures/palette.h"
+#include "drivers/sim_povray/overhead.h"
 
 namespace twocone::report {
 namespace {

@@ -8,7 +8,8 @@
 #include <thread>
 
 #include "apps/config/robot_file.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/shown_camera.h"
 #include "hal/result.h"
 
 namespace twocone::runs {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 /// Chooses how a scene is rendered: with all effects that it uses and no others.
 namespace twocone::sim_povray {

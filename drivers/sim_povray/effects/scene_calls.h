@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 /// Finds the rendering effects that a scene's text uses, and changes the text to do without them.
 namespace twocone::sim_povray {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/verification.h"
+
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"

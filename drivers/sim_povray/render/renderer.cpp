@@ -5,7 +5,7 @@
 
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/render/povray/process_renderer.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/render_settings.h"
 
 namespace twocone::sim_povray {
 

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "drivers/sim_povray/robot_session.h"
+#include "drivers/sim_povray/session_settings.h"
+#include "hal/result.h"
 
 namespace twocone::sim_povray {
 

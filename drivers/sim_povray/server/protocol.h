@@ -9,8 +9,9 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/robot_session.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/image.h"

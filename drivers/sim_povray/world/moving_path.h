@@ -3,8 +3,9 @@
 
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/world/touch.h"
+#include "hal/pose.h"
 
 namespace twocone::sim_povray {
 

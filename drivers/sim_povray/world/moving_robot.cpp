@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "drivers/sim_povray/camera_effects.h"
+
 namespace twocone::sim_povray {
 namespace {
 

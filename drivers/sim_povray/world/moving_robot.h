@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/robot_body.h"
 #include "drivers/sim_povray/world/chance.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/physics.h"
@@ -14,6 +14,7 @@
 #include "drivers/sim_povray/world/touch.h"
 #include "drivers/sim_povray/world/wheel_course.h"
 #include "drivers/sim_povray/world/world.h"
+#include "hal/diff_drive.h"
 
 namespace twocone::sim_povray {
 

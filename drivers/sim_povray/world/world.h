@@ -7,8 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/robot_body.h"
 #include "drivers/sim_povray/world/motion.h"
+#include "hal/diff_drive.h"
+#include "hal/result.h"
 
 namespace twocone::sim_povray {
 

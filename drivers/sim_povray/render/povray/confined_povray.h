@@ -4,9 +4,9 @@
 #include <string>
 
 #include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
-#include "drivers/sim_povray/sim_povray.h"
 #include "hal/result.h"
 
 /// POV-Ray for a scene that may come from other people: the one place where its limits are set.
