@@ -124,7 +124,7 @@ using Message = std::variant<Hello, Failed, Take, OpenView, ConfigureView, Relea
                              Leave, Sessioned, Stepped, ViewOpened, ViewConfigured, Done, ImageDone, ImageFailed>;
 
 /// Encodes a message. Numbers are as in this machine's memory, because a link does not leave the machine.
-std::vector<std::uint8_t> encode(const Message& message);
+std::vector<std::uint8_t> encode(Message message);
 
 /// Returns nothing if the bytes are not one whole message. Settings, speeds and the like are returned as they were
 /// sent, also impossible ones: the receiver checks them.
