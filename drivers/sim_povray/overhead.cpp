@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
@@ -21,24 +21,16 @@ double height_px(const OverheadView& view) {
 }
 
 void check(const OverheadView& view, double unit_m) {
-  std::string bad;
-  const auto span = [&bad](const char* axis, double min, double max) {
-    if (!(min < max) || !std::isfinite(max - min)) {
-      bad += fmt::format(" min_{0}_m is {1} m and max_{0}_m {2} m, must be finite and min < max;", axis, min, max);
-    }
-  };
-  span("x", view.min_x_m, view.max_x_m);
-  span("y", view.min_y_m, view.max_y_m);
-  if (!(view.height_m > 0) || !std::isfinite(view.height_m)) {
-    bad += fmt::format(" height_m is {} m, must be > 0 and finite;", view.height_m);
+  Complaints complaints;
+  complaints.span("", 'x', view.min_x_m, view.max_x_m);
+  complaints.span("", 'y', view.min_y_m, view.max_y_m);
+  complaints.positive("height_m", view.height_m, "m");
+  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
+  if (complaints.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
+    complaints.add("the image would be {} pixels high, must be 1 to {}", height_px(view), kMaxSide_px);
   }
-  if (view.width_px < 1 || view.width_px > kMaxSide_px) {
-    bad += fmt::format(" width_px is {}, must be 1 to {};", view.width_px, kMaxSide_px);
-  } else if (bad.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
-    bad += fmt::format(" the image would be {} pixels high, must be 1 to {};", height_px(view), kMaxSide_px);
-  }
-  if (!(unit_m > 0) || !std::isfinite(unit_m)) bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", unit_m);
-  if (!bad.empty()) throw std::invalid_argument("OverheadView:" + bad);
+  complaints.positive("unit_m", unit_m, "m");
+  complaints.raise("OverheadView");
 }
 
 }  // namespace

@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <thread>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -55,28 +55,18 @@ Extent extent_of(const std::vector<TrueLandmark>& landmarks) {
 }
 
 void check(const PlaceSettings& place, const TruthView& view, const std::vector<TrueLandmark>& landmarks) {
-  std::string bad;
-  const auto side = [&bad](const char* name, int value) {
-    if (value < 1 || value > kMaxSide_px) bad += fmt::format(" {} is {}, must be 1 to {};", name, value, kMaxSide_px);
-  };
-  side("width_px", view.width_px);
-  side("height_px", view.height_px);
+  Complaints complaints;
+  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
+  complaints.within("height_px", view.height_px, 1, kMaxSide_px);
   for (const TrueLandmark& landmark : landmarks) {
-    const auto positive = [&](const char* name, double value) {
-      if (!(value > 0) || !std::isfinite(value)) {
-        bad += fmt::format(" {} of landmark {} is {} m, must be > 0 and finite;", name, landmark.name, value);
-      }
-    };
-    positive("radius_m", landmark.radius_m);
-    positive("top_m", landmark.top_m);
+    complaints.positive("radius_m of landmark " + landmark.name, landmark.radius_m, "m");
+    complaints.positive("top_m of landmark " + landmark.name, landmark.top_m, "m");
     if (!std::isfinite(landmark.x_m) || !std::isfinite(landmark.y_m)) {
-      bad += fmt::format(" landmark {} is at ({}, {}) m, must be finite;", landmark.name, landmark.x_m, landmark.y_m);
+      complaints.add("landmark {} is at ({}, {}) m, must be finite", landmark.name, landmark.x_m, landmark.y_m);
     }
   }
-  if (!(place.unit_m > 0) || !std::isfinite(place.unit_m)) {
-    bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", place.unit_m);
-  }
-  if (!bad.empty()) throw std::invalid_argument("reflected_truth:" + bad);
+  complaints.positive("unit_m", place.unit_m, "m");
+  complaints.raise("reflected_truth");
 }
 
 /// Returns a pigment whose red, green and blue grow from 0 to 1 over the extent's x, y and z. World x, y, z is
