@@ -45,7 +45,7 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   place.scene = scene;
   place.scene_paths = scene_paths;
   place.render = render;
-  const auto povray = confined_povray(place, find_calls(*text, SceneAccess(scene, scene_paths)));
+  const auto povray = confined_povray(place, *text);
   if (!povray) return povray.error();
 
   // An orthographic camera's image is `right` wide and `up` high, centred on `location`.

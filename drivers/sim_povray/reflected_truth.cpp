@@ -150,7 +150,7 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
   const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
-  const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
+  const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 
   const Extent extent = extent_of(landmarks);

@@ -3,7 +3,6 @@
 #include <numbers>
 #include <sstream>
 #include <stop_token>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -39,13 +38,13 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   if (!scene) return scene.error();
   const auto robot = scene->robot(robot_name);
   if (!robot) return robot.error();
-  const auto camera = scene->camera(camera_name + robot->name.substr(std::string_view("robot").size()));
+  const auto camera = scene->camera_of(*robot, camera_name);
   if (!camera) return camera.error();
   const auto vectors = camera_vectors(*scene, *camera);
   if (!vectors) {
     return Error{vectors.error().code, fmt::format("camera {}: {}", camera->name, vectors.error().message)};
   }
-  const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
+  const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 
   base::StopSignal signal;

@@ -7,7 +7,6 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -30,8 +29,6 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr std::string_view kRobot = "robot";
-
 /// The ordered images of one step, which may be unfinished.
 struct ImagesOfStep {
   std::uint64_t step;
@@ -47,7 +44,6 @@ bool is_finished(const ImagesOfStep& step) { return std::all_of(step.images.begi
 /// The scene to be rendered, and its blocks that move.
 struct Stage {
   RenderChoice choice;
-  Scene scene;
   std::vector<NamedBlock> movers;  ///< robots and moving things
 };
 
@@ -70,7 +66,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   LocalHost(const PlaceSettings& place, Stage stage, std::optional<Povray> povray, std::unique_ptr<Renderer> renderer)
       : place_(place),
         choice_(std::move(stage.choice)),
-        scene_(std::move(stage.scene)),
         movers_(std::move(stage.movers)),
         povray_(std::move(povray)),
         renderer_(std::move(renderer)),
@@ -112,7 +107,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
 
   const PlaceSettings place_;
   const RenderChoice choice_;
-  const Scene scene_;
   const std::vector<NamedBlock> movers_;
   const std::optional<Povray> povray_;
   base::StopSignal stop_;
@@ -147,8 +141,7 @@ class LocalSession final : public RobotSession {
   [[nodiscard]] const SessionState& state() const override { return state_; }
 
   Result<ViewId> open_view(const ViewSettings& settings) override {
-    // robot.2 has the cameras lower.2 and upper.2.
-    auto block = host_->scene_.camera(settings.camera_name + robot_.name.substr(kRobot.size()));
+    auto block = host_->choice_.scene.camera_of(robot_, settings.camera_name);
     if (!block) return block.error();
     views_.push_back(std::make_unique<View>(View{settings, *std::move(block), nullptr}));
     return ViewId(views_.size() - 1);
@@ -256,7 +249,7 @@ class LocalSession final : public RobotSession {
 
 Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
   check(settings);
-  auto robot = scene_.robot(settings.name);
+  auto robot = choice_.scene.robot(settings.name);
   if (!robot) return robot.error();
   if (!settings.map_outline.empty()) {
     if (const std::string difference = first_difference(settings.map_outline, outline_of(place_));
@@ -396,11 +389,11 @@ ViewTemplateResult LocalHost::make_view_template(const NamedBlock& robot, const 
                                                  const CameraSettings& size, int antialias) const {
   std::optional<MirrorSight> mirror;
   if (looks_for_mirror()) {
-    auto found = find_mirror(*povray_, scene_, robot, camera, size.width_px, size.height_px, stop_.fd());
+    auto found = find_mirror(*povray_, choice_.scene, robot, camera, size.width_px, size.height_px, stop_.fd());
     if (!found) return found.error();
     mirror = *std::move(found);
   }
-  ViewTemplate view_template = scene_.view_template(movers_, camera, mirror ? mirror->mask : std::string());
+  ViewTemplate view_template = choice_.scene.view_template(movers_, camera, mirror ? mirror->mask : std::string());
   view_template.width_px = size.width_px;
   view_template.height_px = size.height_px;
   view_template.antialias = antialias;
@@ -430,7 +423,7 @@ std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseco
     motions.push_back(motion_of(mover, before));
     if (mover.name == robot) view = motions.back();
   }
-  return scene_.pose_text(motions, view, place_.unit_m);
+  return choice_.scene.pose_text(motions, view, place_.unit_m);
 }
 
 /// Returns all robots of the scene, and the moving things of the map. A robot that cannot be moved is skipped here; it
@@ -438,7 +431,7 @@ std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseco
 Result<std::vector<NamedBlock>> find_movers(const Scene& scene, const std::vector<MovingThing>& moving) {
   std::vector<NamedBlock> movers;
   for (const std::string& name : scene.names()) {
-    if (name != kRobot && !name.starts_with("robot.")) continue;
+    if (name != "robot" && !name.starts_with("robot.")) continue;
     if (auto block = scene.object(name)) movers.push_back(*std::move(block));
   }
   for (const MovingThing& thing : moving) {
@@ -454,11 +447,9 @@ Result<Stage> set_stage(const PlaceSettings& place, const Scene& scene) {
   auto choice = choose_rendering(scene, place.switches, SceneAccess(place.scene, place.scene_paths));
   if (!choice) return choice.error();
   if (!choice->calls.endless.empty()) return Error{ErrorCode::kRefused, choice->calls.endless};
-  auto chosen = Scene::parse(choice->text, scene.path());
-  if (!chosen) return chosen.error();
-  auto movers = find_movers(*chosen, place.moving);
+  auto movers = find_movers(choice->scene, place.moving);
   if (!movers) return movers.error();
-  return Stage{*std::move(choice), *std::move(chosen), *std::move(movers)};
+  return Stage{*std::move(choice), *std::move(movers)};
 }
 
 }  // namespace

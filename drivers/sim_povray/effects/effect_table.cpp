@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <functional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace twocone::sim_povray {
 namespace {
-
-/// POV-Ray's default for max_trace_level.
-constexpr int kUsualReflectionDepth = 5;
 
 class Table {
  public:
@@ -90,57 +87,47 @@ class Table {
 
   // ---- camera
 
-  using Calls = std::function<bool(const CameraEffects&)>;
+  struct CameraRow {
+    std::string effect;
+    std::string key;
+    bool (*is_on)(const CameraEffects&);
+    std::string cost;
+  };
 
   void camera() {
-    of_cameras(
-        "shot noise", "full_well_electrons", [](const auto& e) { return e.full_well_electrons > 0; }, "random numbers");
-    of_cameras(
-        "read noise", "read_noise_electrons", [](const auto& e) { return e.read_noise_electrons > 0; },
-        "random numbers");
-    of_cameras(
-        "exposure and gain", "gain", [](const auto& e) { return e.gain != 1; }, "a product per value");
-    of_cameras(
-        "vignetting", "vignetting", [](const auto& e) { return e.vignetting > 0; }, "a product per value");
-    of_cameras(
-        "defocus", "defocus_px", [](const auto& e) { return e.defocus_px > 0; }, "a filter");
-    const auto images = [this] {
-      int most = 0;
-      for (const ViewSettings& view : views_) {
-        if (view.effects.exposure_time_s > 0 || view.effects.readout_s > 0)
-          most = std::max(most, view.effects.shutter_samples);
-      }
-      return most == 0 ? std::string("n images for one") : fmt::format("{} images for one", most);
-    }();
-    of_cameras(
-        "motion blur", "exposure_time_s", [](const auto& e) { return e.exposure_time_s > 0; }, images);
-    of_cameras(
-        "rolling shutter", "readout_s", [](const auto& e) { return e.readout_s > 0; }, images);
-    of_cameras(
-        "lens distortion", "distortion", [](const auto& e) { return !e.distortion.empty(); }, "a look-up per pixel");
-    of_cameras(
-        "dropped frames", "drop_probability", [](const auto& e) { return e.drop_probability > 0; }, "none");
-    of_cameras(
-        "late frames", "late_probability", [](const auto& e) { return e.late_probability > 0; }, "none");
-    of_cameras(
-        "late stamps", "stamp_late_s", [](const auto& e) { return e.stamp_late_s > 0; }, "none");
-  }
-
-  void of_cameras(std::string effect, const std::string& key, const Calls& calls, std::string cost) {
-    EffectRow row{"camera", std::move(effect), false, "", "robot effects.camera", std::move(cost)};
-    std::vector<std::string> names;
+    int most = 0;
     for (const ViewSettings& view : views_) {
-      if (!calls(view.effects)) continue;
-      if (names.empty()) {
-        const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
-        row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
-      }
-      names.push_back(view.camera_name);
+      if (takes_time(view.effects)) most = std::max(most, view.effects.shutter_samples);
     }
-    row.on = !names.empty();
-    row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
-                        : fmt::format("no `{}` in effects.camera", key);
-    rows_.push_back(std::move(row));
+    const std::string images = most == 0 ? "n images for one" : fmt::format("{} images for one", most);
+    const std::vector<CameraRow> rows{
+        {"shot noise", "full_well_electrons", [](auto& e) { return e.full_well_electrons > 0; }, "random numbers"},
+        {"read noise", "read_noise_electrons", [](auto& e) { return e.read_noise_electrons > 0; }, "random numbers"},
+        {"exposure and gain", "gain", [](auto& e) { return e.gain != 1; }, "a product per value"},
+        {"vignetting", "vignetting", [](auto& e) { return e.vignetting > 0; }, "a product per value"},
+        {"defocus", "defocus_px", [](auto& e) { return e.defocus_px > 0; }, "a filter"},
+        {"motion blur", "exposure_time_s", [](auto& e) { return e.exposure_time_s > 0; }, images},
+        {"rolling shutter", "readout_s", [](auto& e) { return e.readout_s > 0; }, images},
+        {"lens distortion", "distortion", [](auto& e) { return !e.distortion.empty(); }, "a look-up per pixel"},
+        {"dropped frames", "drop_probability", [](auto& e) { return e.drop_probability > 0; }, "none"},
+        {"late frames", "late_probability", [](auto& e) { return e.late_probability > 0; }, "none"},
+        {"late stamps", "stamp_late_s", [](auto& e) { return e.stamp_late_s > 0; }, "none"}};
+    for (const auto& [effect, key, is_on, cost] : rows) {
+      EffectRow row{"camera", effect, false, "", "robot effects.camera", cost};
+      std::vector<std::string> names;
+      for (const ViewSettings& view : views_) {
+        if (!is_on(view.effects)) continue;
+        if (names.empty()) {
+          const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
+          row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
+        }
+        names.push_back(view.camera_name);
+      }
+      row.on = !names.empty();
+      row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
+                          : fmt::format("no `{}` in effects.camera", key);
+      rows_.push_back(std::move(row));
+    }
   }
 
   // ---- motion

@@ -27,6 +27,9 @@ enum class Feature {
   kFrameNumber,  ///< frame_number, clock_on and similar: the scene asks which frame of an animation it is
 };
 
+/// POV-Ray's default for max_trace_level.
+constexpr int kUsualReflectionDepth = 5;
+
 /// A position in a file that uses a feature.
 struct Call {
   Feature feature{};

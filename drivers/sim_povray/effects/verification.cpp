@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,8 +25,6 @@ constexpr int kHighestQuality = 11;
 /// One mirror and its surroundings need far fewer.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
-/// POV-Ray's default for max_trace_level.
-constexpr int kUsualReflectionDepth = 5;
 /// Number of images; the median of their processor times counts.
 constexpr int kTimes = 3;
 
@@ -68,14 +65,12 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
 struct Claimed {
   Scene scene;
   NamedBlock robot;
-  std::string ending;  ///< ending of the names of its cameras
 };
 
 Result<Claimed> claim(Scene scene, const std::string& name) {
   auto robot = scene.robot(name);
   if (!robot) return robot.error();
-  std::string ending = robot->name.substr(std::string_view("robot").size());
-  return Claimed{std::move(scene), *std::move(robot), std::move(ending)};
+  return Claimed{std::move(scene), *std::move(robot)};
 }
 
 class Verifier {
@@ -92,9 +87,9 @@ class Verifier {
         choice_(choice) {}
 
   Result<Verification> run(const ViewSettings& view) const {
-    const auto full_camera = everything_.scene.camera(view.camera_name + everything_.ending);
+    const auto full_camera = everything_.scene.camera_of(everything_.robot, view.camera_name);
     if (!full_camera) return full_camera.error();
-    const auto camera = chosen_.scene.camera(view.camera_name + chosen_.ending);
+    const auto camera = chosen_.scene.camera_of(chosen_.robot, view.camera_name);
     if (!camera) return camera.error();
     std::optional<MirrorSight> mirror;
     if (!place_.render.whole_image) {
@@ -154,7 +149,7 @@ class Verifier {
       result.is_asked_for = true;
       return {};
     }
-    const auto camera = chosen_deep_.scene.camera(view.camera_name + chosen_deep_.ending);
+    const auto camera = chosen_deep_.scene.camera_of(chosen_deep_.robot, view.camera_name);
     if (!camera) return camera.error();
     const auto deep = take(view_template_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
     if (!deep) return deep.error();
@@ -229,7 +224,7 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   if (!full) return full.error();
   auto everything = parsed(std::move(*full));
   if (!everything) return everything.error();
-  auto chosen = parsed(choice->text);
+  auto chosen = claim(choice->scene, session.name);
   if (!chosen) return chosen.error();
 
   SceneSwitches chosen_deep = place.switches;

@@ -47,6 +47,8 @@ class Scene {
   /// cannot be moved.
   [[nodiscard]] Result<NamedBlock> object(const std::string& name) const;
   [[nodiscard]] Result<NamedBlock> camera(const std::string& name) const;
+  /// Returns the camera `name` of a robot that robot() returned: that of `robot.2` has the name `name.2`.
+  [[nodiscard]] Result<NamedBlock> camera_of(const NamedBlock& robot, const std::string& name) const;
 
   /// Returns the scene with `moved` at their new poses, seen by `view`. No line is added before the end, so that
   /// POV-Ray's line numbers are those of the file.
@@ -73,6 +75,7 @@ class Scene {
   [[nodiscard]] Result<NamedBlock> find(const std::string& name, const std::string& keyword,
                                         const std::string& what) const;
   [[nodiscard]] Error refused(const Place& place, const std::string& message) const;
+  [[nodiscard]] Error refused(const NamedBlock& block, const char* wanted) const;
 
   std::string path_;
   std::string text_;

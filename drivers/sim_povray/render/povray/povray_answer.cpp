@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -61,17 +62,15 @@ std::optional<Complaint> placed_complaint(std::string_view message) {
 
 /// Returns the messages in `errors`, unfolded: POV-Ray breaks lines before a blank, which it keeps, or within a long
 /// word.
-std::vector<std::string> unfolded(std::string_view errors) {
+std::vector<std::string> unfolded(const std::string& errors) {
   std::vector<std::string> messages;
   bool open = false;
-  while (!errors.empty()) {
-    const auto end = std::min(errors.find('\n'), errors.size());
-    const std::string_view line = errors.substr(0, end);
-    errors.remove_prefix(std::min(end + 1, errors.size()));
+  std::istringstream lines(errors);
+  for (std::string line; std::getline(lines, line);) {
     const bool begins = line.starts_with("File '") || line.starts_with("Fatal error");
     const bool other = line.empty() || line.starts_with("====") || line.starts_with("Render failed");
     if (begins) {
-      messages.emplace_back(line);
+      messages.push_back(line);
     } else if (open && !other) {
       messages.back().append(line);
     }
@@ -149,7 +148,7 @@ Result<DeepImage> parse_deep_ppm(std::string_view bytes) {
   return image;
 }
 
-std::string povray_complaint(std::string_view errors, const std::string& scene_path) {
+std::string povray_complaint(const std::string& errors, const std::string& scene_path) {
   std::optional<Complaint> possible;
   std::optional<Complaint> last;
   std::string fatal;
@@ -172,7 +171,7 @@ std::string povray_complaint(std::string_view errors, const std::string& scene_p
   return fmt::format("{}: POV-Ray: {}", scene_path, fatal);
 }
 
-std::string missing_file(std::string_view errors) {
+std::string missing_file(const std::string& errors) {
   for (const std::string& message : unfolded(errors)) {
     const auto at = message.find("Cannot find file '");
     if (at != std::string::npos) return message.substr(at);
@@ -195,10 +194,6 @@ Error exit_error(const std::string& label, int wait_status, const std::string& e
 Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout) {
   return {ErrorCode::kTimeout, fmt::format("{}: POV-Ray did not finish within {} s and was killed", label,
                                            std::chrono::duration<double>(timeout).count())};
-}
-
-Error start_error(const std::string& label, const std::string& program, const std::string& why) {
-  return {ErrorCode::kUnavailable, fmt::format("{}: POV-Ray ({}) could not be started: {}", label, program, why)};
 }
 
 Error closed_error(const std::string& label, const char* what) {
