@@ -12,7 +12,6 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr int kMaxSide_px = 16384;
 /// For people: smooth edges.
 constexpr int kAntialias = 3;
 
@@ -51,11 +50,11 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   // An orthographic camera's image is `right` wide and `up` high, centred on `location`.
   const double x = (view.min_x_m + view.max_x_m) / 2 / unit_m;
   const double y = (view.min_y_m + view.max_y_m) / 2 / unit_m;
-  const std::string camera = fmt::format(
-      "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
-      view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
-  const auto image = povray->render(
-      plain_image("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
+  const std::string seen = fmt::format(
+      "{}\ncamera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}\n", text->text(),
+      x, view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
+  const auto image =
+      povray->render(plain_image("overhead view", seen, view.width_px, int(height_px(view)), kAntialias), -1);
   if (!image) return image.error();
   return **image;
 }

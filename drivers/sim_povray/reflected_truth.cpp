@@ -18,7 +18,6 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr int kMaxSide_px = 16384;
 constexpr double kShell_m = 1e-4;
 /// Greatest brightness of a shell. It leaves room on the scale for a mirror that adds a highlight of its own.
 constexpr double kGlow = 0.8;

@@ -7,6 +7,9 @@
 
 namespace twocone::sim_povray {
 
+/// Greatest width and height of an image. Its size in bytes does not overflow.
+constexpr int kMaxSide_px = 16384;
+
 /// How images are rendered. The defaults suit two cores.
 struct RenderSettings {
   std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH

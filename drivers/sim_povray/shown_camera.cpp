@@ -3,7 +3,6 @@
 #include <numbers>
 #include <sstream>
 #include <stop_token>
-#include <utility>
 
 #include <fmt/format.h>
 

@@ -11,7 +11,7 @@
 
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/robot_session.h"
-#include "drivers/sim_povray/server/client.h"
+#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/world/world.h"
 
@@ -20,10 +20,9 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// Limits far beyond any camera. Within them, neither a period of the rate nor an image's size overflows its type.
+// Limits far beyond any camera. Within them, no period of the rate overflows its type.
 constexpr double kMinRate_hz = 1e-3;
 constexpr double kMaxRate_hz = 1e6;
-constexpr int kMaxSide_px = 16384;
 
 /// A served world answers immediately, but its program may be slow on a loaded machine.
 constexpr std::chrono::seconds kAttachTimeout{10};

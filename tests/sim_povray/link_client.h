@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/sim_povray/server/client.h"
 #include "drivers/sim_povray/server/protocol.h"
+#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_support.h"
 #include "tests/sim_povray/test_support.h"

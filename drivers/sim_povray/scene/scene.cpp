@@ -196,8 +196,6 @@ std::string Scene::pose_text(const std::vector<FloorMotion>& motions, const Floo
   return text + fmt::format("#declare {}V = transform {{ {} }}", prefix_, matrix(view_motion, unit_m));
 }
 
-std::string Scene::seen(const std::string& camera) const { return fmt::format("{}\n{}\n", text_, camera); }
-
 std::string matrix(const FloorMotion& motion, double unit_m) {
   // POV-Ray multiplies row vectors: each row is the image of one axis. World x, y, z are its x, z, y.
   // 0 - s instead of -s: no "-0".

@@ -67,8 +67,6 @@ class Scene {
   [[nodiscard]] std::string with(std::vector<Insertion> insertions) const;
   /// Prefix of the identifiers that this program adds; the scene's text does not contain it.
   [[nodiscard]] const std::string& prefix() const { return prefix_; }
-  /// Returns the unchanged scene, seen by `camera`: the statement `camera { ... }`.
-  [[nodiscard]] std::string seen(const std::string& camera) const;
 
  private:
   Scene(std::string path, std::string text, SceneOutline found);

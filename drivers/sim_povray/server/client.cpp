@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/server/client.h"
+#include "drivers/sim_povray/server/server.h"
 
 #include <sys/socket.h>
 
@@ -20,7 +20,6 @@
 
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/served_name.h"
-#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/server/shared_frames.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "hal/clock.h"

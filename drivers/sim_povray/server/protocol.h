@@ -44,7 +44,6 @@ constexpr std::size_t kMaxMessage = 16384;  ///< bytes
 constexpr std::size_t kMaxText = 4096;      ///< bytes of one text; longer text is cut
 constexpr std::uint32_t kMaxNumbers = 64;   ///< in one list
 constexpr std::uint32_t kMaxViews = 64;     ///< of one session
-constexpr int kMaxSide_px = 16384;          ///< of an image
 constexpr std::uint32_t kMaxSlots = 256;    ///< images of one view that may be unfinished
 
 /// "twocone 0.1.0"

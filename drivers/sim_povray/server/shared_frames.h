@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray::server {

@@ -4,12 +4,10 @@
 #include <sys/types.h>
 
 #include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "hal/result.h"
 

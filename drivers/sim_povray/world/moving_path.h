@@ -30,6 +30,10 @@ class MovingPath {
     const Segment* segment;
     double along_m;  ///< from the segment's beginning
     bool ended;
+
+    [[nodiscard]] FloorPoint point() const {
+      return {segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y};
+    }
   };
   [[nodiscard]] Place place(double time_s) const;
 

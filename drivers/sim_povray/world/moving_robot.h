@@ -7,12 +7,11 @@
 #include <string>
 
 #include "drivers/sim_povray/robot_body.h"
-#include "drivers/sim_povray/world/chance.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/step_path.h"
 #include "drivers/sim_povray/world/touch.h"
-#include "drivers/sim_povray/world/wheel_course.h"
+#include "drivers/sim_povray/world/wheel.h"
 #include "hal/diff_drive.h"
 
 namespace twocone::sim_povray {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <tuple>
 
 namespace twocone::sim_povray {

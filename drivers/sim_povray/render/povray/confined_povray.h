@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/povray/povray.h"
-#include "drivers/sim_povray/render/povray/scene_access.h"
 #include "hal/result.h"
 
 /// POV-Ray for a scene that may come from other people: the one place where its limits are set.

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <system_error>
@@ -67,11 +66,16 @@ bool has_no_room(const std::filesystem::path& folder, std::size_t bytes) {
 /// Returns whether POV-Ray stopped because it could not write. The scene is not the cause of that. On a full disk it
 /// reports the last two.
 bool is_write_error(const std::string& errors) {
-  for (const char* words : {"File I/O error", "render state output file", "Cannot open output file",
-                            "Cannot access data in file", "Frontend halted render"}) {
-    if (errors.find(words) != std::string::npos) return true;
-  }
-  return false;
+  constexpr std::array kWords{"File I/O error", "render state output file", "Cannot open output file",
+                              "Cannot access data in file", "Frontend halted render"};
+  return std::any_of(kWords.begin(), kWords.end(),
+                     [&](const char* words) { return errors.find(words) != std::string::npos; });
+}
+
+Order take_next(std::deque<Order>& queue) {
+  Order order = std::move(queue.front());
+  queue.pop_front();
+  return order;
 }
 
 }  // namespace
@@ -140,10 +144,8 @@ void PovrayPool::hand_out() {
     for (Worker& worker : group->workers) {
       if (group->queue.empty()) break;
       if (worker.povray->state() != State::kWaiting) continue;
-      Order order = std::move(group->queue.front());
-      group->queue.pop_front();
       try {
-        worker.povray->draw(std::move(order));
+        worker.povray->draw(take_next(group->queue));
       } catch (const std::system_error& e) {
         obstacle_ = e.what();
         return;
@@ -320,10 +322,7 @@ void PovrayPool::check_time() {
       if (age < povray_.timeout()) continue;
       std::optional<Order> order = povray.take_order();
       drop(*group, i);
-      if (!order && !group->queue.empty()) {
-        order = std::move(group->queue.front());
-        group->queue.pop_front();
-      }
+      if (!order && !group->queue.empty()) order = take_next(group->queue);
       if (order) order->done(timeout_error(order->job.label, povray_.timeout()));
     }
   }
@@ -343,8 +342,7 @@ void PovrayPool::ended(Group& group, std::size_t index) {
   drop(group, index);
   if (!order) {
     if (group.queue.empty()) return;
-    order = std::move(group.queue.front());
-    group.queue.pop_front();
+    order = take_next(group.queue);
   }
   if (full) {
     obstacle_ = fmt::format("POV-Ray cannot write to {}", scratch_.path().parent_path().string());
