@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <system_error>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -119,14 +120,8 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   std::map<std::string, HostedRobot> robots_;  // by block name, so that the order of joining does not matter
   std::uint64_t steps_ = 0;                    // in total
   std::map<const void*, RateClaim> claims_;
-  struct ViewTemplateKey {
-    std::string camera;
-    int width_px, height_px, antialias;
-    friend auto operator<=>(const ViewTemplateKey&,
-                            const ViewTemplateKey&) =
-        default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
-  };
-  std::map<ViewTemplateKey, std::shared_ptr<FutureViewTemplate>> view_templates_;
+  /// By camera, width, height and anti-aliasing.
+  std::map<std::tuple<std::string, int, int, int>, std::shared_ptr<FutureViewTemplate>> view_templates_;
 };
 
 class LocalSession final : public RobotSession {
@@ -134,7 +129,7 @@ class LocalSession final : public RobotSession {
   LocalSession(std::shared_ptr<LocalHost> host, NamedBlock robot, World::RobotId id, const SessionSettings& settings)
       : host_(std::move(host)), robot_(std::move(robot)), id_(id), settings_(settings) {}
   ~LocalSession() override {
-    for (const auto& view : views_) release(*view);
+    for (const auto& view : views_) host_->drop_rate(view.get());
     host_->leave(robot_.name);
   }
 
@@ -160,7 +155,7 @@ class LocalSession final : public RobotSession {
     return {};
   }
 
-  void release_view(ViewId view) noexcept override { release(*views_.at(view)); }
+  void release_view(ViewId view) noexcept override { host_->drop_rate(views_.at(view).get()); }
 
   Status step(SteadyTime deadline) override {
     while (true) {
@@ -232,11 +227,6 @@ class LocalSession final : public RobotSession {
     NamedBlock block;
     std::shared_ptr<FutureViewTemplate> view_template;  // set once the view is configured
   };
-
-  void release(const View& view) noexcept {
-    const std::lock_guard lock(host_->mutex_);
-    host_->drop_rate(&view);
-  }
 
   const std::shared_ptr<LocalHost> host_;
   const NamedBlock robot_;
@@ -370,19 +360,18 @@ Status LocalHost::claim_rate(const void* view, const std::string& camera, double
   return {};
 }
 
-void LocalHost::drop_rate(const void* view) { claims_.erase(view); }
+void LocalHost::drop_rate(const void* view) {
+  const std::lock_guard lock(mutex_);
+  claims_.erase(view);
+}
 
 std::shared_ptr<FutureViewTemplate> LocalHost::view_template(const NamedBlock& robot, const NamedBlock& camera,
                                                              const CameraSettings& size, int antialias) {
   auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
   if (view_template) return view_template;
-  if (!looks_for_mirror()) {
-    view_template = std::make_shared<FutureViewTemplate>(make_view_template(robot, camera, size, antialias));
-  } else {
-    view_template =
-        std::make_shared<FutureViewTemplate>([=, this] { return make_view_template(robot, camera, size, antialias); });
-  }
-  return view_template;
+  const auto make = [=, this] { return make_view_template(robot, camera, size, antialias); };
+  return view_template = looks_for_mirror() ? std::make_shared<FutureViewTemplate>(make)
+                                            : std::make_shared<FutureViewTemplate>(make());
 }
 
 ViewTemplateResult LocalHost::make_view_template(const NamedBlock& robot, const NamedBlock& camera,

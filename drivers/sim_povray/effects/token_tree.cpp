@@ -147,6 +147,10 @@ const std::set<std::string_view> kColourWords{"color", "colour", "rgb",   "rgbf"
                                               "srgb",  "srgbf",  "srgbt", "srgbft", "red",     "green",
                                               "blue",  "filter", "gray",  "grey",   "transmit"};
 
+bool is_colour_word(const TokenTree& tree, std::size_t i) {
+  return i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text);
+}
+
 /// Most tokens of an expression, so that text without an end is not read over and over.
 constexpr std::size_t kLongest = 4096;
 
@@ -176,10 +180,7 @@ std::size_t after_vector(const TokenTree& tree, std::size_t i) {
 
 /// Returns the index behind the operand at `i`, or kNowhere.
 std::size_t after_operand(const TokenTree& tree, std::size_t i) {
-  while (tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '!') ||
-         (i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text))) {
-    ++i;
-  }
+  while (tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '!') || is_colour_word(tree, i)) ++i;
   if (i >= tree.tokens.size()) return kNowhere;
   const Token& token = tree.tokens[i];
   if (token.is('<')) {
@@ -224,20 +225,17 @@ std::size_t after_block(const TokenTree& tree, std::size_t i) {
 
 std::size_t after_value(const TokenTree& tree, std::size_t i) {
   if (i >= tree.tokens.size()) return i;
-  const bool block =
-      tree.tokens[i].kind == Kind::kWord && (tree.is(i + 1, '{') || tree.is(i, "function") || tree.is(i, "array"));
-  if (!block) {
-    std::size_t end = after_expression(tree, i);
-    // `Red filter 0.5`
-    while (end > i && end < tree.tokens.size() && tree.tokens[end].kind == Kind::kWord &&
-           kColourWords.contains(tree.tokens[end].text)) {
-      const std::size_t next = after_expression(tree, end);
-      if (next == end) break;
-      end = next;
-    }
-    return end;
+  if (tree.tokens[i].kind == Kind::kWord && (tree.is(i + 1, '{') || tree.is(i, "function") || tree.is(i, "array"))) {
+    return after_block(tree, i);
   }
-  return after_block(tree, i);
+  std::size_t end = after_expression(tree, i);
+  // `Red filter 0.5`
+  while (end > i && is_colour_word(tree, end)) {
+    const std::size_t next = after_expression(tree, end);
+    if (next == end) break;
+    end = next;
+  }
+  return end;
 }
 
 }  // namespace

@@ -42,9 +42,9 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
   for (int row = 0; row < everything.height_px; ++row) {
     for (int column = 0; column < everything.width_px; ++column) {
       if (mirror) {
-        const double right_px = column - mirror->centre_column_px;
-        const double down_px = row - mirror->centre_row_px;
-        if (right_px * right_px + down_px * down_px > mirror->radius_px * mirror->radius_px) continue;
+        const double right_px = column - mirror->circle.centre.column_px;
+        const double down_px = row - mirror->circle.centre.row_px;
+        if (right_px * right_px + down_px * down_px > mirror->circle.radius_px * mirror->circle.radius_px) continue;
       }
       const std::size_t at = 3 * (std::size_t(row) * std::size_t(everything.width_px) + std::size_t(column));
       int most = 0;

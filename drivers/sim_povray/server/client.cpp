@@ -38,8 +38,6 @@ constexpr std::chrono::seconds kFarewellTime{2};
 /// For a slot to become free: longer than the longest rendering.
 constexpr std::chrono::minutes kSlotTime{3};
 
-SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
-
 bool is_sound(const SessionState& state) {
   return state.now >= std::chrono::nanoseconds(0) && std::isfinite(state.pose.x_m) && std::isfinite(state.pose.y_m) &&
          std::isfinite(state.pose.heading_rad) && std::isfinite(state.left_rad) && std::isfinite(state.right_rad);

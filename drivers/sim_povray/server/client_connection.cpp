@@ -32,8 +32,6 @@ constexpr std::chrono::milliseconds kStopSlice{50};
 /// How often a session that waits for its world checks whether its client still lives.
 constexpr std::chrono::milliseconds kStepSlice{50};
 
-SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
-
 /// Returns the errors of the settings' own check() as a refusal.
 template <typename Settings>
 Status checked(const Settings& settings) {

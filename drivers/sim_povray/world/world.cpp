@@ -170,11 +170,7 @@ void World::update_contact(MovingRobot& robot) const {
     }
   });
   if (held_m <= kGap_m) return;
-  if (nearest == nullptr) {
-    robot.contact.clear();
-  } else {
-    robot.contact = *nearest;
-  }
+  robot.contact = nearest == nullptr ? std::string() : *nearest;
 }
 
 void World::set_rate(double rate_hz) {

@@ -43,6 +43,8 @@ struct Complaint {
   std::string file;
   std::string line;
   std::string text;
+
+  [[nodiscard]] std::string message() const { return fmt::format("{}:{}: POV-Ray: {}", file, line, text); }
 };
 
 /// Takes `File 'F' line N: TEXT` apart.
@@ -157,9 +159,7 @@ std::string povray_complaint(const std::string& errors, const std::string& scene
     auto complaint = placed_complaint(message);
     if (!complaint) continue;
     if (complaint->file == kSceneFile) complaint->file = scene_path;
-    if (complaint->text.starts_with("Parse Error:")) {
-      return fmt::format("{}:{}: POV-Ray: {}", complaint->file, complaint->line, complaint->text);
-    }
+    if (complaint->text.starts_with("Parse Error:")) return complaint->message();
     if (complaint->text.find("assumed_gamma") == std::string::npos) last = complaint;
     // For a missing image file, POV-Ray reports only this. (Other "Possible Parse Errors" are warnings.)
     if (!possible && complaint->text.starts_with("Possible Parse Error: Cannot find")) possible = complaint;
@@ -167,7 +167,7 @@ std::string povray_complaint(const std::string& errors, const std::string& scene
   if (fatal.empty()) return {};
   // If it stops without a reason, its last warning gives the reason.
   if (!possible && fatal.find("Uncategorized error") != std::string::npos) possible = last;
-  if (possible) return fmt::format("{}:{}: POV-Ray: {}", possible->file, possible->line, possible->text);
+  if (possible) return possible->message();
   return fmt::format("{}: POV-Ray: {}", scene_path, fatal);
 }
 
