@@ -17,6 +17,8 @@
 /// Truth and belief are kept apart: nothing here reads the robot file's `rig:`, and no setting below comes from it.
 namespace twocone::sim_povray {
 
+class RobotSession;
+struct SharedSession;
 class SimulationHost;
 
 /// One robot in one world, which the robot's cameras step in lock-step. A grab returns the image of the world's present
@@ -49,8 +51,6 @@ class Simulation {
   /// kDisconnected. @throws std::invalid_argument as above
   static Result<std::unique_ptr<Simulation>> attach(const std::string& name, const SessionSettings& session);
 
-  virtual ~Simulation() = default;
-
   /// Opens a camera of the scene that is mounted on the robot. All cameras of a world must be configured with one rate:
   /// configure() and start() return kRefused if another camera, configured or streaming, holds a different rate. A
   /// stopped camera holds none.
@@ -58,9 +58,14 @@ class Simulation {
   /// Errors: kRefused (no such camera in the scene, or two).
   ///
   /// @throws std::invalid_argument naming every bad field of `view`
-  virtual Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view) = 0;
-  virtual std::unique_ptr<DiffDrive> open_drive() = 0;
-  virtual std::unique_ptr<GroundTruth> open_truth() = 0;
+  Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view);
+  std::unique_ptr<DiffDrive> open_drive();
+  std::unique_ptr<GroundTruth> open_truth();
+
+ private:
+  Simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings);
+
+  std::shared_ptr<SharedSession> shared_;
 };
 
 }  // namespace twocone::sim_povray

@@ -10,17 +10,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// Effect of a directive on sections.
-enum class Part { kNone, kOpens, kNext, kEnds };
-
-Part part_of(std::string_view word) {
-  if (word == "if" || word == "ifdef" || word == "ifndef" || word == "while" || word == "for" || word == "switch" ||
-      word == "macro") {
-    return Part::kOpens;
-  }
-  if (word == "else" || word == "elseif" || word == "case" || word == "range") return Part::kNext;
-  return word == "end" ? Part::kEnds : Part::kNone;
-}
+/// Directives that end a branch of a section and begin the next.
+const std::set<std::string_view> kNextBranch{"else", "elseif", "case", "range"};
 
 class Pairing {
  public:
@@ -82,9 +73,8 @@ class Pairing {
   }
 
   void directive(const Token& token) {
-    const Part part = part_of(token.text);
-    const bool seen = !dead();
-    if (part == Part::kOpens) {
+    if (section_begun_by(token.text)) {
+      const bool seen = !dead();
       if (seen) add(token);
       Open open;
       open.index = seen ? tree_.tokens.size() - 1 : kNowhere;
@@ -95,17 +85,15 @@ class Pairing {
       open_.push_back(open);
       return;
     }
-    if (part != Part::kNone && !sections_.empty()) {
+    const bool ends = token.text == "end";
+    if (!sections_.empty() && (ends || kNextBranch.contains(token.text))) {
       drop_brackets();
-      Open& section = open_.back();
-      if (part == Part::kNext) {
-        section.branches.enter(token.text == "elseif" ? literal_condition(lexer_)
-                               : token.text == "else" ? Truth::kTrue
-                                                      : Truth::kUnknown);
-      } else {
+      if (ends) {
         end_section();
-        if (!dead()) add(token);
-        return;
+      } else {
+        open_.back().branches.enter(token.text == "elseif" ? literal_condition(lexer_)
+                                    : token.text == "else" ? Truth::kTrue
+                                                           : Truth::kUnknown);
       }
     }
     if (!dead()) add(token);
