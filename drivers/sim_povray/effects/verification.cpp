@@ -212,26 +212,23 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   if (!choice) return choice.error();
   auto povray = confined_povray(place, choice->calls);
   if (!povray) return povray.error();
-  const auto parsed = [&](std::string text) -> Result<Claimed> {
-    auto changed = Scene::parse(std::move(text), scene->path());
-    if (!changed) return changed.error();
-    return claim(std::move(*changed), session.name);
-  };
   const SceneCalls written = find_calls(*scene, access);
+  const auto claim_with = [&](const SceneSwitches& switches) -> Result<Claimed> {
+    auto text = switched(*scene, written, switches);
+    if (!text) return text.error();
+    auto changed = Scene::parse(*std::move(text), scene->path());
+    if (!changed) return changed.error();
+    return claim(*std::move(changed), session.name);
+  };
   SceneSwitches deep;
   deep.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest);
-  auto full = switched(*scene, written, deep);
-  if (!full) return full.error();
-  auto everything = parsed(std::move(*full));
+  auto everything = claim_with(deep);
   if (!everything) return everything.error();
   auto chosen = claim(choice->scene, session.name);
   if (!chosen) return chosen.error();
-
   SceneSwitches chosen_deep = place.switches;
   chosen_deep.reflection_depth = deep.reflection_depth;
-  auto deeper = switched(*scene, written, chosen_deep);
-  if (!deeper) return deeper.error();
-  auto with_depth = parsed(std::move(*deeper));
+  auto with_depth = claim_with(chosen_deep);
   if (!with_depth) return with_depth.error();
 
   const Verifier verifier(place, size, *std::move(povray), std::move(*everything), std::move(*chosen),
