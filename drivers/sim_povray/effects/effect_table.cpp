@@ -29,8 +29,7 @@ class Table {
   // ---- rendering
 
   void rendering() {
-    called(Feature::kReflection, "reflection depth", "`reflection`", "map effects.reflection_depth",
-           "a ray per mirroring");
+    called(Feature::kReflection, "reflection depth", "`reflection`", "reflection_depth", "a ray per mirroring");
     if (rows_.back().on) {
       const bool changed = place_.switches.reflection_depth.has_value();
       const int depth =
@@ -38,19 +37,14 @@ class Table {
       rows_.back().reason +=
           fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
     }
-    called(Feature::kShadows, "shadows", "`light_source` with shadows", "map effects.shadows", "a ray per light",
-           "map.effects.shadows");
-    called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "the scene",
+    called(Feature::kShadows, "shadows", "`light_source` with shadows", "shadows", "a ray per light");
+    called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "",
            "a ray per surface");
-    called(Feature::kAreaLights, "area lights", "`area_light`", "map effects.area_lights", "many rays per light",
-           "map.effects.area_lights");
-    called(Feature::kMedia, "media", "`media` or `fog`", "map effects.media", "samples on each ray",
-           "map.effects.media");
-    called(Feature::kPhotons, "photons", "`photons`", "map effects.photons", "photons per image",
-           "map.effects.photons");
-    called(Feature::kRadiosity, "radiosity", "`radiosity`", "map effects.radiosity", "light is gathered",
-           "map.effects.radiosity");
-    called(Feature::kSubsurface, "subsurface light", "`subsurface`", "the scene", "many rays per point");
+    called(Feature::kAreaLights, "area lights", "`area_light`", "area_lights", "many rays per light");
+    called(Feature::kMedia, "media", "`media` or `fog`", "media", "samples on each ray");
+    called(Feature::kPhotons, "photons", "`photons`", "photons", "photons per image");
+    called(Feature::kRadiosity, "radiosity", "`radiosity`", "radiosity", "light is gathered");
+    called(Feature::kSubsurface, "subsurface light", "`subsurface`", "", "many rays per point");
 
     EffectRow row{"rendering", "anti-aliasing", false, "", "robot cameras", "n x n rays at edges"};
     std::vector<std::string> names;
@@ -65,16 +59,18 @@ class Table {
     rows_.push_back(std::move(row));
   }
 
-  void called(Feature feature, std::string effect, std::string_view words, std::string how, std::string cost,
-              const std::string& key = {}) {
-    EffectRow row{"rendering", std::move(effect), false, "", std::move(how), std::move(cost)};
+  /// @param key in the map's `effects`; empty: only the scene switches it
+  void called(Feature feature, std::string effect, std::string_view words, const std::string& key, std::string cost) {
+    EffectRow row{"rendering",    std::move(effect), false, "", key.empty() ? "the scene" : "map effects." + key,
+                  std::move(cost)};
     const Call* call = choice_.calls.find(feature);
     const Call* written = written_.find(feature);
     if (call != nullptr) {
       row.on = true;
       row.reason = fmt::format("{}: {}", call->place(), call->word);
     } else if (written != nullptr) {
-      row.reason = fmt::format("{}: switched off; {}: {}", at(key), written->place(), written->word);
+      row.reason = fmt::format("{}: switched off; {}: {}", key.empty() ? "" : at("map.effects." + key),
+                               written->place(), written->word);
     } else if (!choice_.calls.unread.empty()) {
       // An include that could not be read may use the effect, and it is rendered then.
       row.on = true;

@@ -211,15 +211,13 @@ void PovrayPool::turn(int wake_fd) {
   if (!obstacle_.empty()) return;
 
   std::vector<pollfd> fds{{wake_fd, POLLIN, 0}, {signals_.get(), POLLIN, 0}, {files_.get(), POLLIN, 0}};
-  std::vector<const HeldPovray*> polled;
   for (const auto& group : groups_) {
-    for (const Worker& worker : group->workers) {
+    for (Worker& worker : group->workers) {
+      worker.polled = fds.size();
       fds.push_back({worker.povray->child().end_fd(), POLLIN, 0});
       fds.push_back({worker.errors_open ? worker.povray->child().errors_fd() : -1, POLLIN, 0});
-      polled.push_back(worker.povray.get());
     }
   }
-  const std::size_t first = fds.size() - 2 * polled.size();
   if (::poll(fds.data(), fds.size(), wait_ms()) < 0 && errno != EINTR) throw_errno("poll");
 
   if (fds[1].revents != 0) {
@@ -232,11 +230,9 @@ void PovrayPool::turn(int wake_fd) {
     for (std::size_t i = group->workers.size(); i-- > 0 && obstacle_.empty();) {
       Worker& worker = group->workers[i];
       worker.povray->look();
-      const auto at = std::find(polled.begin(), polled.end(), worker.povray.get());
-      if (at == polled.end()) continue;
-      const std::size_t fd = first + 2 * std::size_t(at - polled.begin());
-      if (fds[fd + 1].revents != 0) worker.errors_open = worker.povray->drain_errors();
-      if (fds[fd].revents != 0) ended(*group, i);
+      const std::size_t end = worker.polled;
+      if (fds[end + 1].revents != 0) worker.errors_open = worker.povray->drain_errors();
+      if (fds[end].revents != 0) ended(*group, i);
     }
   }
   check_time();
