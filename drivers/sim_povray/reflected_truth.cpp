@@ -185,7 +185,7 @@ std::vector<MovedBlock> moved_blocks(const PlaceSettings& place, std::chrono::na
   std::vector<MovedBlock> blocks;
   for (const MovingThing& thing : place.moving) {
     const MovingPath path(thing);
-    blocks.push_back({"moving." + thing.name, path.pose(0), path.pose(std::chrono::duration<double>(time).count())});
+    blocks.push_back({"moving." + thing.name, path.pose(0), path.pose(seconds(time))});
   }
   return blocks;
 }

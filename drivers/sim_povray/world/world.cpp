@@ -9,12 +9,6 @@
 #include <tuple>
 
 namespace twocone::sim_povray {
-namespace {
-
-double seconds(std::chrono::nanoseconds span) { return std::chrono::duration<double>(span).count(); }
-
-}  // namespace
-
 World::World(const PlaceSettings& place) : surroundings_(place) {
   for (const MovingThing& m : place.moving) {
     things_.push_back({"moving." + m.name, MovingPath(m), m.speed_mps, m.radius_m});
