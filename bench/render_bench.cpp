@@ -161,8 +161,8 @@ int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sigh
   int count = 0;
   for (int row = 0; row < a.rows; ++row) {
     for (int column = 0; column < a.cols; ++column) {
-      const double off = std::hypot(column - sight.centre_column_px, row - sight.centre_row_px);
-      if (off < sight.radius_px && a.at<cv::Vec3b>(row, column) != b.at<cv::Vec3b>(row, column)) ++count;
+      const double off = std::hypot(column - sight.circle.centre.column_px, row - sight.circle.centre.row_px);
+      if (off < sight.circle.radius_px && a.at<cv::Vec3b>(row, column) != b.at<cv::Vec3b>(row, column)) ++count;
     }
   }
   return count;

@@ -14,6 +14,7 @@
 #include "drivers/memory/memory_camera.h"
 #include "drivers/memory/memory_diffdrive.h"
 #include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/sim_povray/simulation.h"
 #include "drivers/v4l2_camera/v4l2_camera.h"
 
 namespace twocone::drivers {

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
 #include "hal/camera_device.h"
 #include "hal/device_info.h"

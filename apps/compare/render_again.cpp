@@ -19,6 +19,8 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runs/run.h"
+#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::compare {
 namespace {
@@ -50,12 +52,13 @@ Result<std::vector<Place>> places_of(const Side& real) {
 }
 
 /// Orders the images of the scene's two cameras at a pose.
-Result<std::array<Frame, 2>> look(sim_povray::ReusedHost& host, const config::Robot& robot, const Place& place) {
+Result<std::array<Frame, 2>> look(sim_povray::SimulationHost& host, const config::Robot& robot, const Place& place) {
   sim_povray::SessionSettings session;
   session.body.start = robot.start.value_or(Pose2{});
   session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
   session.body.radius_m = 0;  // the real robot stood there, so nothing obstructs it
-  auto simulation = host.enter(session);
+  if (auto empty = host.reset(); !empty) return empty.error();
+  auto simulation = sim_povray::Simulation::join(host, session);
   if (!simulation) return simulation.error();
   std::vector<std::unique_ptr<Camera>> cameras;
   for (const auto& [name, entry] : {std::pair{"lower", &robot.lower}, {"upper", &robot.upper}}) {
@@ -130,7 +133,7 @@ Status keep(const std::filesystem::path& to, const Coming& coming) {
 
 Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
-  auto host = sim_povray::ReusedHost::open(config::to_place(map));
+  auto host = sim_povray::SimulationHost::open(config::to_place(map));
   if (!host) return host.error();
   std::deque<Coming> coming;
   const auto keep_first = [&]() -> Status {

@@ -10,6 +10,7 @@
 
 #include "base/landmark.h"
 #include "base/plane.h"
+#include "drivers/sim_povray/place.h"
 
 namespace YAML {
 class Node;

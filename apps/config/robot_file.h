@@ -11,7 +11,8 @@
 #include "apps/config/map_file.h"
 #include "drivers/backends.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/robot_body.h"
 
 namespace twocone::config {
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
+#include "drivers/sim_povray/outline.h"
 
 namespace twocone::config {
 namespace {

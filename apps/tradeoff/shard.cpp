@@ -17,6 +17,8 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
+#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "localisation/odometry.h"
 #include "localisation/pose_filter.h"
 
@@ -172,7 +174,7 @@ class ShardRunner {
     const Setting setting = finest_of(images);
     settings_ = config::to_robot_settings(robot_of(setting, robot_, plan_.landmarks), map_of(setting, map_), 1);
     settings_->world->place.render = render_;
-    auto host = sim_povray::ReusedHost::open(settings_->world->place);
+    auto host = sim_povray::SimulationHost::open(settings_->world->place);
     if (!host) return host.error();
     host_ = *std::move(host);
     images_ = images;
@@ -188,7 +190,8 @@ class ShardRunner {
     session.body.seed = episode.seed;
     session.run_ahead_frames = kStepsOfEpisode + 1;
     session.rendered = [costs = costs_, number](const sim_povray::RenderedImage& p) { costs->add(number, p); };
-    auto simulation = host_->enter(session);
+    if (auto empty = host_->reset(); !empty) return empty.error();
+    auto simulation = sim_povray::Simulation::join(*host_, session);
     if (!simulation) return simulation.error();
     const auto views = config::to_views(*settings_);
     std::vector<std::unique_ptr<Camera>> cameras;
@@ -354,7 +357,7 @@ class ShardRunner {
   const config::Map map_;
   const Plan& plan_;
   const sim_povray::RenderSettings render_;
-  std::optional<sim_povray::ReusedHost> host_;
+  std::shared_ptr<sim_povray::SimulationHost> host_;
   Images images_;
   std::optional<drivers::RobotSettings> settings_;
   std::shared_ptr<RenderCosts> costs_;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/simulation.h"
 #include "hal/result.h"
 #include "vision/ranging.h"
 

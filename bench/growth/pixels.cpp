@@ -10,7 +10,7 @@
 #include "apps/config/to_layers.h"
 #include "bench/growth/growth.h"
 #include "bench/growth/seen.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::bench {
@@ -31,7 +31,7 @@ Growth grow_pixels(const Options& options) {
   const config::Map map = config::read_map(lab.map);
   PlaceSettings place = config::to_place(map);
   place.render.processes = 2;  // one for each view, so that an image's figures do not include another process's start
-  const ReusedHost host = value(ReusedHost::open(place));
+  const auto host = value(SimulationHost::open(place));
 
   Growth growth;
   growth.title = "Pixels";
@@ -52,9 +52,9 @@ Growth grow_pixels(const Options& options) {
     growth.sizes.push_back(double(size.area()));
     growth.labels.push_back(fmt::format("{} x {}", size.width, size.height));
     for (Column* column : {&rendering, &vision, &measured}) column->repeats.emplace_back();
-    (void)seen_at(host, session, robot, kPoses.front());  // finds the mirrors and starts the processes
+    (void)seen_at(*host, session, robot, kPoses.front());  // finds the mirrors and starts the processes
     for (const Pose2& pose : kPoses) {
-      const Seen seen = seen_at(host, session, robot, pose);
+      const Seen seen = seen_at(*host, session, robot, pose);
       rendering.repeats.back().push_back(seen.render_ms);
       std::vector<double> times_ms;
       int count = 0;

@@ -68,7 +68,7 @@ struct Rider {
   std::vector<std::unique_ptr<Camera>> cameras;
 
   Rider(SimulationHost& host, const SessionSettings& session)
-      : simulation(make_simulation(value(host.join(session)), session)),
+      : simulation(value(Simulation::join(host, session))),
         drive(simulation->open_drive()),
         cameras(start_pair(*simulation, kSize)) {}
   void ride(int steps) {

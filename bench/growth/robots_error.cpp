@@ -50,7 +50,8 @@ Room make_room(const config::Robot& robot, const config::Map& map, int number) {
 }
 
 /// The lab with the first `others` of the other robots.
-sim_povray::ReusedHost open(const config::Map& map, const Room& room, int others, const Options& options) {
+std::shared_ptr<sim_povray::SimulationHost> open(const config::Map& map, const Room& room, int others,
+                                                 const Options& options) {
   std::ifstream in(*map.scene);
   std::string scene{std::istreambuf_iterator<char>(in), {}};
   scene += fmt::format("\n#include \"{}/scenes/parts/robot.inc\"\n", TWOCONE_SOURCE_DIR);
@@ -58,7 +59,7 @@ sim_povray::ReusedHost open(const config::Map& map, const Room& room, int others
   sim_povray::PlaceSettings place = config::to_place(map);
   place.scene = options.scratch / "bystanders.pov";
   std::ofstream(place.scene) << scene;
-  return value(sim_povray::ReusedHost::open(place));
+  return value(sim_povray::SimulationHost::open(place));
 }
 
 }  // namespace
@@ -91,12 +92,12 @@ Growth grow_error_by_robots(const Options& options) {
     growth.labels.push_back(std::to_string(robots));
     for (Column* column : {&error, &fixes, &measured}) column->repeats.emplace_back();
     for (const Room& room : rooms) {
-      const sim_povray::ReusedHost host = open(map, room, robots - 1, options);
+      const auto host = open(map, room, robots - 1, options);
       double sum_mm = 0;
       int fixed = 0;
       int ranges = 0;
       for (const Pose2& pose : room.poses) {
-        const Seen seen = seen_at(host, session, robot, pose);
+        const Seen seen = seen_at(*host, session, robot, pose);
         const auto answers = ranging.measure(seen.images.at(0), seen.images.at(1));
         ranges += ranged(answers);
         const localisation::Fix fix = estimation::fix_of_outline(answers, landmarks_m, true);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bench/growth/growth.h"
+#include "drivers/sim_povray/simulation.h"
 
 namespace twocone::bench {
 namespace {
@@ -14,7 +15,7 @@ constexpr auto kLong = std::chrono::minutes(5);
 
 }  // namespace
 
-Seen seen_at(const sim_povray::ReusedHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
+Seen seen_at(sim_povray::SimulationHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
              const Pose2& pose) {
   std::mutex mutex;
   double ms = 0;
@@ -23,7 +24,8 @@ Seen seen_at(const sim_povray::ReusedHost& host, sim_povray::SessionSettings ses
     const std::lock_guard lock(mutex);
     ms += 1e-6 * double(image.cpu.count());
   };
-  const auto simulation = value(host.enter(session));
+  if (const auto empty = host.reset(); !empty) throw std::runtime_error(empty.error().message);
+  const auto simulation = value(sim_povray::Simulation::join(host, session));
   const auto cameras = start_pair(*simulation, {robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz},
                                   robot.lower.antialias);
   std::vector<Frame> frames;

@@ -7,7 +7,7 @@
 
 #include "apps/config/robot_file.h"
 #include "base/plane.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::bench {
 
@@ -17,7 +17,7 @@ struct Seen {
 };
 
 /// The stereo frame of time 0 at a pose. @throws std::runtime_error for whatever fails
-Seen seen_at(const sim_povray::ReusedHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
+Seen seen_at(sim_povray::SimulationHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
              const Pose2& pose);
 
 }  // namespace twocone::bench

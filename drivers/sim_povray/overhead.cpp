@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/complaints.h"
+#include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-constexpr int kMaxSide_px = 16384;
 /// For people: smooth edges.
 constexpr int kAntialias = 3;
 
@@ -21,24 +20,16 @@ double height_px(const OverheadView& view) {
 }
 
 void check(const OverheadView& view, double unit_m) {
-  std::string bad;
-  const auto span = [&bad](const char* axis, double min, double max) {
-    if (!(min < max) || !std::isfinite(max - min)) {
-      bad += fmt::format(" min_{0}_m is {1} m and max_{0}_m {2} m, must be finite and min < max;", axis, min, max);
-    }
-  };
-  span("x", view.min_x_m, view.max_x_m);
-  span("y", view.min_y_m, view.max_y_m);
-  if (!(view.height_m > 0) || !std::isfinite(view.height_m)) {
-    bad += fmt::format(" height_m is {} m, must be > 0 and finite;", view.height_m);
+  Complaints complaints;
+  complaints.span("", 'x', view.min_x_m, view.max_x_m);
+  complaints.span("", 'y', view.min_y_m, view.max_y_m);
+  complaints.positive("height_m", view.height_m, "m");
+  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
+  if (complaints.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
+    complaints.add("the image would be {} pixels high, must be 1 to {}", height_px(view), kMaxSide_px);
   }
-  if (view.width_px < 1 || view.width_px > kMaxSide_px) {
-    bad += fmt::format(" width_px is {}, must be 1 to {};", view.width_px, kMaxSide_px);
-  } else if (bad.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
-    bad += fmt::format(" the image would be {} pixels high, must be 1 to {};", height_px(view), kMaxSide_px);
-  }
-  if (!(unit_m > 0) || !std::isfinite(unit_m)) bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", unit_m);
-  if (!bad.empty()) throw std::invalid_argument("OverheadView:" + bad);
+  complaints.positive("unit_m", unit_m, "m");
+  complaints.raise("OverheadView");
 }
 
 }  // namespace
@@ -53,17 +44,17 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   place.scene = scene;
   place.scene_paths = scene_paths;
   place.render = render;
-  const auto povray = confined_povray(place, find_calls(*text, SceneAccess(scene, scene_paths)));
+  const auto povray = confined_povray(place, *text);
   if (!povray) return povray.error();
 
   // An orthographic camera's image is `right` wide and `up` high, centred on `location`.
   const double x = (view.min_x_m + view.max_x_m) / 2 / unit_m;
   const double y = (view.min_y_m + view.max_y_m) / 2 / unit_m;
-  const std::string camera = fmt::format(
-      "camera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}", x,
-      view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
-  const auto image = povray->render(
-      plain_image("overhead view", text->seen(camera), view.width_px, int(height_px(view)), kAntialias), -1);
+  const std::string seen = fmt::format(
+      "{}\ncamera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}\n", text->text(),
+      x, view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
+  const auto image =
+      povray->render(plain_image("overhead view", seen, view.width_px, int(height_px(view)), kAntialias), -1);
   if (!image) return image.error();
   return **image;
 }

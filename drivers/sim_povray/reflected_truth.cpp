@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <thread>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -18,7 +18,6 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr int kMaxSide_px = 16384;
 constexpr double kShell_m = 1e-4;
 /// Greatest brightness of a shell. It leaves room on the scale for a mirror that adds a highlight of its own.
 constexpr double kGlow = 0.8;
@@ -55,28 +54,18 @@ Extent extent_of(const std::vector<Landmark>& landmarks) {
 }
 
 void check(const PlaceSettings& place, const TruthView& view, const std::vector<Landmark>& landmarks) {
-  std::string bad;
-  const auto side = [&bad](const char* name, int value) {
-    if (value < 1 || value > kMaxSide_px) bad += fmt::format(" {} is {}, must be 1 to {};", name, value, kMaxSide_px);
-  };
-  side("width_px", view.width_px);
-  side("height_px", view.height_px);
+  Complaints complaints;
+  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
+  complaints.within("height_px", view.height_px, 1, kMaxSide_px);
   for (const Landmark& landmark : landmarks) {
-    const auto positive = [&](const char* name, double value) {
-      if (!(value > 0) || !std::isfinite(value)) {
-        bad += fmt::format(" {} of landmark {} is {} m, must be > 0 and finite;", name, landmark.name, value);
-      }
-    };
-    positive("radius_m", landmark.radius_m);
-    positive("top_m", landmark.top_m);
+    complaints.positive("radius_m of landmark " + landmark.name, landmark.radius_m, "m");
+    complaints.positive("top_m of landmark " + landmark.name, landmark.top_m, "m");
     if (!std::isfinite(landmark.x_m) || !std::isfinite(landmark.y_m)) {
-      bad += fmt::format(" landmark {} is at ({}, {}) m, must be finite;", landmark.name, landmark.x_m, landmark.y_m);
+      complaints.add("landmark {} is at ({}, {}) m, must be finite", landmark.name, landmark.x_m, landmark.y_m);
     }
   }
-  if (!(place.unit_m > 0) || !std::isfinite(place.unit_m)) {
-    bad += fmt::format(" unit_m is {} m, must be > 0 and finite;", place.unit_m);
-  }
-  if (!bad.empty()) throw std::invalid_argument("reflected_truth:" + bad);
+  complaints.positive("unit_m", place.unit_m, "m");
+  complaints.raise("reflected_truth");
 }
 
 /// Returns a pigment whose red, green and blue grow from 0 to 1 over the extent's x, y and z. World x, y, z is
@@ -160,7 +149,7 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
   const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
-  const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
+  const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 
   const Extent extent = extent_of(landmarks);
@@ -196,7 +185,7 @@ std::vector<MovedBlock> moved_blocks(const PlaceSettings& place, std::chrono::na
   std::vector<MovedBlock> blocks;
   for (const MovingThing& thing : place.moving) {
     const MovingPath path(thing);
-    blocks.push_back({"moving." + thing.name, path.pose(0), path.pose(std::chrono::duration<double>(time).count())});
+    blocks.push_back({"moving." + thing.name, path.pose(0), path.pose(seconds(time))});
   }
   return blocks;
 }

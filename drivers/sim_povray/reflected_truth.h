@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "base/landmark.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "base/plane.h"
+#include "drivers/sim_povray/place.h"
+#include "hal/result.h"
 
 /// The true content of a mirror's image, pixel by pixel, against which an answer of the vision can be judged. POV-Ray
 /// itself supplies it, so it holds for every mirror that the scene has, and it shares no formula with the vision.

@@ -5,7 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "hal/result.h"
 
 namespace twocone::sim_povray {
 

@@ -1,45 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/complaints.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/session_settings.h"
 
 namespace twocone::sim_povray {
 namespace {
-
-/// Collects complaints about the fields of one struct.
-class Complaints {
- public:
-  template <typename... Args>
-  void add(fmt::format_string<Args...> format, Args&&... args) {
-    text_ += ' ' + fmt::format(format, std::forward<Args>(args)...) + ';';
-  }
-  void positive(const std::string& name, double value, const char* unit) {
-    if (!(value > 0) || !std::isfinite(value)) add("{} is {} {}, must be > 0 and finite", name, value, unit);
-  }
-  void not_negative(const std::string& name, double value, const char* unit) {
-    if (!(value >= 0) || !std::isfinite(value)) add("{} is {} {}, must be >= 0 and finite", name, value, unit);
-  }
-  void finite(const std::string& name, double value, const char* unit) {
-    if (!std::isfinite(value)) add("{} is {} {}, must be finite", name, value, unit);
-  }
-  void within(const std::string& name, int value, int least, int greatest) {
-    if (value < least || value > greatest) add("{} is {}, must be {} to {}", name, value, least, greatest);
-  }
-  void probability(const std::string& name, double value) {
-    if (!(value >= 0 && value < 1)) add("{} is {}, must be >= 0 and < 1", name, value);
-  }
-  void raise(const char* what) const {
-    if (!text_.empty()) throw std::invalid_argument(fmt::format("{}:{}", what, text_));
-  }
-
- private:
-  std::string text_;
-};
 
 void take(Complaints& complaints, const RenderSettings& render) {
   if (render.povray.empty()) complaints.add("render.povray is empty");
@@ -122,14 +93,8 @@ void check(const PlaceSettings& settings) {
   complaints.positive("unit_m", settings.unit_m, "m");
   if (settings.walls) {
     const Bounds& walls = *settings.walls;
-    if (!(walls.min_x_m < walls.max_x_m) || !std::isfinite(walls.max_x_m - walls.min_x_m)) {
-      complaints.add("walls.min_x_m is {} m and max_x_m {} m, must be finite and min < max", walls.min_x_m,
-                     walls.max_x_m);
-    }
-    if (!(walls.min_y_m < walls.max_y_m) || !std::isfinite(walls.max_y_m - walls.min_y_m)) {
-      complaints.add("walls.min_y_m is {} m and max_y_m {} m, must be finite and min < max", walls.min_y_m,
-                     walls.max_y_m);
-    }
+    complaints.span("walls.", 'x', walls.min_x_m, walls.max_x_m);
+    complaints.span("walls.", 'y', walls.min_y_m, walls.max_y_m);
   }
   for (const Solid& solid : settings.solids) {
     if (const auto* disc = std::get_if<Disc>(&solid.shape)) {

@@ -3,8 +3,6 @@
 #include <numbers>
 #include <sstream>
 #include <stop_token>
-#include <string_view>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,7 +10,7 @@
 #include "drivers/sim_povray/render/camera_mask.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/shown_camera.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -39,13 +37,13 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   if (!scene) return scene.error();
   const auto robot = scene->robot(robot_name);
   if (!robot) return robot.error();
-  const auto camera = scene->camera(camera_name + robot->name.substr(std::string_view("robot").size()));
+  const auto camera = scene->camera_of(*robot, camera_name);
   if (!camera) return camera.error();
   const auto vectors = camera_vectors(*scene, *camera);
   if (!vectors) {
     return Error{vectors.error().code, fmt::format("camera {}: {}", camera->name, vectors.error().message)};
   }
-  const auto povray = confined_povray(place, find_calls(*scene, SceneAccess(place.scene, place.scene_paths)));
+  const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 
   base::StopSignal signal;

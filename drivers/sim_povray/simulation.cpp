@@ -5,40 +5,40 @@
 #include <chrono>
 #include <future>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/server/client.h"
+#include "drivers/sim_povray/robot_session.h"
+#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {
-namespace {
-
-using SteadyTime = std::chrono::steady_clock::time_point;
-
-// Limits far beyond any camera. Within them, neither a period of the rate nor an image's size overflows its type.
-constexpr double kMinRate_hz = 1e-3;
-constexpr double kMaxRate_hz = 1e6;
-constexpr int kMaxSide_px = 16384;
-
-/// A served world answers immediately, but its program may be slow on a loaded machine.
-constexpr std::chrono::seconds kAttachTimeout{10};
 
 /// State that the cameras, the drive and the truth of one robot share. It lives as long as any of them.
-struct Shared {
+struct SharedSession {
   std::unique_ptr<RobotSession> session;
   SessionSettings settings;
 
   [[nodiscard]] Timestamp now() const { return {ClockKind::kSimulated, session->state().now}; }
 };
 
+namespace {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+// Limits far beyond any camera. Within them, no period of the rate overflows its type.
+constexpr double kMinRate_hz = 1e-3;
+constexpr double kMaxRate_hz = 1e6;
+
+/// A served world answers immediately, but its program may be slow on a loaded machine.
+constexpr std::chrono::seconds kAttachTimeout{10};
+
 class SimCamera final : public Camera {
  public:
-  SimCamera(std::shared_ptr<Shared> shared, RobotSession::ViewId view, ViewSettings settings)
+  SimCamera(std::shared_ptr<SharedSession> shared, RobotSession::ViewId view, ViewSettings settings)
       : shared_(std::move(shared)), view_(view), view_settings_(std::move(settings)) {}
   ~SimCamera() override { shared_->session->release_view(view_); }
 
@@ -117,7 +117,7 @@ class SimCamera final : public Camera {
   [[nodiscard]] const std::string& name() const { return view_settings_.camera_name; }
   [[nodiscard]] std::uint64_t seed() const { return shared_->settings.body.seed; }
 
-  const std::shared_ptr<Shared> shared_;
+  const std::shared_ptr<SharedSession> shared_;
   const RobotSession::ViewId view_;
   const ViewSettings view_settings_;
   CameraSettings settings_;
@@ -128,7 +128,7 @@ class SimCamera final : public Camera {
 
 class SimDrive final : public DiffDrive {
  public:
-  explicit SimDrive(std::shared_ptr<Shared> shared)
+  explicit SimDrive(std::shared_ptr<SharedSession> shared)
       : DiffDrive(shared->settings.drive),
         shared_(std::move(shared)),
         left_rad_(shared_->session->state().left_rad),
@@ -145,97 +145,54 @@ class SimDrive final : public DiffDrive {
   }
   Status do_stop() noexcept override { return shared_->session->halt(); }
 
-  const std::shared_ptr<Shared> shared_;
+  const std::shared_ptr<SharedSession> shared_;
   const double left_rad_, right_rad_;  // angles at which the drive was opened
 };
 
 class SimTruth final : public GroundTruth {
  public:
-  explicit SimTruth(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
+  explicit SimTruth(std::shared_ptr<SharedSession> shared) : shared_(std::move(shared)) {}
   [[nodiscard]] Pose2 true_pose() const override { return shared_->session->state().pose; }
   [[nodiscard]] std::string contact() const override { return shared_->session->state().contact; }
 
  private:
-  const std::shared_ptr<Shared> shared_;
+  const std::shared_ptr<SharedSession> shared_;
 };
-
-class SessionSimulation final : public Simulation {
- public:
-  explicit SessionSimulation(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
-
-  Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view) override {
-    check(view);
-    const auto id = shared_->session->open_view(view);
-    if (!id) return id.error();
-    return std::unique_ptr<Camera>(std::make_unique<SimCamera>(shared_, *id, view));
-  }
-  std::unique_ptr<DiffDrive> open_drive() override { return std::make_unique<SimDrive>(shared_); }
-  std::unique_ptr<GroundTruth> open_truth() override { return std::make_unique<SimTruth>(shared_); }
-
- private:
-  std::shared_ptr<Shared> shared_;
-};
-
-std::shared_ptr<Shared> shared_of(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
-  return std::make_shared<Shared>(Shared{std::move(session), settings});
-}
 
 }  // namespace
 
-std::unique_ptr<Simulation> make_simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings) {
-  return std::make_unique<SessionSimulation>(shared_of(std::move(session), settings));
+Simulation::Simulation(std::unique_ptr<RobotSession> session, const SessionSettings& settings)
+    : shared_(std::make_shared<SharedSession>(SharedSession{std::move(session), settings})) {}
+
+Result<std::unique_ptr<Camera>> Simulation::open_camera(const ViewSettings& view) {
+  check(view);
+  const auto id = shared_->session->open_view(view);
+  if (!id) return id.error();
+  return std::unique_ptr<Camera>(std::make_unique<SimCamera>(shared_, *id, view));
 }
 
-class ReusedHost::Impl {
- public:
-  explicit Impl(std::shared_ptr<SimulationHost> host) : host_(std::move(host)) {}
+std::unique_ptr<DiffDrive> Simulation::open_drive() { return std::make_unique<SimDrive>(shared_); }
 
-  Result<std::unique_ptr<Simulation>> enter(const SessionSettings& settings) {
-    check(settings);
-    // The host would admit another robot of the scene, and the two would wait for each other.
-    if (!last_.expired()) {
-      return Error{ErrorCode::kRefused,
-                   "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
-    }
-    auto session = host_->join(settings);
-    if (!session) return session.error();
-    auto shared = shared_of(*std::move(session), settings);
-    last_ = shared;
-    return std::unique_ptr<Simulation>(std::make_unique<SessionSimulation>(std::move(shared)));
-  }
-
- private:
-  const std::shared_ptr<SimulationHost> host_;
-  std::weak_ptr<Shared> last_;
-};
-
-ReusedHost::ReusedHost(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-ReusedHost::~ReusedHost() = default;
-ReusedHost::ReusedHost(ReusedHost&&) noexcept = default;
-ReusedHost& ReusedHost::operator=(ReusedHost&&) noexcept = default;
-
-Result<ReusedHost> ReusedHost::open(const PlaceSettings& place) {
-  auto host = SimulationHost::open(place);
-  if (!host) return host.error();
-  return ReusedHost(std::make_unique<Impl>(*std::move(host)));
-}
-
-Result<std::unique_ptr<Simulation>> ReusedHost::enter(const SessionSettings& session) const {
-  return impl_->enter(session);
-}
+std::unique_ptr<GroundTruth> Simulation::open_truth() { return std::make_unique<SimTruth>(shared_); }
 
 Result<std::unique_ptr<Simulation>> Simulation::open(const PlaceSettings& place, const SessionSettings& session) {
   check(session);
-  const auto host = ReusedHost::open(place);
+  const auto host = SimulationHost::open(place);
   if (!host) return host.error();
-  return host->enter(session);
+  return join(**host, session);
+}
+
+Result<std::unique_ptr<Simulation>> Simulation::join(SimulationHost& host, const SessionSettings& session) {
+  auto joined = host.join(session);
+  if (!joined) return joined.error();
+  return std::unique_ptr<Simulation>(new Simulation(*std::move(joined), session));
 }
 
 Result<std::unique_ptr<Simulation>> Simulation::attach(const std::string& name, const SessionSettings& session) {
   check(session);
   auto joined = join_served_world(name, session, kAttachTimeout);
   if (!joined) return joined.error();
-  return make_simulation(*std::move(joined), session);
+  return std::unique_ptr<Simulation>(new Simulation(*std::move(joined), session));
 }
 
 }  // namespace twocone::sim_povray

@@ -7,8 +7,8 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,17 +18,17 @@
 #include "base/child_process.h"
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects/choice.h"
-#include "drivers/sim_povray/image_pipeline.h"
 #include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
-#include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/render/renderer.h"
+#include "drivers/sim_povray/robot_session.h"
+#include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {
 namespace {
-
-constexpr std::string_view kRobot = "robot";
 
 /// The ordered images of one step, which may be unfinished.
 struct ImagesOfStep {
@@ -45,7 +45,6 @@ bool is_finished(const ImagesOfStep& step) { return std::all_of(step.images.begi
 /// The scene to be rendered, and its blocks that move.
 struct Stage {
   RenderChoice choice;
-  Scene scene;
   std::vector<NamedBlock> movers;  ///< robots and moving things
 };
 
@@ -68,7 +67,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   LocalHost(const PlaceSettings& place, Stage stage, std::optional<Povray> povray, std::unique_ptr<Renderer> renderer)
       : place_(place),
         choice_(std::move(stage.choice)),
-        scene_(std::move(stage.scene)),
         movers_(std::move(stage.movers)),
         povray_(std::move(povray)),
         renderer_(std::move(renderer)),
@@ -82,12 +80,15 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   }
 
   Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) override;
+  Status reset() override;
   [[nodiscard]] std::string rendering() const override { return renderer_->describe(); }
 
  private:
   friend class LocalSession;
 
   void leave(const std::string& robot);
+  [[nodiscard]] bool is_empty() const;
+  void begin_anew();
   Status step(const std::string& robot, RobotSession::SteadyTime deadline);
   void step_if_all_asked();
   [[nodiscard]] std::string robots_not_ready() const;
@@ -107,7 +108,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
 
   const PlaceSettings place_;
   const RenderChoice choice_;
-  const Scene scene_;
   const std::vector<NamedBlock> movers_;
   const std::optional<Povray> povray_;
   base::StopSignal stop_;
@@ -120,14 +120,8 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   std::map<std::string, HostedRobot> robots_;  // by block name, so that the order of joining does not matter
   std::uint64_t steps_ = 0;                    // in total
   std::map<const void*, RateClaim> claims_;
-  struct ViewTemplateKey {
-    std::string camera;
-    int width_px, height_px, antialias;
-    friend auto operator<=>(const ViewTemplateKey&,
-                            const ViewTemplateKey&) =
-        default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
-  };
-  std::map<ViewTemplateKey, std::shared_ptr<FutureViewTemplate>> view_templates_;
+  /// By camera, width, height and anti-aliasing.
+  std::map<std::tuple<std::string, int, int, int>, std::shared_ptr<FutureViewTemplate>> view_templates_;
 };
 
 class LocalSession final : public RobotSession {
@@ -135,15 +129,14 @@ class LocalSession final : public RobotSession {
   LocalSession(std::shared_ptr<LocalHost> host, NamedBlock robot, World::RobotId id, const SessionSettings& settings)
       : host_(std::move(host)), robot_(std::move(robot)), id_(id), settings_(settings) {}
   ~LocalSession() override {
-    for (const auto& view : views_) release(*view);
+    for (const auto& view : views_) host_->drop_rate(view.get());
     host_->leave(robot_.name);
   }
 
   [[nodiscard]] const SessionState& state() const override { return state_; }
 
   Result<ViewId> open_view(const ViewSettings& settings) override {
-    // robot.2 has the cameras lower.2 and upper.2.
-    auto block = host_->scene_.camera(settings.camera_name + robot_.name.substr(kRobot.size()));
+    auto block = host_->choice_.scene.camera_of(robot_, settings.camera_name);
     if (!block) return block.error();
     views_.push_back(std::make_unique<View>(View{settings, *std::move(block), nullptr}));
     return ViewId(views_.size() - 1);
@@ -162,7 +155,7 @@ class LocalSession final : public RobotSession {
     return {};
   }
 
-  void release_view(ViewId view) noexcept override { release(*views_.at(view)); }
+  void release_view(ViewId view) noexcept override { host_->drop_rate(views_.at(view).get()); }
 
   Status step(SteadyTime deadline) override {
     while (true) {
@@ -235,11 +228,6 @@ class LocalSession final : public RobotSession {
     std::shared_ptr<FutureViewTemplate> view_template;  // set once the view is configured
   };
 
-  void release(const View& view) noexcept {
-    const std::lock_guard lock(host_->mutex_);
-    host_->drop_rate(&view);
-  }
-
   const std::shared_ptr<LocalHost> host_;
   const NamedBlock robot_;
   const World::RobotId id_;
@@ -251,7 +239,7 @@ class LocalSession final : public RobotSession {
 
 Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
   check(settings);
-  auto robot = scene_.robot(settings.name);
+  auto robot = choice_.scene.robot(settings.name);
   if (!robot) return robot.error();
   if (!settings.map_outline.empty()) {
     if (const std::string difference = first_difference(settings.map_outline, outline_of(place_));
@@ -291,16 +279,33 @@ void LocalHost::leave(const std::string& robot) {
   HostedRobot& hosted = robots_.at(robot);
   world_.abandon(*hosted.id);
   hosted.joined = hosted.asked = false;
-  const bool empty =
-      std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
-  if (empty) {
-    robots_.clear();
-    claims_.clear();
-    world_.begin_anew();
+  if (is_empty()) {
+    begin_anew();
   } else {
     step_if_all_asked();
   }
   changed_.notify_all();
+}
+
+Status LocalHost::reset() {
+  const std::lock_guard lock(mutex_);
+  // Another robot of the scene could join, and the two would wait for each other.
+  if (!is_empty()) {
+    return Error{ErrorCode::kRefused,
+                 "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
+  }
+  begin_anew();
+  return {};
+}
+
+bool LocalHost::is_empty() const {
+  return std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
+}
+
+void LocalHost::begin_anew() {
+  robots_.clear();
+  claims_.clear();
+  world_.begin_anew();
 }
 
 Status LocalHost::step(const std::string& robot, RobotSession::SteadyTime deadline) {
@@ -355,30 +360,29 @@ Status LocalHost::claim_rate(const void* view, const std::string& camera, double
   return {};
 }
 
-void LocalHost::drop_rate(const void* view) { claims_.erase(view); }
+void LocalHost::drop_rate(const void* view) {
+  const std::lock_guard lock(mutex_);
+  claims_.erase(view);
+}
 
 std::shared_ptr<FutureViewTemplate> LocalHost::view_template(const NamedBlock& robot, const NamedBlock& camera,
                                                              const CameraSettings& size, int antialias) {
   auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
   if (view_template) return view_template;
-  if (!looks_for_mirror()) {
-    view_template = std::make_shared<FutureViewTemplate>(make_view_template(robot, camera, size, antialias));
-  } else {
-    view_template =
-        std::make_shared<FutureViewTemplate>([=, this] { return make_view_template(robot, camera, size, antialias); });
-  }
-  return view_template;
+  const auto make = [=, this] { return make_view_template(robot, camera, size, antialias); };
+  return view_template = looks_for_mirror() ? std::make_shared<FutureViewTemplate>(make)
+                                            : std::make_shared<FutureViewTemplate>(make());
 }
 
 ViewTemplateResult LocalHost::make_view_template(const NamedBlock& robot, const NamedBlock& camera,
                                                  const CameraSettings& size, int antialias) const {
   std::optional<MirrorSight> mirror;
   if (looks_for_mirror()) {
-    auto found = find_mirror(*povray_, scene_, robot, camera, size.width_px, size.height_px, stop_.fd());
+    auto found = find_mirror(*povray_, choice_.scene, robot, camera, size.width_px, size.height_px, stop_.fd());
     if (!found) return found.error();
     mirror = *std::move(found);
   }
-  ViewTemplate view_template = scene_.view_template(movers_, camera, mirror ? mirror->mask : std::string());
+  ViewTemplate view_template = choice_.scene.view_template(movers_, camera, mirror ? mirror->mask : std::string());
   view_template.width_px = size.width_px;
   view_template.height_px = size.height_px;
   view_template.antialias = antialias;
@@ -408,7 +412,7 @@ std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseco
     motions.push_back(motion_of(mover, before));
     if (mover.name == robot) view = motions.back();
   }
-  return scene_.pose_text(motions, view, place_.unit_m);
+  return choice_.scene.pose_text(motions, view, place_.unit_m);
 }
 
 /// Returns all robots of the scene, and the moving things of the map. A robot that cannot be moved is skipped here; it
@@ -416,7 +420,7 @@ std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseco
 Result<std::vector<NamedBlock>> find_movers(const Scene& scene, const std::vector<MovingThing>& moving) {
   std::vector<NamedBlock> movers;
   for (const std::string& name : scene.names()) {
-    if (name != kRobot && !name.starts_with("robot.")) continue;
+    if (name != "robot" && !name.starts_with("robot.")) continue;
     if (auto block = scene.object(name)) movers.push_back(*std::move(block));
   }
   for (const MovingThing& thing : moving) {
@@ -432,11 +436,9 @@ Result<Stage> set_stage(const PlaceSettings& place, const Scene& scene) {
   auto choice = choose_rendering(scene, place.switches, SceneAccess(place.scene, place.scene_paths));
   if (!choice) return choice.error();
   if (!choice->calls.endless.empty()) return Error{ErrorCode::kRefused, choice->calls.endless};
-  auto chosen = Scene::parse(choice->text, scene.path());
-  if (!chosen) return chosen.error();
-  auto movers = find_movers(*chosen, place.moving);
+  auto movers = find_movers(choice->scene, place.moving);
   if (!movers) return movers.error();
-  return Stage{*std::move(choice), *std::move(chosen), *std::move(movers)};
+  return Stage{*std::move(choice), *std::move(movers)};
 }
 
 }  // namespace

@@ -2,19 +2,24 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
-#include "drivers/sim_povray/render/renderer.h"
-#include "drivers/sim_povray/robot_session.h"
-#include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/session_settings.h"
+#include "hal/result.h"
 
 namespace twocone::sim_povray {
+
+class Renderer;
+class RobotSession;
+class Scene;
 
 /// A simulated world with its images and its robots. Simulation::open uses a host alone, and a server shares one. Both
 /// run the same code and therefore get the same bytes. Any thread.
 ///
 /// Lock-step: the world steps once every session has requested it. When the last robot leaves, the world returns to
-/// time 0, so that the next run gets the same images as from a world of its own.
+/// time 0, so that the next run gets the same images as from a world of its own. The located mirrors and the POV-Ray
+/// processes are kept. Images ordered by a robot that has left are still delivered.
 class SimulationHost {
  public:
   /// Errors: as Simulation::open. @throws std::invalid_argument naming every bad field
@@ -30,6 +35,10 @@ class SimulationHost {
   /// Lets a robot join. The session keeps its host alive. Errors: kRefused: the scene has no such robot; it is taken;
   /// or it touches something at its initial pose. @throws std::invalid_argument naming every bad field
   virtual Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) = 0;
+
+  /// Returns an empty world to time 0 for the next episode of a sweep, whose robot gets the same images as from
+  /// Simulation::open. Errors: kRefused: the simulation, cameras, drive or truth of a robot still exist.
+  virtual Status reset() = 0;
 
   /// Returns one line about how images are rendered, for the run's record: "POV-Ray processes are held between images".
   [[nodiscard]] virtual std::string rendering() const = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <stdexcept>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/simulation.h"
 #include "tests/drivers/camera_conformance.h"
 #include "tests/drivers/diff_drive_conformance.h"
 

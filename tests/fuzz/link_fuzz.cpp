@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/server/client.h"
 #include "drivers/sim_povray/server/protocol.h"
+#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
+#include "apps/report/figures/series.h"
 #include "apps/report/kit/gnuplot.h"
 #include "apps/report/kit/palette.h"
-#include "apps/report/figures/series.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/rig_numbers.h"
 #include "apps/report/verdicts.h"

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::sim_povray {
@@ -49,6 +50,7 @@ class FakeHost final : public SimulationHost {
   }
 
   Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) override;
+  Status reset() override { return {}; }
   [[nodiscard]] std::string rendering() const override { return "in memory"; }
 
   /// From now on no image is finished.

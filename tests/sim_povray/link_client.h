@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/sim_povray/server/client.h"
 #include "drivers/sim_povray/server/protocol.h"
+#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_support.h"
 #include "tests/sim_povray/test_support.h"
@@ -28,8 +28,8 @@ inline constexpr std::chrono::seconds kPatience{10};
 /// Time limit within which a survivor must notice that its peer has ended.
 inline constexpr std::chrono::seconds kNoticed{2};
 
+using server::in;
 using server::SteadyTime;
-inline SteadyTime in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
 
 inline std::unique_ptr<RobotSession> join_world(const std::string& robot, const std::string& name = "lab") {
   std::unique_ptr<RobotSession> session;

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/server/client.h"
 #include "drivers/sim_povray/server/server.h"
 #include "tests/sim_povray/fake_host.h"
 

@@ -25,8 +25,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-SteadyTime in(milliseconds time) { return std::chrono::steady_clock::now() + time; }
-
 // ---- messages
 
 template <typename T>

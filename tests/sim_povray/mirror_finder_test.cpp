@@ -84,9 +84,9 @@ TEST_F(MirrorFinderTest, TheLabsMirrors) {
     const auto found = find(lab(), view, 640, 480);
     ASSERT_TRUE(found && *found) << view;
     const MirrorSight& s = **found;
-    EXPECT_NEAR(s.centre_column_px, 319.5, kCentre_px);
-    EXPECT_NEAR(s.centre_row_px, 239.5, kCentre_px);
-    EXPECT_NEAR(s.radius_px, 236, kRadius_px);
+    EXPECT_NEAR(s.circle.centre.column_px, 319.5, kCentre_px);
+    EXPECT_NEAR(s.circle.centre.row_px, 239.5, kCentre_px);
+    EXPECT_NEAR(s.circle.radius_px, 236, kRadius_px);
     EXPECT_EQ(s.why_no_mask, "");
     EXPECT_EQ(s.window.first_row, 0) << "the margin extends beyond the image";
     EXPECT_EQ(s.window.last_row, 479);
@@ -105,9 +105,9 @@ class Shapes : public MirrorFinderTest, public testing::WithParamInterface<Shape
 
 TEST_P(Shapes, AreFoundToThePixel) {
   const MirrorSight s = sight(scene_text(GetParam().robot, kCamera, GetParam().room));
-  EXPECT_NEAR(s.centre_column_px, 79.5, kCentre_px);
-  EXPECT_NEAR(s.centre_row_px, 59.5, kCentre_px);
-  EXPECT_NEAR(s.radius_px, kRim_px, kRadius_px);
+  EXPECT_NEAR(s.circle.centre.column_px, 79.5, kCentre_px);
+  EXPECT_NEAR(s.circle.centre.row_px, 59.5, kCentre_px);
+  EXPECT_NEAR(s.circle.radius_px, kRim_px, kRadius_px);
   EXPECT_EQ(s.why_no_mask, "");
 }
 
@@ -136,9 +136,9 @@ TEST_F(MirrorFinderTest, AMirrorThatTheImageCutsOff) {
   const MirrorSight s = sight(scene_text("object { " + std::string(kCone) + " translate -2.4 * 0.5085 * x / 1.475 }",
                                          "direction <0, 2.2125, 0> up <0, 0, -1> right <4/3, 0, 0>"));
   const double shift_px = 120 * 2.2125 * 2.4 * 0.5085 / 1.475 / 3.6;
-  EXPECT_NEAR(s.centre_column_px, 79.5 - shift_px, 1.5);  // fitted to the right half of the rim
-  EXPECT_NEAR(s.centre_row_px, 59.5, kCentre_px);
-  EXPECT_NEAR(s.radius_px, 1.5 * kRim_px, 1.5);
+  EXPECT_NEAR(s.circle.centre.column_px, 79.5 - shift_px, 1.5);  // fitted to the right half of the rim
+  EXPECT_NEAR(s.circle.centre.row_px, 59.5, kCentre_px);
+  EXPECT_NEAR(s.circle.radius_px, 1.5 * kRim_px, 1.5);
   EXPECT_EQ(s.window.first_column, 0);
 }
 
@@ -177,7 +177,7 @@ TEST_F(MirrorFinderTest, MasksForCamerasOfManyKinds) {
   const auto found = sights(texts);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     EXPECT_EQ(found[i].why_no_mask, "") << cameras[i];
-    EXPECT_NEAR(found[i].radius_px, kRim_px, 2 * kRadius_px) << cameras[i];
+    EXPECT_NEAR(found[i].circle.radius_px, kRim_px, 2 * kRadius_px) << cameras[i];
   }
 }
 
@@ -235,7 +235,8 @@ TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
       int different = 0, light = 0;
       for (int row = 0; row < kLabHeight_px; ++row) {
         for (int column = 0; column < kLabWidth_px; ++column) {
-          const double off = std::hypot(column - s.centre_column_px, row - s.centre_row_px) - s.radius_px;
+          const double off =
+              std::hypot(column - s.circle.centre.column_px, row - s.circle.centre.row_px) - s.circle.radius_px;
           for (int k = 0; k < 3; ++k) {
             const auto at = std::size_t(3 * (row * kLabWidth_px + column) + k);
             if (off < kRimMargin_px - 0.5 && (*got[i])->bytes[at] != (*expected[i])->bytes[at]) ++different;

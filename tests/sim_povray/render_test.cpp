@@ -10,7 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/overhead.h"
+#include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {

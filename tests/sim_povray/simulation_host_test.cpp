@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/sim_povray/robot_session.h"
+#include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/hand_renderer.h"
 
@@ -223,9 +225,9 @@ class CameraTimeTest : public SimulationHostTest {
     auto wanted = settings(name, 0);
     wanted.body.seed = 7;
     wanted.run_ahead_frames = 1000;
-    auto session = host_->join(wanted);
-    if (!session) throw std::runtime_error(session.error().message);
-    return make_simulation(*std::move(session), wanted);
+    auto joined = Simulation::join(*host_, wanted);
+    if (!joined) throw std::runtime_error(joined.error().message);
+    return *std::move(joined);
   }
   static std::unique_ptr<Camera> streaming(Simulation& simulation, const CameraEffects& effects) {
     auto camera = simulation.open_camera({"lower", 1, effects});

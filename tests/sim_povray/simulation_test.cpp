@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
@@ -40,9 +41,9 @@ class SimulationTest : public testing::Test {
     desk_ = std::make_shared<HandRenderer::Desk>();
     auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
     ASSERT_TRUE(host) << host.error().message;
-    auto session = (*host)->join(settings_);
-    ASSERT_TRUE(session) << session.error().message;
-    simulation_ = make_simulation(*std::move(session), settings_);
+    auto joined = Simulation::join(**host, settings_);
+    ASSERT_TRUE(joined) << joined.error().message;
+    simulation_ = *std::move(joined);
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {

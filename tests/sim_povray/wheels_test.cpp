@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/world/chance.h"
+#include "drivers/sim_povray/world/wheel.h"
 #include "drivers/sim_povray/world/world.h"
 
 namespace twocone::sim_povray {

@@ -11,9 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/world/chance.h"
 #include "drivers/sim_povray/world/motion.h"
-#include "drivers/sim_povray/world/wheel_course.h"
+#include "drivers/sim_povray/world/wheel.h"
 
 namespace twocone::sim_povray {
 namespace {

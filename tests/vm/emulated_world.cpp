@@ -44,6 +44,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/emulator/fd_bench.h"
 #include "tests/vm/images.h"

@@ -10,7 +10,7 @@
 
 #include "apps/report/kit/markup.h"
 #include "apps/report/kit/palette.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/overhead.h"
 
 namespace twocone::report {
 namespace {

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "apps/config/robot_file.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/shown_camera.h"
 #include "hal/image.h"
 #include "hal/result.h"
 

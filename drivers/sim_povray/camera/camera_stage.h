@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/camera_effects.h"
 #include "hal/image.h"
 
 /// Turns rendered light into the image of a camera.

@@ -5,6 +5,8 @@
 #include <random>
 #include <string_view>
 
+#include <boost/random/normal_distribution.hpp>
+
 #include "drivers/sim_povray/camera/light.h"
 
 /// Random numbers of a camera. Each purpose, camera and image has a generator of its own, so that its draws never
@@ -21,16 +23,16 @@ enum class CameraPurpose : std::uint32_t { kShotNoise = 101, kReadNoise = 102, k
 /// Returns a number in [0, 1), made of 53 random bits.
 [[nodiscard]] double uniform(std::mt19937_64& engine);
 
-/// Standard normal deviates, exact except for rounding and identical with every standard library, unlike
-/// std::normal_distribution (libstdc++'s also takes twice as long). Uses the ziggurat of Marsaglia and Tsang (2000) as
-/// Doornik (2005) corrected it, with 128 layers.
+/// Standard normal deviates, identical with every standard library, unlike std::normal_distribution (libstdc++'s also
+/// takes twice as long as a ziggurat). Boost's distribution is a ziggurat with constant tables.
 class Normal {
  public:
   explicit Normal(std::mt19937_64 engine) : engine_(engine) {}
-  double operator()();
+  double operator()() { return distribution_(engine_); }
 
  private:
   std::mt19937_64 engine_;
+  boost::random::normal_distribution<double> distribution_;
 };
 
 /// Changes light to light + sqrt(light / full_well) z: Poisson's variance of light * full_well electrons. Draws one z

@@ -21,17 +21,14 @@ std::string reason(const SceneCalls& calls, std::initializer_list<Feature> featu
 }  // namespace
 
 Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches, const SceneAccess& access) {
-  RenderChoice choice;
-  choice.calls = find_calls(scene, access);
-  if (switches == SceneSwitches{}) {
-    choice.text = scene.text();
-  } else {
+  RenderChoice choice{scene, find_calls(scene, access)};
+  if (switches != SceneSwitches{}) {
     auto text = switched(scene, choice.calls, switches);
     if (!text) return text.error();
-    choice.text = std::move(*text);
-    const auto changed = Scene::parse(choice.text, scene.path());
+    auto changed = Scene::parse(*std::move(text), scene.path());
     if (!changed) return changed.error();
-    choice.calls = find_calls(*changed, access);
+    choice.scene = *std::move(changed);
+    choice.calls = find_calls(choice.scene, access);
   }
 
   choice.why_quality =

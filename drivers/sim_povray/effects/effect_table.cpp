@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <functional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace twocone::sim_povray {
 namespace {
-
-/// POV-Ray's default for max_trace_level.
-constexpr int kUsualReflectionDepth = 5;
 
 class Table {
  public:
@@ -32,8 +29,7 @@ class Table {
   // ---- rendering
 
   void rendering() {
-    called(Feature::kReflection, "reflection depth", "`reflection`", "map effects.reflection_depth",
-           "a ray per mirroring");
+    called(Feature::kReflection, "reflection depth", "`reflection`", "reflection_depth", "a ray per mirroring");
     if (rows_.back().on) {
       const bool changed = place_.switches.reflection_depth.has_value();
       const int depth =
@@ -41,19 +37,14 @@ class Table {
       rows_.back().reason +=
           fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
     }
-    called(Feature::kShadows, "shadows", "`light_source` with shadows", "map effects.shadows", "a ray per light",
-           "map.effects.shadows");
-    called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "the scene",
+    called(Feature::kShadows, "shadows", "`light_source` with shadows", "shadows", "a ray per light");
+    called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "",
            "a ray per surface");
-    called(Feature::kAreaLights, "area lights", "`area_light`", "map effects.area_lights", "many rays per light",
-           "map.effects.area_lights");
-    called(Feature::kMedia, "media", "`media` or `fog`", "map effects.media", "samples on each ray",
-           "map.effects.media");
-    called(Feature::kPhotons, "photons", "`photons`", "map effects.photons", "photons per image",
-           "map.effects.photons");
-    called(Feature::kRadiosity, "radiosity", "`radiosity`", "map effects.radiosity", "light is gathered",
-           "map.effects.radiosity");
-    called(Feature::kSubsurface, "subsurface light", "`subsurface`", "the scene", "many rays per point");
+    called(Feature::kAreaLights, "area lights", "`area_light`", "area_lights", "many rays per light");
+    called(Feature::kMedia, "media", "`media` or `fog`", "media", "samples on each ray");
+    called(Feature::kPhotons, "photons", "`photons`", "photons", "photons per image");
+    called(Feature::kRadiosity, "radiosity", "`radiosity`", "radiosity", "light is gathered");
+    called(Feature::kSubsurface, "subsurface light", "`subsurface`", "", "many rays per point");
 
     EffectRow row{"rendering", "anti-aliasing", false, "", "robot cameras", "n x n rays at edges"};
     std::vector<std::string> names;
@@ -68,16 +59,18 @@ class Table {
     rows_.push_back(std::move(row));
   }
 
-  void called(Feature feature, std::string effect, std::string_view words, std::string how, std::string cost,
-              const std::string& key = {}) {
-    EffectRow row{"rendering", std::move(effect), false, "", std::move(how), std::move(cost)};
+  /// @param key in the map's `effects`; empty: only the scene switches it
+  void called(Feature feature, std::string effect, std::string_view words, const std::string& key, std::string cost) {
+    EffectRow row{"rendering",    std::move(effect), false, "", key.empty() ? "the scene" : "map effects." + key,
+                  std::move(cost)};
     const Call* call = choice_.calls.find(feature);
     const Call* written = written_.find(feature);
     if (call != nullptr) {
       row.on = true;
       row.reason = fmt::format("{}: {}", call->place(), call->word);
     } else if (written != nullptr) {
-      row.reason = fmt::format("{}: switched off; {}: {}", at(key), written->place(), written->word);
+      row.reason = fmt::format("{}: switched off; {}: {}", key.empty() ? "" : at("map.effects." + key),
+                               written->place(), written->word);
     } else if (!choice_.calls.unread.empty()) {
       // An include that could not be read may use the effect, and it is rendered then.
       row.on = true;
@@ -90,57 +83,47 @@ class Table {
 
   // ---- camera
 
-  using Calls = std::function<bool(const CameraEffects&)>;
+  struct CameraRow {
+    std::string effect;
+    std::string key;
+    bool (*is_on)(const CameraEffects&);
+    std::string cost;
+  };
 
   void camera() {
-    of_cameras(
-        "shot noise", "full_well_electrons", [](const auto& e) { return e.full_well_electrons > 0; }, "random numbers");
-    of_cameras(
-        "read noise", "read_noise_electrons", [](const auto& e) { return e.read_noise_electrons > 0; },
-        "random numbers");
-    of_cameras(
-        "exposure and gain", "gain", [](const auto& e) { return e.gain != 1; }, "a product per value");
-    of_cameras(
-        "vignetting", "vignetting", [](const auto& e) { return e.vignetting > 0; }, "a product per value");
-    of_cameras(
-        "defocus", "defocus_px", [](const auto& e) { return e.defocus_px > 0; }, "a filter");
-    const auto images = [this] {
-      int most = 0;
-      for (const ViewSettings& view : views_) {
-        if (view.effects.exposure_time_s > 0 || view.effects.readout_s > 0)
-          most = std::max(most, view.effects.shutter_samples);
-      }
-      return most == 0 ? std::string("n images for one") : fmt::format("{} images for one", most);
-    }();
-    of_cameras(
-        "motion blur", "exposure_time_s", [](const auto& e) { return e.exposure_time_s > 0; }, images);
-    of_cameras(
-        "rolling shutter", "readout_s", [](const auto& e) { return e.readout_s > 0; }, images);
-    of_cameras(
-        "lens distortion", "distortion", [](const auto& e) { return !e.distortion.empty(); }, "a look-up per pixel");
-    of_cameras(
-        "dropped frames", "drop_probability", [](const auto& e) { return e.drop_probability > 0; }, "none");
-    of_cameras(
-        "late frames", "late_probability", [](const auto& e) { return e.late_probability > 0; }, "none");
-    of_cameras(
-        "late stamps", "stamp_late_s", [](const auto& e) { return e.stamp_late_s > 0; }, "none");
-  }
-
-  void of_cameras(std::string effect, const std::string& key, const Calls& calls, std::string cost) {
-    EffectRow row{"camera", std::move(effect), false, "", "robot effects.camera", std::move(cost)};
-    std::vector<std::string> names;
+    int most = 0;
     for (const ViewSettings& view : views_) {
-      if (!calls(view.effects)) continue;
-      if (names.empty()) {
-        const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
-        row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
-      }
-      names.push_back(view.camera_name);
+      if (takes_time(view.effects)) most = std::max(most, view.effects.shutter_samples);
     }
-    row.on = !names.empty();
-    row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
-                        : fmt::format("no `{}` in effects.camera", key);
-    rows_.push_back(std::move(row));
+    const std::string images = most == 0 ? "n images for one" : fmt::format("{} images for one", most);
+    const std::vector<CameraRow> rows{
+        {"shot noise", "full_well_electrons", [](auto& e) { return e.full_well_electrons > 0; }, "random numbers"},
+        {"read noise", "read_noise_electrons", [](auto& e) { return e.read_noise_electrons > 0; }, "random numbers"},
+        {"exposure and gain", "gain", [](auto& e) { return e.gain != 1; }, "a product per value"},
+        {"vignetting", "vignetting", [](auto& e) { return e.vignetting > 0; }, "a product per value"},
+        {"defocus", "defocus_px", [](auto& e) { return e.defocus_px > 0; }, "a filter"},
+        {"motion blur", "exposure_time_s", [](auto& e) { return e.exposure_time_s > 0; }, images},
+        {"rolling shutter", "readout_s", [](auto& e) { return e.readout_s > 0; }, images},
+        {"lens distortion", "distortion", [](auto& e) { return !e.distortion.empty(); }, "a look-up per pixel"},
+        {"dropped frames", "drop_probability", [](auto& e) { return e.drop_probability > 0; }, "none"},
+        {"late frames", "late_probability", [](auto& e) { return e.late_probability > 0; }, "none"},
+        {"late stamps", "stamp_late_s", [](auto& e) { return e.stamp_late_s > 0; }, "none"}};
+    for (const auto& [effect, key, is_on, cost] : rows) {
+      EffectRow row{"camera", effect, false, "", "robot effects.camera", cost};
+      std::vector<std::string> names;
+      for (const ViewSettings& view : views_) {
+        if (!is_on(view.effects)) continue;
+        if (names.empty()) {
+          const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
+          row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
+        }
+        names.push_back(view.camera_name);
+      }
+      row.on = !names.empty();
+      row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
+                          : fmt::format("no `{}` in effects.camera", key);
+      rows_.push_back(std::move(row));
+    }
   }
 
   // ---- motion

@@ -2,7 +2,6 @@
 #include "drivers/sim_povray/effects/scene_calls.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <filesystem>
 #include <fstream>

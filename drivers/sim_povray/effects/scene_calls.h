@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/sim_povray.h"
 
 /// Finds the rendering effects that a scene's text uses, and changes the text to do without them.
 namespace twocone::sim_povray {
@@ -26,6 +26,9 @@ enum class Feature {
   kRandom,       ///< jitter, crand: random numbers, drawn in the order in which POV-Ray renders pixels
   kFrameNumber,  ///< frame_number, clock_on and similar: the scene asks which frame of an animation it is
 };
+
+/// POV-Ray's default for max_trace_level.
+constexpr int kUsualReflectionDepth = 5;
 
 /// A position in a file that uses a feature.
 struct Call {

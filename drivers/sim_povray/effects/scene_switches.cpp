@@ -146,28 +146,32 @@ class Edit {
   std::vector<std::size_t> insertions_;
 };
 
-struct SwitchedOff {
-  bool off;
+/// An effect that may be switched off, with its key in the map and the change to the text.
+struct Switch {
+  bool on;
   Feature feature;
   std::string_view key;
+  void (*take_out)(Edit&);
 };
 
 }  // namespace
 
 Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const SceneSwitches& switches) {
-  const std::array<SwitchedOff, 5> effects{{{!switches.shadows, Feature::kShadows, "shadows"},
-                                            {!switches.area_lights, Feature::kAreaLights, "area_lights"},
-                                            {!switches.photons, Feature::kPhotons, "photons"},
-                                            {!switches.radiosity, Feature::kRadiosity, "radiosity"},
-                                            {!switches.media, Feature::kMedia, "media"}}};
+  std::vector<Switch> off{
+      {switches.shadows, Feature::kShadows, "shadows", [](Edit& edit) { edit.without_shadows(); }},
+      {switches.area_lights, Feature::kAreaLights, "area_lights", [](Edit& edit) { edit.without_area_lights(); }},
+      {switches.photons, Feature::kPhotons, "photons", [](Edit& edit) { edit.without_blocks("photons"); }},
+      {switches.radiosity, Feature::kRadiosity, "radiosity", [](Edit& edit) { edit.without_blocks("radiosity"); }},
+      {switches.media, Feature::kMedia, "media", [](Edit& edit) {
+         edit.without_blocks("media");
+         edit.without_blocks("fog");
+       }}};
+  std::erase_if(off, [](const Switch& effect) { return effect.on; });
   const auto refused = [](const std::string& place, std::string_view key, const std::string& why) {
     return Error{ErrorCode::kRefused,
                  fmt::format("{}: the map's `effects: {{{}: false}}` cannot be done: {}", place, key, why)};
   };
-  bool any = false;
-  for (const SwitchedOff& effect : effects) {
-    if (!effect.off) continue;
-    any = true;
+  for (const Switch& effect : off) {
     const auto there = std::find_if(calls.all.begin(), calls.all.end(),
                                     [&](const Call& call) { return call.feature == effect.feature && call.included; });
     if (there != calls.all.end()) {
@@ -182,25 +186,15 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
   }
 
   std::string text = scene.text();
-  if (any) {
+  if (!off.empty()) {
     const TokenTree tree = take_apart(scene.text());
     Edit edit(scene.text(), tree);
-    std::string_view key;
-    try {
-      const auto apply = [&](const SwitchedOff& effect, auto&& change) {
-        key = effect.key;
-        if (effect.off) change();
-      };
-      apply(effects[0], [&] { edit.without_shadows(); });
-      apply(effects[1], [&] { edit.without_area_lights(); });
-      apply(effects[2], [&] { edit.without_blocks("photons"); });
-      apply(effects[3], [&] { edit.without_blocks("radiosity"); });
-      apply(effects[4], [&] {
-        edit.without_blocks("media");
-        edit.without_blocks("fog");
-      });
-    } catch (const SceneError& error) {
-      return refused(fmt::format("{}:{}", scene.path(), error.place.line), key, error.message);
+    for (const Switch& effect : off) {
+      try {
+        effect.take_out(edit);
+      } catch (const SceneError& error) {
+        return refused(fmt::format("{}:{}", scene.path(), error.place.line), effect.key, error.message);
+      }
     }
     text = edit.result();
   }

@@ -10,17 +10,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// Effect of a directive on sections.
-enum class Part { kNone, kOpens, kNext, kEnds };
-
-Part part_of(std::string_view word) {
-  if (word == "if" || word == "ifdef" || word == "ifndef" || word == "while" || word == "for" || word == "switch" ||
-      word == "macro") {
-    return Part::kOpens;
-  }
-  if (word == "else" || word == "elseif" || word == "case" || word == "range") return Part::kNext;
-  return word == "end" ? Part::kEnds : Part::kNone;
-}
+/// Directives that end a branch of a section and begin the next.
+const std::set<std::string_view> kNextBranch{"else", "elseif", "case", "range"};
 
 class Pairing {
  public:
@@ -82,9 +73,8 @@ class Pairing {
   }
 
   void directive(const Token& token) {
-    const Part part = part_of(token.text);
-    const bool seen = !dead();
-    if (part == Part::kOpens) {
+    if (section_begun_by(token.text)) {
+      const bool seen = !dead();
       if (seen) add(token);
       Open open;
       open.index = seen ? tree_.tokens.size() - 1 : kNowhere;
@@ -95,17 +85,15 @@ class Pairing {
       open_.push_back(open);
       return;
     }
-    if (part != Part::kNone && !sections_.empty()) {
+    const bool ends = token.text == "end";
+    if (!sections_.empty() && (ends || kNextBranch.contains(token.text))) {
       drop_brackets();
-      Open& section = open_.back();
-      if (part == Part::kNext) {
-        section.branches.enter(token.text == "elseif" ? literal_condition(lexer_)
-                               : token.text == "else" ? Truth::kTrue
-                                                      : Truth::kUnknown);
-      } else {
+      if (ends) {
         end_section();
-        if (!dead()) add(token);
-        return;
+      } else {
+        open_.back().branches.enter(token.text == "elseif" ? literal_condition(lexer_)
+                                    : token.text == "else" ? Truth::kTrue
+                                                           : Truth::kUnknown);
       }
     }
     if (!dead()) add(token);
@@ -147,6 +135,10 @@ const std::set<std::string_view> kColourWords{"color", "colour", "rgb",   "rgbf"
                                               "srgb",  "srgbf",  "srgbt", "srgbft", "red",     "green",
                                               "blue",  "filter", "gray",  "grey",   "transmit"};
 
+bool is_colour_word(const TokenTree& tree, std::size_t i) {
+  return i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text);
+}
+
 /// Most tokens of an expression, so that text without an end is not read over and over.
 constexpr std::size_t kLongest = 4096;
 
@@ -176,10 +168,7 @@ std::size_t after_vector(const TokenTree& tree, std::size_t i) {
 
 /// Returns the index behind the operand at `i`, or kNowhere.
 std::size_t after_operand(const TokenTree& tree, std::size_t i) {
-  while (tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '!') ||
-         (i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text))) {
-    ++i;
-  }
+  while (tree.is(i, '+') || tree.is(i, '-') || tree.is(i, '!') || is_colour_word(tree, i)) ++i;
   if (i >= tree.tokens.size()) return kNowhere;
   const Token& token = tree.tokens[i];
   if (token.is('<')) {
@@ -224,20 +213,17 @@ std::size_t after_block(const TokenTree& tree, std::size_t i) {
 
 std::size_t after_value(const TokenTree& tree, std::size_t i) {
   if (i >= tree.tokens.size()) return i;
-  const bool block =
-      tree.tokens[i].kind == Kind::kWord && (tree.is(i + 1, '{') || tree.is(i, "function") || tree.is(i, "array"));
-  if (!block) {
-    std::size_t end = after_expression(tree, i);
-    // `Red filter 0.5`
-    while (end > i && end < tree.tokens.size() && tree.tokens[end].kind == Kind::kWord &&
-           kColourWords.contains(tree.tokens[end].text)) {
-      const std::size_t next = after_expression(tree, end);
-      if (next == end) break;
-      end = next;
-    }
-    return end;
+  if (tree.tokens[i].kind == Kind::kWord && (tree.is(i + 1, '{') || tree.is(i, "function") || tree.is(i, "array"))) {
+    return after_block(tree, i);
   }
-  return after_block(tree, i);
+  std::size_t end = after_expression(tree, i);
+  // `Red filter 0.5`
+  while (end > i && is_colour_word(tree, end)) {
+    const std::size_t next = after_expression(tree, end);
+    if (next == end) break;
+    end = next;
+  }
+  return end;
 }
 
 }  // namespace

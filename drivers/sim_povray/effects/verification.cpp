@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/verification.h"
+
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
@@ -25,8 +25,6 @@ constexpr int kHighestQuality = 11;
 /// One mirror and its surroundings need far fewer.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
-/// POV-Ray's default for max_trace_level.
-constexpr int kUsualReflectionDepth = 5;
 /// Number of images; the median of their processor times counts.
 constexpr int kTimes = 3;
 
@@ -44,9 +42,9 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
   for (int row = 0; row < everything.height_px; ++row) {
     for (int column = 0; column < everything.width_px; ++column) {
       if (mirror) {
-        const double right_px = column - mirror->centre_column_px;
-        const double down_px = row - mirror->centre_row_px;
-        if (right_px * right_px + down_px * down_px > mirror->radius_px * mirror->radius_px) continue;
+        const double right_px = column - mirror->circle.centre.column_px;
+        const double down_px = row - mirror->circle.centre.row_px;
+        if (right_px * right_px + down_px * down_px > mirror->circle.radius_px * mirror->circle.radius_px) continue;
       }
       const std::size_t at = 3 * (std::size_t(row) * std::size_t(everything.width_px) + std::size_t(column));
       int most = 0;
@@ -67,14 +65,12 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
 struct Claimed {
   Scene scene;
   NamedBlock robot;
-  std::string ending;  ///< ending of the names of its cameras
 };
 
 Result<Claimed> claim(Scene scene, const std::string& name) {
   auto robot = scene.robot(name);
   if (!robot) return robot.error();
-  std::string ending = robot->name.substr(std::string_view("robot").size());
-  return Claimed{std::move(scene), *std::move(robot), std::move(ending)};
+  return Claimed{std::move(scene), *std::move(robot)};
 }
 
 class Verifier {
@@ -91,9 +87,9 @@ class Verifier {
         choice_(choice) {}
 
   Result<Verification> run(const ViewSettings& view) const {
-    const auto full_camera = everything_.scene.camera(view.camera_name + everything_.ending);
+    const auto full_camera = everything_.scene.camera_of(everything_.robot, view.camera_name);
     if (!full_camera) return full_camera.error();
-    const auto camera = chosen_.scene.camera(view.camera_name + chosen_.ending);
+    const auto camera = chosen_.scene.camera_of(chosen_.robot, view.camera_name);
     if (!camera) return camera.error();
     std::optional<MirrorSight> mirror;
     if (!place_.render.whole_image) {
@@ -153,7 +149,7 @@ class Verifier {
       result.is_asked_for = true;
       return {};
     }
-    const auto camera = chosen_deep_.scene.camera(view.camera_name + chosen_deep_.ending);
+    const auto camera = chosen_deep_.scene.camera_of(chosen_deep_.robot, view.camera_name);
     if (!camera) return camera.error();
     const auto deep = take(view_template_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
     if (!deep) return deep.error();
@@ -216,26 +212,23 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   if (!choice) return choice.error();
   auto povray = confined_povray(place, choice->calls);
   if (!povray) return povray.error();
-  const auto parsed = [&](std::string text) -> Result<Claimed> {
-    auto changed = Scene::parse(std::move(text), scene->path());
-    if (!changed) return changed.error();
-    return claim(std::move(*changed), session.name);
-  };
   const SceneCalls written = find_calls(*scene, access);
+  const auto claim_with = [&](const SceneSwitches& switches) -> Result<Claimed> {
+    auto text = switched(*scene, written, switches);
+    if (!text) return text.error();
+    auto changed = Scene::parse(*std::move(text), scene->path());
+    if (!changed) return changed.error();
+    return claim(*std::move(changed), session.name);
+  };
   SceneSwitches deep;
   deep.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest);
-  auto full = switched(*scene, written, deep);
-  if (!full) return full.error();
-  auto everything = parsed(std::move(*full));
+  auto everything = claim_with(deep);
   if (!everything) return everything.error();
-  auto chosen = parsed(choice->text);
+  auto chosen = claim(choice->scene, session.name);
   if (!chosen) return chosen.error();
-
   SceneSwitches chosen_deep = place.switches;
   chosen_deep.reflection_depth = deep.reflection_depth;
-  auto deeper = switched(*scene, written, chosen_deep);
-  if (!deeper) return deeper.error();
-  auto with_depth = parsed(std::move(*deeper));
+  auto with_depth = claim_with(chosen_deep);
   if (!with_depth) return with_depth.error();
 
   const Verifier verifier(place, size, *std::move(povray), std::move(*everything), std::move(*chosen),

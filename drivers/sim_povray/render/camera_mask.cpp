@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <set>
 #include <string_view>
 
@@ -33,6 +32,9 @@ std::string jagged_circle(double radius_px) {
 /// Parts of a perspective camera that define the directions of its pixels, and those that move it.
 const std::set<std::string_view> kVectors{"location", "direction", "up", "right", "sky", "look_at", "angle"};
 const std::set<std::string_view> kTransformations{"translate", "rotate", "scale", "matrix", "transform"};
+
+/// Parts that spread the rays of a pixel or change their directions.
+const std::set<std::string_view> kBlur{"aperture", "normal", "blur_samples", "focal_point", "confidence", "variance"};
 
 struct CameraParts {
   std::map<std::string_view, std::string> vectors;  ///< by keyword, as the scene writes them, without comments
@@ -69,10 +71,7 @@ Result<CameraParts> parts_of(std::string_view statement) {
     } else if (depth == 0 && (token.is('{') && open != &parts.transformations)) {
       return refuse(fmt::format("its statement holds more than where it looks: a block in line {}", token.place.line));
     } else {
-      if (token.text == "aperture" || token.text == "normal" || token.text == "blur_samples" ||
-          token.text == "focal_point" || token.text == "confidence" || token.text == "variance") {
-        return refuse(fmt::format("it has a '{}'", token.text));
-      }
+      if (kBlur.contains(token.text)) return refuse(fmt::format("it has a '{}'", token.text));
       // A blank only where the scene has a gap: `a.x` and `W(1)` stay in one piece.
       if (token.place.offset != previous_end || open->empty()) *open += ' ';
       *open += token.text;

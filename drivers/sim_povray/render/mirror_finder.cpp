@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <future>
 #include <vector>
@@ -11,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/circle.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -162,9 +160,7 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
   Circle circle = rim_of(patch, width_px, height_px);
   circle.radius_px += 0.5;  // from the pixels' centres to their edges
   MirrorSight sight;
-  sight.centre_column_px = circle.centre.column_px;
-  sight.centre_row_px = circle.centre.row_px;
-  sight.radius_px = circle.radius_px;
+  sight.circle = circle;
   circle.radius_px += kRimMargin_px;
   sight.window = window_around({circle.centre, circle.radius_px + kMaskTeeth_px}, width_px, height_px);
 

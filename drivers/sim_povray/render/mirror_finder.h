@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/sim_povray/render/circle.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/render_job.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -12,10 +13,7 @@ namespace twocone::sim_povray {
 
 /// Where a view shows its mirror. The mirror moves with the camera, so it is the same in every image.
 struct MirrorSight {
-  /// The mirror's circle in the image, to the edge of the outermost pixel that shows it: without the margin.
-  double centre_column_px = 0;
-  double centre_row_px = 0;
-  double radius_px = 0;
+  Circle circle;  ///< of the mirror, to the edge of the outermost pixel that shows it: without the margin
   /// Pixels that must be rendered: the circle with kRimMargin_px and kMaskTeeth_px (camera_mask.h), cut by the image.
   Window window;
   /// An object that hides from the camera, and from nothing else, the image outside that circle; placed for the camera

@@ -23,11 +23,7 @@ const std::set<std::string_view> kObjects{
     "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
     "union"};
 
-/// Returns "; names in this file: ...", so that a misspelt name is noticed.
-std::string there_are(const std::vector<std::string>& names) {
-  if (names.empty()) return "; nothing in this file has a name";
-  return fmt::format("; names in this file: {}", fmt::join(names, ", "));
-}
+bool is_before(const Insertion& a, const Insertion& b) { return a.offset < b.offset; }
 
 }  // namespace
 
@@ -64,6 +60,12 @@ Error Scene::refused(const Place& place, const std::string& message) const {
   return {ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path_, place.line, place.column, message)};
 }
 
+Error Scene::refused(const NamedBlock& block, const char* wanted) const {
+  return refused(block.place, fmt::format("'{}' must be {}, but is {}", block.name, wanted,
+                                          block.keyword.empty() ? "a brace without a keyword"
+                                                                : fmt::format("a '{}'", block.keyword)));
+}
+
 bool Scene::mentions(const std::string& name) const {
   const auto is_it = [&name](const auto& named) { return named.name == name; };
   return std::any_of(found_.blocks.begin(), found_.blocks.end(), is_it) ||
@@ -94,22 +96,18 @@ Result<NamedBlock> Scene::robot(const std::string& name) const {
 
 Result<NamedBlock> Scene::object(const std::string& name) const {
   auto found = find(name, "union", "object");
-  if (found && !kObjects.contains(found->keyword)) {
-    return refused(found->place, fmt::format("'{}' must be an object (union, merge, object, ...), but is {}", name,
-                                             found->keyword.empty() ? "a brace without a keyword"
-                                                                    : fmt::format("a '{}'", found->keyword)));
-  }
+  if (found && !kObjects.contains(found->keyword)) return refused(*found, "an object (union, merge, object, ...)");
   return found;
 }
 
 Result<NamedBlock> Scene::camera(const std::string& name) const {
   auto found = find(name, "camera", "camera");
-  if (found && found->keyword != "camera") {
-    return refused(found->place, fmt::format("'{}' must be a camera, but is {}", name,
-                                             found->keyword.empty() ? "a brace without a keyword"
-                                                                    : fmt::format("a '{}'", found->keyword)));
-  }
+  if (found && found->keyword != "camera") return refused(*found, "a camera");
   return found;
+}
+
+Result<NamedBlock> Scene::camera_of(const NamedBlock& robot, const std::string& name) const {
+  return camera(name + robot.name.substr(std::string_view("robot").size()));
 }
 
 Result<NamedBlock> Scene::find(const std::string& name, const std::string& keyword, const std::string& what) const {
@@ -134,16 +132,19 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
                                              "braces of the {}",
                                              name, what));
   }
+  // All names, so that a misspelt one is noticed.
+  const std::vector<std::string> others = names();
   return Error{
       ErrorCode::kRefused,
       fmt::format("{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
                   "braces, at the top level of this file (not in files that it includes){}",
-                  path_, what, name, keyword, name, there_are(names()))};
+                  path_, what, name, keyword, name,
+                  others.empty() ? "; nothing in this file has a name"
+                                 : fmt::format("; names in this file: {}", fmt::join(others, ", ")))};
 }
 
 std::string Scene::with(std::vector<Insertion> insertions) const {
-  std::stable_sort(insertions.begin(), insertions.end(),
-                   [](const Insertion& a, const Insertion& b) { return a.offset < b.offset; });
+  std::stable_sort(insertions.begin(), insertions.end(), is_before);
   std::string result;
   result.reserve(text_.size() + 4096);
   std::size_t done = 0;
@@ -181,10 +182,7 @@ ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const Na
   insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});
   insertions.push_back({view.close, fmt::format(" transform {{ {}V }} ", prefix_)});
   ViewTemplate view_template;
-  view_template.pose_offset =
-      std::min_element(insertions.begin(), insertions.end(), [](const Insertion& a, const Insertion& b) {
-        return a.offset < b.offset;
-      })->offset;
+  view_template.pose_offset = std::min_element(insertions.begin(), insertions.end(), is_before)->offset;
   view_template.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
   return view_template;
 }
@@ -197,8 +195,6 @@ std::string Scene::pose_text(const std::vector<FloorMotion>& motions, const Floo
   }
   return text + fmt::format("#declare {}V = transform {{ {} }}", prefix_, matrix(view_motion, unit_m));
 }
-
-std::string Scene::seen(const std::string& camera) const { return fmt::format("{}\n{}\n", text_, camera); }
 
 std::string matrix(const FloorMotion& motion, double unit_m) {
   // POV-Ray multiplies row vectors: each row is the image of one axis. World x, y, z are its x, z, y.

@@ -47,6 +47,8 @@ class Scene {
   /// cannot be moved.
   [[nodiscard]] Result<NamedBlock> object(const std::string& name) const;
   [[nodiscard]] Result<NamedBlock> camera(const std::string& name) const;
+  /// Returns the camera `name` of a robot that robot() returned: that of `robot.2` has the name `name.2`.
+  [[nodiscard]] Result<NamedBlock> camera_of(const NamedBlock& robot, const std::string& name) const;
 
   /// Returns the scene with `moved` at their new poses, seen by `view`. No line is added before the end, so that
   /// POV-Ray's line numbers are those of the file.
@@ -65,14 +67,13 @@ class Scene {
   [[nodiscard]] std::string with(std::vector<Insertion> insertions) const;
   /// Prefix of the identifiers that this program adds; the scene's text does not contain it.
   [[nodiscard]] const std::string& prefix() const { return prefix_; }
-  /// Returns the unchanged scene, seen by `camera`: the statement `camera { ... }`.
-  [[nodiscard]] std::string seen(const std::string& camera) const;
 
  private:
   Scene(std::string path, std::string text, SceneOutline found);
   [[nodiscard]] Result<NamedBlock> find(const std::string& name, const std::string& keyword,
                                         const std::string& what) const;
   [[nodiscard]] Error refused(const Place& place, const std::string& message) const;
+  [[nodiscard]] Error refused(const NamedBlock& block, const char* wanted) const;
 
   std::string path_;
   std::string text_;

@@ -3,9 +3,19 @@
 
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <system_error>
 
 namespace twocone::sim_povray {
+
+std::optional<SectionKind> section_begun_by(std::string_view directive) {
+  static const std::map<std::string_view, SectionKind> kKinds{
+      {"if", SectionKind::kIf},         {"ifdef", SectionKind::kIf},   {"ifndef", SectionKind::kIf},
+      {"switch", SectionKind::kSwitch}, {"while", SectionKind::kLoop}, {"for", SectionKind::kLoop},
+      {"macro", SectionKind::kMacro}};
+  const auto found = kKinds.find(directive);
+  return found == kKinds.end() ? std::nullopt : std::optional(found->second);
+}
 
 Truth literal_condition(Lexer ahead) {
   int parentheses = 0;

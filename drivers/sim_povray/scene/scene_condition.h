@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <string_view>
+
 #include "drivers/sim_povray/scene/scene_text.h"
 
 /// Finds which branches of `#if` and similar directives a text can have, without evaluating it.
 namespace twocone::sim_povray {
+
+/// Kinds of sections, which last to their `#end`.
+enum class SectionKind { kIf, kSwitch, kLoop, kMacro };
+/// Returns the kind of section that a directive begins: `ifdef` begins a kIf. Nothing: it begins none.
+std::optional<SectionKind> section_begun_by(std::string_view directive);
 
 enum class Truth { kFalse, kTrue, kUnknown };
 

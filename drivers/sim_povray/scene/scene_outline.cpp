@@ -33,8 +33,7 @@ using Frames = std::vector<Frame>;
 
 /// An `#if ... #end` or a similar section, while it is open.
 struct Section {
-  enum class Kind { kIf, kSwitch, kLoop, kMacro };
-  Kind kind = Kind::kIf;
+  SectionKind kind = SectionKind::kIf;
   std::string_view directive;
   Place place;
   bool outer_dead = false;
@@ -185,7 +184,7 @@ class Outliner {
 
   [[nodiscard]] Section* innermost_macro() {
     const auto found = std::find_if(sections_.rbegin(), sections_.rend(),
-                                    [](const Section& s) { return s.kind == Section::Kind::kMacro; });
+                                    [](const Section& s) { return s.kind == SectionKind::kMacro; });
     return found == sections_.rend() ? nullptr : &*found;
   }
   [[nodiscard]] std::size_t base() {
@@ -211,30 +210,21 @@ class Outliner {
 
   void directive(const Token& token) {
     const std::string_view word = token.text;
-    if (word == "if") {
-      begin(Section::Kind::kIf, token, literal_condition(lexer_));
-    } else if (word == "ifdef" || word == "ifndef") {
-      begin(Section::Kind::kIf, token, Truth::kUnknown);
-    } else if (word == "while" || word == "for") {
-      begin(Section::Kind::kLoop, token, Truth::kUnknown);
-    } else if (word == "switch") {
-      begin(Section::Kind::kSwitch, token, Truth::kUnknown);
-    } else if (word == "macro") {
-      begin(Section::Kind::kMacro, token, Truth::kUnknown);
+    if (const auto kind = section_begun_by(word)) {
+      begin(*kind, token, word == "if" ? literal_condition(lexer_) : Truth::kUnknown);
     } else if (word == "elseif") {
-      branch(token, Section::Kind::kIf, literal_condition(lexer_));
+      branch(token, SectionKind::kIf, literal_condition(lexer_));
     } else if (word == "case" || word == "range") {
-      branch(token, Section::Kind::kSwitch, Truth::kUnknown);
+      branch(token, SectionKind::kSwitch, Truth::kUnknown);
     } else if (word == "else") {
-      const bool in_switch = !sections_.empty() && sections_.back().kind == Section::Kind::kSwitch;
-      branch(token, in_switch ? Section::Kind::kSwitch : Section::Kind::kIf,
-             in_switch ? Truth::kUnknown : Truth::kTrue);
+      const bool in_switch = !sections_.empty() && sections_.back().kind == SectionKind::kSwitch;
+      branch(token, in_switch ? SectionKind::kSwitch : SectionKind::kIf, in_switch ? Truth::kUnknown : Truth::kTrue);
     } else if (word == "end") {
       end(token);
     }
   }
 
-  void begin(Section::Kind kind, const Token& token, Truth condition) {
+  void begin(SectionKind kind, const Token& token, Truth condition) {
     if (sections_.size() >= kMostSections) {
       throw SceneError{token.place, fmt::format("more than {} conditions, loops and macros are open here; POV-Ray "
                                                 "takes no more",
@@ -246,8 +236,8 @@ class Outliner {
     section.place = token.place;
     section.outer_dead = dead();
     section.at_start = frames_;
-    section.in_branch = kind != Section::Kind::kSwitch;
-    if (kind == Section::Kind::kMacro) {
+    section.in_branch = kind != SectionKind::kSwitch;
+    if (kind == SectionKind::kMacro) {
       section.macro = lexer_.next().text;
       section.base = frames_.size();
     }
@@ -255,10 +245,10 @@ class Outliner {
     sections_.push_back(std::move(section));
   }
 
-  void branch(const Token& token, Section::Kind kind, Truth condition) {
+  void branch(const Token& token, SectionKind kind, Truth condition) {
     if (sections_.empty() || sections_.back().kind != kind) {
       throw SceneError{token.place, fmt::format("this #{} belongs to no {}", token.text,
-                                                kind == Section::Kind::kIf ? "#if" : "#switch")};
+                                                kind == SectionKind::kIf ? "#if" : "#switch")};
     }
     Section& section = sections_.back();
     leave_branch(section);
@@ -275,7 +265,7 @@ class Outliner {
   void end(const Token& token) {
     if (sections_.empty()) throw SceneError{token.place, "this #end ends nothing"};
     Section& section = sections_.back();
-    if (section.kind == Section::Kind::kMacro) {
+    if (section.kind == SectionKind::kMacro) {
       if (!section.outer_dead) {
         const auto opens =
             std::size_t(std::count_if(frames_.begin() + std::ptrdiff_t(std::min(section.base, frames_.size())),
@@ -296,12 +286,12 @@ class Outliner {
     if (found == sections_.rend()) return "outside the condition that it was opened under";
     const int line = found->place.line;
     switch (found->kind) {
-      case Section::Kind::kIf:
-      case Section::Kind::kSwitch:
+      case SectionKind::kIf:
+      case SectionKind::kSwitch:
         return fmt::format("under a condition that needs evaluating (#{} in line {})", found->directive, line);
-      case Section::Kind::kLoop:
+      case SectionKind::kLoop:
         return fmt::format("in a loop (#{} in line {})", found->directive, line);
-      case Section::Kind::kMacro:
+      case SectionKind::kMacro:
         return fmt::format("in a macro (#macro {} in line {})", found->macro, line);
     }
     return "";

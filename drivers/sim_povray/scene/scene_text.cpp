@@ -12,7 +12,7 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word_begin(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word(char c) { return is_word_begin(c) || is_digit(c); }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f'; }
-bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+bool is_in_line(char c) { return c != '\n' && c != '\r'; }
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 std::string_view trimmed(std::string_view text) {
@@ -52,26 +52,20 @@ void Lexer::skip_block_comment() {
   } while (depth > 0);
 }
 
-std::string_view Lexer::take_line() {
+std::string_view Lexer::take_while(bool (*belongs)(char)) {
   const std::size_t begin = here_.offset;
-  while (!done() && !is_line_end(at())) step();
-  return since(begin);
-}
-
-std::string_view Lexer::take_word() {
-  const std::size_t begin = here_.offset;
-  while (is_word(at())) step();
+  while (!done() && belongs(at())) step();
   return since(begin);
 }
 
 std::string_view Lexer::take_number() {
   const std::size_t begin = here_.offset;
-  while (is_digit(at()) || at() == '.') step();
+  take_while([](char c) { return is_digit(c) || c == '.'; });
   const bool sign = at(1) == '+' || at(1) == '-';
   if ((at() == 'e' || at() == 'E') && is_digit(at(sign ? 2 : 1))) {
     step();
     if (sign) step();
-    while (is_digit(at())) step();
+    take_while(is_digit);
   }
   return since(begin);
 }
@@ -97,7 +91,7 @@ bool Lexer::skip_blanks(Token& name) {
       skip_block_comment();
     } else if (at() == '/' && at(1) == '/') {
       const Place begin = here_;
-      const std::string_view line = take_line();
+      const std::string_view line = take_while(is_in_line);
       if (!line.starts_with(kNameMark)) continue;
       const std::string_view rest = line.substr(kNameMark.size());
       if (rest.empty() || !is_blank(rest.front()) || trimmed(rest).empty()) continue;
@@ -115,7 +109,7 @@ Token Lexer::next() {
   if (skip_blanks(name)) return name;
   const Place begin = here_;
   if (done()) return {Token::Kind::kEnd, {}, begin};
-  if (is_word_begin(at())) return {Token::Kind::kWord, take_word(), begin};
+  if (is_word_begin(at())) return {Token::Kind::kWord, take_while(is_word), begin};
   if (is_digit(at()) || (at() == '.' && is_digit(at(1)))) return {Token::Kind::kNumber, take_number(), begin};
   if (at() == '"') return {Token::Kind::kString, take_string(), begin};
   const std::string_view symbol = text_.substr(here_.offset, 1);
@@ -124,7 +118,7 @@ Token Lexer::next() {
   // A name comment between `#` and its word names nothing.
   while (skip_blanks(name)) {
   }
-  return {Token::Kind::kDirective, take_word(), begin};
+  return {Token::Kind::kDirective, take_while(is_word), begin};
 }
 
 }  // namespace twocone::sim_povray

@@ -59,8 +59,7 @@ class Lexer {
   [[nodiscard]] std::string_view since(std::size_t begin) const { return text_.substr(begin, here_.offset - begin); }
   void step();
   void skip_block_comment();
-  std::string_view take_line();
-  std::string_view take_word();
+  std::string_view take_while(bool (*belongs)(char));
   std::string_view take_number();
   std::string_view take_string();
   bool skip_blanks(Token& name);

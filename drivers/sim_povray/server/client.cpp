@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/server/client.h"
+#include "drivers/sim_povray/server/server.h"
 
 #include <sys/socket.h>
 
@@ -20,7 +20,6 @@
 
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/served_name.h"
-#include "drivers/sim_povray/server/server.h"
 #include "drivers/sim_povray/server/shared_frames.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "hal/clock.h"
@@ -38,8 +37,6 @@ constexpr std::chrono::milliseconds kSweepTime{200};
 constexpr std::chrono::seconds kFarewellTime{2};
 /// For a slot to become free: longer than the longest rendering.
 constexpr std::chrono::minutes kSlotTime{3};
-
-SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
 
 bool is_sound(const SessionState& state) {
   return state.now >= std::chrono::nanoseconds(0) && std::isfinite(state.pose.x_m) && std::isfinite(state.pose.y_m) &&
@@ -70,8 +67,7 @@ class RemoteSession final : public RobotSession {
   ~RemoteSession() override {
     // The answer comes when the session is free, so that the next program finds it free.
     leaving_ = true;
-    const auto answered = ask(Leave{}, in(kFarewellTime));
-    static_cast<void>(answered);  // the link ends either way
+    (void)ask(Leave{}, in(kFarewellTime));  // the link ends either way
     ::shutdown(socket_.get(), SHUT_RDWR);
     reader_.join();
   }
@@ -108,8 +104,7 @@ class RemoteSession final : public RobotSession {
 
   void release_view(ViewId view) noexcept override {
     try {
-      const auto done = ask_for<Done>(ReleaseView{view}, in(kReplyTime));
-      static_cast<void>(done);  // a link that is broken holds no rate
+      (void)ask_for<Done>(ReleaseView{view}, in(kReplyTime));  // a link that is broken holds no rate
     } catch (const std::exception&) {
     }
   }
@@ -330,6 +325,10 @@ class RemoteSession final : public RobotSession {
   std::thread reader_;  // last: it uses all of the above
 };
 
+Error not_twocone(const std::string& name) {
+  return {ErrorCode::kBadData, fmt::format("the program that serves '{}' is not twocone", name)};
+}
+
 /// Receives a message of a server before there is a session.
 Result<Message> hear(int socket, const std::string& name, SteadyTime deadline) {
   auto received = receive_message(socket, deadline);
@@ -338,17 +337,14 @@ Result<Message> hear(int socket, const std::string& name, SteadyTime deadline) {
                  fmt::format("the program that serves '{}': {}", name,
                              received.error().code == ErrorCode::kTimeout ? "no answer" : received.error().message)};
   }
-  if (!received->message)
-    return Error{ErrorCode::kBadData, fmt::format("the program that serves '{}' is not twocone", name)};
+  if (!received->message) return not_twocone(name);
   if (const auto* failed = std::get_if<Failed>(&*received->message)) return Error{failed->code, failed->message};
   return std::move(*received->message);
 }
 
 Status compare(const Result<Message>& heard, const std::string& name) {
   const auto* theirs = std::get_if<Hello>(&*heard);
-  if (theirs == nullptr || theirs->magic != kMagic) {
-    return Error{ErrorCode::kBadData, fmt::format("the program that serves '{}' is not twocone", name)};
-  }
+  if (theirs == nullptr || theirs->magic != kMagic) return not_twocone(name);
   const Hello own;
   if (theirs->version == own.version) return {};
   return Error{ErrorCode::kRefused, fmt::format("'{}' is served with version {} of the link ({}), this program speaks "
@@ -374,11 +370,11 @@ Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name,
     return Error{ErrorCode::kNotFound, fmt::format("no program serves a world '{}' here; `twocone serve` does", name)};
   }
   // A server that refuses this program does so whether or not it has read this; its reason is received below.
-  Status sent = send_message(socket->get(), Hello{}, deadline);
+  (void)send_message(socket->get(), Hello{}, deadline);
   const auto hello = hear(socket->get(), name, deadline);
   if (!hello) return hello.error();
   if (auto same = compare(hello, name); !same) return same.error();
-  sent = send_message(socket->get(), Take{settings}, deadline);
+  (void)send_message(socket->get(), Take{settings}, deadline);
   auto answer = hear(socket->get(), name, deadline);
   if (!answer) return answer.error();
   auto* joined = std::get_if<Sessioned>(&*answer);

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/render_settings.h"
 #include "drivers/sim_povray/server/image_sender.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/shared_frames.h"
@@ -30,8 +31,6 @@ constexpr std::chrono::seconds kSendTime{5};
 constexpr std::chrono::milliseconds kStopSlice{50};
 /// How often a session that waits for its world checks whether its client still lives.
 constexpr std::chrono::milliseconds kStepSlice{50};
-
-SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
 
 /// Returns the errors of the settings' own check() as a refusal.
 template <typename Settings>
@@ -65,8 +64,7 @@ class Conversation {
       report_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
     }
     if (!left_ && end.error().code != ErrorCode::kDisconnected) {
-      const Status sent = send_message(socket_, Failed{end.error().code, end.error().message}, in(kSendTime));
-      static_cast<void>(sent);  // the link ends either way
+      (void)send_message(socket_, Failed{end.error().code, end.error().message}, in(kSendTime));  // it ends either way
     }
   }
 
@@ -131,7 +129,7 @@ class Conversation {
     if (views_.size() >= kMaxViews) return refusal(fmt::format("a session has {} views at most", kMaxViews));
     if (auto good = checked(request.settings); !good) return good;
     const auto id = session_->open_view(request.settings);
-    if (!id) return reply(Failed{id.error().code, id.error().message});
+    if (!id) return reply_with(id.error());
     views_.push_back({*id, nullptr});
     return reply(ViewOpened{std::uint32_t(views_.size() - 1)});
   }
@@ -147,10 +145,8 @@ class Conversation {
     View& view = views_[request.view];
     const auto slot_bytes = std::uint64_t(size.width_px) * std::uint64_t(size.height_px) * 3;
     auto frames = SharedFrames::allocate(slots_, slot_bytes);
-    if (!frames) return reply(Failed{frames.error().code, frames.error().message});
-    if (auto configured = session_->configure_view(view.id, size); !configured) {
-      return reply(Failed{configured.error().code, configured.error().message});
-    }
+    if (!frames) return reply_with(frames.error());
+    if (auto configured = session_->configure_view(view.id, size); !configured) return reply_with(configured);
     const base::UniqueFd file = frames->take_file();
     view.slots = std::make_shared<ImageSlots>(std::move(*frames), size);
     return reply(ViewConfigured{slots_, slot_bytes}, file.get());
@@ -171,7 +167,7 @@ class Conversation {
       const Status stepped = session_->step(std::min(deadline, in(kStepSlice)));
       if (stepped) return reply(Stepped{session_->state()});
       if (stepped.error().code != ErrorCode::kTimeout || std::chrono::steady_clock::now() >= deadline) {
-        return reply(Failed{stepped.error().code, stepped.error().message});
+        return reply_with(stepped.error());
       }
       if (stop_) return stopping();
       if (hung_up(socket_)) return gone();

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::sim_povray::server {

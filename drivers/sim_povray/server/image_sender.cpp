@@ -110,21 +110,12 @@ void ImageSender::work() {
 
 bool ImageSender::deliver(const Order& order) const {
   const ImageResult image = result_of(order.image);
-  Status written;
-  if (image) {
-    written = order.slots->write(order.slot, **image);
-  } else {
-    written = image.error();
-  }
+  const Status written = image ? order.slots->write(order.slot, **image) : Status(image.error());
   // Released before the notification: the client may use the slot again immediately.
   order.slots->release(order.slot);
-  Message message = ImageFailed{};
-  if (written) {
-    message = ImageDone{order.order, (*image)->format};
-  } else {
-    message = ImageFailed{order.order, written.error().code, written.error().message};
-  }
-  return send_message(socket_, message, std::chrono::steady_clock::now() + kSendTime).has_value();
+  const Message message = written ? Message(ImageDone{order.order, (*image)->format})
+                                  : ImageFailed{order.order, written.error().code, written.error().message};
+  return send_message(socket_, message, in(kSendTime)).has_value();
 }
 
 }  // namespace twocone::sim_povray::server

@@ -3,51 +3,121 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace twocone::sim_povray::server {
 namespace {
 
-/// Mutable for a reader, const for a writer: so one list of fields serves both ways, and the two cannot differ.
-template <typename Archive, typename T>
-using In = std::conditional_t<Archive::kReads, T, const T>;
+// The fields of each struct, in the order of their bytes. One list serves both ways, so that the two cannot differ.
+// A structured binding takes the fields of settings apart, so that a field which is added to a struct and forgotten
+// here does not compile.
+
+auto fields(Pose2& pose) {
+  auto& [x_m, y_m, heading_rad] = pose;
+  return std::tie(x_m, y_m, heading_rad);
+}
+auto fields(WheelSettings& wheels) {
+  auto& [separation_m, radius_m, slip, slip_correlation_s, encoder_counts_per_turn, lag_s] = wheels;
+  return std::tie(separation_m, radius_m, slip, slip_correlation_s, encoder_counts_per_turn, lag_s);
+}
+auto fields(Physics& physics) {
+  auto& [mass_kg, wheel_friction, body_friction] = physics;
+  return std::tie(mass_kg, wheel_friction, body_friction);
+}
+auto fields(RobotBody& body) {
+  auto& [name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place] = body;
+  return std::tie(name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place);
+}
+auto fields(DriveLimits& limits) {
+  auto& [max_speed_radps, command_timeout] = limits;
+  return std::tie(max_speed_radps, command_timeout);
+}
+auto fields(SessionSettings& settings) {
+  auto& [name, body, drive, map_outline, run_ahead_frames, rendered, stored] = settings;
+  (void)rendered, (void)stored;  // functions of the client, which are not sent
+  return std::tie(name, body, drive, map_outline, run_ahead_frames);
+}
+auto fields(CameraEffects& effects) {
+  auto& [gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
+         shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s] = effects;
+  return std::tie(gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
+                  shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s);
+}
+auto fields(ViewSettings& settings) {
+  auto& [camera_name, antialias, effects] = settings;
+  return std::tie(camera_name, antialias, effects);
+}
+auto fields(CameraSettings& settings) {
+  auto& [width_px, height_px, rate_hz] = settings;
+  return std::tie(width_px, height_px, rate_hz);
+}
+auto fields(WheelSpeeds& speeds) {
+  auto& [left_radps, right_radps] = speeds;
+  return std::tie(left_radps, right_radps);
+}
+auto fields(SessionState& state) {
+  auto& [step, now, pose, left_rad, right_rad, contact] = state;
+  return std::tie(step, now, pose, left_rad, right_rad, contact);
+}
+
+auto fields(Hello& message) { return std::tie(message.magic, message.version, message.program); }
+auto fields(Failed& message) { return std::tie(message.code, message.message); }
+auto fields(Take& message) { return std::tie(message.settings); }
+auto fields(OpenView& message) { return std::tie(message.settings); }
+auto fields(ConfigureView& message) { return std::tie(message.view, message.settings); }
+auto fields(ReleaseView& message) { return std::tie(message.view); }
+auto fields(Step& message) { return std::tie(message.remaining); }
+auto fields(ImageOrder& message) { return std::tie(message.order, message.view, message.slot); }
+auto fields(Command& message) { return std::tie(message.speeds); }
+std::tuple<> fields(Halt& /*message*/) { return {}; }
+std::tuple<> fields(Leave& /*message*/) { return {}; }
+auto fields(Sessioned& message) { return std::tie(message.state); }
+auto fields(Stepped& message) { return std::tie(message.state); }
+auto fields(ViewOpened& message) { return std::tie(message.view); }
+auto fields(ViewConfigured& message) { return std::tie(message.slots, message.slot_bytes); }
+std::tuple<> fields(Done& /*message*/) { return {}; }
+auto fields(ImageDone& message) { return std::tie(message.order, message.format); }
+auto fields(ImageFailed& message) { return std::tie(message.order, message.code, message.message); }
 
 class Writer {
  public:
-  static constexpr bool kReads = false;
-
   template <typename... Fields>
-  void operator()(const Fields&... fields) {
-    (put(fields), ...);
+  void operator()(Fields&... each) {
+    (put(each), ...);
   }
   [[nodiscard]] std::vector<std::uint8_t> take() { return std::move(bytes_); }
 
  private:
   template <typename T>
-  void put(const T& value) {
-    if constexpr (std::is_enum_v<T> || std::is_same_v<T, bool>) {
-      put(static_cast<std::uint8_t>(value));
+  void put(T& value) {
+    if constexpr (std::is_enum_v<T>) {
+      bytes_.push_back(static_cast<std::uint8_t>(value));
     } else if constexpr (std::is_arithmetic_v<T>) {
       raw(&value, sizeof(value));
     } else {
-      fields_of(*this, value);
+      std::apply(*this, fields(value));
     }
   }
-  void put(const std::string& text) {
+  void put(std::string& text) {
     const auto size = static_cast<std::uint32_t>(std::min(text.size(), kMaxText));
     put(size);
     raw(text.data(), size);
   }
-  void put(const std::vector<double>& numbers) {
+  void put(std::vector<double>& numbers) {
     const auto size = static_cast<std::uint32_t>(std::min<std::size_t>(numbers.size(), kMaxNumbers));
     put(size);
     raw(numbers.data(), size * sizeof(double));
   }
-  void put(const std::chrono::nanoseconds& time) { put(std::int64_t{time.count()}); }
+  void put(std::chrono::nanoseconds& time) {
+    const std::int64_t count_ns = time.count();
+    put(count_ns);
+  }
   template <typename T>
-  void put(const std::optional<T>& value) {
-    put(value.has_value());
+  void put(std::optional<T>& value) {
+    const bool there = value.has_value();
+    put(there);
     if (value) put(*value);
   }
   void raw(const void* from, std::size_t size) {
@@ -63,12 +133,10 @@ class Writer {
 /// After the first error, everything that follows is an error too.
 class Reader {
  public:
-  static constexpr bool kReads = true;
-
   explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
   template <typename... Fields>
-  void operator()(Fields&... fields) {
-    (get(fields), ...);
+  void operator()(Fields&... each) {
+    (get(each), ...);
   }
   [[nodiscard]] bool read_all() const { return good_ && rest_.empty(); }
 
@@ -88,7 +156,7 @@ class Reader {
     } else if constexpr (std::is_arithmetic_v<T>) {
       raw(&value, sizeof(value));
     } else {
-      fields_of(*this, value);
+      std::apply(*this, fields(value));
     }
   }
   void get(std::string& text) {
@@ -135,135 +203,6 @@ class Reader {
   bool good_ = true;
 };
 
-// A structured binding takes each list of fields apart, so that a field which is added to a struct and forgotten here
-// does not compile.
-
-template <typename A>
-void fields_of(A& archive, In<A, Pose2>& pose) {
-  auto& [x_m, y_m, heading_rad] = pose;
-  archive(x_m, y_m, heading_rad);
-}
-template <typename A>
-void fields_of(A& archive, In<A, WheelSettings>& wheels) {
-  auto& [separation_m, radius_m, slip, slip_correlation_s, encoder_counts_per_turn, lag_s] = wheels;
-  archive(separation_m, radius_m, slip, slip_correlation_s, encoder_counts_per_turn, lag_s);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Physics>& physics) {
-  auto& [mass_kg, wheel_friction, body_friction] = physics;
-  archive(mass_kg, wheel_friction, body_friction);
-}
-template <typename A>
-void fields_of(A& archive, In<A, RobotBody>& body) {
-  auto& [name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place] = body;
-  archive(name, start, radius_m, wheels, command_timeout, physics, seed, begin, start_place);
-}
-template <typename A>
-void fields_of(A& archive, In<A, DriveLimits>& limits) {
-  auto& [max_speed_radps, command_timeout] = limits;
-  archive(max_speed_radps, command_timeout);
-}
-template <typename A>
-void fields_of(A& archive, In<A, SessionSettings>& settings) {
-  auto& [name, body, drive, map_outline, run_ahead_frames, rendered, stored] = settings;
-  archive(name, body, drive, map_outline, run_ahead_frames);
-  (void)rendered, (void)stored;  // functions of the client, which are not sent
-}
-template <typename A>
-void fields_of(A& archive, In<A, CameraEffects>& effects) {
-  auto& [gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
-         shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s] = effects;
-  archive(gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
-          shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ViewSettings>& settings) {
-  auto& [camera_name, antialias, effects] = settings;
-  archive(camera_name, antialias, effects);
-}
-template <typename A>
-void fields_of(A& archive, In<A, CameraSettings>& settings) {
-  auto& [width_px, height_px, rate_hz] = settings;
-  archive(width_px, height_px, rate_hz);
-}
-template <typename A>
-void fields_of(A& archive, In<A, WheelSpeeds>& speeds) {
-  auto& [left_radps, right_radps] = speeds;
-  archive(left_radps, right_radps);
-}
-template <typename A>
-void fields_of(A& archive, In<A, SessionState>& state) {
-  auto& [step, now, pose, left_rad, right_rad, contact] = state;
-  archive(step, now, pose, left_rad, right_rad, contact);
-}
-
-template <typename A>
-void fields_of(A& archive, In<A, Hello>& message) {
-  archive(message.magic, message.version, message.program);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Failed>& message) {
-  archive(message.code, message.message);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Take>& message) {
-  archive(message.settings);
-}
-template <typename A>
-void fields_of(A& archive, In<A, OpenView>& message) {
-  archive(message.settings);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ConfigureView>& message) {
-  archive(message.view, message.settings);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ReleaseView>& message) {
-  archive(message.view);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Step>& message) {
-  archive(message.remaining);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ImageOrder>& message) {
-  archive(message.order, message.view, message.slot);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Command>& message) {
-  archive(message.speeds);
-}
-template <typename A>
-void fields_of(A& /*archive*/, In<A, Halt>& /*message*/) {}
-template <typename A>
-void fields_of(A& /*archive*/, In<A, Leave>& /*message*/) {}
-template <typename A>
-void fields_of(A& archive, In<A, Sessioned>& message) {
-  archive(message.state);
-}
-template <typename A>
-void fields_of(A& archive, In<A, Stepped>& message) {
-  archive(message.state);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ViewOpened>& message) {
-  archive(message.view);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ViewConfigured>& message) {
-  archive(message.slots, message.slot_bytes);
-}
-template <typename A>
-void fields_of(A& /*archive*/, In<A, Done>& /*message*/) {}
-template <typename A>
-void fields_of(A& archive, In<A, ImageDone>& message) {
-  archive(message.order, message.format);
-}
-template <typename A>
-void fields_of(A& archive, In<A, ImageFailed>& message) {
-  archive(message.order, message.code, message.message);
-}
-
 template <std::size_t Kind = 0>
 std::optional<Message> decode_kind(std::size_t kind, Reader& reader) {
   if constexpr (Kind == std::variant_size_v<Message>) {
@@ -281,10 +220,11 @@ std::optional<Message> decode_kind(std::size_t kind, Reader& reader) {
 
 std::string program_version() { return "twocone " TWOCONE_VERSION; }
 
-std::vector<std::uint8_t> encode(const Message& message) {
+std::vector<std::uint8_t> encode(Message message) {
   Writer writer;
-  writer(static_cast<std::uint8_t>(message.index()));
-  std::visit([&writer](const auto& content) { writer(content); }, message);
+  const auto kind = static_cast<std::uint8_t>(message.index());
+  writer(kind);
+  std::visit(writer, message);
   return writer.take();
 }
 

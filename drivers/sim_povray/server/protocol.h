@@ -9,8 +9,9 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/robot_session.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/image.h"
@@ -43,7 +44,6 @@ constexpr std::size_t kMaxMessage = 16384;  ///< bytes
 constexpr std::size_t kMaxText = 4096;      ///< bytes of one text; longer text is cut
 constexpr std::uint32_t kMaxNumbers = 64;   ///< in one list
 constexpr std::uint32_t kMaxViews = 64;     ///< of one session
-constexpr int kMaxSide_px = 16384;          ///< of an image
 constexpr std::uint32_t kMaxSlots = 256;    ///< images of one view that may be unfinished
 
 /// "twocone 0.1.0"
@@ -123,7 +123,7 @@ using Message = std::variant<Hello, Failed, Take, OpenView, ConfigureView, Relea
                              Leave, Sessioned, Stepped, ViewOpened, ViewConfigured, Done, ImageDone, ImageFailed>;
 
 /// Encodes a message. Numbers are as in this machine's memory, because a link does not leave the machine.
-std::vector<std::uint8_t> encode(const Message& message);
+std::vector<std::uint8_t> encode(Message message);
 
 /// Returns nothing if the bytes are not one whole message. Settings, speeds and the like are returned as they were
 /// sent, also impossible ones: the receiver checks them.

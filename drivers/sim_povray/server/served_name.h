@@ -4,7 +4,7 @@
 #include <chrono>
 #include <filesystem>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray::server {

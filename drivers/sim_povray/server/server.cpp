@@ -16,6 +16,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/serve.h"
 #include "drivers/sim_povray/server/client_connection.h"
 #include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
@@ -29,9 +30,7 @@ constexpr std::chrono::milliseconds kSlice{50};
 
 /// Sends a refusal without waiting: a client that does not read it immediately misses it.
 void send_away(int socket, const std::string& why) {
-  const Status sent =
-      send_message(socket, server::Failed{ErrorCode::kUnavailable, why}, std::chrono::steady_clock::now());
-  static_cast<void>(sent);
+  (void)send_message(socket, server::Failed{ErrorCode::kUnavailable, why}, std::chrono::steady_clock::now());
 }
 
 }  // namespace
@@ -79,6 +78,14 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
   ::unlink(path->c_str());
   listening->reset();
   return {};
+}
+
+Status serve_world(const PlaceSettings& place, const std::string& name,
+                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop) {
+  auto host = SimulationHost::open(place);
+  if (!host) return host.error();
+  report((*host)->rendering());
+  return serve(*host, name, report, stop);
 }
 
 }  // namespace twocone::sim_povray

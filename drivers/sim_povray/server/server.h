@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::sim_povray {
@@ -27,5 +28,11 @@ constexpr std::chrono::milliseconds kIdlePatience{30'000};
 Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& name,
              const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
              std::chrono::milliseconds patience = kIdlePatience);
+
+/// Joins the world that another program serves under `name` (serve()).
+/// Errors: kNotFound (no program serves it), kRefused (another version, another user, and the errors of
+/// SimulationHost::join), kTimeout, kDisconnected. @throws std::invalid_argument as check(SessionSettings)
+Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name, const SessionSettings& settings,
+                                                        std::chrono::milliseconds timeout);
 
 }  // namespace twocone::sim_povray

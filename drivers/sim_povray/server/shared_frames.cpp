@@ -87,24 +87,11 @@ Result<SharedFrames> SharedFrames::adopt(base::UniqueFd file, std::uint32_t slot
   return SharedFrames(base::UniqueFd(), memory, slots, slot_bytes);
 }
 
-SharedFrames::SharedFrames(SharedFrames&& other) noexcept
-    : file_(std::move(other.file_)),
-      memory_(std::exchange(other.memory_, nullptr)),
-      slots_(other.slots_),
-      slot_bytes_(other.slot_bytes_) {}
+void SharedFrames::Unmap::operator()(std::uint8_t* memory) const { ::munmap(memory, bytes); }
 
-SharedFrames::~SharedFrames() {
-  if (memory_ != nullptr) ::munmap(memory_, slots_ * slot_bytes_);
-}
-
-std::span<const std::uint8_t> SharedFrames::read(std::uint32_t slot) const {
+std::span<std::uint8_t> SharedFrames::bytes_of(std::uint32_t slot) const {
   assert(slot < slots_);
-  return {memory_ + slot * slot_bytes_, slot_bytes_};
-}
-
-std::span<std::uint8_t> SharedFrames::write(std::uint32_t slot) {
-  assert(slot < slots_);
-  return {memory_ + slot * slot_bytes_, slot_bytes_};
+  return {memory_.get() + slot * slot_bytes_, slot_bytes_};
 }
 
 }  // namespace twocone::sim_povray::server

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray::server {
@@ -19,24 +21,29 @@ class SharedFrames {
   /// Opens memory that allocate() made elsewhere, to read from. Errors: kBadData: not of that size, or not sealed.
   static Result<SharedFrames> adopt(base::UniqueFd file, std::uint32_t slots, std::uint64_t slot_bytes);
 
-  SharedFrames(SharedFrames&& other) noexcept;
-  SharedFrames& operator=(SharedFrames&&) = delete;
-  ~SharedFrames();
-
   [[nodiscard]] std::uint32_t slots() const { return slots_; }
-  [[nodiscard]] std::span<const std::uint8_t> read(std::uint32_t slot) const;
+  [[nodiscard]] std::span<const std::uint8_t> read(std::uint32_t slot) const { return bytes_of(slot); }
   /// Requires an object that allocate() returned.
-  [[nodiscard]] std::span<std::uint8_t> write(std::uint32_t slot);
+  [[nodiscard]] std::span<std::uint8_t> write(std::uint32_t slot) { return bytes_of(slot); }
 
   /// Returns the descriptor to pass on; the memory stays without it.
   [[nodiscard]] base::UniqueFd take_file() { return std::move(file_); }
 
  private:
+  struct Unmap {
+    std::size_t bytes;
+    void operator()(std::uint8_t* memory) const;
+  };
+
   SharedFrames(base::UniqueFd file, void* memory, std::uint32_t slots, std::uint64_t slot_bytes)
-      : file_(std::move(file)), memory_(static_cast<std::uint8_t*>(memory)), slots_(slots), slot_bytes_(slot_bytes) {}
+      : file_(std::move(file)),
+        memory_(static_cast<std::uint8_t*>(memory), {slots * slot_bytes}),
+        slots_(slots),
+        slot_bytes_(slot_bytes) {}
+  [[nodiscard]] std::span<std::uint8_t> bytes_of(std::uint32_t slot) const;
 
   base::UniqueFd file_;
-  std::uint8_t* memory_;
+  std::unique_ptr<std::uint8_t, Unmap> memory_;
   std::uint32_t slots_;
   std::uint64_t slot_bytes_;
 };

@@ -4,12 +4,10 @@
 #include <sys/types.h>
 
 #include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
-#include "base/child_process.h"
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "hal/result.h"
 
@@ -18,6 +16,7 @@
 namespace twocone::sim_povray::server {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
+inline SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
 
 /// Listens on `path`, which must be free; only this user may connect. Errors: kUnavailable.
 Result<base::UniqueFd> listen_at(const std::filesystem::path& path);

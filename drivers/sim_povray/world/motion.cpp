@@ -4,25 +4,12 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/complaints.h"
+
 namespace twocone::sim_povray {
-namespace {
-
-void require_finite(std::string& bad, const char* name, double value, const char* unit) {
-  if (!std::isfinite(value)) bad += fmt::format(" {} is {} {}, must be finite;", name, value, unit);
-}
-
-void require_positive(std::string& bad, const char* name, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    bad += fmt::format(" {} is {} {}, must be > 0 and finite;", name, value, unit);
-  }
-}
-
-}  // namespace
-
 double wrap_angle(double angle_rad) {
   if (!std::isfinite(angle_rad)) {
     throw std::invalid_argument(fmt::format("wrap_angle: angle_rad is {} rad, must be finite", angle_rad));
@@ -34,23 +21,23 @@ double wrap_angle(double angle_rad) {
 Pose2 wrapped(const Pose2& pose) { return {pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)}; }
 
 BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m) {
-  std::string bad;
-  require_finite(bad, "left_mps", wheels.left_mps, "m/s");
-  require_finite(bad, "right_mps", wheels.right_mps, "m/s");
-  require_positive(bad, "separation_m", separation_m, "m");
-  if (!bad.empty()) throw std::invalid_argument("body_speeds:" + bad);
+  Complaints complaints;
+  complaints.finite("left_mps", wheels.left_mps, "m/s");
+  complaints.finite("right_mps", wheels.right_mps, "m/s");
+  complaints.positive("separation_m", separation_m, "m");
+  complaints.raise("body_speeds");
   return {wheels.left_mps / 2 + wheels.right_mps / 2, (wheels.right_mps - wheels.left_mps) / separation_m};
 }
 
 Pose2 advance(const Pose2& from, const BodySpeeds& speeds, double dt_s) {
-  std::string bad;
-  require_finite(bad, "x_m", from.x_m, "m");
-  require_finite(bad, "y_m", from.y_m, "m");
-  require_finite(bad, "heading_rad", from.heading_rad, "rad");
-  require_finite(bad, "speed_mps", speeds.speed_mps, "m/s");
-  require_finite(bad, "turn_radps", speeds.turn_radps, "rad/s");
-  require_positive(bad, "dt_s", dt_s, "s");
-  if (!bad.empty()) throw std::invalid_argument("advance:" + bad);
+  Complaints complaints;
+  complaints.finite("x_m", from.x_m, "m");
+  complaints.finite("y_m", from.y_m, "m");
+  complaints.finite("heading_rad", from.heading_rad, "rad");
+  complaints.finite("speed_mps", speeds.speed_mps, "m/s");
+  complaints.finite("turn_radps", speeds.turn_radps, "rad/s");
+  complaints.positive("dt_s", dt_s, "s");
+  complaints.raise("advance");
 
   const double turn_rad = speeds.turn_radps * dt_s;
   const double half_rad = turn_rad / 2;

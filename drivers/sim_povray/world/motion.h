@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+
 #include "base/plane.h"
 
 /// Planar rigid motion, exact for speeds that are constant over a step.
 namespace twocone::sim_povray {
+
+inline double seconds(std::chrono::nanoseconds span) { return std::chrono::duration<double>(span).count(); }
 
 /// Returns the same direction in (-pi, pi]; an angle within [-pi, pi] in double precision is returned unchanged. The
 /// result is within a few ulp of the true remainder for |angle_rad| <= 1e6, because sin and cos reduce by the real pi,

@@ -35,16 +35,16 @@ MovingPath::Place MovingPath::place(double time_s) const {
 }
 
 Pose2 MovingPath::pose(double time_s) const {
-  const auto [segment, along_m, ended] = place(time_s);
-  return {segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y,
-          std::atan2(segment->y, segment->x)};
+  const Place at = place(time_s);
+  const FloorPoint point = at.point();
+  return {point.x_m, point.y_m, std::atan2(at.segment->y, at.segment->x)};
 }
 
 Stretch MovingPath::stretch(double time_s) const {
-  const auto [segment, along_m, ended] = place(time_s);
-  const FloorPoint at{segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y};
-  if (ended) return {at, 0, 0, 0, std::numeric_limits<double>::infinity()};
-  return {at, speed_mps_ * segment->x, speed_mps_ * segment->y, 0, time_s + (segment->length_m - along_m) / speed_mps_};
+  const Place at = place(time_s);
+  if (at.ended) return {at.point(), 0, 0, 0, std::numeric_limits<double>::infinity()};
+  return {at.point(), speed_mps_ * at.segment->x, speed_mps_ * at.segment->y, 0,
+          time_s + (at.segment->length_m - at.along_m) / speed_mps_};
 }
 
 }  // namespace twocone::sim_povray

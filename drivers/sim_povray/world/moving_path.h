@@ -3,7 +3,8 @@
 
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "base/plane.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/world/touch.h"
 
 namespace twocone::sim_povray {
@@ -29,6 +30,10 @@ class MovingPath {
     const Segment* segment;
     double along_m;  ///< from the segment's beginning
     bool ended;
+
+    [[nodiscard]] FloorPoint point() const {
+      return {segment->from.x_m + along_m * segment->x, segment->from.y_m + along_m * segment->y};
+    }
   };
   [[nodiscard]] Place place(double time_s) const;
 

@@ -7,13 +7,9 @@
 #include <cstdint>
 #include <utility>
 
+#include "drivers/sim_povray/camera_effects.h"
+
 namespace twocone::sim_povray {
-namespace {
-
-double seconds(std::chrono::nanoseconds span) { return std::chrono::duration<double>(span).count(); }
-
-}  // namespace
-
 MovingRobot::MovingRobot(const RobotBody& body)
     : body_(body),
       left_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kLeftSlip)),

@@ -6,14 +6,13 @@
 #include <optional>
 #include <string>
 
-#include "drivers/sim_povray/sim_povray.h"
-#include "drivers/sim_povray/world/chance.h"
+#include "drivers/sim_povray/robot_body.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/step_path.h"
 #include "drivers/sim_povray/world/touch.h"
-#include "drivers/sim_povray/world/wheel_course.h"
-#include "drivers/sim_povray/world/world.h"
+#include "drivers/sim_povray/world/wheel.h"
+#include "hal/diff_drive.h"
 
 namespace twocone::sim_povray {
 
@@ -32,13 +31,20 @@ class MovingRobot {
  public:
   static constexpr double kLagArc_s = 0.25e-3;
 
+  /// Angles that the wheels have turned since the robot was added, exact to the last bit. This is the turning, not the
+  /// path over the floor.
+  struct Turned {
+    double left_rad = 0;
+    double right_rad = 0;
+  };
+
   explicit MovingRobot(const RobotBody& body);  // requires a checked body
 
   [[nodiscard]] const std::string& name() const { return body_.name; }
   [[nodiscard]] double radius_m() const { return body_.radius_m; }
   [[nodiscard]] const Pose2& pose() const { return path_.end; }
   [[nodiscard]] FloorPoint place() const { return {path_.end.x_m, path_.end.y_m}; }
-  [[nodiscard]] const World::Turned& turned() const { return turned_; }
+  [[nodiscard]] const Turned& turned() const { return turned_; }
   /// Same as World::pose_before.
   [[nodiscard]] Pose2 pose_before(std::chrono::nanoseconds before) const;
 
@@ -80,7 +86,7 @@ class MovingRobot {
   WheelSpeeds command_;
   std::chrono::nanoseconds commanded_at_{0};
 
-  World::Turned turned_;
+  Turned turned_;
   WheelSpeeds lagging_;  ///< present speeds of the wheels, if they lag
 
   double step_s_ = 0;

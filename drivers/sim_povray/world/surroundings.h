@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/place.h"
 
 /// The stationary obstacles of a place, divided into convex parts. The distance from a convex part to a point is a
 /// convex function of the point; the search for the first touch depends on this (touch.h).

@@ -3,12 +3,20 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/sim_povray.h"
-#include "drivers/sim_povray/world/motion.h"
+#include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/robot_body.h"
+#include "drivers/sim_povray/world/moving_path.h"
+#include "drivers/sim_povray/world/moving_robot.h"
+#include "drivers/sim_povray/world/physics.h"
+#include "drivers/sim_povray/world/surroundings.h"
+#include "drivers/sim_povray/world/touch.h"
+#include "hal/diff_drive.h"
+#include "hal/result.h"
 
 namespace twocone::sim_povray {
 
@@ -33,13 +41,10 @@ namespace twocone::sim_povray {
 class World {
  public:
   explicit World(const PlaceSettings& place);  // requires a checked place
-  ~World();
-  World(World&&) noexcept;
-  World& operator=(World&&) noexcept;
 
-  [[nodiscard]] std::uint64_t step_number() const;
-  [[nodiscard]] std::chrono::nanoseconds now() const;
-  [[nodiscard]] double rate_hz() const;
+  [[nodiscard]] std::uint64_t step_number() const { return step_number_; }
+  [[nodiscard]] std::chrono::nanoseconds now() const { return now_; }
+  [[nodiscard]] double rate_hz() const { return rate_hz_; }
   /// Sets the rate from the present step on. @param rate_hz > 0 and finite
   void set_rate(double rate_hz);
   /// Advances to the next step. Requires that a rate has been set.
@@ -56,33 +61,69 @@ class World {
   /// Removes the robot: another one takes its place in the scene.
   void remove(RobotId robot);
 
-  void command(RobotId robot, const WheelSpeeds& speeds);
-  void halt(RobotId robot);
-  [[nodiscard]] const Pose2& pose(RobotId robot) const;
-  /// Angles that the wheels have turned since the robot was added, exact to the last bit. This is the turning, not the
-  /// path over the floor.
-  struct Turned {
-    double left_rad = 0;
-    double right_rad = 0;
-  };
-  [[nodiscard]] const Turned& turned(RobotId robot) const;
+  void command(RobotId robot, const WheelSpeeds& speeds) { robots_.at(robot).command(speeds, now_); }
+  void halt(RobotId robot) { robots_.at(robot).halt(); }
+  [[nodiscard]] const Pose2& pose(RobotId robot) const { return robots_.at(robot).pose(); }
+  using Turned = MovingRobot::Turned;
+  [[nodiscard]] const Turned& turned(RobotId robot) const { return robots_.at(robot).turned(); }
   /// Returns the name of the object that its body touches now: "wall", the name of a solid, "robot.2",
   /// "moving.trolley"; empty: none. If it touches several, the one that stopped it, else the nearest. A contact ends
   /// when the object is 1e-6 m away. A robot with physics touches every object within that distance.
-  [[nodiscard]] const std::string& contact(RobotId robot) const;
+  [[nodiscard]] const std::string& contact(RobotId robot) const { return robots_.at(robot).contact; }
 
   /// @param thing index in PlaceSettings::moving
-  [[nodiscard]] Pose2 moving_pose(std::size_t thing) const;
+  [[nodiscard]] Pose2 moving_pose(std::size_t thing) const {
+    return moving_pose_before(thing, std::chrono::nanoseconds(0));
+  }
 
   /// Returns the pose `before` earlier than now, from 0 to the last step plus kMaxStampLate_s. It lies on the exact
   /// path, up to the point of a stop (with physics: on straight lines between the engine's steps of 0.5 ms or less).
   /// Before the beginning of a robot or of the world, it is the initial pose.
-  [[nodiscard]] Pose2 pose_before(RobotId robot, std::chrono::nanoseconds before) const;
+  [[nodiscard]] Pose2 pose_before(RobotId robot, std::chrono::nanoseconds before) const {
+    return robots_.at(robot).pose_before(before);
+  }
   [[nodiscard]] Pose2 moving_pose_before(std::size_t thing, std::chrono::nanoseconds before) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Thing {
+    std::string name;
+    MovingPath path;
+    double speed_mps;
+    double radius_m;
+  };
+  /// A robot to be stopped at the earliest touch, and the name of the object that stops it.
+  struct Stop {
+    MovingRobot* robot;
+    const std::string* by;
+  };
+
+  void note(const Touch& touch, MovingRobot& a, const std::string& name_of_b, MovingRobot* b);
+  void find_touches(RobotId id, MovingRobot& robot, double from_s, double to_s);
+  /// Moves the robots without physics, each up to where its first touch stops it.
+  void move_freely(double from_s, double to_s);
+  void move_by_physics(double step_s);
+  void update_contact(MovingRobot& robot) const;
+  /// Calls visit(name, gap in m) for each object around a point now, except for `self`.
+  template <typename Visit>
+  void visit_neighbours(const FloorPoint& at, double radius_m, const MovingRobot* self, const Visit& visit) const;
+
+  Surroundings surroundings_;
+  std::vector<Thing> things_;
+  std::map<RobotId, MovingRobot> robots_;
+  RobotId next_robot_ = 0;
+  std::unique_ptr<PhysicsEngine> engine_;
+
+  double rate_hz_ = 0;
+  std::uint64_t base_step_ = 0;
+  std::chrono::nanoseconds base_{0};
+  std::uint64_t step_number_ = 0;
+  std::chrono::nanoseconds now_{0};
+
+  // Stored from step to step to reuse their memory.
+  double earliest_s_ = 0;
+  std::vector<Stop> stops_;
+  std::vector<PhysicsEngine::Drive> drives_;
+  std::vector<PhysicsEngine::Mover> movers_;
 };
 
 /// Returns `turned_rad` as an encoder of `counts_per_turn` reports it: rounded down to a count; exact for 0 counts.

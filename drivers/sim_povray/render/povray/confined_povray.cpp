@@ -27,12 +27,6 @@ Status check_named_files(const SceneCalls& calls, const SceneAccess& access) {
 
 }  // namespace
 
-SceneAccess access_of(const PlaceSettings& place, const SceneCalls& calls) {
-  SceneAccess access(place.scene, place.scene_paths);
-  for (const std::string& folder : calls.folders) access.look_in(folder);
-  return access;
-}
-
 Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& calls) {
   auto program = find_povray(place.render.povray);
   if (!program) return program.error();
@@ -41,7 +35,8 @@ Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& cal
     if (std::filesystem::is_directory(folder, error)) continue;
     return Error{ErrorCode::kNotFound, fmt::format("scene_paths names no folder: {}", folder.string())};
   }
-  auto access = std::make_shared<const SceneAccess>(access_of(place, calls));
+  auto access = std::make_shared<SceneAccess>(place.scene, place.scene_paths);
+  for (const std::string& folder : calls.folders) access->look_in(folder);
   std::vector<std::string> readable = needed_to_run(*program);
   for (const std::filesystem::path& folder : access->readable()) readable.push_back(folder.string());
   auto confinement = std::make_shared<const base::Confinement>(std::move(readable), place.render.landlock);
@@ -49,6 +44,10 @@ Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& cal
     if (auto inside = check_named_files(calls, *access); !inside) return inside.error();
   }
   return Povray(*std::move(program), place.scene, place.render.timeout, {std::move(confinement), std::move(access)});
+}
+
+Result<Povray> confined_povray(const PlaceSettings& place, const Scene& scene) {
+  return confined_povray(place, find_calls(scene, SceneAccess(place.scene, place.scene_paths)));
 }
 
 std::string describe_confinement(const PlaceSettings& place) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/sim_povray/render/povray/povray_answer.h"
+#include "drivers/sim_povray/render_settings.h"
 
 namespace twocone::sim_povray {
 
@@ -99,6 +100,16 @@ void PoolRenderer::fall_back(std::string why, std::vector<Order> orders) {
   }
   give_notice();
   for (Order& order : orders) one_by_one_.submit(std::move(order.job), std::move(order.done));
+}
+
+std::unique_ptr<Renderer> make_renderer(Povray povray, const RenderSettings& settings) {
+  if (!settings.hold) return std::make_unique<ProcessRenderer>(std::move(povray), settings.processes);
+  PoolSettings pool;
+  pool.processes = settings.processes;
+  pool.notice = settings.notice;
+  std::string obstacle = povray.hold_obstacle();
+  if (obstacle.empty()) obstacle = lease_obstacle();
+  return std::make_unique<PoolRenderer>(std::move(povray), pool, std::move(obstacle));
 }
 
 }  // namespace twocone::sim_povray

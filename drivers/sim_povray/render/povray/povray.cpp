@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -50,12 +51,10 @@ Result<std::string> find_povray(const std::string& name) {
                  fmt::format("POV-Ray is not installed: '{}' is no program; {}", name, kAdvice)};
   }
   const char* path = std::getenv("PATH");
-  std::string_view folders = path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path;
-  while (!folders.empty()) {
-    const auto end = std::min(folders.find(':'), folders.size());
-    const fs::path program = fs::path(folders.substr(0, end)) / name;
+  std::istringstream folders(path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path program = fs::path(folder) / name;
     if (is_program(program)) return fs::absolute(program).string();
-    folders.remove_prefix(std::min(end + 1, folders.size()));
   }
   return Error{ErrorCode::kUnavailable,
                fmt::format("POV-Ray is not installed: no program '{}' in PATH; {}", name, kAdvice)};
@@ -176,7 +175,8 @@ Result<base::ChildResult> Povray::run(const RenderJob& job, const RunKind& kind,
 
   switch (run.end) {
     case base::ChildResult::End::kNotStarted:
-      return start_error(job.label, program_, run.errors);
+      return Error{ErrorCode::kUnavailable,
+                   fmt::format("{}: POV-Ray ({}) could not be started: {}", job.label, program_, run.errors)};
     case base::ChildResult::End::kStopped:
       return closed_error(job.label, "finished");
     case base::ChildResult::End::kTimedOut:

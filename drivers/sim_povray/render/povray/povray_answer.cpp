@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -42,6 +43,8 @@ struct Complaint {
   std::string file;
   std::string line;
   std::string text;
+
+  [[nodiscard]] std::string message() const { return fmt::format("{}:{}: POV-Ray: {}", file, line, text); }
 };
 
 /// Takes `File 'F' line N: TEXT` apart.
@@ -61,17 +64,15 @@ std::optional<Complaint> placed_complaint(std::string_view message) {
 
 /// Returns the messages in `errors`, unfolded: POV-Ray breaks lines before a blank, which it keeps, or within a long
 /// word.
-std::vector<std::string> unfolded(std::string_view errors) {
+std::vector<std::string> unfolded(const std::string& errors) {
   std::vector<std::string> messages;
   bool open = false;
-  while (!errors.empty()) {
-    const auto end = std::min(errors.find('\n'), errors.size());
-    const std::string_view line = errors.substr(0, end);
-    errors.remove_prefix(std::min(end + 1, errors.size()));
+  std::istringstream lines(errors);
+  for (std::string line; std::getline(lines, line);) {
     const bool begins = line.starts_with("File '") || line.starts_with("Fatal error");
     const bool other = line.empty() || line.starts_with("====") || line.starts_with("Render failed");
     if (begins) {
-      messages.emplace_back(line);
+      messages.push_back(line);
     } else if (open && !other) {
       messages.back().append(line);
     }
@@ -149,7 +150,7 @@ Result<DeepImage> parse_deep_ppm(std::string_view bytes) {
   return image;
 }
 
-std::string povray_complaint(std::string_view errors, const std::string& scene_path) {
+std::string povray_complaint(const std::string& errors, const std::string& scene_path) {
   std::optional<Complaint> possible;
   std::optional<Complaint> last;
   std::string fatal;
@@ -158,9 +159,7 @@ std::string povray_complaint(std::string_view errors, const std::string& scene_p
     auto complaint = placed_complaint(message);
     if (!complaint) continue;
     if (complaint->file == kSceneFile) complaint->file = scene_path;
-    if (complaint->text.starts_with("Parse Error:")) {
-      return fmt::format("{}:{}: POV-Ray: {}", complaint->file, complaint->line, complaint->text);
-    }
+    if (complaint->text.starts_with("Parse Error:")) return complaint->message();
     if (complaint->text.find("assumed_gamma") == std::string::npos) last = complaint;
     // For a missing image file, POV-Ray reports only this. (Other "Possible Parse Errors" are warnings.)
     if (!possible && complaint->text.starts_with("Possible Parse Error: Cannot find")) possible = complaint;
@@ -168,11 +167,11 @@ std::string povray_complaint(std::string_view errors, const std::string& scene_p
   if (fatal.empty()) return {};
   // If it stops without a reason, its last warning gives the reason.
   if (!possible && fatal.find("Uncategorized error") != std::string::npos) possible = last;
-  if (possible) return fmt::format("{}:{}: POV-Ray: {}", possible->file, possible->line, possible->text);
+  if (possible) return possible->message();
   return fmt::format("{}: POV-Ray: {}", scene_path, fatal);
 }
 
-std::string missing_file(std::string_view errors) {
+std::string missing_file(const std::string& errors) {
   for (const std::string& message : unfolded(errors)) {
     const auto at = message.find("Cannot find file '");
     if (at != std::string::npos) return message.substr(at);
@@ -195,10 +194,6 @@ Error exit_error(const std::string& label, int wait_status, const std::string& e
 Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout) {
   return {ErrorCode::kTimeout, fmt::format("{}: POV-Ray did not finish within {} s and was killed", label,
                                            std::chrono::duration<double>(timeout).count())};
-}
-
-Error start_error(const std::string& label, const std::string& program, const std::string& why) {
-  return {ErrorCode::kUnavailable, fmt::format("{}: POV-Ray ({}) could not be started: {}", label, program, why)};
 }
 
 Error closed_error(const std::string& label, const char* what) {

@@ -33,17 +33,16 @@ Result<DeepImage> deep_image_from(std::string_view ppm, const RenderJob& job);
 /// Returns the message in POV-Ray's standard error that states why it stopped, with lines that it folded at 80 columns
 /// unfolded, as `FILE:LINE: POV-Ray: TEXT`; without a position it is `SCENE: POV-Ray: TEXT`. Empty if there is none.
 /// @param scene_path replaces the name under which POV-Ray was given the scene
-std::string povray_complaint(std::string_view errors, const std::string& scene_path);
+std::string povray_complaint(const std::string& errors, const std::string& scene_path);
 
 /// Returns the message about a file that is not found, if there is one, as `Cannot find file 'F', ...`.
-std::string missing_file(std::string_view errors);
+std::string missing_file(const std::string& errors);
 
 /// Returns the error of a process that ended without an image: kDisconnected (it crashed), kRefused (POV-Ray reports an
 /// error: file and line).
 /// @param wait_status as waitpid() returns it
 Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path);
 Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout);
-Error start_error(const std::string& label, const std::string& program, const std::string& why);
 /// @param what the state that POV-Ray had not reached: "started", "finished"
 Error closed_error(const std::string& label, const char* what);
 

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <system_error>
@@ -67,11 +66,16 @@ bool has_no_room(const std::filesystem::path& folder, std::size_t bytes) {
 /// Returns whether POV-Ray stopped because it could not write. The scene is not the cause of that. On a full disk it
 /// reports the last two.
 bool is_write_error(const std::string& errors) {
-  for (const char* words : {"File I/O error", "render state output file", "Cannot open output file",
-                            "Cannot access data in file", "Frontend halted render"}) {
-    if (errors.find(words) != std::string::npos) return true;
-  }
-  return false;
+  constexpr std::array kWords{"File I/O error", "render state output file", "Cannot open output file",
+                              "Cannot access data in file", "Frontend halted render"};
+  return std::any_of(kWords.begin(), kWords.end(),
+                     [&](const char* words) { return errors.find(words) != std::string::npos; });
+}
+
+Order take_next(std::deque<Order>& queue) {
+  Order order = std::move(queue.front());
+  queue.pop_front();
+  return order;
 }
 
 }  // namespace
@@ -140,10 +144,8 @@ void PovrayPool::hand_out() {
     for (Worker& worker : group->workers) {
       if (group->queue.empty()) break;
       if (worker.povray->state() != State::kWaiting) continue;
-      Order order = std::move(group->queue.front());
-      group->queue.pop_front();
       try {
-        worker.povray->draw(std::move(order));
+        worker.povray->draw(take_next(group->queue));
       } catch (const std::system_error& e) {
         obstacle_ = e.what();
         return;
@@ -209,15 +211,13 @@ void PovrayPool::turn(int wake_fd) {
   if (!obstacle_.empty()) return;
 
   std::vector<pollfd> fds{{wake_fd, POLLIN, 0}, {signals_.get(), POLLIN, 0}, {files_.get(), POLLIN, 0}};
-  std::vector<const HeldPovray*> polled;
   for (const auto& group : groups_) {
-    for (const Worker& worker : group->workers) {
+    for (Worker& worker : group->workers) {
+      worker.polled = fds.size();
       fds.push_back({worker.povray->child().end_fd(), POLLIN, 0});
       fds.push_back({worker.errors_open ? worker.povray->child().errors_fd() : -1, POLLIN, 0});
-      polled.push_back(worker.povray.get());
     }
   }
-  const std::size_t first = fds.size() - 2 * polled.size();
   if (::poll(fds.data(), fds.size(), wait_ms()) < 0 && errno != EINTR) throw_errno("poll");
 
   if (fds[1].revents != 0) {
@@ -230,11 +230,9 @@ void PovrayPool::turn(int wake_fd) {
     for (std::size_t i = group->workers.size(); i-- > 0 && obstacle_.empty();) {
       Worker& worker = group->workers[i];
       worker.povray->look();
-      const auto at = std::find(polled.begin(), polled.end(), worker.povray.get());
-      if (at == polled.end()) continue;
-      const std::size_t fd = first + 2 * std::size_t(at - polled.begin());
-      if (fds[fd + 1].revents != 0) worker.errors_open = worker.povray->drain_errors();
-      if (fds[fd].revents != 0) ended(*group, i);
+      const std::size_t end = worker.polled;
+      if (fds[end + 1].revents != 0) worker.errors_open = worker.povray->drain_errors();
+      if (fds[end].revents != 0) ended(*group, i);
     }
   }
   check_time();
@@ -320,10 +318,7 @@ void PovrayPool::check_time() {
       if (age < povray_.timeout()) continue;
       std::optional<Order> order = povray.take_order();
       drop(*group, i);
-      if (!order && !group->queue.empty()) {
-        order = std::move(group->queue.front());
-        group->queue.pop_front();
-      }
+      if (!order && !group->queue.empty()) order = take_next(group->queue);
       if (order) order->done(timeout_error(order->job.label, povray_.timeout()));
     }
   }
@@ -343,8 +338,7 @@ void PovrayPool::ended(Group& group, std::size_t index) {
   drop(group, index);
   if (!order) {
     if (group.queue.empty()) return;
-    order = std::move(group.queue.front());
-    group.queue.pop_front();
+    order = take_next(group.queue);
   }
   if (full) {
     obstacle_ = fmt::format("POV-Ray cannot write to {}", scratch_.path().parent_path().string());

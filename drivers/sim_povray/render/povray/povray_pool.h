@@ -53,6 +53,7 @@ class PovrayPool {
     std::unique_ptr<HeldPovray> povray;
     int watch = -1;  ///< inotify's watch of its folder
     bool errors_open = true;
+    std::size_t polled = 0;  ///< index of the descriptors of its end and, next, of its errors in turn()'s list
   };
   struct Group {
     std::shared_ptr<const ViewTemplate> view_template;

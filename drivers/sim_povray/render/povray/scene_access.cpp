@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -102,11 +103,9 @@ std::vector<std::string> needed_to_run(const std::string& program) {
     }
   }
   if (const char* extra = std::getenv("LD_LIBRARY_PATH"); extra != nullptr) {
-    std::string_view rest = extra;
-    while (!rest.empty()) {
-      const auto end = std::min(rest.find(':'), rest.size());
-      if (end > 0) paths.emplace_back(rest.substr(0, end));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
+    std::istringstream folders(extra);
+    for (std::string each; std::getline(folders, each, ':');) {
+      if (!each.empty()) paths.push_back(each);
     }
   }
   return paths;

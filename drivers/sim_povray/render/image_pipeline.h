@@ -10,8 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/render/renderer.h"
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/session_settings.h"
 
 /// Makes one finished image from the poses at some moments.
 namespace twocone::sim_povray {

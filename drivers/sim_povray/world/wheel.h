@@ -4,8 +4,24 @@
 #include <cstdint>
 #include <random>
 
-/// The random processes of a world's robots.
+/// One wheel of a robot: its rotation and its slip.
 namespace twocone::sim_povray {
+
+/// Rotation of one wheel over one step. It is commanded u until `driven_s` and 0 from then on, and follows immediately
+/// or with a first-order lag, w' = (u - w) / lag:
+///     w(t) = u + (w0 - u) e^(-t/lag),   angle(t) = u t + (w0 - u) lag (1 - e^(-t/lag)),
+/// in each of its two parts. Exact for any length.
+struct WheelCourse {
+  double begin_radps = 0;    ///< w0; not used without lag
+  double command_radps = 0;  ///< u
+  double driven_s = 0;       ///< >= 0
+  double lag_s = 0;          ///< >= 0
+
+  /// Returns the angle turned since the beginning of the step.
+  [[nodiscard]] double turned_rad(double time_s) const;
+  /// With lag, a speed nearer than 1e-12 rad/s to the command counts as reached, so that a wheel does stop.
+  [[nodiscard]] double speed_radps(double time_s) const;
+};
 
 /// Purposes of a robot's random engines. Each has an engine of its own, so that switching one effect on or off does not
 /// change the draws of the others. The numbers are part of the seed and must not change.

@@ -10,7 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/sim_povray.h"
+#include "drivers/sim_povray/simulation.h"
+#include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
@@ -49,7 +50,13 @@ T value(Result<T> result) {
   return std::move(*result);
 }
 
-ReusedHost host() { return value(ReusedHost::open(place())); }
+std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(place())); }
+
+/// Returns the simulation of the next episode.
+Result<std::unique_ptr<Simulation>> enter(SimulationHost& host, const SessionSettings& settings) {
+  if (auto empty = host.reset(); !empty) return empty.error();
+  return Simulation::join(host, settings);
+}
 
 /// One robot's visit to the world: its simulation, drive, truth and cameras.
 struct Visit {
@@ -83,16 +90,16 @@ std::vector<Image> pixels(const std::vector<Frame>& frames) {
 }
 
 // Catches a host that keeps state of the last robot: its pose, the time, a rate or an image.
-TEST(ReusedHostTest, EachVisitEqualsANewWorldToTheByte) {
+TEST(HostResetTest, EachVisitEqualsANewWorldToTheByte) {
   Visit alone(value(Simulation::open(place(), session())));
   const auto first = pixels(alone.grab());
   (void)alone.drive->set_speeds({9, 4});
   const auto second = pixels(alone.grab());
   ASSERT_FALSE(first == second) << "the robot does not move";
 
-  const ReusedHost here = host();
+  const auto here = host();
   for (const auto& begin : {std::optional<Pose2>(), std::optional<Pose2>(kStart)}) {
-    Visit visit(value(here.enter(session(begin))));
+    Visit visit(value(enter(*here, session(begin))));
     EXPECT_EQ(visit.truth->true_pose(), kStart);
     const auto frames = visit.grab();
     EXPECT_EQ(frames.front().header().sequence, 0U);
@@ -106,7 +113,7 @@ TEST(ReusedHostTest, EachVisitEqualsANewWorldToTheByte) {
 }
 
 // Catches a start elsewhere that moves the robot in the world but not in its images, or twice, or from the wrong place.
-TEST(ReusedHostTest, ARobotThatStartsElsewhereSeesTheSameAsOneThatDroveThere) {
+TEST(HostResetTest, ARobotThatStartsElsewhereSeesTheSameAsOneThatDroveThere) {
   Visit driver(value(Simulation::open(place(), session())));
   (void)driver.grab();
   for (int i = 0; i < 5; ++i) {
@@ -117,10 +124,10 @@ TEST(ReusedHostTest, ARobotThatStartsElsewhereSeesTheSameAsOneThatDroveThere) {
   const Pose2 now = driver.truth->true_pose();
   ASSERT_NE(now, kStart);
 
-  const ReusedHost here = host();
+  const auto here = host();
   const Pose2 elsewhere{-0.7, 0.2, 2.9};
-  const auto other = pixels(Visit(value(here.enter(session(elsewhere)))).grab());
-  Visit visit(value(here.enter(session(now))));
+  const auto other = pixels(Visit(value(enter(*here, session(elsewhere)))).grab());
+  Visit visit(value(enter(*here, session(now))));
   EXPECT_EQ(visit.truth->true_pose(), now);
   const auto frames = visit.grab();
   EXPECT_EQ(frames.front().header().sequence, 0U);
@@ -128,29 +135,29 @@ TEST(ReusedHostTest, ARobotThatStartsElsewhereSeesTheSameAsOneThatDroveThere) {
   EXPECT_FALSE(other == expected);
 }
 
-TEST(ReusedHostTest, RefusesASecondRobotAndAStartInAnObstacle) {
-  const ReusedHost here = host();
-  auto first = value(here.enter(session()));
+TEST(HostResetTest, RefusesASecondRobotAndAStartInAnObstacle) {
+  const auto here = host();
+  auto first = value(enter(*here, session()));
   auto truth = first->open_truth();
   first.reset();
-  const auto second = here.enter(session());
+  const auto second = enter(*here, session());
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kRefused);
   EXPECT_THAT(second.error().message, HasSubstr("cameras, drive or truth are still there"));
 
   truth.reset();
-  const auto inside = here.enter(session(Pose2{1.9, 0.4, 0}));
+  const auto inside = enter(*here, session(Pose2{1.9, 0.4, 0}));
   ASSERT_FALSE(inside);
   EXPECT_EQ(inside.error().code, ErrorCode::kRefused);
   EXPECT_EQ(inside.error().message, "begin of robot touches landmark red");
-  EXPECT_TRUE(here.enter(session())) << "a refusal leaves the host empty";
+  EXPECT_TRUE(enter(*here, session())) << "a refusal leaves the host empty";
 }
 
-TEST(ReusedHostTest, ImagesArriveAfterTheirRobotHasLeft) {
+TEST(HostResetTest, ImagesArriveAfterTheirRobotHasLeft) {
   const auto expected = pixels(Visit(value(Simulation::open(place(), session()))).grab());
-  const ReusedHost here = host();
-  const auto frames = Visit(value(here.enter(session()))).grab();
-  Visit next(value(here.enter(session(Pose2{-0.7, 0.2, 2.9}))));
+  const auto here = host();
+  const auto frames = Visit(value(enter(*here, session()))).grab();
+  Visit next(value(enter(*here, session(Pose2{-0.7, 0.2, 2.9}))));
   const auto others = next.grab();
   EXPECT_TRUE(pixels(frames) == expected);
   EXPECT_FALSE(pixels(others) == expected);
@@ -183,15 +190,15 @@ TEST_P(RenderedTest, EachImageIsReportedOnceWithItsCost) {
   {
     PlaceSettings where = place();
     where.render.hold = GetParam();
-    const ReusedHost here = value(ReusedHost::open(where));
+    const auto here = value(SimulationHost::open(where));
     // The first robot requires no report: the cost of its images must not be reported for the next robot.
-    (void)pixels(Visit(value(here.enter(session()))).grab());
+    (void)pixels(Visit(value(enter(*here, session()))).grab());
     SessionSettings asking = session();
     asking.rendered = [&](const RenderedImage& image) {
       const std::lock_guard lock(mutex);
       reported[{image.camera, image.step}].push_back(image);
     };
-    Visit visit(value(here.enter(asking)));
+    Visit visit(value(enter(*here, asking)));
     for (int i = 0; i < kFrames; ++i) {
       const auto frames = visit.grab();
       (void)pixels(frames);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/image_pipeline.h"
+#include "drivers/sim_povray/render/image_pipeline.h"
 
 #include <exception>
 #include <optional>
