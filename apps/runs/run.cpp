@@ -26,6 +26,7 @@
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "apps/runs/loop/truth_writer.h"
+#include "base/log.h"
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 
@@ -140,6 +141,7 @@ class Loop {
       if (!std::exchange(is_reported, true) && options_.notify) {
         options_.notify(fmt::format("waiting for the world '{}' to be served", settings.world->attach));
       }
+      base::Logger("run").info("the world is not served yet; tried again");
       std::this_thread::sleep_for(kBetweenCalls);
     }
   }
@@ -246,6 +248,7 @@ class Loop {
       for (const std::string& notice : record_.take_later()) info.events.push_back(notice);
       if (auto event = answers_.over_budget()) info.events.push_back(*event);
       info.events.push_back(error.message);
+      if (record_.frames() > 0) base::Logger("run").error(error.message);
       record_.write_yaml();
       return error;
     }

@@ -50,6 +50,7 @@ int run_program(int argc, char** argv) {
   twocone::cli::add_doctor(program);
   twocone::cli::add_tradeoff(program);
   twocone::cli::add_compare(program);
+  twocone::cli::add_log_level(program);
   twocone::cli::add_help(program);
   try {
     check_subcommand(program, argc, argv);
