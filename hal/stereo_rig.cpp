@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
+
 namespace twocone {
 namespace {
 
@@ -57,6 +59,7 @@ Status StereoRig::start(const CameraSettings& lower, const CameraSettings& upper
 }
 
 void StereoRig::lose(Eye& eye) {
+  base::Logger("cameras").warning(fmt::format("{}: disconnected; it will be started again", eye.view));
   eye.camera->stop();
   eye.is_lost = true;
   eye.next_try = std::chrono::steady_clock::now();
@@ -64,6 +67,7 @@ void StereoRig::lose(Eye& eye) {
 
 void StereoRig::drop(std::unique_ptr<Frame>& frame) {
   if (frame) ++unpaired_;
+  if (frame) base::Logger("cameras").debug("a frame without a partner is dropped");
   frame.reset();
 }
 
@@ -92,6 +96,7 @@ Status StereoRig::look_for(Eye& eye, Eye& other, SteadyTime deadline) {
   eye.next_try = now + kBetweenTries;
   if (auto started = start(eye); !started) return started;
   ++recoveries_;
+  base::Logger("cameras").info(fmt::format("{}: started again", eye.view));
   return {};
 }
 

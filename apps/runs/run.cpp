@@ -23,6 +23,7 @@
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "apps/runs/loop/truth_writer.h"
+#include "base/log.h"
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 
@@ -137,6 +138,7 @@ class Loop {
       if (!std::exchange(is_reported, true) && options_.notify) {
         options_.notify(fmt::format("waiting for the world '{}' to be served", settings.world->attach));
       }
+      base::Logger("run").info("the world is not served yet; tried again");
       std::this_thread::sleep_for(kBetweenCalls);
     }
   }
@@ -233,6 +235,7 @@ class Loop {
       // What ended the run is reported by the caller, alone.
       last.push_back(error.message);
       info.events.insert(info.events.end(), last.begin(), last.end());
+      if (record_.frames() > 0) base::Logger("run").error(error.message);
       record_.write_yaml();
       return error;
     }

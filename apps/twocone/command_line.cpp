@@ -16,6 +16,7 @@
 #include "apps/config/yaml/suggestion.h"
 #include "apps/estimation/method.h"
 #include "apps/twocone/commands.h"
+#include "base/log.h"
 
 namespace twocone::cli {
 namespace {
@@ -114,6 +115,16 @@ void add_help(CLI::App& program) {
     const std::string usage = name->empty() ? "twocone" : "twocone " + *name;
     fmt::print("{}", program.get_formatter()->make_help(&asked, usage, CLI::AppFormatMode::Normal));
   });
+}
+
+void add_log_level(CLI::App& program) {
+  const std::vector<std::string> levels(base::kLogLevels.begin(), base::kLogLevels.end());
+  for (const char* name : {"run", "localise", "serve", "calibrate", "doctor", "tradeoff", "compare"}) {
+    program.get_subcommand(name)
+        ->add_option_function<std::string>("--log-level", base::show_log,
+                                           "Show the log on standard error, from this level on")
+        ->check(CLI::IsMember(levels));
+  }
 }
 
 CLI::Validator whole_number() {

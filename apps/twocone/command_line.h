@@ -26,6 +26,9 @@ class HelpFormatter final : public CLI::Formatter {
 /// Adds the subcommand help [COMMAND], which prints what COMMAND --help prints.
 void add_help(CLI::App& program);
 
+/// Adds the option --log-level to the subcommands that open devices or take long. They must be there already.
+void add_log_level(CLI::App& program);
+
 /// Accepts whole numbers from 0 to 2^64 - 1, in digits. Without this check, -1 would be read as 2^64 - 1.
 [[nodiscard]] CLI::Validator whole_number();
 

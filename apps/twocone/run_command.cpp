@@ -103,7 +103,7 @@ void add_run(CLI::App& program) {
   auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
   auto* resume = command->add_option("--resume", options->resume,
                                      "Run folder of a simulated run that was interrupted or killed: continue it with\n"
-                                     "the same settings; takes no other option");
+                                     "the same settings; takes no other option but --log-level");
   command->add_option("--frames", options->run.frames, "Stereo frames to take")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();

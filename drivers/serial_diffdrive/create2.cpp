@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <boost/endian/conversion.hpp>
 
+#include "base/log.h"
+
 namespace twocone::serial {
 namespace {
 
@@ -100,6 +102,7 @@ class Create2 final : public Protocol {
       if (auto there = listen(transport); !there) return there;
     }
     if (!is_awake()) {
+      base::Logger("serial").warning("the robot left mode Safe; it is requested again");
       // The robot left mode Safe by itself: a wheel drop, a cliff, the charger. It accepts Safe again after that.
       if (auto sent = send(transport, std::array{kSafe}); !sent) return sent;
       transport.pause(kModePause);
@@ -180,6 +183,7 @@ class Create2 final : public Protocol {
       if (!got) break;
       found = take(std::span(room).first(*got), transport.now()) || found;
     } while (transport.now() < deadline);
+    if (stream_.rubbish() > before) base::Logger("serial").info("bytes that belong to no packet are skipped");
     if (found) return {};
     if (stream_.rubbish() > before) {
       return Error{ErrorCode::kBadData, "the bytes received are not a stream of sensor packets"};

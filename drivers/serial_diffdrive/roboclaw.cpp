@@ -11,6 +11,7 @@
 #include <boost/crc.hpp>
 #include <boost/endian/conversion.hpp>
 
+#include "base/log.h"
 #include "hal/text.h"
 
 namespace twocone::serial {
@@ -147,6 +148,7 @@ class Roboclaw final : public Protocol {
   /// the question, a different one than last time: all bytes before that answer are old.
   Status get_in_step(Transport& transport) {
     if (is_in_step_) return transport.discard_input();
+    base::Logger("serial").warning("an answer is missing or wrong; synchronising again");
     transport.pause(kForgets);
     question_ = question_ == kReadTimeout ? kReadVoltage : kReadTimeout;
     if (auto sent = send_question(transport, question_); !sent) return sent;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
 #include "hal/text.h"
 
 namespace twocone::serial {
@@ -108,6 +109,7 @@ class RosArduinoBridge final : public Protocol {
     Error last{};
     for (int i = 0; i < kTries; ++i) {
       if (owed_ > 0) {
+        base::Logger("serial").warning("an answer is missing or wrong; synchronising again");
         if (auto ready = get_in_step(transport, transport.in(kReplyTime)); !ready) return i > 0 ? last : ready.error();
       }
       auto line = ask_once(transport, command);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/log.h"
 #include "drivers/serial_diffdrive/monitored_transport.h"
 #include "drivers/serial_diffdrive/protocol.h"
 #include "drivers/serial_diffdrive/serial_port.h"
@@ -23,6 +24,8 @@ namespace {
 
 using std::chrono::milliseconds;
 using SteadyTime = std::chrono::steady_clock::time_point;
+
+constexpr base::Logger kLog("serial");
 
 // An Arduino whose port is opened boots for 1 to 2 s.
 constexpr milliseconds kGreeting{4'000};
@@ -198,6 +201,7 @@ class SerialDiffDrive final : public DiffDrive {
     moves_until_.reset();
     failures_ = 0;
     greeted_ = true;
+    kLog.info(settings_.port + ": connected");
     return {};
   }
 
@@ -215,6 +219,7 @@ class SerialDiffDrive final : public DiffDrive {
     if (!watchdog_) return 0;
     const std::uint32_t written = watchdog_->stops_done();
     const std::uint32_t begun = watchdog_->stops_begun();
+    if (begun != stops_noted_) base::Logger("watchdog").warning("no command came in time; the wheels are stopped");
     protocol_->note_stops(begun - std::exchange(stops_noted_, begun));
     return written;
   }
@@ -233,6 +238,7 @@ class SerialDiffDrive final : public DiffDrive {
       if (auto there = plug_in(); !there) return lost_;
     }
     if (auto greeted = greet(*transport_, kGreetingSlice); !greeted) {
+      kLog.warning(settings_.port + ": the controller does not answer the handshake yet");
       if (greeted.error().code == ErrorCode::kDisconnected || now() >= greet_until_) lose();
       return lost_;
     }
@@ -279,6 +285,7 @@ class SerialDiffDrive final : public DiffDrive {
 
   /// Stops the wheels, which must not turn without a watchdog, and starts another watchdog.
   Error replace_watchdog(const Error& why) {
+    base::Logger("watchdog").warning(why.message + "; it is replaced");
     send_stop();
     watchdog_->kill();
     count_stops();
@@ -312,6 +319,7 @@ class SerialDiffDrive final : public DiffDrive {
 
   /// Closes a lost port.
   void lose() {
+    kLog.warning(settings_.port + ": disconnected; it will be opened again");
     forget();
     watchdog_.reset();
     transport_.reset();
@@ -321,6 +329,7 @@ class SerialDiffDrive final : public DiffDrive {
 
   /// The port is still open, but the handshake with its controller must be repeated.
   void greet_again(const std::string& why) {
+    kLog.warning(fmt::format("{}: the controller {}; the handshake is repeated", settings_.port, why));
     forget();
     greet_until_ = now() + kGreeting;
     lost_ = Error{ErrorCode::kDisconnected, fmt::format("the controller at {} {}", settings_.port, why)};
@@ -349,6 +358,7 @@ class SerialDiffDrive final : public DiffDrive {
   /// controller may take any question as a sign of life.
   Status keep_dead_man_rule() {
     if (!moves_until_ || now() < *moves_until_) return {};
+    kLog.warning("no command within command_timeout; the wheels are stopped");
     return stop_wheels();
   }
 
@@ -366,6 +376,7 @@ class SerialDiffDrive final : public DiffDrive {
   /// Reads again after a jump of the counts. A jump is a disturbed answer, unless it is read twice: then the board was
   /// reset.
   Result<RawCounts> ask_again(const RawCounts& first) {
+    kLog.warning("the wheel counters jumped; they are read again");
     SteadyTime asked = now();
     const SteadyTime begun = asked;
     auto second = read_counts(asked);

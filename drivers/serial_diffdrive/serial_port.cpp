@@ -18,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "hal/text.h"
 
@@ -235,6 +236,7 @@ Result<Connection> open_port(const std::string& path, int baud) {
     bool is_busy = false;
     auto port = open_once(path, baud, is_busy);
     if (port || !is_busy || std::chrono::steady_clock::now() >= deadline) return port;
+    base::Logger("serial").info(path + ": in use; tried again");
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
 }

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/log.h"
 #include "hal/text.h"
 
 namespace twocone::v4l2 {
@@ -251,6 +252,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
       best = candidate;
     }
   }
+  if (best) base::Logger("v4l2").warning(path_ + ": size or rate are not as wanted, but the nearest");
   if (best) return set_up(*best, wanted);  // set again, because another format was tried after it
   if (last) return *last;
   std::vector<std::string> names;

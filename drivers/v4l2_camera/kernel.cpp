@@ -2,6 +2,7 @@
 #include "drivers/v4l2_camera/kernel.h"
 
 #include <fcntl.h>
+#include <linux/videodev2.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -10,17 +11,33 @@
 #include <cstring>
 #include <filesystem>
 
+#include <fmt/format.h>
+
+#include "base/log.h"
+
 namespace twocone::v4l2 {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Returns false if nothing has come yet, a list ends, or the device does not have the call.
+bool is_failure(unsigned long request, int error) {
+  return error != EAGAIN && error != EINVAL && error != ENOTTY && (request != VIDIOC_DQEVENT || error != ENOENT);
+}
 
 class RealKernel final : public Kernel {
  public:
   int open(const char* path) override { return int(TEMP_FAILURE_RETRY(::open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC))); }
   int close(int file) override { return ::close(file); }
   int ioctl(int file, unsigned long request, void* argument) override {
-    return int(TEMP_FAILURE_RETRY(::ioctl(file, request, argument)));
+    const int result = int(TEMP_FAILURE_RETRY(::ioctl(file, request, argument)));
+    if (result >= 0 || !is_failure(request, errno)) return result;
+    const int error = errno;
+    base::Logger("v4l2").warning(fmt::format("{}: call {} of linux/videodev2.h: {}",
+                                             target(fmt::format("/proc/self/fd/{}", file)), _IOC_NR(request),
+                                             std::strerror(error)));
+    errno = error;
+    return result;
   }
   void* mmap(int file, std::size_t length, long offset) override {
     void* const memory = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, file, offset);

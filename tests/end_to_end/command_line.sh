@@ -38,11 +38,16 @@ bash -c '"$1" run --robot "$2" --frames 4 --behaviour still --seed 7 --out "$3/c
 # ---- two equal runs differ only in measured times
 for run in full closed; do
   cp -r "$work/$run" "$work/$run.timeless"
-  find "$work/$run.timeless" -name timing.csv -delete
+  find "$work/$run.timeless" \( -name timing.csv -o -name run.log \) -delete
   sed -i 's/,[^,]*$//' "$work/$run.timeless/frames.csv"
   find "$work/$run.timeless" \( -name run.yaml -o -name summary.json \) -exec sed -i -E '/(wall_s|render_wait_s|own_cpu_s|render_cpu_s)"?:/d' {} +
 done
 diff -r "$work/full.timeless" "$work/closed.timeless" >"$work/differences" || fail "equal runs differ: $(head "$work/differences")"
+
+# ---- the log: in the run folder alone, and on standard error where it is asked for
+[ -f "$work/full/run.log" ] || fail 'a run without its run.log'
+gives 'run with its log' 0 ' info run: 2 frames, behaviour still' "$twocone" run --robot "$small" --frames 2 --behaviour still --out "$work/logged" --log-level info
+grep -q ' info run: 2 frames, behaviour still' "$work/logged/run.log" || fail "run.log lacks what was shown: $(cat "$work/logged/run.log")"
 
 # ---- docs/running.md shows each kind of line that a run prints
 "$twocone" localise "$work/full" >"$work/table" 2>&1 || fail "localise: $(cat "$work/table")"

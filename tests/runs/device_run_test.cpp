@@ -22,6 +22,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::AllOf;
+using testing::Contains;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -144,6 +146,27 @@ TEST_F(DeviceRun, AFailureThatLastsEndsItAndIsTold) {
   const runlog::RunData run = runlog::read_run(options_.out);
   EXPECT_FALSE(run.info.finished);
   EXPECT_THAT(run.info.events.back(), HasSubstr("and so it stayed"));
+}
+
+TEST_F(DeviceRun, WritesWhatItHandledIntoItsLog) {
+  lower_faults_.disconnect_after = kGoesAfter;
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  std::ifstream in(options_.out / "run.log");
+  const std::string log{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_THAT(log, HasSubstr(" warning cameras: lower: disconnected; it will be started again\n"));
+  EXPECT_THAT(log, ContainsRegex(" warning run: frame [0-9]+: lower: .*; tried again\n"));
+  // The terminal gets the events alone.
+  for (const std::string& event : told_) EXPECT_THAT(event, Not(HasSubstr("tried again")));
+}
+
+// There is no folder for a log, so the reasons would be lost.
+TEST_F(DeviceRun, ThatFailsBeforeItsFirstFrameReportsItsLog) {
+  lower_faults_.disconnect_after = 0;
+  options_.patience = 0ms;
+  EXPECT_FALSE(go());
+  EXPECT_FALSE(std::filesystem::exists(options_.out));
+  EXPECT_THAT(told(), Contains(HasSubstr(" warning cameras: lower: disconnected")));
 }
 
 // The folder of a start that failed barred the same command.

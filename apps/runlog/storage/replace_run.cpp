@@ -24,8 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // In addition to kResultFiles and the cameras' folders. Includes the files that `report` and `compare --scene` add.
-constexpr std::array kRunFiles{"run.yaml",         "frames.csv",  "drive.csv", "truth.tum",         "odometry.tum",
-                               RunLock::kFileName, "report.html", "figures",   "rendered_from.txt", "methods"};
+constexpr std::array kRunFiles{"run.yaml",  "run.log",           "frames.csv",       "drive.csv",
+                               "truth.tum", "odometry.tum",      RunLock::kFileName, "report.html",
+                               "figures",   "rendered_from.txt", "methods"};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
   throw DiskError(fmt::format("--force does not replace {}: {}", folder.string(), why));

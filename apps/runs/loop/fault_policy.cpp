@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
+
 namespace twocone::runs {
 
 FaultPolicy::FaultPolicy(std::chrono::milliseconds patience, std::function<void(const std::string&)> notify)
@@ -20,6 +22,7 @@ Status FaultPolicy::failed(std::uint64_t frame, const Error& error) {
     return Error{error.code,
                  fmt::format("{}, and so it stayed for {} s", what, std::chrono::duration<double>(patience_).count())};
   }
+  base::Logger("run").warning(what + "; tried again");
   const bool ends = error.code != ErrorCode::kBadData;
   if (ends && !has_end_) {
     notify_(fmt::format("{}: the wheels are stopped until it answers again", what));

@@ -8,6 +8,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/runs/loop/pairs.h"
+#include "base/log.h"
 
 namespace twocone::runs {
 namespace {
@@ -49,7 +50,7 @@ void FrameTaker::stop_wheels() {
   command_ = {};
   was_stopped_ = true;
   // If the command does not arrive, the dead-man rule stops the wheels.
-  static_cast<void>(robot_.drive().stop());
+  if (!robot_.drive().stop()) base::Logger("run").warning("a stop of the wheels was not confirmed");
 }
 
 Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool>& stop) {
@@ -80,6 +81,7 @@ Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool
   const bool is_first = number == 0 || std::exchange(was_stopped_, false);
   step_s_ = is_first ? period_s_ : t_s - last_t_s_;
   last_t_s_ = t_s;
+  if (number > 0 && lower.lost_before + upper.lost_before > 0) base::Logger("run").warning("frames were lost or late");
   lower_skipped_ += lower.skipped_before;
   upper_skipped_ += upper.skipped_before;
   return TakenFrame{std::move(frame), std::move(record), robot_.other_frames()};

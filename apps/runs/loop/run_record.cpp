@@ -7,6 +7,7 @@
 
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/version.h"
+#include "base/log.h"
 
 namespace twocone::runs {
 namespace {
@@ -47,8 +48,15 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
   info_.truth = options.truth;
 }
 
+RunRecord::~RunRecord() {
+  for (const std::string& line : base::close_log()) {
+    if (options_.notify) options_.notify(line);
+  }
+}
+
 void RunRecord::open() {
   folder_.emplace(options_.out, options_.old);
+  base::Logger("run").info(fmt::format("{} frames, behaviour {}", options_.frames, options_.behaviour));
   write_yaml();
 }
 
@@ -56,6 +64,7 @@ void RunRecord::write_yaml() const { runlog::write_run_yaml(folder_->path(), inf
 
 void RunRecord::note(const std::string& event) {
   info_.events.push_back(event);
+  base::Logger("run").info(event);
   if (options_.notify && frames_ >= replayed_) options_.notify(event);
 }
 
@@ -82,6 +91,7 @@ void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const
                     const std::vector<runlog::OtherImage>& others) {
   folder_->add(record, lower, upper, others);
   ++frames_;
+  if (frames_ == 1) base::open_log(path() / "run.log");  // before, the folder may still be removed
 }
 
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {

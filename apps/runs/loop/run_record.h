@@ -18,6 +18,8 @@ namespace twocone::runs {
 class RunRecord {
  public:
   RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options);
+  /// Closes run.log. Where there is none, because there was no frame, reports what was logged.
+  ~RunRecord();
 
   /// Makes (or, for a resumed run, locks) the folder and writes run.yaml. @throws runlog::DiskError
   void open();

@@ -16,6 +16,7 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
 #include "drivers/sim_povray/serve.h"
 #include "drivers/sim_povray/server/client_connection.h"
 #include "drivers/sim_povray/server/served_name.h"
@@ -47,6 +48,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
 
   std::mutex report_mutex;
   const auto report_in_turn = [&](const std::string& line) {
+    base::Logger("server").info(line);
     const std::lock_guard lock(report_mutex);
     report(line);
   };
@@ -60,7 +62,9 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
     base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!socket.valid()) {
       // Usually no descriptor is left. The caller stays in the queue, so without a pause this would spin.
-      if (errno != EINTR && errno != ECONNABORTED) std::this_thread::sleep_for(kSlice);
+      if (errno == EINTR || errno == ECONNABORTED) continue;
+      base::Logger("server").warning("a program cannot be accepted; tried again");
+      std::this_thread::sleep_for(kSlice);
       continue;
     }
     if (sessions.size() >= kMaxConnections) {

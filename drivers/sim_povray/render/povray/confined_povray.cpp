@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/log.h"
 #include "drivers/sim_povray/effects.h"
 
 namespace twocone::sim_povray {
@@ -41,6 +42,7 @@ Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& cal
   for (const std::filesystem::path& folder : access->readable()) readable.push_back(folder.string());
   auto confinement = std::make_shared<const base::Confinement>(std::move(readable), place.render.landlock);
   if (confinement->kind() != base::Confinement::Kind::kLandlock) {
+    base::Logger("povray").warning(describe_confinement(place));
     if (auto inside = check_named_files(calls, *access); !inside) return inside.error();
   }
   return Povray(*std::move(program), place.scene, place.render.timeout, {std::move(confinement), std::move(access)});

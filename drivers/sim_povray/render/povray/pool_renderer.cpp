@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/log.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render_settings.h"
 
@@ -92,6 +93,7 @@ void PoolRenderer::hold() {
 }
 
 void PoolRenderer::fall_back(std::string why, std::vector<Order> orders) {
+  base::Logger("povray").warning("one process for each image from here on: " + why);
   {
     const std::lock_guard lock(mutex_);
     obstacle_ = std::move(why);

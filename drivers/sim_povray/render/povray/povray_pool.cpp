@@ -19,6 +19,7 @@
 
 #include <fmt/format.h>
 
+#include "base/log.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
@@ -348,6 +349,7 @@ void PovrayPool::ended(Group& group, std::size_t index) {
   const Error error = povray_.bad_end(order->job.label, status, errors);
   const bool refused = WIFEXITED(status) && !HeldScene::is_stale(errors) && !povray_complaint(errors, "").empty();
   if (HeldScene::is_stale(errors) && ++order->stale <= kMaxStale) {
+    base::Logger("povray").info("a process read an old pose; its image is started again");
     group.queue.push_front(std::move(*order));
     return;
   }
@@ -362,6 +364,7 @@ void PovrayPool::lose(Group& group, Order order, Error error) {
   if (++order.failures > kMaxRetries) {
     order.done(std::move(error));
   } else {
+    base::Logger("povray").warning("an image was lost with its process and is started again: " + error.message);
     group.queue.push_front(std::move(order));
   }
 }
