@@ -25,8 +25,8 @@ constexpr double kLevelTo_px = 4.0;  // a simulated image ends 6 px behind the r
 constexpr double kEdge_px = 2.0;
 constexpr double kSample_px = 0.125;
 constexpr double kLeastContrast = 0.05;  // share of white, linear light
-constexpr int kIterations = 20;
-constexpr double kMinSupport = 1.0 / 3;
+constexpr int kCircleIterations = 20;
+constexpr double kLeastCircleSupport = 1.0 / 3;
 
 /// Radius of the edge in one direction.
 std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
@@ -109,9 +109,9 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
   RimMeasurement rim;
   Eigen::Matrix3d normal;
   double weights = 0;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kCircleIterations; ++iteration) {
     edges = edges_about(grey, *circle, directions);
-    if (double(edges.size()) < kMinSupport * directions) return std::nullopt;
+    if (double(edges.size()) < kLeastCircleSupport * directions) return std::nullopt;
     std::vector<double> off;
     off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
@@ -129,7 +129,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
       squares += weight * residual * residual;
       weights += weight;
     }
-    if (!(weights > kMinSupport * directions)) return std::nullopt;
+    if (!(weights > kLeastCircleSupport * directions)) return std::nullopt;
     const Eigen::Vector3d step = normal.ldlt().solve(right);
     circle->centre_px += step.head<2>();
     circle->radius_px += step.z();
@@ -176,7 +176,7 @@ std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const
   }
   TipMeasurement tip{expected_px, 0, 0};
   double scale = 0.5;  // limit of the sine of a line's angle off the radius; it shrinks to 0.15
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kCircleIterations; ++iteration) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     double squares = 0;

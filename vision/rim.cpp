@@ -24,8 +24,8 @@ constexpr double kMinStep = 4;     // grey levels: a smaller step is noise
 constexpr double kClearStep = 12;  // grey levels: three times a noise of 4, which is strong
 constexpr double kDark = 6;        // grey levels: black with such noise on it
 constexpr double kInlier_px = 1.0;
-constexpr double kMinSupport = 1.0 / 3;
-constexpr int kIterations = 30;
+constexpr double kLeastRimSupport = 1.0 / 3;
+constexpr int kRimIterations = 30;
 // The interpolation spreads the step from the last lit pixel over the diagonals of two pixels.
 constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
 
@@ -103,7 +103,9 @@ std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircl
   return edges;
 }
 
-bool are_enough(const std::vector<Eigen::Vector2d>& edges) { return double(edges.size()) >= kDirections * kMinSupport; }
+bool are_enough(const std::vector<Eigen::Vector2d>& edges) {
+  return double(edges.size()) >= kDirections * kLeastRimSupport;
+}
 
 cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
   if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants an image of r g b");
@@ -125,7 +127,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   circle.radius_px = base::median(std::move(radii));
 
   // Gauss-Newton on the distance to the circle, with Cauchy weights whose scale shrinks to a pixel.
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kRimIterations; ++iteration) {
     const double scale_px = std::max(kInlier_px, kSearch * expected.radius_px / (1 << std::min(iteration, 10)));
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -146,7 +148,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
     return std::abs((e - circle.centre_px).norm() - circle.radius_px) <= kInlier_px;
   });
   circle.support = double(inliers) / kDirections;
-  if (circle.support < kMinSupport || !(circle.radius_px > 0)) return std::nullopt;
+  if (circle.support < kLeastRimSupport || !(circle.radius_px > 0)) return std::nullopt;
   return circle;
 }
 

@@ -43,7 +43,7 @@ vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorV
 }
 
 /// One held-out frame.
-struct Frame {
+struct HeldOutFrame {
   const Side& real;
   const std::vector<Source>& sources;
   const std::vector<vision::Rig>& put_back;  ///< the found rig with each source's numbers as believed
@@ -194,7 +194,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     if (!answer) return answer.error();
     auto reference = real.is_reference_apart ? real.reference[row] : pose_of(answer->fix, frame.t_s);
     if (!reference) continue;
-    Frame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
+    HeldOutFrame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
     if (!real.is_reference_apart) {
       reference = at.fixed_in_time(answer->ranges, targets, landmarks_m);
       if (!reference) continue;

@@ -31,8 +31,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Images, views, unreadable, unreadable_count)
 
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr std::size_t kMostNamed = 5;
 
 vision::ImageRegion region_of(const vision::MirrorView& view) {
@@ -63,10 +61,10 @@ std::optional<Images> kept_part(const ImageWork& work, std::size_t number) {
   const auto file = part_file(work, number);
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
-    const Json json = Json::parse(config::read_text(file));
+    const nlohmann::json json = nlohmann::json::parse(config::read_text(file));
     if (json.at("key") != work.key) return std::nullopt;
     return json.get<Images>();
-  } catch (const Json::exception&) {
+  } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   } catch (const config::FileError&) {
     return std::nullopt;
@@ -165,7 +163,7 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
           for (std::size_t i = number * kPartFrames; i < std::min(frames, (number + 1) * kPartFrames); ++i) {
             measurer.add(i * every, part);
           }
-          Json json = part;
+          nlohmann::json json = part;
           json["key"] = work.key;
           runlog::write_whole(part_file(work, number), json.dump());
         }

@@ -52,7 +52,8 @@ Result<std::vector<Place>> places_of(const Side& real) {
 }
 
 /// Orders the images of the scene's two cameras at a pose.
-Result<std::array<Frame, 2>> look(sim_povray::SimulationHost& host, const config::Robot& robot, const Place& place) {
+Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, const config::Robot& robot,
+                                           const Place& place) {
   sim_povray::SessionSettings session;
   session.body.start = robot.start.value_or(Pose2{});
   session.body.begin = Pose2{place.pose.x_m, place.pose.y_m, place.pose.heading_rad};
@@ -76,7 +77,7 @@ Result<std::array<Frame, 2>> look(sim_povray::SimulationHost& host, const config
   if (!lower) return lower.error();
   auto upper = cameras[1]->grab(kImageTimeout);
   if (!upper) return upper.error();
-  return std::array<Frame, 2>{*std::move(lower), *std::move(upper)};
+  return std::array<twocone::Frame, 2>{*std::move(lower), *std::move(upper)};
 }
 
 /// Returns everything that determines the images: the map, its scene with the files beside it that it can include, the
@@ -116,7 +117,7 @@ void keep_those_of(const std::string& recipe, const std::filesystem::path& folde
 
 struct Coming {
   Place place;
-  std::array<Frame, 2> frames;
+  std::array<twocone::Frame, 2> frames;
 };
 
 Status keep(const std::filesystem::path& to, const Coming& coming) {
@@ -146,7 +147,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
       return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
     }
     if (!std::filesystem::exists(runlog::upper_image_file(settings.to, places[i].frame.frame))) {
-      auto frames = look(*host, real.run.robot, places[i]);
+      auto frames = look(**host, real.run.robot, places[i]);
       if (!frames) {
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
       }

@@ -13,8 +13,6 @@
 namespace twocone::compare {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 /// A number of both sides with its model tolerance, before it becomes a component.
 struct Number {
   const char* name;  ///< as in CalibratedParameter; for a view without the view's name

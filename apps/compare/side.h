@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,7 @@ struct Side {
   bool is_reference_apart = false;  ///< the reference does not come from the run's own images
 };
 
+inline constexpr double kDegree = std::numbers::pi / 180;
 /// Prior standard deviation of a landmark's place about its place in the map.
 constexpr double kMapSigma_m = 0.02;
 

@@ -13,8 +13,6 @@
 namespace twocone::compare {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 std::optional<double> times(std::optional<double> value, double factor) {
   return value ? std::optional(*value * factor) : std::nullopt;
 }

@@ -11,7 +11,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kTurnAroundSpeed_radps = 2 * pi;
-constexpr double kSpeedShare = 0.3;
+constexpr double kBenchSpeedShare = 0.3;
 constexpr double kStillCounts = 2.5;  // two counts, and rounding
 constexpr double kStill_rad = 0.01;   // where the drive does not report its counts
 constexpr double kStep_s = 0.02;
@@ -19,7 +19,7 @@ constexpr double kWatchStep_s = 0.005;
 constexpr double kWaitStep_s = 0.05;
 constexpr double kStillFor_s = 0.3;
 constexpr double kStopTime_s = 2;
-constexpr int kTroublesInARow = 3;
+constexpr int kWheelTroublesInARow = 3;
 // A wheel that turns this far against its command, or beyond it, is out of control.
 constexpr double kOutOfHand_rad = pi;
 constexpr double kOutOfHandFactor = 2;
@@ -33,7 +33,7 @@ double still_rad(double counts_per_turn) {
 WheelBench::WheelBench(DiffDrive& drive, double counts_per_turn, const Surroundings& surroundings)
     : drive_(drive),
       surroundings_(surroundings),
-      speed_radps_(std::min(kTurnAroundSpeed_radps, kSpeedShare * drive.limits().max_speed_radps)),
+      speed_radps_(std::min(kTurnAroundSpeed_radps, kBenchSpeedShare * drive.limits().max_speed_radps)),
       still_rad_(doctor::still_rad(counts_per_turn)) {}
 
 Result<WheelSample> WheelBench::read() {
@@ -71,7 +71,7 @@ Course WheelBench::drive(const WheelSpeeds& speeds, double seconds, const std::s
   int troubles = 0;
   const auto note = [&](const Error& error) {
     const bool may_pass = error.code == ErrorCode::kTimeout || error.code == ErrorCode::kBadData;
-    if (!may_pass || ++troubles >= kTroublesInARow) course.error = error;
+    if (!may_pass || ++troubles >= kWheelTroublesInARow) course.error = error;
   };
   while (surroundings_.now_s() - begin_s < seconds && !course.error) {
     end_if_asked(surroundings_);
@@ -105,7 +105,7 @@ Course WheelBench::watch(double seconds) {
     end_if_asked(surroundings_);
     const auto sample = read();
     if (!sample) {
-      if (++troubles >= kTroublesInARow) {
+      if (++troubles >= kWheelTroublesInARow) {
         course.error = sample.error();
         break;
       }

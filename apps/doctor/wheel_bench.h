@@ -10,6 +10,9 @@
 
 namespace twocone::doctor {
 
+/// The name of the wheels in the rows of the report.
+inline constexpr const char* kDrivePart = "drive";
+
 struct WheelSample {
   double t_s = 0;  ///< the doctor's clock
   double left_rad = 0;

@@ -11,12 +11,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr const char* kPart = "robot";
+constexpr const char* kRobotPart = "robot";
 constexpr const char* kAdvice =
     "check the robot file's drivers, map and scene; a served world needs a running twocone serve";
 // As long as a run waits: a served world waits for its slowest robot, and an image for POV-Ray.
 constexpr milliseconds kPairTime{60'000};
-constexpr milliseconds kImageTime{150'000};
+constexpr milliseconds kFirstImageTime{150'000};
 
 void add_driver_rows(const drivers::RobotSettings& settings, Report& report) {
   const auto add = [&report](const std::string& part, const std::string& driver) {
@@ -33,7 +33,7 @@ void add_driver_rows(const drivers::RobotSettings& settings, Report& report) {
 void check_view(const std::string& view, const Frame& frame, const std::string& driver,
                 const vision::RimCircle& believed, Report& report) {
   const auto failed = [&](const Error& error) { report.add(failed_row(view, "image", error, kAdvice)); };
-  const auto image = frame.image(kImageTime);
+  const auto image = frame.image(kFirstImageTime);
   if (!image) return failed(image.error());
   const auto rgb = to_rgb8(**image);
   if (!rgb) return failed(rgb.error());
@@ -55,7 +55,7 @@ void check_whole_robot(const config::Robot& robot, const drivers::RobotSettings&
                        const Surroundings& surroundings, Report& report) {
   add_driver_rows(settings, report);
   const auto failed = [&](const char* check, const Error& error) {
-    report.add(failed_row(kPart, check, error, kAdvice));
+    report.add(failed_row(kRobotPart, check, error, kAdvice));
   };
   surroundings.progress("simulated robot", 0);
   auto opened = openers.robot(settings);
@@ -65,16 +65,16 @@ void check_whole_robot(const config::Robot& robot, const drivers::RobotSettings&
   if (const auto started = whole.start(settings.lower.settings, settings.upper.settings); !started) {
     return failed("starts", started.error());
   }
-  report.add({kPart, "opens, starts", fmt::format("{} cameras and a drive", 2 + settings.others.size())});
+  report.add({kRobotPart, "opens, starts", fmt::format("{} cameras and a drive", 2 + settings.others.size())});
   end_if_asked(surroundings);
   const auto pair = whole.next_frame(kPairTime);
   if (!pair) return failed("pair", pair.error());
-  report.add({kPart, "pair", fmt::format("received; skew {:.1f} ms", 1e3 * seconds_of(pair->skew()))});
+  report.add({kRobotPart, "pair", fmt::format("received; skew {:.1f} ms", 1e3 * seconds_of(pair->skew()))});
   if (const auto angles = whole.drive().read_angles(); !angles) {
     failed("angles", angles.error());
   } else {
     report.add(
-        {kPart, "angles", fmt::format("left {:.3f} rad, right {:.3f} rad", angles->left_rad, angles->right_rad)});
+        {kRobotPart, "angles", fmt::format("left {:.3f} rad, right {:.3f} rad", angles->left_rad, angles->right_rad)});
   }
   surroundings.progress("simulated robot", 0.5);
   end_if_asked(surroundings);

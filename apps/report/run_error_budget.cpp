@@ -6,13 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "apps/report/figures/series.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/markup.h"
 
 namespace twocone::report {
 namespace {
-
-constexpr double kMmPerM = 1000;
 
 const std::vector<runlog::PoseRow>& path_of(const runlog::RunData& run) {
   if (!run.truth.empty()) return run.truth;
@@ -39,7 +38,7 @@ void set_motion(const std::vector<runlog::PoseRow>& path, error_budget::ErrorBud
   settings.turn_rate_radps = std::sqrt(turn_squares / count);
 }
 
-std::string mm(double metres) {
+std::string three_digits_mm(double metres) {
   const double value = metres * kMmPerM;
   return value < 5e-4 ? std::string("0") : fmt::format("{:#.3g}", value);
 }
@@ -73,14 +72,14 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
 std::string error_budget_table(const RunErrorBudget& run_error_budget) {
   const error_budget::ErrorBudget& error_budget = run_error_budget.error_budget;
   html::Table table(
-      "Root mean square error in mm that each source adds",
+      "Root mean square error in three_digits_mm that each source adds",
       html::head_row({"", "", fmt::format("range at {:g} m", error_budget.range_m), "position"}, {1, 1, 2, 2}) +
           html::head_row({"source", "wrong by", "analytic", "Monte Carlo", "analytic", "Monte Carlo"}));
   const auto add = [&](const error_budget::ErrorBudgetLine& line, std::string_view attributes) {
     std::vector<std::string> cells{escape(line.source), escape(line.size)};
     for (const auto& [c, count] : {std::pair{line.range, error_budget.ranges}, {line.position, error_budget.poses}}) {
-      cells.push_back(count > 0 ? mm(c.analytic_m) : "\u2013");
-      cells.push_back(count > 0 ? mm(c.monte_carlo_m) : "\u2013");
+      cells.push_back(count > 0 ? three_digits_mm(c.analytic_m) : "\u2013");
+      cells.push_back(count > 0 ? three_digits_mm(c.monte_carlo_m) : "\u2013");
     }
     table.add(cells, attributes);
   };

@@ -11,6 +11,7 @@
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/method.h"
+#include "apps/report/figures/series.h"
 #include "apps/report/kit/plain_text.h"
 #include "apps/report/paper_figures.h"
 #include "localisation/pose_filter.h"
@@ -21,11 +22,12 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 constexpr std::size_t kNameWidth = 12;
-constexpr double kMmPerM = 1000;
 constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 const std::string_view kOk = to_string(vision::RangeVerdict::kOk);
 
-std::string percent(int part, int whole) { return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-"; }
+std::string percent_or_dash(int part, int whole) {
+  return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-";
+}
 
 /// Formats a number in nine columns, the first of them blank. A number that is too long for that, such as the error of
 /// a wild answer, is written in powers of ten.
@@ -57,7 +59,7 @@ std::string paper_columns(double mean_mm, double max_mm) { return fmt::format(" 
 
 /// Returns the beginning of a row: a name, the number of frames that have such an answer, and their share of `whole`.
 std::string row_head(std::string_view name, int frames, int whole) {
-  return fmt::format("{:<{}}{:>8}{:>9}", cut(name, kNameWidth - 1), kNameWidth, frames, percent(frames, whole));
+  return fmt::format("{:<{}}{:>8}{:>9}", cut(name, kNameWidth - 1), kNameWidth, frames, percent_or_dash(frames, whole));
 }
 
 /// Returns the items of a list with the commas between them.
@@ -185,7 +187,7 @@ std::string headings(const runlog::Summary& summary) {
 }
 
 std::string share_within(const std::optional<runlog::Share>& share) {
-  return share ? fmt::format("{:>9} of {}", percent(share->held, share->count), share->count)
+  return share ? fmt::format("{:>9} of {}", percent_or_dash(share->held, share->count), share->count)
                : fmt::format("{:>9}", "-");
 }
 

@@ -15,7 +15,6 @@ namespace twocone::tradeoff {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLevel = 0.95;
 
 const Interval& mean_m(const SettingResult& s) { return s.position_m->mean; }
 
@@ -39,11 +38,12 @@ Validation judge(const Check& fresh, const Requirement& requirement, std::size_t
   validation.mean_m = validation.robot_time_s = kUnknown;
   validation.upper_limit_m = kInfinity;
   if (validation.episodes > 0) {
-    validation.mean_m = mean_interval(fresh.position_errors_m, kLevel);
-    validation.upper_limit_m = mean_upper_limit(fresh.position_errors_m, 1 - (1 - kLevel) / double(settings_swept));
+    validation.mean_m = mean_interval(fresh.position_errors_m, kConfidence);
+    validation.upper_limit_m =
+        mean_upper_limit(fresh.position_errors_m, 1 - (1 - kConfidence) / double(settings_swept));
   }
   if (episodes_of(fresh.robot_times_s) > 0)
-    validation.robot_time_s = quantile_interval(fresh.robot_times_s, 0.95, kLevel);
+    validation.robot_time_s = quantile_interval(fresh.robot_times_s, 0.95, kConfidence);
   validation.answered_share = fresh.answered_share;
   validation.is_confirmed =
       upper_limit(validation, requirement) < requirement.limit && validation.answered_share >= kLeastAnswered;

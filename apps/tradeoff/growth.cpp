@@ -15,7 +15,6 @@ namespace {
 /// Added to each point's own sigma. No law is more accurate, and a time that is always the same would otherwise
 /// outweigh all other points.
 constexpr double kLeastSigma = 0.01;
-constexpr double kLevel = 0.95;
 
 struct Point {
   double x = 0, y = 0;  ///< logarithms
@@ -23,7 +22,7 @@ struct Point {
 };
 
 std::vector<Point> points_of(const AxisGroup& group, const std::function<Interval(const SettingResult&)>& figure) {
-  const double z = boost::math::quantile(boost::math::normal(), (1 + kLevel) / 2);
+  const double z = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2);
   std::vector<Point> points;
   for (const auto& [place, result] : group) {
     const Interval f = figure(*result);
@@ -61,11 +60,11 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   Growth growth;
   growth.exponent = xy / xx;
   growth.points = points;
-  double half = boost::math::quantile(boost::math::normal(), (1 + kLevel) / 2) / std::sqrt(xx);
+  double half = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2) / std::sqrt(xx);
   if (const int freedom = points - used - 1; freedom > 0) {
     // Where the growth is no power law, points scatter about it by more than their own intervals.
     const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
-    const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kLevel) / 2);
+    const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kConfidence) / 2);
     half = std::max(half, t * std::sqrt(scatter / xx));
   }
   growth.low = growth.exponent - half;

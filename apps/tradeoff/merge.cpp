@@ -13,8 +13,6 @@
 namespace twocone::tradeoff {
 namespace {
 
-constexpr double kLevel = 0.95;
-
 void add(ByEpisode& values, int episode, double value) {
   if (episode < 0) throw std::invalid_argument(fmt::format("a row's episode is {}, must be >= 0", episode));
   if (values.size() <= std::size_t(episode)) values.resize(std::size_t(episode) + 1);
@@ -31,19 +29,20 @@ std::optional<ErrorFigures> errors_of(const ByEpisode& values) {
   ErrorFigures figures;
   figures.count = count(values);
   if (figures.count == 0) return std::nullopt;
-  figures.mean = mean_interval(values, kLevel);
-  figures.rmse = rmse_interval(values, kLevel);
-  figures.p95 = quantile_interval(values, 0.95, kLevel);
-  figures.max = quantile_interval(values, 1, kLevel).value;
+  figures.mean = mean_interval(values, kConfidence);
+  figures.rmse = rmse_interval(values, kConfidence);
+  figures.p95 = quantile_interval(values, 0.95, kConfidence);
+  figures.max = quantile_interval(values, 1, kConfidence).value;
   return figures;
 }
 
 TimeFigures times_of(const ByEpisode& values) {
   if (count(values) == 0) return {};
   TimeFigures figures;
-  figures.median_s = quantile_interval(values, 0.5, kLevel);
-  figures.spread_s = quantile_interval(values, 0.75, kLevel).value - quantile_interval(values, 0.25, kLevel).value;
-  figures.p95_s = quantile_interval(values, 0.95, kLevel);
+  figures.median_s = quantile_interval(values, 0.5, kConfidence);
+  figures.spread_s =
+      quantile_interval(values, 0.75, kConfidence).value - quantile_interval(values, 0.25, kConfidence).value;
+  figures.p95_s = quantile_interval(values, 0.95, kConfidence);
   return figures;
 }
 
@@ -108,7 +107,7 @@ SettingResult figures_of(const Setting& setting, const Values& values) {
   result.position_m = errors_of(values.position_m);
   result.heading_rad = errors_of(values.heading_rad);
   result.range_m = errors_of(values.range_m);
-  if (count(values.in_ellipse) > 0) result.coverage = share_interval(values.in_ellipse, kLevel);
+  if (count(values.in_ellipse) > 0) result.coverage = share_interval(values.in_ellipse, kConfidence);
   if (values.bounds > 0) result.bound_m = std::sqrt(values.bound_squares / values.bounds);
   result.vision = times_of(values.vision_s);
   result.localisation = times_of(values.localisation_s);

@@ -18,6 +18,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/summary/bounds.h"
+#include "apps/tradeoff/statistics.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
 
@@ -224,7 +225,6 @@ class Settings {
 double rays(int antialias) { return 0.15 + 0.85 * antialias; }
 /// Images that cost less than this fraction of the robot's own, without anti-aliasing, have all episodes.
 constexpr double kCheap = 0.5;
-constexpr int kLeastEpisodes = 3;
 /// Images of at most this number of episodes are in memory at a time.
 constexpr int kEpisodesOfShard = 4;
 
@@ -232,7 +232,7 @@ int episodes_of(const Images& images, const config::Robot& robot, int episodes) 
   const double own = double(robot.lower.width_px) * robot.lower.height_px;
   const double cost = double(images.width_px) * images.height_px / own * rays(images.antialias);
   const double share = std::clamp(std::sqrt(kCheap / cost), 1.0 / 3, 1.0);
-  return std::max(kLeastEpisodes, static_cast<int>(std::lround(episodes * share)));
+  return std::max(int(kLeastEpisodes), static_cast<int>(std::lround(episodes * share)));
 }
 
 void add_shards(const Images& images, int episodes, std::vector<Plan::Shard>& shards) {
@@ -258,7 +258,7 @@ void check(const config::Robot& robot, const config::Map& map) {
 }
 
 void check_number(int episodes) {
-  if (episodes >= kLeastEpisodes) return;
+  if (episodes >= int(kLeastEpisodes)) return;
   throw std::invalid_argument(fmt::format("episodes is {}, must be >= {}", episodes, kLeastEpisodes));
 }
 

@@ -12,6 +12,9 @@
 
 namespace twocone::tradeoff {
 
+/// The level of every confidence interval that a sweep reports.
+inline constexpr double kConfidence = 0.95;
+
 /// Absolute errors of a setting, with 95 % confidence intervals over episodes (statistics.h).
 struct ErrorFigures {
   int count = 0;  ///< answers

@@ -26,7 +26,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct CalibrateArguments {
   std::vector<std::filesystem::path> runs;
   std::filesystem::path out;
   std::filesystem::path robot;
@@ -67,7 +67,7 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
 }
 
 /// Returns the robot whose rig is calibrated: the one of the run, unless another file is named.
-config::Robot robot_of(const Options& options, const runlog::RunData& run) {
+config::Robot robot_of(const CalibrateArguments& options, const runlog::RunData& run) {
   if (!options.robot.empty()) return config::read_robot(options.robot);
   config::Robot now;
   try {
@@ -105,7 +105,7 @@ std::optional<runlog::RunLock> lock_around(const std::filesystem::path& file) {
   return std::optional<runlog::RunLock>(std::in_place, folder);
 }
 
-void execute(Options options) {
+void calibrate_with(CalibrateArguments options) {
   for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
   // The names contain that of the robot file, so that two calibrations can share a folder.
   const std::string stem = options.out.stem().string();
@@ -148,7 +148,7 @@ void execute(Options options) {
 }  // namespace
 
 void add_calibrate(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateArguments>();
   CLI::App* command = program.add_subcommand(
       "calibrate", "Find the rig's own errors from a drive among known landmarks; write a corrected robot file");
   command->add_option("RUN", options->runs, "Run folders, also of runs that were cut off; all of one robot")
@@ -165,7 +165,7 @@ void add_calibrate(CLI::App& program) {
                       "NAME=SIGMA: prior standard deviation of a number, as length_m=0.001; can be repeated");
   command->add_flag("--distortion", options->settings.fit_distortion, "Also find k1 and k2 of both lenses");
   command->add_flag("--force", options->force, "Replace files that exist");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { calibrate_with(*options); });
 }
 
 }  // namespace twocone::cli

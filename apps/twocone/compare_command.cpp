@@ -21,7 +21,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct CompareArguments {
   std::vector<std::filesystem::path> runs;
   std::filesystem::path scene;
   std::filesystem::path poses;
@@ -37,7 +37,7 @@ std::filesystem::path twin_of(const std::filesystem::path& robot) {
   return robot.parent_path() / (robot.stem().string() + "_sim" + robot.extension().string());
 }
 
-void check(const Options& options) {
+void check(const CompareArguments& options) {
   if (options.scene.empty() && options.runs.size() != 2) {
     throw BadUsage(
         fmt::format("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
@@ -64,7 +64,7 @@ std::string name_of(const std::filesystem::path& folder) {
   return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
 }
 
-void write_robots(const Options& options, const compare::Outcome& outcome) {
+void write_robots(const CompareArguments& options, const compare::Outcome& outcome) {
   if (!outcome.calibration) {
     throw CommandFailed("no robot file is written: the real run does not determine its rig (see the notes above)");
   }
@@ -76,7 +76,7 @@ void write_robots(const Options& options, const compare::Outcome& outcome) {
   fmt::print("robot   {}  (for the simulation)\n", twin.string());
 }
 
-void judge(const Options& options, const compare::Comparison& comparison) {
+void judge(const CompareArguments& options, const compare::Comparison& comparison) {
   std::string beyond, undecided;
   const auto add = [](std::string& to, const compare::Row& row, const std::string& what) {
     to += fmt::format("{}{}, {}: {}", to.empty() ? "" : "\n  ", to_string(row.stage), row.name, what);
@@ -137,7 +137,7 @@ std::string next_step(const std::filesystem::path& out) {
                      out.string());
 }
 
-void execute(Options options) {
+void compare_with(CompareArguments options) {
   check(options);
   const std::atomic<bool>& stop = stop_on_signals();
   compare::Settings& settings = options.settings;
@@ -193,7 +193,7 @@ void execute(Options options) {
 }  // namespace
 
 void add_compare(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   CLI::App* command = program.add_subcommand(
       "compare", "Compare simulated with real: where two runs differ, by how much, why, and what to change");
   command->add_option("RUN", options->runs, "SIM_DIR REAL_DIR, or REAL_DIR alone with --scene")
@@ -236,7 +236,7 @@ void add_compare(CLI::App& program) {
       "Exit status: 0 done, each --max kept; 1 failed, or a gap is beyond its --max; 2 bad usage; 3 no gap is beyond "
       "its\n"
       "--max, but one is undecided: there is no number, or its sigma exceeds the limit.");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { compare_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -82,7 +82,7 @@ void print_device(const DeviceInfo& device) {
   fmt::print("\n");
 }
 
-void execute() {
+void print_devices() {
   const drivers::Devices devices = drivers::list_devices();
   for (const DeviceInfo& device : devices.found) print_device(device);
   for (const std::string& path : forbidden_cameras()) {
@@ -101,7 +101,7 @@ void execute() {
 void add_devices(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("devices", "List cameras and serial ports of this machine, by the names for robot files");
-  command->callback([] { execute(); });
+  command->callback([] { print_devices(); });
 }
 
 }  // namespace twocone::cli

@@ -21,7 +21,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct DoctorArguments {
   std::filesystem::path robot;
   doctor::Options doctor;
 };
@@ -72,7 +72,7 @@ class Terminal {
   std::string what_;
 };
 
-void execute(const Options& options) {
+void doctor_with(const DoctorArguments& options) {
   const config::Robot robot = config::read_robot(options.robot);
   const std::atomic<bool>& stop = stop_on_signals();
   const SteadyClock clock;
@@ -100,7 +100,7 @@ void execute(const Options& options) {
 }  // namespace
 
 void add_doctor(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorArguments>();
   CLI::App* command = program.add_subcommand(
       "doctor", "Check a robot part by part: cameras, pair, drive, stop time; print faults and what to do");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
@@ -111,7 +111,7 @@ void add_doctor(CLI::App& program) {
                     "Confirms that both wheels hang free: turn them without a question. Otherwise the program asks on\n"
                     "the terminal; without a terminal it never turns the wheels");
   command->footer("Exit status: 0 nothing failed, 1 something did, 2 bad usage.");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { doctor_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -23,7 +23,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct EffectsArguments {
   std::filesystem::path robot;
   bool verify = false;
 };
@@ -85,7 +85,7 @@ void check_verification(const std::vector<sim_povray::Verification>& results) {
   }
 }
 
-void execute(const Options& options) {
+void effects_with(const EffectsArguments& options) {
   const config::Robot robot = config::read_robot(options.robot);
   const config::Map map = config::read_map(robot.map);
   const drivers::RobotSettings settings = config::to_robot_settings(robot, map, 1);
@@ -122,13 +122,13 @@ void execute(const Options& options) {
 }  // namespace
 
 void add_effects(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EffectsArguments>();
   CLI::App* command =
       program.add_subcommand("effects", "List the effects that scene, map and robot use, why, and what they cost");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   command->add_flag("--verify", options->verify,
                     "Render the first image with everything on and as chosen; compare pixels and time");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { effects_with(*options); });
 }
 
 }  // namespace twocone::cli

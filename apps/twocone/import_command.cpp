@@ -14,13 +14,13 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct ImportArguments {
   importer::Recording recording;
   std::filesystem::path out;
   std::optional<double> max_skew_ms;
 };
 
-void execute(Options options) {
+void import_with(ImportArguments options) {
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
   importer::Imported imported;
   {
@@ -35,7 +35,7 @@ void execute(Options options) {
 }  // namespace
 
 void add_import(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportArguments>();
   importer::Recording& recording = options->recording;
   std::map<std::string, importer::StampUnit> units;
   for (const importer::NamedUnit& named : importer::kNamedUnits) units.emplace(named.name, named.unit);
@@ -59,7 +59,7 @@ void add_import(CLI::App& program) {
                       "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the images' clock");
   command->add_option("--max-skew-ms", options->max_skew_ms,
                       "Greatest time between the two images of a pair; default: half of their median period");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { import_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -15,7 +15,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct LocaliseArguments {
   std::filesystem::path folder;
   std::filesystem::path robot;
   std::filesystem::path out;
@@ -25,7 +25,7 @@ struct Options {
 };
 
 /// Returns the method of --method, or of the other robot's file, or of the run.
-estimation::Method method_of(const Options& options) {
+estimation::Method method_of(const LocaliseArguments& options) {
   if (!options.method.empty()) return estimation::method_named(options.method);
   if (!options.robot.empty()) {
     const config::Robot robot = config::read_robot(options.robot);
@@ -34,7 +34,8 @@ estimation::Method method_of(const Options& options) {
   return estimation::method_named(runlog::read_run_yaml(options.folder).info.method);
 }
 
-runlog::RunData localise(const Options& options, estimation::Method method, const std::filesystem::path& folder) {
+runlog::RunData localise(const LocaliseArguments& options, estimation::Method method,
+                         const std::filesystem::path& folder) {
   const std::atomic<bool>& stop = stop_on_signals();
   ProgressBar bar("localise");
   const runs::LocaliseOptions how{.allow_missing = options.allow_missing, .stop = &stop};
@@ -45,7 +46,7 @@ runlog::RunData localise(const Options& options, estimation::Method method, cons
 }
 
 /// Localises the run's images with another robot's file. After a failure no folder is left that would block a retry.
-runlog::RunData localise_copy(const Options& options, estimation::Method method) {
+runlog::RunData localise_copy(const LocaliseArguments& options, estimation::Method method) {
   runs::copy_run_for_robot(options.folder, options.robot, options.out, options.replace);
   try {
     return localise(options, method, options.out);
@@ -55,7 +56,7 @@ runlog::RunData localise_copy(const Options& options, estimation::Method method)
   }
 }
 
-void execute(const Options& options) {
+void localise_with(const LocaliseArguments& options) {
   if (options.replace && options.out.empty()) throw BadUsage("--force needs --out: the run that it replaces");
   const estimation::Method method = method_of(options);
   const runlog::RunData data =
@@ -68,7 +69,7 @@ void execute(const Options& options) {
 }  // namespace
 
 void add_localise(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LocaliseArguments>();
   CLI::App* command = program.add_subcommand("localise", "Repeat ranges and fixes offline, from a run's stored frames");
   command->add_option("DIR", options->folder, "Run folder")->required();
   command
@@ -83,7 +84,7 @@ void add_localise(CLI::App& program) {
   command->add_flag("--force", options->replace, "Replace the run that is in --out");
   robot->needs(out);
   out->needs(robot);
-  command->callback([options] { execute(*options); });
+  command->callback([options] { localise_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -17,7 +17,7 @@
 namespace twocone::cli {
 namespace {
 
-void execute(const std::filesystem::path& folder) {
+void report_with(const std::filesystem::path& folder) {
   (void)runlog::read_run_yaml(folder);  // without a run there is no lock
   // If another program writes the run, its present state is read, and that program writes the summary.
   const auto lock = runlog::RunLock::try_take(folder);
@@ -43,7 +43,7 @@ void add_report(CLI::App& program) {
   auto folder = std::make_shared<std::filesystem::path>();
   CLI::App* command = program.add_subcommand("report", "Tables and figures of a run, as one page: DIR/report.html");
   command->add_option("DIR", *folder, "Run folder, also of a run that was cut off")->required();
-  command->callback([folder] { execute(*folder); });
+  command->callback([folder] { report_with(*folder); });
 }
 
 }  // namespace twocone::cli

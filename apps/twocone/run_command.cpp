@@ -21,7 +21,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct RunArguments {
   std::filesystem::path robot;
   std::filesystem::path resume;  ///< run folder; empty: a new run
   std::string method;            ///< empty: the robot file's
@@ -38,7 +38,7 @@ std::filesystem::path free_folder(const std::string& robot, const runs::RunOptio
   return folder;
 }
 
-config::Robot with_budget(config::Robot robot, const Options& options) {
+config::Robot with_budget(config::Robot robot, const RunArguments& options) {
   try {
     return estimation::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
   } catch (const std::invalid_argument& error) {
@@ -58,7 +58,7 @@ std::string next_step(const runs::RunOptions& run) {
                      runs::why_not_resumed(run.out).empty() ? "run --resume" : "report", folder);
 }
 
-void execute(Options options) {
+void run_with(RunArguments options) {
   config::Robot robot;
   if (options.resume.empty()) {
     robot = config::read_robot(options.robot);
@@ -97,7 +97,7 @@ void execute(Options options) {
 }  // namespace
 
 void add_run(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunArguments>();
   CLI::App* command =
       program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
   auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
@@ -135,7 +135,7 @@ void add_run(CLI::App& program) {
   }
   command->callback([options, robot, resume] {
     if (robot->count() + resume->count() == 0) throw BadUsage("run: --robot is required, or --resume");
-    execute(*options);
+    run_with(*options);
   });
 }
 

@@ -15,7 +15,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct ServeArguments {
   std::filesystem::path map;
   std::string name;
 };
@@ -26,7 +26,7 @@ std::string name_of(const std::filesystem::path& map) {
   return file.substr(0, file.find('.'));
 }
 
-void execute(const Options& options) {
+void serve_with(const ServeArguments& options) {
   const sim_povray::PlaceSettings place = config::to_place(config::read_map(options.map));
 
   // After a signal every robot's wheels stop and the name becomes free.
@@ -41,12 +41,12 @@ void execute(const Options& options) {
 }  // namespace
 
 void add_serve(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ServeArguments>();
   CLI::App* command =
       program.add_subcommand("serve", "Run a simulated world for several robots or programs, until it is interrupted");
   command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
   command->add_option("--name", options->name, "Name for `attach:` of robot files (default: the map file's name)");
-  command->callback([options] { execute(*options); });
+  command->callback([options] { serve_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -23,7 +23,7 @@
 namespace twocone::cli {
 namespace {
 
-struct Options {
+struct TradeoffArguments {
   std::filesystem::path robot;
   std::filesystem::path out;
   tradeoff::PlanOptions plan;
@@ -41,7 +41,7 @@ struct Options {
 };
 
 /// Checks that CLI11 does not make.
-void check(const Options& options) {
+void check(const TradeoffArguments& options) {
   const auto positive = [](const char* name, const std::optional<double>& value) {
     if (value && !(std::isfinite(*value) && *value > 0)) {
       throw BadUsage(fmt::format("{} is {}, must be a number > 0", name, *value));
@@ -84,7 +84,7 @@ void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& 
 }
 
 /// Makes the choice and writes its robot file and choice.json.
-tradeoff::Choice choose(const Options& options, const tradeoff::Requirement& requirement,
+tradeoff::Choice choose(const TradeoffArguments& options, const tradeoff::Requirement& requirement,
                         const tradeoff::Subject& subject, const tradeoff::Sweep& sweep,
                         const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
   fmt::print("\ngoal    {}; settings that may meet it: {} of {}; each is tested on {} new episodes\n",
@@ -119,8 +119,8 @@ tradeoff::Choice choose(const Options& options, const tradeoff::Requirement& req
   return choice;
 }
 
-void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
-                      const std::atomic<bool>& stop) {
+void sweep_and_choose(const TradeoffArguments& options, const tradeoff::Subject& subject,
+                      const tradeoff::SweepFolder& folder, const std::atomic<bool>& stop) {
   const tradeoff::Sweep sweep = tradeoff::finish_sweep(subject, folder);
   fmt::print("{}", tradeoff::table(sweep));
   std::fflush(stdout);
@@ -141,7 +141,7 @@ void sweep_and_choose(const Options& options, const tradeoff::Subject& subject, 
   if (choice && !choice->setting) throw CommandFailed(choice->why);
 }
 
-void execute(Options options) {
+void tradeoff_with(TradeoffArguments options) {
   check(options);
   const config::Robot robot = config::read_robot(options.robot);
   const config::Map map = config::read_map(robot.map);
@@ -177,7 +177,7 @@ void execute(Options options) {
 }  // namespace
 
 void add_tradeoff(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TradeoffArguments>();
   CLI::App* command = program.add_subcommand(
       "tradeoff", "Measure what accuracy costs in time: image size, smoothing, estimator, landmarks, rate; choose");
   command->add_option("--robot", options->robot, "Robot file of a simulated robot (robots/lab_sim.yaml)")->required();
@@ -218,7 +218,7 @@ void add_tradeoff(CLI::App& program) {
   shard->excludes(shards, merge, target, budget, write, episodes);
   shards->excludes(merge, target, budget, write, episodes);
   target->excludes(budget);
-  command->callback([options] { execute(*options); });
+  command->callback([options] { tradeoff_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -31,10 +31,10 @@ constexpr std::size_t kLongestVersion = 48;
 constexpr std::size_t kLongestNoise = 256;
 constexpr milliseconds kTimeoutUnit{100};
 // The unit answers within 10 ms; at 9600 baud and behind a USB adapter it takes longer.
-constexpr milliseconds kReplyTime{50};
+constexpr milliseconds kRoboclawReplyTime{50};
 // The unit discards a packet whose next byte takes more than 10 ms.
 constexpr milliseconds kForgets{12};
-constexpr int kTries = 3;
+constexpr int kRoboclawTries = 3;
 constexpr unsigned kReadingsPerCheck = 16;
 
 std::int32_t whole(double rate) {
@@ -111,9 +111,9 @@ class Roboclaw final : public Protocol {
   Status command(Transport& transport, std::uint8_t number, std::span<const std::uint8_t> data) {
     const auto packet = write_packet(address_, number, data);
     Error last{};
-    for (int i = 0; i < kTries; ++i) {
+    for (int i = 0; i < kRoboclawTries; ++i) {
       if (auto ready = get_in_step(transport); !ready) return ready;
-      const Deadline deadline = transport.in(kReplyTime);
+      const Deadline deadline = transport.in(kRoboclawReplyTime);
       if (auto sent = transport.write(packet, deadline); !sent) return sent;
       const auto answer = read(transport, 1, deadline);
       if (answer && answer->front() == kAccepted) return {};
@@ -128,10 +128,10 @@ class Roboclaw final : public Protocol {
 
   Result<std::vector<std::uint8_t>> ask(Transport& transport, std::uint8_t number, std::size_t bytes) {
     Error last{};
-    for (int i = 0; i < kTries; ++i) {
+    for (int i = 0; i < kRoboclawTries; ++i) {
       if (auto ready = get_in_step(transport); !ready) return ready.error();
       if (auto sent = send_question(transport, number); !sent) return sent.error();
-      const auto reply = read(transport, bytes + kCrcBytes, transport.in(kReplyTime));
+      const auto reply = read(transport, bytes + kCrcBytes, transport.in(kRoboclawReplyTime));
       if (reply) {
         if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
       }
@@ -153,7 +153,7 @@ class Roboclaw final : public Protocol {
     question_ = question_ == kReadTimeout ? kReadVoltage : kReadTimeout;
     if (auto sent = send_question(transport, question_); !sent) return sent;
     const std::size_t size = (question_ == kReadTimeout ? 1 : 2) + kCrcBytes;
-    const Deadline deadline = transport.in(kReplyTime);
+    const Deadline deadline = transport.in(kRoboclawReplyTime);
     std::vector<std::uint8_t> received;
     while (true) {
       const auto byte = read(transport, 1, deadline);
@@ -173,13 +173,13 @@ class Roboclaw final : public Protocol {
   Status send_question(Transport& transport, std::uint8_t number) {
     if (auto clean = transport.discard_input(); !clean) return clean;
     const std::array<std::uint8_t, 2> question{address_, number};
-    return transport.write(question, transport.in(kReplyTime));
+    return transport.write(question, transport.in(kRoboclawReplyTime));
   }
 
   /// Reads the version: text of any length up to LF NUL.
   Result<std::string> read_version(Transport& transport) {
     if (auto sent = send_question(transport, kReadVersion); !sent) return sent.error();
-    const Deadline deadline = transport.in(2 * kReplyTime);
+    const Deadline deadline = transport.in(2 * kRoboclawReplyTime);
     std::vector<std::uint8_t> reply;
     while (reply.empty() || reply.back() != 0) {
       if (reply.size() == kLongestVersion) return Error{ErrorCode::kBadData, "a version text without end"};

@@ -21,14 +21,14 @@ constexpr double kInterval_s = 0.033;
 // The firmware reads 16-bit numbers.
 constexpr double kMostPerInterval = 32767;
 // Replies take 2 to 8 ms at 57600 baud; USB adapters delay bytes by up to 16 ms.
-constexpr milliseconds kReplyTime{60};
+constexpr milliseconds kBridgeReplyTime{60};
 // While a board boots, which takes a second or two, the request is repeated after this time.
 constexpr milliseconds kBootSlice{120};
 // With the firmware's default gains (20:12:0:50, integers), its control loop changes a wheel's power only if the speed
 // error is 2.5 counts per interval or more. So it does not start a stopped wheel below that.
 constexpr double kUsualDeadBand = 2.5;
 constexpr std::size_t kLongestLine = 64;
-constexpr int kTries = 2;
+constexpr int kBridgeTries = 2;
 constexpr std::string_view kDone = "OK";
 constexpr std::string_view kInvalid = "Invalid Command";
 
@@ -107,10 +107,11 @@ class RosArduinoBridge final : public Protocol {
   /// twice.
   Result<std::string> ask(Transport& transport, const std::string& command, bool (*fits)(std::string_view)) {
     Error last{};
-    for (int i = 0; i < kTries; ++i) {
+    for (int i = 0; i < kBridgeTries; ++i) {
       if (owed_ > 0) {
         base::Logger("serial").warning("an answer is missing or wrong; synchronising again");
-        if (auto ready = get_in_step(transport, transport.in(kReplyTime)); !ready) return i > 0 ? last : ready.error();
+        if (auto ready = get_in_step(transport, transport.in(kBridgeReplyTime)); !ready)
+          return i > 0 ? last : ready.error();
       }
       auto line = ask_once(transport, command);
       if (line && fits(*line)) return line;
@@ -123,7 +124,7 @@ class RosArduinoBridge final : public Protocol {
 
   Result<std::string> ask_once(Transport& transport, const std::string& command) {
     if (auto clean = transport.discard_input(); !clean) return clean.error();
-    const Deadline deadline = transport.in(kReplyTime);
+    const Deadline deadline = transport.in(kBridgeReplyTime);
     ++owed_;
     if (auto sent = transport.write(bytes_of(command + '\r'), deadline); !sent) return sent.error();
     return read_line(transport, deadline);

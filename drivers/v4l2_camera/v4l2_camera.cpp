@@ -181,7 +181,7 @@ class V4l2Camera final : public Camera {
     source_trouble_ = device_->input_trouble();
     // The image may have another size now.
     if (source_trouble_.empty()) return broken("its source changed");
-    base::Logger("v4l2").warning(fmt::format("{}: {}; its images are passed over", applied_.path, source_trouble_));
+    base::Logger("v4l2").warning(fmt::format("{}: {}; its images are passed over", path_, source_trouble_));
     return {};
   }
 

@@ -14,7 +14,7 @@
 namespace twocone::vision::calibration {
 namespace {
 
-constexpr int kIterations = 100;
+constexpr int kSolverIterations = 100;
 
 struct Plain {
   double operator()(double x) const { return x; }
@@ -190,7 +190,7 @@ bool minimise(const BundleData& data, const BundleSettings& settings, BundleStat
   build(data, settings, attempt, problem);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = kIterations;
+  options.max_num_iterations = kSolverIterations;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   // Iterate until the rounding of the sum of squares stops it: beyond that, the answer must not depend on the start.

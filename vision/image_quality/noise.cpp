@@ -17,8 +17,8 @@ using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;
 
-constexpr int kSide_px = 5;
-constexpr int kPixels = kSide_px * kSide_px;
+constexpr int kNoiseTile_px = 5;
+constexpr int kPixels = kNoiseTile_px * kNoiseTile_px;
 constexpr int kFreedom = kPixels - 3;  // degrees of freedom of the scatter about a plane
 constexpr float kSquares = 50;         // sum over a tile of the squared column (row) distance from its middle
 constexpr double kRounding_grey2 = 1. / 12;
@@ -29,7 +29,7 @@ constexpr double kScatterCut = 33.92 / kFreedom;  // 95 % quantile of chi square
 // that with 22.
 constexpr double kMeanBelowCut = 0.9620515273460244;
 constexpr double kLowerQuartile = 17.24 / kFreedom;
-constexpr std::size_t kLeastTiles = 30;
+constexpr std::size_t kLeastNoiseTiles = 30;
 constexpr double kLeastPlain = 0.6;  // share of a level's tiles
 constexpr double kClear_sigma = 3;
 constexpr double kLeastClear = 0.002;  // used where there is hardly any noise: a grey level at full scale is 0.009
@@ -44,21 +44,21 @@ struct Tile {
 /// Measures one channel of the tile whose upper left pixel is given.
 Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::array<double, 256>& slopes) {
   const std::array<float, 256>& light = light_of_code();
-  const float middle = light[rgb.ptr(row + kSide_px / 2)[3 * (column + kSide_px / 2) + channel]];
+  const float middle = light[rgb.ptr(row + kNoiseTile_px / 2)[3 * (column + kNoiseTile_px / 2) + channel]];
   float sum = 0, squares = 0, along_column = 0, along_row = 0;
   int codes = 0;
-  for (int y = 0; y < kSide_px; ++y) {
+  for (int y = 0; y < kNoiseTile_px; ++y) {
     const std::uint8_t* code = rgb.ptr(row + y) + 3 * column + channel;
     float row_sum = 0;
-    for (int x = 0; x < kSide_px; ++x, code += 3) {
+    for (int x = 0; x < kNoiseTile_px; ++x, code += 3) {
       const float d = light[*code] - middle;
       codes += *code;
       row_sum += d;
       squares += d * d;
-      along_column += d * float(x - kSide_px / 2);
+      along_column += d * float(x - kNoiseTile_px / 2);
     }
     sum += row_sum;
-    along_row += row_sum * float(y - kSide_px / 2);
+    along_row += row_sum * float(y - kNoiseTile_px / 2);
   }
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
@@ -70,7 +70,7 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
 /// Erases the tiles that are not plain; erases all where too few are plain.
 void keep_plain(std::vector<Tile>& tiles) {
   const std::size_t all = tiles.size();
-  if (all < kLeastTiles) return tiles.clear();
+  if (all < kLeastNoiseTiles) return tiles.clear();
   const auto less = [](const Tile& a, const Tile& b) { return a.scatter_grey2 < b.scatter_grey2; };
   const auto quarter = tiles.begin() + std::ptrdiff_t(all / 4);
   std::nth_element(tiles.begin(), quarter, tiles.end(), less);
@@ -87,11 +87,11 @@ void keep_plain(std::vector<Tile>& tiles) {
       sum += tile.scatter_grey2;
       ++count;
     }
-    if (count < kLeastTiles) return tiles.clear();
+    if (count < kLeastNoiseTiles) return tiles.clear();
     variance = sum / double(count) / kMeanBelowCut;
   }
   std::erase_if(tiles, [&](const Tile& tile) { return !is_plain(tile); });
-  if (tiles.size() < kLeastTiles || double(tiles.size()) < kLeastPlain * double(all)) tiles.clear();
+  if (tiles.size() < kLeastNoiseTiles || double(tiles.size()) < kLeastPlain * double(all)) tiles.clear();
 }
 
 Bin measure_level(std::vector<Tile>& tiles) {
@@ -182,9 +182,9 @@ NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
     return slopes;
   }();
   std::array<std::vector<Tile>, NoiseSamples::kBins> levels;
-  for (int row = 0; row + kSide_px <= rgb.rows; row += kSide_px) {
-    for (int column = 0; column + kSide_px <= rgb.cols; column += kSide_px) {
-      constexpr int kHalf = kSide_px / 2;
+  for (int row = 0; row + kNoiseTile_px <= rgb.rows; row += kNoiseTile_px) {
+    for (int column = 0; column + kNoiseTile_px <= rgb.cols; column += kNoiseTile_px) {
+      constexpr int kHalf = kNoiseTile_px / 2;
       if (!image_quality::is_within(region, column + kHalf, row + kHalf, kHalf * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
         const Tile tile = measure(rgb, column, row, channel, kSlopes);

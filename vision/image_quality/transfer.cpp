@@ -15,29 +15,29 @@
 namespace twocone::vision {
 namespace {
 
-constexpr int kSide_px = 8;
+constexpr int kTransferTile_px = 8;
 // Noise of 4 grey levels at mid grey is 0.014 of light: at these levels it is hardly ever clipped.
 constexpr float kDark = 0.04F;
 constexpr double kBright = 0.85;
 constexpr float kPlain = 1.12F;  // brightest over darkest of a tile and its neighbours
 constexpr double kTukey = 4.685;
 constexpr double kLeastScale = 1e-3;  // of log ratio: a disagreement below the step of 8 bits means nothing
-constexpr std::size_t kLeastTiles = 30;
+constexpr std::size_t kLeastTransferTiles = 30;
 
 /// Mean linear light of each tile.
 cv::Mat_<cv::Vec3f> tiles_of(const cv::Mat& rgb) {
   const std::array<float, 256>& light = light_of_code();
-  cv::Mat_<cv::Vec3f> tiles(rgb.rows / kSide_px, rgb.cols / kSide_px);
+  cv::Mat_<cv::Vec3f> tiles(rgb.rows / kTransferTile_px, rgb.cols / kTransferTile_px);
   for (int row = 0; row < tiles.rows; ++row) {
     for (int column = 0; column < tiles.cols; ++column) {
       cv::Vec3f sum = cv::Vec3f::all(0);
-      for (int y = 0; y < kSide_px; ++y) {
-        const std::uint8_t* code = rgb.ptr(row * kSide_px + y) + 3 * column * kSide_px;
-        for (int x = 0; x < kSide_px; ++x, code += 3) {
+      for (int y = 0; y < kTransferTile_px; ++y) {
+        const std::uint8_t* code = rgb.ptr(row * kTransferTile_px + y) + 3 * column * kTransferTile_px;
+        for (int x = 0; x < kTransferTile_px; ++x, code += 3) {
           sum += cv::Vec3f(light[code[0]], light[code[1]], light[code[2]]);
         }
       }
-      tiles(row, column) = sum / float(kSide_px * kSide_px);
+      tiles(row, column) = sum / float(kTransferTile_px * kTransferTile_px);
     }
   }
   return tiles;
@@ -70,8 +70,9 @@ std::vector<Pair> plain_pairs(const cv::Mat& simulated_rgb, const cv::Mat& real_
   std::vector<Pair> pairs;
   for (int row = 1; row + 1 < real.rows; ++row) {
     for (int column = 1; column + 1 < real.cols; ++column) {
-      const Eigen::Vector2d at = Eigen::Vector2d(column + 0.5, row + 0.5) * kSide_px - Eigen::Vector2d(0.5, 0.5);
-      if (!image_quality::is_within(region, at.x(), at.y(), kSide_px * 1.5)) continue;
+      const Eigen::Vector2d at =
+          Eigen::Vector2d(column + 0.5, row + 0.5) * kTransferTile_px - Eigen::Vector2d(0.5, 0.5);
+      if (!image_quality::is_within(region, at.x(), at.y(), kTransferTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
         if (!is_plain(simulated, row, column, channel) || !is_plain(real, row, column, channel)) continue;
         const double expected = double(simulated(row, column)[channel]);
@@ -91,7 +92,7 @@ std::optional<std::array<double, 3>> first_gains(const std::vector<Pair>& pairs)
     for (const Pair& pair : pairs) {
       if (pair.channel == channel) levels.push_back(pair.simulated);
     }
-    if (levels.size() < kLeastTiles) return std::nullopt;
+    if (levels.size() < kLeastTransferTiles) return std::nullopt;
     const double half = base::median(levels);
     std::vector<double> ratios;
     for (const Pair& pair : pairs) {
@@ -130,7 +131,7 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
       sizes.push_back(std::abs(pair.log_ratio - expected));
       ++answer.tiles[std::size_t(pair.channel)];
     }
-    if (std::any_of(answer.tiles.begin(), answer.tiles.end(), [](std::size_t n) { return n < kLeastTiles; })) {
+    if (std::any_of(answer.tiles.begin(), answer.tiles.end(), [](std::size_t n) { return n < kLeastTransferTiles; })) {
       return std::nullopt;
     }
     const double reach = kTukey * std::max(1.4826 * base::median(sizes), kLeastScale);

@@ -9,11 +9,10 @@
 namespace twocone::vision {
 namespace {
 
-constexpr int kBins = Finder::kBins;
-constexpr double kBin_deg = 360.0 / kBins;
+constexpr double kBin_deg = 360.0 / Finder::kBins;
 // Nearer to the tip than this, a pixel's direction is accurate to several degrees only (half its diagonal over the
 // radius: 5 degrees). Tuned by hand on synthetic images; no test fixes it.
-constexpr double kLeastRadius_px = 8;
+constexpr double kLeastFoundRadius_px = 8;
 // A wider gap separates candidates. A narrower one is not counted, because a mast in front of a landmark splits it. Two
 // objects of one colour that are as close are one candidate, which is too wide for a landmark (outline/rivals.h). Tuned
 // by hand on synthetic images; outline_ranging_test.cpp, ALandmarkInHalvesIsOneLandmark, exercises it but does not fix
@@ -28,25 +27,25 @@ constexpr double kRimMargin_px = 2.5;
 constexpr double kTopSearch_px = 8;
 
 struct Run {
-  int first, last;  // bins, last may pass kBins
+  int first, last;  // bins, last may pass Finder::kBins
 };
 
 /// Runs of bins with hits, round the circle.
-std::vector<Run> runs_of(const std::array<int, kBins>& counts) {
+std::vector<Run> runs_of(const std::array<int, Finder::kBins>& counts) {
   std::vector<Run> runs;
   // Begin in a wide gap, so that the circle's seam does not cut a run.
   int seam = -1;
-  for (int i = 0, empty = 0; i < 2 * kBins; ++i) {
-    empty = counts[std::size_t(i % kBins)] == 0 ? empty + 1 : 0;
+  for (int i = 0, empty = 0; i < 2 * Finder::kBins; ++i) {
+    empty = counts[std::size_t(i % Finder::kBins)] == 0 ? empty + 1 : 0;
     if (empty > kGap_bins) {
-      seam = i % kBins;
+      seam = i % Finder::kBins;
       break;
     }
   }
-  if (seam < 0) return {{0, kBins - 1}};
+  if (seam < 0) return {{0, Finder::kBins - 1}};
   int empty = kGap_bins + 1;
-  for (int i = seam; i < seam + kBins; ++i) {
-    if (counts[std::size_t(i % kBins)] == 0) {
+  for (int i = seam; i < seam + Finder::kBins; ++i) {
+    if (counts[std::size_t(i % Finder::kBins)] == 0) {
       ++empty;
       continue;
     }
@@ -84,7 +83,7 @@ void Finder::gather(const cv::Mat& rgb, const ColourTable& table, int stride,
       const auto dx = static_cast<float>(column - centre_px_.x());
       const auto dy = static_cast<float>(row - centre_px_.y());
       const float radius_px = std::sqrt(dx * dx + dy * dy);
-      if (radius_px < kLeastRadius_px) continue;
+      if (radius_px < kLeastFoundRadius_px) continue;
       by_colour[label - 1U].push_back({cv::fastAtan2(dy, dx), radius_px});
     }
   }
@@ -154,8 +153,8 @@ std::optional<Candidate> Finder::candidate_of(const cv::Mat& rgb, const ColourTa
 
 Found Finder::found_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const std::vector<Polar>& hits,
                        int stride) const {
-  std::array<int, kBins> counts{};
-  const auto bin_of = [](const Polar& p) { return static_cast<int>(p.angle_deg / kBin_deg) % kBins; };
+  std::array<int, Finder::kBins> counts{};
+  const auto bin_of = [](const Polar& p) { return static_cast<int>(p.angle_deg / kBin_deg) % Finder::kBins; };
   for (const Polar& hit : hits) ++counts[std::size_t(bin_of(hit))];
   Found found;
   std::vector<Candidate>& candidates = found.candidates;
@@ -165,7 +164,7 @@ Found Finder::found_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_
     for (Polar hit : hits) {
       int bin = bin_of(hit);
       if (bin < run.first) {
-        bin += kBins;
+        bin += Finder::kBins;
         hit.angle_deg += 360;
       }
       if (bin >= run.first && bin <= run.last) wedge.push_back(hit);
@@ -179,7 +178,7 @@ Found Finder::found_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_
   if (candidates.empty()) return found;
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.area_px > b.area_px; });
-  found.area_px.assign(kBins, 0);
+  found.area_px.assign(Finder::kBins, 0);
   for (const Polar& hit : hits) {
     if (hit.radius_px >= kSureRadius_px) found.area_px[std::size_t(bin_of(hit))] += stride * stride;
   }

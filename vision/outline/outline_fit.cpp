@@ -14,7 +14,7 @@ namespace {
 
 // These four values are tuned by hand on synthetic images; no test fixes them.
 constexpr double kLeastEdgeSamples = 8;
-constexpr int kIterations = 12;
+constexpr int kFitIterations = 12;
 constexpr double kHuber = 3;        // larger residuals, in standard deviations, get less weight
 constexpr double kMostStep_px = 3;  // one step is at most half of it; a total of four times as much is a failure
 
@@ -65,7 +65,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
            noise.sampling * std::max(inner * (1 - inner), 0.02);
   };
 
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     // The lower half of the normal equations, and their right side.
     double n00 = 0, n10 = 0, n11 = 0, n20 = 0, n21 = 0, n22 = 0, r0 = 0, r1 = 0, r2 = 0;
     for (const EdgeSample& s : read.edge_samples) {

@@ -21,8 +21,7 @@ constexpr double kWidthMargin = 1.05;
 // images; outline_ranging_test.cpp, ALandmarkInHalvesIsOneLandmark, exercises it but does not fix it.
 constexpr double kEdge_rad = 1.3 * std::numbers::pi / 180;
 
-constexpr int kBins = Finder::kBins;
-constexpr double kBin_rad = 2 * std::numbers::pi / kBins;
+constexpr double kBin_rad = 2 * std::numbers::pi / Finder::kBins;
 
 /// Radius in the undistorted image at which the view shows that height at that place, at most the rim's; 0 where the
 /// view does not show it.
@@ -35,7 +34,7 @@ double radius_px(const MirrorView& view, const Eigen::Vector2d& place_m, double 
 
 /// The areas of the circle's bins; at() takes any bin number, modulo the circle.
 using Areas = std::vector<double>;
-double& at(Areas& areas, int bin) { return areas[std::size_t((bin % kBins + kBins) % kBins)]; }
+double& at(Areas& areas, int bin) { return areas[std::size_t((bin % Finder::kBins + Finder::kBins) % Finder::kBins)]; }
 
 /// The window of `width` neighbouring bins with the greatest area, among those that begin in [first, last].
 struct Window {
@@ -62,7 +61,7 @@ int width_bins(const ViewFitter& fitter, const Landmark& target, const Candidate
   const auto place = fitter.place(candidate, target.radius_m, target.top_m);
   if (!place) return span;
   const double half_rad = std::asin(std::min(1.0, target.radius_m / place->range_m));
-  return std::min(kBins, static_cast<int>(std::ceil(2 * (kWidthMargin * half_rad + kEdge_rad) / kBin_rad)));
+  return std::min(Finder::kBins, static_cast<int>(std::ceil(2 * (kWidthMargin * half_rad + kEdge_rad) / kBin_rad)));
 }
 
 }  // namespace
@@ -93,7 +92,7 @@ Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& 
   for (int i = 0; i < width; ++i) at(areas, own.first + i) = 0;
   const double rival_px = kRivalShare * least_px;
   // Split the remaining area: in the candidate, and elsewhere.
-  Areas beside(kBins, 0);
+  Areas beside(Finder::kBins, 0);
   for (int i = 0; i < span; ++i) {
     at(beside, main.first_bin + i) = at(areas, main.first_bin + i);
     at(areas, main.first_bin + i) = 0;
@@ -105,8 +104,8 @@ Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& 
       for (int i = other.first_bin; i <= other.last_bin; ++i) at(areas, i) = 0;
     }
   }
-  if (fullest(areas, width, 0, kBins - 1).area_px >= rival_px) return Rivals::kApart;
-  return fullest(beside, width, 0, kBins - 1).area_px >= rival_px ? Rivals::kBeside : Rivals::kNone;
+  if (fullest(areas, width, 0, Finder::kBins - 1).area_px >= rival_px) return Rivals::kApart;
+  return fullest(beside, width, 0, Finder::kBins - 1).area_px >= rival_px ? Rivals::kBeside : Rivals::kNone;
 }
 
 }  // namespace twocone::vision

@@ -52,7 +52,7 @@ constexpr int kManySamples = 12;
 constexpr double kSureOfSampling = 1.5;
 // The sides begin at this radius, or where they are kLeastWidth_px apart if that is farther out.
 // Tuned by hand on synthetic images; no test fixes the two values.
-constexpr double kLeastRadius_px = 10;
+constexpr double kLeastFitRadius_px = 10;
 constexpr double kLeastWidth_px = 1.5;
 // A landmark is occluded if a smaller share of its arc can be used. Tuned by hand on synthetic images;
 // outline_ranging_test.cpp, AMastBeforeALandmarkIsNeverQuietlyWrong, exercises it but does not fix it.
@@ -113,7 +113,7 @@ SampleReach long_reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_p
 /// The radius at which the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way up.
 double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
   const double wedge_rad = 2 * std::asin(std::min(0.9, c.radius_m / std::max(c.range_m, 1e-9)));
-  const double wide_px = std::max(kLeastRadius_px, kLeastWidth_px / wedge_rad);
+  const double wide_px = std::max(kLeastFitRadius_px, kLeastWidth_px / wedge_rad);
   const auto top = mirror.project({c.range_m * std::cos(c.bearing_rad), c.range_m * std::sin(c.bearing_rad), c.top_m});
   return top ? std::min(wide_px, (*top - mirror.settings().centre_px).norm() / 2) : wide_px;
 }

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "apps/compare/show/images.h"
+#include "apps/compare/side.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/markup.h"
 #include "localisation/odometry.h"
@@ -19,7 +20,6 @@ namespace {
 namespace html = report::html;
 using report::escape;
 
-constexpr double kDegree = std::numbers::pi / 180;
 /// Limit for all images as data URIs, so that the page can be sent by mail.
 constexpr std::size_t kMostBytes = 4'500'000;
 

@@ -73,7 +73,7 @@ std::string rows_of(const Panel& panel, std::size_t landmark, Axis axis, double 
 /// Margins of the panels, as fractions of the figure's width.
 constexpr double kLeft = 0.07, kRight = 0.99, kBetween = 0.012;
 
-constexpr double kWidth_px = 1060, kPanels_px = 350, kKeyRow_px = 22;
+constexpr double kResiduals_px = 1060, kPanels_px = 350, kKeyRow_px = 22;
 
 /// A landmark's name in the key above the panels. gnuplot's own key has the width of one panel only.
 struct KeyEntry {
@@ -85,12 +85,12 @@ struct KeyEntry {
 std::vector<KeyEntry> key_of(const Comparison& comparison, const std::set<std::size_t>& landmarks) {
   constexpr double kLetter_px = 8, kMark_px = 34;  // of the figures' letters, rounded up
   std::vector<KeyEntry> key;
-  double x_px = kLeft * kWidth_px;
+  double x_px = kLeft * kResiduals_px;
   int row = 0;
   for (const std::size_t landmark : landmarks) {
     const double width_px = kLetter_px * double(name_of(comparison, landmark).size()) + kMark_px;
-    if (!key.empty() && x_px + width_px > kRight * kWidth_px) {
-      x_px = kLeft * kWidth_px;
+    if (!key.empty() && x_px + width_px > kRight * kResiduals_px) {
+      x_px = kLeft * kResiduals_px;
       ++row;
     }
     key.push_back({landmark, x_px, row});
@@ -106,7 +106,7 @@ std::string key_commands(const Comparison& comparison, const std::vector<KeyEntr
     text += fmt::format(
         "set label {} at screen {:.5f},{:.5f} left point pt 7 ps 0.8 lc rgb '{}' offset 0.9,0 textcolor rgb "
         "'#333333'\n",
-        gnuplot_string(name_of(comparison, entry.landmark)), (entry.x_px + 6) / kWidth_px, 1 - y_px / height_px,
+        gnuplot_string(name_of(comparison, entry.landmark)), (entry.x_px + 6) / kResiduals_px, 1 - y_px / height_px,
         colour_of(comparison, entry.landmark));
   }
   return text;
@@ -165,7 +165,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   const std::vector<KeyEntry> key = key_of(comparison, landmarks);
   const double key_px = kKeyRow_px * (key.back().row + 1);
   const double height_px = kPanels_px + key_px;
-  plot.width_px = static_cast<int>(kWidth_px);
+  plot.width_px = static_cast<int>(kResiduals_px);
   plot.height_px = static_cast<int>(height_px);
   plot.commands = fmt::format(
       "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset xzeroaxis lc rgb '#777777' lw 1 dt solid\n"

@@ -15,7 +15,6 @@
 namespace twocone::doctor {
 namespace {
 
-constexpr const char* kPart = "drive";
 constexpr int kReadings = 50;
 constexpr double kBetweenReadings_s = 0.02;
 // More than half a frame period leaves too little time for vision and steering.
@@ -53,7 +52,7 @@ Readings read_often(DiffDrive& drive, const Surroundings& surroundings) {
 Row judge_readings(const Readings& readings, double period_s) {
   if (readings.times_s.empty()) return drive_failed("angles", *readings.error);
   const int all = readings.failed + int(readings.times_s.size());
-  Row row{kPart, "angles",
+  Row row{kDrivePart, "angles",
           fmt::format("{:.1f} ms, at most {:.1f} ms; {} of {} failed", 1e3 * median(readings.times_s),
                       1e3 * greatest(readings.times_s), readings.failed, all)};
   if (readings.failed > 0) {
@@ -68,7 +67,7 @@ Row judge_readings(const Readings& readings, double period_s) {
 Row judge_standing(const Readings& readings, double still_rad) {
   const double moved_rad = std::max(std::abs(readings.last->left_rad - readings.first->left_rad),
                                     std::abs(readings.last->right_rad - readings.first->right_rad));
-  Row row{kPart, "standing still", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
+  Row row{kDrivePart, "standing still", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
   if (moved_rad > still_rad) {
     row.judge(
         Verdict::kFailed,
@@ -82,7 +81,7 @@ Row judge_standing(const Readings& readings, double still_rad) {
 Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
   const std::string own =
       facts.own_timeout ? fmt::format("own {:.1f} s", seconds_of(*facts.own_timeout)) : std::string("none of its own");
-  Row row{kPart, "time-out",
+  Row row{kDrivePart, "time-out",
           fmt::format("{}, watchdog {}; command_timeout_s {:g}", own, facts.has_watchdog ? "on" : "off",
                       seconds_of(limits.command_timeout))};
   const bool stops_itself = facts.own_timeout && *facts.own_timeout <= limits.command_timeout;
@@ -96,7 +95,7 @@ bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Su
                           Report& report) {
   const DriveFacts facts = drive.facts();
   report.add(
-      {kPart, "controller",
+      {kDrivePart, "controller",
        fmt::format("{}, {}{}", facts.controller, facts.device,
                    facts.counts_per_turn > 0 ? fmt::format(", {:g} counts per turn", facts.counts_per_turn) : "")});
   report.add(judge_timeout(facts, test.asked.limits));
@@ -112,7 +111,7 @@ bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Su
 Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings, Report& report) {
   if (was_stated) return Permission::kGiven;
   const auto not_run = [&](std::string measured, std::string advice) {
-    report.add({kPart, "moving tests", std::move(measured), Verdict::kNotRun, std::move(advice)});
+    report.add({kDrivePart, "moving tests", std::move(measured), Verdict::kNotRun, std::move(advice)});
     return Permission::kRefused;
   };
   if (!surroundings.ask) {
@@ -128,7 +127,7 @@ Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings,
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report) {
   WheelBench bench(drive, drive.facts().counts_per_turn, surroundings);
   if (!test_turning(test, bench, surroundings, report)) {
-    report.add({kPart, "stop time", "the wheels do not obey yet", Verdict::kNotRun, "see the wheels' rows"});
+    report.add({kDrivePart, "stop time", "the wheels do not obey yet", Verdict::kNotRun, "see the wheels' rows"});
     return;
   }
   test_least_speed(test, bench, surroundings, report);

@@ -15,14 +15,14 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr const char* kPart = "pair";
+constexpr const char* kPairPart = "pair";
 constexpr milliseconds kPairTime{2'000};
 constexpr double kPatientPeriods = 10;
-constexpr int kTroublesInARow = 3;
+constexpr int kPairTroublesInARow = 3;
 constexpr double kMostTime = 4;
 constexpr double kSpare_s = 10;
-constexpr double kSettling_s = 0.5;
-constexpr double kRateShare = 0.05, kPoorShare = 0.5;
+constexpr double kPairSettling_s = 0.5;
+constexpr double kPairRateShare = 0.05, kPoorShare = 0.5;
 constexpr double kFewUnpaired = 0.05;
 // Free-running cameras meet at any skew. A skew that stays within this fraction shows that something synchronises them.
 constexpr double kTogether = 0.05;
@@ -36,7 +36,7 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
   const milliseconds patience = std::max(
       kPairTime, milliseconds(std::min<std::int64_t>(std::int64_t(1e3 * kPatientPeriods * period_s(test)), 60'000)));
   const double give_up_s = surroundings.now_s() + kMostTime * seconds + kSpare_s;
-  const double most = kMostTime * (seconds + kSettling_s) * test.lower.rate_hz + 100;
+  const double most = kMostTime * (seconds + kPairSettling_s) * test.lower.rate_hz + 100;
   Pairs pairs;
   std::optional<double> first_s, begin_s, last_s;
   std::uint64_t unpaired_before = 0;
@@ -46,7 +46,7 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
     const auto pair = rig.grab(patience);
     if (!pair) {
       const bool may_pass = pair.error().code == ErrorCode::kTimeout || pair.error().code == ErrorCode::kBadData;
-      if (may_pass && ++troubles < kTroublesInARow) continue;
+      if (may_pass && ++troubles < kPairTroublesInARow) continue;
       pairs.ended_by = pair.error();
       break;
     }
@@ -56,7 +56,7 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
     if (begin_s) {
       pairs.skews_s.push_back(seconds_of(pair->skew()));
       pairs.intervals_s.push_back(now_s - *last_s);
-    } else if (now_s - *first_s >= kSettling_s) {
+    } else if (now_s - *first_s >= kPairSettling_s) {
       begin_s = now_s;
       unpaired_before = rig.unpaired();
     }
@@ -93,21 +93,22 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   const double limit_ms = 1e3 * seconds_of(test.max_skew);
   if (pairs.intervals_s.empty()) {
     rows.push_back(
-        {kPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"});
+        {kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"});
     return rows;
   }
   double time_s = 0;
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
   const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
-  Row rate{kPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
-  if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
+  Row rate{kPairPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
+  if (rate_hz < (1 - kPairRateShare) * test.lower.rate_hz) {
     rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
                "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }
   rows.push_back(std::move(rate));
 
   const double share = unpaired_share(pairs);
-  Row unpaired{kPart, "unpaired", fmt::format("{} frames without a partner, {:.1f} %", pairs.unpaired, 100 * share)};
+  Row unpaired{kPairPart, "unpaired",
+               fmt::format("{} frames without a partner, {:.1f} %", pairs.unpaired, 100 * share)};
   if (share > kFewUnpaired) {
     unpaired.judge(share > kPoorShare ? Verdict::kFailed : Verdict::kWarning, "see skew");
   }
@@ -115,7 +116,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
 
   const double longest_s = greatest(pairs.intervals_s);
   const double timeout_s = seconds_of(test.command_timeout);
-  Row wait{kPart, "longest wait",
+  Row wait{kPairPart, "longest wait",
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
   if (std::max(longest_s, period_s(test)) >= timeout_s) {
     wait.judge(Verdict::kWarning,
@@ -128,14 +129,14 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
 Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   const double limit_s = seconds_of(test.max_skew);
   if (any.skews_s.empty()) {
-    return {kPart, "skew", "no pairs at all", Verdict::kFailed,
+    return {kPairPart, "skew", "no pairs at all", Verdict::kFailed,
             "check that both rates are equal; see the cameras' rows"};
   }
   std::vector<double> sizes_s;
   sizes_s.reserve(any.skews_s.size());
   for (const double skew_s : any.skews_s) sizes_s.push_back(std::abs(skew_s));
   const double most_s = greatest(sizes_s);
-  Row row{kPart, "skew",
+  Row row{kPairPart, "skew",
           fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * median(any.skews_s), 1e3 * most_s,
                       1e3 * limit_s)};
   const double free_s = StereoRig::kFreeSkew * period_s(test);
@@ -155,7 +156,8 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
 void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
                 Report& report) {
   const auto failed = [&](const Error& error) {
-    report.add(failed_row(kPart, "stream", error, camera_advice(error.code) + "; check whether both are on one bus"));
+    report.add(
+        failed_row(kPairPart, "stream", error, camera_advice(error.code) + "; check whether both are on one bus"));
   };
   auto pairs = try_pair(test, test.max_skew, open, seconds, surroundings);
   if (!pairs) return failed(pairs.error());

@@ -10,7 +10,6 @@
 namespace twocone::doctor {
 namespace {
 
-constexpr const char* kPart = "drive";
 constexpr const char* kCommanded = "stop, commanded";
 constexpr const char* kSilent = "stop, silence";
 constexpr double kDriveTime_s = 1;
@@ -31,7 +30,7 @@ double mean_speed(const Course& course) {
 
 Row course_failed(const char* check, const Course& course) {
   if (course.error) return drive_failed(check, *course.error);
-  return {kPart, check, "the wheels ran away", Verdict::kFailed, "see the wheels' rows"};
+  return {kDrivePart, check, "the wheels ran away", Verdict::kFailed, "see the wheels' rows"};
 }
 
 Row test_commanded(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench) {
@@ -60,7 +59,7 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
   const auto second = bench.read();
   bench.halt();
   if (!second) return drive_failed(kSilent, second.error());
-  if (!(speed > 0)) return {kPart, kSilent, "the wheels did not turn", Verdict::kFailed, "see the wheels' rows"};
+  if (!(speed > 0)) return {kDrivePart, kSilent, "the wheels did not turn", Verdict::kFailed, "see the wheels' rows"};
   std::optional<double> ran_s;
   if (std::abs(mean_rad(*second) - mean_rad(*first)) <= bench.still_rad()) {
     const WheelSample& last = course.samples.back();
@@ -94,10 +93,10 @@ Row judge_stop(const char* check, const std::optional<double>& stop_s, const Dri
             "command_timeout_s"
           : "do not drive it: set watchdog: true, the controller's own time-out, or a longer command_timeout_s";
   if (!stop_s) {
-    return {kPart, check, fmt::format("they continue to turn, must stand still within {:.2f} s", limit_s),
+    return {kDrivePart, check, fmt::format("they continue to turn, must stand still within {:.2f} s", limit_s),
             Verdict::kFailed, advice};
   }
-  Row row{kPart, check, fmt::format("{:.2f} s, at most {:.2f} s", *stop_s, limit_s)};
+  Row row{kDrivePart, check, fmt::format("{:.2f} s, at most {:.2f} s", *stop_s, limit_s)};
   if (*stop_s > limit_s) {
     row.judge(Verdict::kFailed, advice);
   }

@@ -15,7 +15,6 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr const char* kPart = "drive";
 constexpr double kTurnTime_s = 2;
 constexpr double kSpinUp_s = 0.7;
 // Fraction of the commanded angle: a wheel that turned by less stood still, except for vibration.
@@ -102,7 +101,7 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
     return false;
   }
   if (course.samples.size() < 2) {
-    report.add({kPart, name_of(side, "wheel"), "too few readings of the angles", Verdict::kFailed, "see angles"});
+    report.add({kDrivePart, name_of(side, "wheel"), "too few readings of the angles", Verdict::kFailed, "see angles"});
     return false;
   }
   const WheelSample& first = course.samples.front();
@@ -171,7 +170,7 @@ std::optional<Turning> Counted::turning() const {
 
 Row judge_turning(Side commanded, const Counted& counted, const std::optional<Turning>& seen,
                   const std::optional<serial::SerialDriveSettings>& settings) {
-  Row row{kPart, name_of(commanded, "wheel"),
+  Row row{kDrivePart, name_of(commanded, "wheel"),
           fmt::format("{:.1f} rad commanded: left {:+.1f}, right {:+.1f}{}", counted.commanded_rad, counted.left_rad,
                       counted.right_rad, seen ? "; seen: " + describe(*seen) : "")};
   const auto turning = counted.turning();
@@ -196,7 +195,7 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
 }
 
 Row judge_speed(Side side, double measured_radps, double commanded_radps) {
-  Row row{kPart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
+  Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
   const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
   if (off > kSpeedShare) {
     row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
@@ -206,7 +205,7 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
 }
 
 Row judge_least_speed(const LeastSpeed& measured) {
-  Row row{kPart, kLeastSpeed, ""};
+  Row row{kDrivePart, kLeastSpeed, ""};
   if (!measured.turns_radps) {
     row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
     row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
@@ -225,7 +224,7 @@ Row judge_least_speed(const LeastSpeed& measured) {
 }
 
 Row judge_counts(double counted, double seen, double counts_per_turn) {
-  Row row{kPart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
+  Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
   if (std::abs(seen - counted) > kReading_turns) {
     row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
                                             counts_per_turn));
@@ -238,7 +237,7 @@ bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundi
   bool obey = test_wheel(Side::kLeft, test, bench, surroundings, was_seen, report);
   obey = test_wheel(Side::kRight, test, bench, surroundings, was_seen, report) && obey;
   if (!was_seen) {
-    report.add({kPart, "wheels seen", "the encoders cannot show which wheel turned in which direction",
+    report.add({kDrivePart, "wheels seen", "the encoders cannot show which wheel turned in which direction",
                 Verdict::kNotRun, "run it in a terminal and watch the wheels"});
   }
   return obey;
@@ -285,7 +284,7 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
 void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,
                           const Surroundings& surroundings, Report& report) {
   const auto not_run = [&](std::string measured, std::string advice) {
-    report.add({kPart, "counts per turn", std::move(measured), Verdict::kNotRun, std::move(advice)});
+    report.add({kDrivePart, "counts per turn", std::move(measured), Verdict::kNotRun, std::move(advice)});
   };
   if (!(counts_per_turn > 0)) return not_run("its angles are not counted", "");
   if (!surroundings.ask) return not_run("no user counts the turns", "run it in a terminal");

@@ -15,7 +15,7 @@
 namespace twocone::report {
 namespace {
 
-constexpr int kWidth_px = 640;
+constexpr int kPath_px = 640;
 constexpr int kTallest_px = 760;
 
 /// Returns gnuplot commands that name the start and the end of a path, on sides that keep the two words apart.
@@ -70,7 +70,7 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   const std::vector<runlog::PoseRow>& path = truth ? run.truth : wheels ? run.odometry : run.estimate;
   const char* const by = wheels ? "odometry" : "the fixes";
 
-  Plot plot = plot_over(lay_out(run.map.bounds, kWidth_px, kTallest_px), run.map, overhead);
+  Plot plot = plot_over(lay_out(run.map.bounds, kPath_px, kTallest_px), run.map, overhead);
   std::vector<std::string> plots;
   if (!path.empty()) {
     plot.commands += pose_block("path", path) + ends(path, true);
@@ -160,7 +160,7 @@ Figure draw_paths(const Drawing& drawing) {
              *fix.y_m <= world.max_y_m);
   });
 
-  Plot plot = plot_over(lay_out(world, kWidth_px, kTallest_px), run.map, std::nullopt);
+  Plot plot = plot_over(lay_out(world, kPath_px, kTallest_px), run.map, std::nullopt);
   std::vector<std::string> plots;
   const auto path = [&](const char* name, const std::vector<runlog::PoseRow>& poses, const std::string& style) {
     if (poses.empty()) return;

@@ -19,7 +19,7 @@ namespace twocone::report {
 namespace {
 
 /// Smaller errors are drawn here, because a logarithmic axis has no zero.
-constexpr double kLeastDrawn_mm = 1;
+constexpr double kLeastDrawnError_mm = 1;
 
 using Point2 = Eigen::Vector2d;  // distance from the axis, height above the floor, metres
 
@@ -202,7 +202,7 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
       "set xrange [0:{:.6g}]\nset yrange [{:g}:*]\nset logscale y\nset format y '%g'\nset xlabel 'true range / m' "
       "offset 0,0.3\n"
       "set key outside top center horizontal\n",
-      farthest, kLeastDrawn_mm);
+      farthest, kLeastDrawnError_mm);
   std::vector<std::string> plots;
   constexpr std::array<int, 6> kShapes{7, 5, 9, 11, 13, 3};
   for (const config::Landmark& landmark : run.map.landmarks) {
@@ -210,7 +210,7 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
     for (const runlog::RangeRow* row : rows_of(run, landmark.name)) {
       if (!row->range_m || !row->true_range_m) continue;
       const double error_mm = std::abs(*row->range_m - *row->true_range_m) * kMmPerM;
-      points += fmt::format("{} {}\n", number(*row->true_range_m), number(std::max(error_mm, kLeastDrawn_mm)));
+      points += fmt::format("{} {}\n", number(*row->true_range_m), number(std::max(error_mm, kLeastDrawnError_mm)));
     }
     if (points.empty()) continue;
     const std::size_t k = plots.size();

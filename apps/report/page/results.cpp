@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "apps/report/figures/series.h"
 #include "apps/report/page/page.h"
 
 #include <initializer_list>
@@ -21,8 +22,6 @@ namespace twocone::report {
 namespace {
 
 using vision::RangeVerdict;
-
-constexpr double kMmPerM = 1000;
 
 std::string mm(double metres) { return fmt::format("{:.2f}", metres * kMmPerM); }
 std::string percent(int part, int whole) {

@@ -25,8 +25,6 @@ namespace {
 
 /// Time from the connection to the client's request for a session.
 constexpr std::chrono::seconds kHandshakeTime{5};
-/// A client that has not read a reply in this time is stuck.
-constexpr std::chrono::seconds kSendTime{5};
 /// How often a session that waits for its client checks whether the server stops.
 constexpr std::chrono::milliseconds kStopSlice{50};
 /// How often a session that waits for its world checks whether its client still lives.

@@ -17,9 +17,7 @@ namespace twocone::sim_povray::server {
 namespace {
 
 /// It is not possible to wait for several futures: one is waited for this long, then all are checked.
-constexpr std::chrono::milliseconds kSlice{5};
-/// A client reads immediately; one that has not read in this time is stuck.
-constexpr std::chrono::seconds kSendTime{5};
+constexpr std::chrono::milliseconds kImageSlice{5};
 
 ImageResult result_of(const std::shared_future<ImageResult>& image) {
   try {
@@ -93,7 +91,7 @@ void ImageSender::work() {
       added_.clear();
     }
     if (waiting.empty()) continue;
-    waiting.front().image.wait_for(kSlice);
+    waiting.front().image.wait_for(kImageSlice);
     for (auto order = waiting.begin(); order != waiting.end();) {
       if (order->image.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
         ++order;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <future>
@@ -14,6 +15,9 @@
 #include "hal/frame.h"
 
 namespace twocone::sim_povray::server {
+
+/// A client reads immediately; one that has not read a message in this time is stuck.
+inline constexpr std::chrono::seconds kSendTime{5};
 
 /// A view's shared memory, and its slots that wait for an image. Any thread.
 class ImageSlots {

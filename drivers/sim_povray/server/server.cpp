@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::size_t kMaxConnections = 64;
 /// How often `stop` is checked.
-constexpr std::chrono::milliseconds kSlice{50};
+constexpr std::chrono::milliseconds kAcceptSlice{50};
 
 /// Sends a refusal without waiting: a client that does not read it immediately misses it.
 void send_away(int socket, const std::string& why) {
@@ -56,7 +56,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
   std::list<server::ClientConnection> sessions;
   while (!stop) {
     pollfd entry{listening->get(), POLLIN, 0};
-    const int ready = ::poll(&entry, 1, static_cast<int>(kSlice.count()));
+    const int ready = ::poll(&entry, 1, static_cast<int>(kAcceptSlice.count()));
     sessions.remove_if([](const server::ClientConnection& session) { return session.finished(); });
     if (ready <= 0) continue;
     base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
@@ -64,7 +64,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
       // Usually no descriptor is left. The caller stays in the queue, so without a pause this would spin.
       if (errno == EINTR || errno == ECONNABORTED) continue;
       base::Logger("server").warning("a program cannot be accepted; tried again");
-      std::this_thread::sleep_for(kSlice);
+      std::this_thread::sleep_for(kAcceptSlice);
       continue;
     }
     if (sessions.size() >= kMaxConnections) {

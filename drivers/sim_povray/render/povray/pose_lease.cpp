@@ -12,13 +12,13 @@
 
 #include <fmt/format.h>
 
+#include "base/unique_fd.h"
+
 namespace twocone::sim_povray {
 namespace {
 
 /// Below this, a loaded machine might break a lease although all is well.
 constexpr int kLeastBreakTime_s = 4;
-
-[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
 }  // namespace
 
@@ -27,7 +27,7 @@ PoseLease::PoseLease(const std::string& text) {
   // A write lease requires that the file is open once only; creating a memory file counts as another opening, a real
   // opening does not.
   fd_ = base::UniqueFd(::open(fmt::format("/proc/self/fd/{}", first.get()).c_str(), O_RDWR | O_CLOEXEC));
-  if (!fd_.valid()) throw_errno("opening a memory file again");
+  if (!fd_.valid()) base::throw_errno("opening a memory file again");
   write(text);
 }
 
@@ -35,9 +35,9 @@ bool PoseLease::take() {
   // Set before F_SETLEASE, which would notify the whole process: any thread of it could get the signal.
   // Set each time: giving a lease back forgets the owner.
   f_owner_ex owner{F_OWNER_TID, ::gettid()};
-  if (::fcntl(fd_.get(), F_SETOWN_EX, &owner) != 0) throw_errno("F_SETOWN_EX");
+  if (::fcntl(fd_.get(), F_SETOWN_EX, &owner) != 0) base::throw_errno("F_SETOWN_EX");
   if (::fcntl(fd_.get(), F_SETLEASE, F_WRLCK) == 0) return true;
-  if (errno != EAGAIN) throw_errno("F_SETLEASE");
+  if (errno != EAGAIN) base::throw_errno("F_SETLEASE");
   return false;
 }
 
@@ -47,15 +47,15 @@ void PoseLease::write(const std::string& text) {
   std::size_t done = 0;
   while (done < text.size()) {
     const auto written = ::pwrite(fd_.get(), text.data() + done, text.size() - done, off_t(done));
-    if (written < 0 && errno != EINTR) throw_errno("writing a memory file");
+    if (written < 0 && errno != EINTR) base::throw_errno("writing a memory file");
     if (written > 0) done += std::size_t(written);
   }
-  if (::ftruncate(fd_.get(), off_t(text.size())) != 0) throw_errno("writing a memory file");
+  if (::ftruncate(fd_.get(), off_t(text.size())) != 0) base::throw_errno("writing a memory file");
 }
 
 void PoseLease::give(const std::string& text) {
   write(text);
-  if (::fcntl(fd_.get(), F_SETLEASE, F_UNLCK) != 0 && errno != EAGAIN) throw_errno("F_SETLEASE");
+  if (::fcntl(fd_.get(), F_SETLEASE, F_UNLCK) != 0 && errno != EAGAIN) base::throw_errno("F_SETLEASE");
 }
 
 int lease_break_time_s() {

@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
@@ -33,20 +34,18 @@ constexpr int kMaxStale = 50;
 /// Pause between two attempts to take a lease: POV-Ray sleeps a hundred times as long.
 constexpr auto kRetakeAfter = std::chrono::milliseconds(2);
 
-[[noreturn]] void throw_errno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
-
 base::UniqueFd lease_signals() {
   sigset_t set;
   ::sigemptyset(&set);
   ::sigaddset(&set, SIGIO);
   base::UniqueFd fd(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
-  if (!fd.valid()) throw_errno("signalfd");
+  if (!fd.valid()) base::throw_errno("signalfd");
   return fd;
 }
 
 base::UniqueFd folder_events() {
   base::UniqueFd fd(::inotify_init1(IN_CLOEXEC | IN_NONBLOCK));
-  if (!fd.valid()) throw_errno("inotify");
+  if (!fd.valid()) base::throw_errno("inotify");
   return fd;
 }
 
@@ -170,7 +169,7 @@ void PovrayPool::start_worker(Group& group) {
     const auto folder = scratch_.path() / fmt::format("{}", ++started_);
     Worker worker{std::make_unique<HeldPovray>(povray_, *group.view_template, group.scene, folder)};
     worker.watch = ::inotify_add_watch(files_.get(), folder.c_str(), IN_CLOSE_WRITE);
-    if (worker.watch < 0) throw_errno("inotify");
+    if (worker.watch < 0) base::throw_errno("inotify");
     group.workers.push_back(std::move(worker));
   } catch (const std::system_error& e) {
     // If the program causes this, one process per image fails too and reports it.
@@ -219,7 +218,7 @@ void PovrayPool::turn(int wake_fd) {
       fds.push_back({worker.errors_open ? worker.povray->child().errors_fd() : -1, POLLIN, 0});
     }
   }
-  if (::poll(fds.data(), fds.size(), wait_ms()) < 0 && errno != EINTR) throw_errno("poll");
+  if (::poll(fds.data(), fds.size(), wait_ms()) < 0 && errno != EINTR) base::throw_errno("poll");
 
   if (fds[1].revents != 0) {
     std::array<signalfd_siginfo, 16> ignored{};  // signals merge: each lease is checked
