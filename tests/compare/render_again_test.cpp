@@ -18,7 +18,7 @@ namespace {
 
 using testing_support::TemporaryFolder;
 
-constexpr int kFrames = 5;
+constexpr int kRunFrames = 5;
 
 class RenderingAgain : public testing::Test {
  protected:
@@ -27,16 +27,16 @@ class RenderingAgain : public testing::Test {
     for (const char* const name : {"lab.pov", "lab.map.yaml"}) {
       std::filesystem::copy_file(std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes" / name, folder_.path() / name);
     }
-    settings_.real = make_run(folder_, "real", {.driver = "memory", .frames = kFrames});
+    settings_.real = make_run(folder_, "real", {.driver = "memory", .frames = kRunFrames});
     settings_.scene = folder_.path() / "lab.map.yaml";
     settings_.to = folder_.path() / "simulated";
-    settings_.fit_frames = kFrames;
+    settings_.fit_frames = kRunFrames;
   }
 
   /// Returns the time at which each image was written.
   [[nodiscard]] std::vector<std::filesystem::file_time_type> times() const {
     std::vector<std::filesystem::file_time_type> times;
-    for (std::uint64_t frame = 0; frame < kFrames; ++frame) {
+    for (std::uint64_t frame = 0; frame < kRunFrames; ++frame) {
       times.push_back(std::filesystem::last_write_time(runlog::lower_image_file(settings_.to, frame)));
       times.push_back(std::filesystem::last_write_time(runlog::upper_image_file(settings_.to, frame)));
     }
@@ -70,7 +70,7 @@ TEST_F(RenderingAgain, ShowsTheSceneFromWhereTheRobotWas) {
 TEST_F(RenderingAgain, ContinuesButNotWithAnotherScene) {
   ASSERT_TRUE(render_again(settings_));
   const auto first = times();
-  std::filesystem::remove(runlog::upper_image_file(settings_.to, kFrames - 1));
+  std::filesystem::remove(runlog::upper_image_file(settings_.to, kRunFrames - 1));
   ASSERT_TRUE(render_again(settings_));
   const auto continued = times();
   EXPECT_TRUE(std::equal(first.begin(), first.end() - 2, continued.begin()))

@@ -14,7 +14,7 @@
 namespace twocone::compare {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kShareRounding = 1e-9;
 
 Source source(Cause cause, std::optional<vision::Side> view, SourceVerdict verdict,
               std::vector<Component> components = {}) {
@@ -45,19 +45,19 @@ TEST_F(Shares, OfRangesAreProjectionsThatAddUp) {
   held_out_ = {{0.003, 0.001, 0.001, {0.004, 0, -0.002}}, {-0.004, 0.001, 0.001, {-0.003, 0, 0.001}}};
   const auto found = gaps(sources);
   const Gap& range = gap(found, Quantity::kRange);
-  EXPECT_NEAR(range.before, std::sqrt((9 + 16) / 2.0), kRounding);
-  EXPECT_NEAR(range.after, 1, kRounding);
-  EXPECT_NEAR(*range.floor, 1, kRounding);
+  EXPECT_NEAR(range.before, std::sqrt((9 + 16) / 2.0), kShareRounding);
+  EXPECT_NEAR(range.after, 1, kShareRounding);
+  EXPECT_NEAR(*range.floor, 1, kShareRounding);
   // (3 4 + 4 3) / 25 and (-3 2 - 4 1) / 25
   ASSERT_EQ(sources[0].shares.size(), 1U);
   EXPECT_EQ(sources[0].shares[0].of, Quantity::kRange);
-  EXPECT_NEAR(sources[0].shares[0].share, 24.0 / 25, kRounding);
+  EXPECT_NEAR(sources[0].shares[0].share, 24.0 / 25, kShareRounding);
   EXPECT_TRUE(sources[1].shares.empty());
   ASSERT_EQ(sources[2].shares.size(), 1U);
-  EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kRounding) << "it hides a part of the other's effect";
-  EXPECT_NEAR(*range.unexplained, -1.0 / 25, kRounding) << "(3 1 - 4 1) / 25";
+  EXPECT_NEAR(sources[2].shares[0].share, -10.0 / 25, kShareRounding) << "it hides a part of the other's effect";
+  EXPECT_NEAR(*range.unexplained, -1.0 / 25, kShareRounding) << "(3 1 - 4 1) / 25";
   EXPECT_NEAR(*range.unexplained + *range.unnamed + sources[0].shares[0].share + sources[2].shares[0].share, 1,
-              kRounding);
+              kShareRounding);
 }
 
 TEST_F(Shares, WithoutRangesThereIsNoGapOfRanges) {
@@ -80,9 +80,9 @@ TEST_F(Shares, OfOdometryGoToTheWheels) {
   // missing.
   EXPECT_NEAR(odometry.before, 40, 1e-6);
   ASSERT_EQ(sources[0].shares.size(), 1U);
-  EXPECT_NEAR(sources[0].shares[0].share, 1, kRounding);
-  EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
-  EXPECT_NEAR(*odometry.unnamed, 0, kRounding);
+  EXPECT_NEAR(sources[0].shares[0].share, 1, kShareRounding);
+  EXPECT_NEAR(*odometry.unexplained, 0, kShareRounding);
+  EXPECT_NEAR(*odometry.unnamed, 0, kShareRounding);
 }
 
 TEST_F(Shares, WhatTheCalibrationPutsRightWithoutASourceIsNotUnexplained) {
@@ -94,8 +94,8 @@ TEST_F(Shares, WhatTheCalibrationPutsRightWithoutASourceIsNotUnexplained) {
   const auto found = gaps(sources);
   const Gap& odometry = gap(found, Quantity::kOdometry);
   EXPECT_NEAR(odometry.after, 0, 1e-6);
-  EXPECT_NEAR(*odometry.unexplained, 0, kRounding);
-  EXPECT_NEAR(*odometry.unnamed, 1, kRounding);
+  EXPECT_NEAR(*odometry.unexplained, 0, kShareRounding);
+  EXPECT_NEAR(*odometry.unnamed, 1, kShareRounding);
   EXPECT_TRUE(sources[0].shares.empty());
 }
 
@@ -120,12 +120,12 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
                                       {"vignetting", "1", 0, 0, 0.02}})};
   const auto found = gaps(sources);
   const Gap& brightness = gap(found, Quantity::kBrightness);
-  EXPECT_NEAR(brightness.after, 1, kRounding) << "% of scatter";
-  EXPECT_NEAR(brightness.before, 100 * std::hypot(log_gain, 0.01), kRounding);
+  EXPECT_NEAR(brightness.after, 1, kShareRounding) << "% of scatter";
+  EXPECT_NEAR(brightness.before, 100 * std::hypot(log_gain, 0.01), kShareRounding);
   const double share = log_gain * log_gain / (log_gain * log_gain + 1e-4);
   ASSERT_EQ(sources[0].shares.size(), 1U);
-  EXPECT_NEAR(sources[0].shares[0].share, share, kRounding);
-  EXPECT_NEAR(*brightness.unexplained, 1 - share, kRounding);
+  EXPECT_NEAR(sources[0].shares[0].share, share, kShareRounding);
+  EXPECT_NEAR(*brightness.unexplained, 1 - share, kShareRounding);
 }
 
 TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
@@ -135,11 +135,12 @@ TEST_F(Shares, OfNoiseGoToTheViewsThatDiffer) {
   };
   const auto found = gaps(sources);
   const Gap& noise = gap(found, Quantity::kNoise);
-  EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kRounding);
-  EXPECT_NEAR(noise.after, std::sqrt((0.09 + 1) / 2), kRounding) << "one sigma of the view that was found to differ";
-  EXPECT_NEAR(*noise.floor, std::sqrt((0.09 + 0.16) / 2), kRounding);
-  EXPECT_NEAR(sources[0].shares.at(0).share, 0.9, kRounding);
-  EXPECT_NEAR(*noise.unexplained, 0.1, kRounding);
+  EXPECT_NEAR(noise.before, std::sqrt((9 + 1) / 2.0), kShareRounding);
+  EXPECT_NEAR(noise.after, std::sqrt((0.09 + 1) / 2), kShareRounding)
+      << "one sigma of the view that was found to differ";
+  EXPECT_NEAR(*noise.floor, std::sqrt((0.09 + 0.16) / 2), kShareRounding);
+  EXPECT_NEAR(sources[0].shares.at(0).share, 0.9, kShareRounding);
+  EXPECT_NEAR(*noise.unexplained, 0.1, kShareRounding);
 }
 
 TEST(OdometryBy, DrivesTheWheelsAnglesWithOtherSizes) {
@@ -151,11 +152,11 @@ TEST(OdometryBy, DrivesTheWheelsAnglesWithOtherSizes) {
   run.drive = {{0, {}, {}, 5, 5}, {0.1, {}, {}, 7, 7}, {0.2, {}, {}, 6, 8}};
   const auto poses = odometry_by(run, {0.1, 0.4});
   ASSERT_EQ(poses.size(), 3U);
-  EXPECT_NEAR(poses[0].x_m, 1, kRounding) << "beginning at the run's first odometry pose";
-  EXPECT_NEAR(poses[1].x_m, 1.2, kRounding);
-  EXPECT_NEAR(poses[2].x_m, 1.2, kRounding);
-  EXPECT_NEAR(poses[2].y_m, 2, kRounding);
-  EXPECT_NEAR(poses[2].heading_rad, 0.1 * 2 / 0.4, kRounding);
+  EXPECT_NEAR(poses[0].x_m, 1, kShareRounding) << "beginning at the run's first odometry pose";
+  EXPECT_NEAR(poses[1].x_m, 1.2, kShareRounding);
+  EXPECT_NEAR(poses[2].x_m, 1.2, kShareRounding);
+  EXPECT_NEAR(poses[2].y_m, 2, kShareRounding);
+  EXPECT_NEAR(poses[2].heading_rad, 0.1 * 2 / 0.4, kShareRounding);
   EXPECT_EQ(poses[2].t_s, 0.2);
   run.drive.clear();
   EXPECT_TRUE(odometry_by(run, {0.1, 0.4}).empty()) << "the wheels were not recorded";

@@ -17,7 +17,7 @@
 namespace twocone::compare {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kGapRounding = 1e-9;
 
 TEST(Light, GreenWithinTheLimitAmberWithinTwiceRedBeyond) {
   constexpr double kLimit = 0.3;
@@ -120,16 +120,16 @@ TEST_F(Rows, ReportGapsOfNumbersThatDiffer) {
   const auto all = rows();
 
   const Row& rim = row(all, "lower rim, radius");
-  EXPECT_NEAR(*rim.gap, 1.5, kRounding);
+  EXPECT_NEAR(*rim.gap, 1.5, kGapRounding);
   EXPECT_EQ(rim.light, Light::kAmber) << "limit 1 px";
   ASSERT_TRUE(rim.gap_sigma);
   const Row& range = row(all, "range error at the reference pose, rms");
-  EXPECT_NEAR(*range.gap, 46, kRounding);
+  EXPECT_NEAR(*range.gap, 46, kGapRounding);
   EXPECT_EQ(range.light, Light::kRed) << "limit 20 mm";
   const Row& missed = row(all, "missed: ranged in the simulation only");
-  EXPECT_NEAR(*missed.gap, 7.5, kRounding) << "3 of 40";
+  EXPECT_NEAR(*missed.gap, 7.5, kGapRounding) << "3 of 40";
   EXPECT_EQ(missed.light, Light::kGreen) << "limit 10 %: matched frames are not exactly at one place";
-  EXPECT_NEAR(*row(all, "false: ranges that the fix left out as wrong").gap, 100.0 / 37, kRounding);
+  EXPECT_NEAR(*row(all, "false: ranges that the fix left out as wrong").gap, 100.0 / 37, kGapRounding);
   EXPECT_NEAR(*row(all, "distance of paths at equal times (APE), rms").gap, 300, 1e-6);
   EXPECT_NEAR(*row(all, "distance, aligned paths (APE, Umeyama), rms").gap, 0, 1e-6);
   EXPECT_EQ(row(all, "distance of paths at equal times (APE), rms").light, Light::kAmber) << "limit 200 mm";

@@ -44,16 +44,15 @@ rig:
   upper: {centre_px: [160.5, 120.75], rim_radius_px: 117.5, azimuth_rad: -0.034}
 )";
 
-std::string good_text() {
+std::string text_with_devices() {
   return std::string("name: nina\nmap: rooms/cellar.map.yaml\nbody: {radius_m: 0.17}\n") + kDrive;
 }
-Robot parse(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }
 std::string complaint_of(const std::string& text) {
-  return message_of([&] { (void)parse(text); });
+  return message_of([&] { (void)parsed_robot(text); });
 }
 
 TEST(DeviceKeys, EveryKeyOfASerialDriveIsRead) {
-  const Drive drive = parse(good_text()).drive;
+  const Drive drive = parsed_robot(text_with_devices()).drive;
   ASSERT_TRUE(drive.serial);
   serial::SerialDriveSettings wanted;
   wanted.port = "/dev/serial/by-id/usb-motor";
@@ -68,12 +67,12 @@ TEST(DeviceKeys, EveryKeyOfASerialDriveIsRead) {
 }
 
 TEST(DeviceKeys, OptionalKeysHaveTheirDefaults) {
-  std::string text = good_text();
+  std::string text = text_with_devices();
   for (const char* line : {"  baud: 115200\n", "  address: 131\n", "  swap_wheels: true\n", "  reverse_left: true\n",
                            "  reverse_right: true\n", "  watchdog: false\n", "  least_speed_radps: 0.37\n"}) {
     text = with(text, line, "");
   }
-  const auto serial = parse(text).drive.serial;
+  const auto serial = parsed_robot(text).drive.serial;
   ASSERT_TRUE(serial);
   EXPECT_FALSE(serial->baud);
   EXPECT_FALSE(serial->least_speed_radps);
@@ -82,11 +81,11 @@ TEST(DeviceKeys, OptionalKeysHaveTheirDefaults) {
   EXPECT_TRUE(serial->watchdog) << "the watchdog is on unless the file switches it off";
   // Create 2 has a fixed number of counts per turn.
   text = with(with(text, "roboclaw", "create2"), "  counts_per_turn: 979.62\n", "");
-  EXPECT_FALSE(parse(text).drive.serial->counts_per_turn);
+  EXPECT_FALSE(parsed_robot(text).drive.serial->counts_per_turn);
 }
 
 TEST(DeviceKeys, EveryKeyOfACameraIsRead) {
-  const Robot robot = parse(good_text());
+  const Robot robot = parsed_robot(text_with_devices());
   EXPECT_EQ(robot.lower.device.name, "USB Camera");
   EXPECT_EQ(robot.lower.device.format, "YUYV");
   EXPECT_THAT(robot.lower.device.controls,
@@ -100,7 +99,7 @@ class DeviceKeysRefuse : public testing::TestWithParam<BadCase> {};
 
 TEST_P(DeviceKeysRefuse, InOneLine) {
   const BadCase& bad = GetParam();
-  const std::string message = complaint_of(with(good_text(), bad.find, bad.replace));
+  const std::string message = complaint_of(with(text_with_devices(), bad.find, bad.replace));
   EXPECT_THAT(message, HasSubstr(bad.message));
   EXPECT_EQ(message.rfind("robot.yaml:", 0), 0u) << message;
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
@@ -137,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
 // A robot file that would let wheels turn for ever is rejected.
 TEST(DeviceKeys, TheWatchdogMayNotBeOffWhereTheControllerDoesNotStopInTime) {
   for (const char* protocol : {"ros_arduino_bridge", "create2"}) {
-    std::string text = with(with(good_text(), "roboclaw", protocol), "  address: 131\n", "");
+    std::string text = with(with(text_with_devices(), "roboclaw", protocol), "  address: 131\n", "");
     EXPECT_THAT(complaint_of(text), HasSubstr(fmt::format("drive.watchdog is 'false', must be true: a controller of "
                                                           "protocol {} does not stop the wheels by itself in time",
                                                           protocol)));
@@ -147,7 +146,7 @@ TEST(DeviceKeys, TheWatchdogMayNotBeOffWhereTheControllerDoesNotStopInTime) {
 }
 
 TEST(DeviceKeys, AnAddressIsARoboClaws) {
-  const std::string text = with(with(good_text(), "roboclaw", "create2"), "watchdog: false", "watchdog: true");
+  const std::string text = with(with(text_with_devices(), "roboclaw", "create2"), "watchdog: false", "watchdog: true");
   EXPECT_THAT(complaint_of(text), HasSubstr("drive.address is 131, must be absent: protocol create2 has none"));
 }
 

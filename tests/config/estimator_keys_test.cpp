@@ -9,18 +9,15 @@ namespace twocone::config {
 namespace {
 
 /// Returns the good robot with an `estimator:` whose first key is on line 57.
-std::string text_with(const std::string& keys) {
-  return read_text(data("good_robot.yaml")) + "estimator:\n" + keys + "\n";
-}
-Robot parse(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }
+std::string text_with(const std::string& keys) { return good_robot_text() + "estimator:\n" + keys + "\n"; }
 
 TEST(EstimatorKeys, AreThoseOfTheFile) {
-  const EstimatorKeys keys = parse(text_with("  method: outline\n"
-                                             "  stage: adaptive\n"
-                                             "  landmarks: [red, 'light blue', \"3\"]\n"
-                                             "  bearings: false\n"
-                                             "  enough_m: 0.0031\n"
-                                             "  budget_s: 0.023"))
+  const EstimatorKeys keys = parsed_robot(text_with("  method: outline\n"
+                                                    "  stage: adaptive\n"
+                                                    "  landmarks: [red, 'light blue', \"3\"]\n"
+                                                    "  bearings: false\n"
+                                                    "  enough_m: 0.0031\n"
+                                                    "  budget_s: 0.023"))
                                  .estimator;
   EXPECT_EQ(keys.method, "outline");
   EXPECT_EQ(keys.stage, "adaptive");
@@ -31,14 +28,14 @@ TEST(EstimatorKeys, AreThoseOfTheFile) {
 }
 
 TEST(EstimatorKeys, OfAFileWithoutThemAreTheMostAccurate) {
-  EXPECT_EQ(parse(read_text(data("good_robot.yaml"))).estimator, EstimatorKeys{});
-  EXPECT_EQ(parse(text_with("  stage: adaptive")).estimator.enough_m, EstimatorKeys{}.enough_m);
-  EXPECT_EQ(parse(text_with("  stage: adaptive")).estimator.budget_s, std::nullopt);
+  EXPECT_EQ(parsed_robot(good_robot_text()).estimator, EstimatorKeys{});
+  EXPECT_EQ(parsed_robot(text_with("  stage: adaptive")).estimator.enough_m, EstimatorKeys{}.enough_m);
+  EXPECT_EQ(parsed_robot(text_with("  stage: adaptive")).estimator.budget_s, std::nullopt);
   for (const char* stage : {"found", "coarse", "fine", "adaptive"}) {
-    EXPECT_EQ(parse(text_with(fmt::format("  stage: {}", stage))).estimator.stage, stage);
+    EXPECT_EQ(parsed_robot(text_with(fmt::format("  stage: {}", stage))).estimator.stage, stage);
   }
   // The fewest landmarks, and the method that has no stages.
-  const EstimatorKeys paper = parse(text_with("  method: paper\n  landmarks: [c, b, a]")).estimator;
+  const EstimatorKeys paper = parsed_robot(text_with("  method: paper\n  landmarks: [c, b, a]")).estimator;
   EXPECT_EQ(paper.method, "paper");
   EXPECT_EQ(paper.landmarks, (std::vector<std::string>{"c", "b", "a"}));
 }
@@ -55,7 +52,7 @@ struct BadKeys {
 class BadEstimator : public testing::TestWithParam<BadKeys> {};
 
 TEST_P(BadEstimator, IsRefusedInTheseWords) {
-  EXPECT_EQ(message_of([] { parse(text_with(GetParam().keys)); }), GetParam().message);
+  EXPECT_EQ(message_of([] { parsed_robot(text_with(GetParam().keys)); }), GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/node/node.h>
 
+#include "apps/config/robot_file.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
@@ -19,6 +20,11 @@ namespace twocone::config {
 inline std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/config/data" / name;
 }
+
+inline std::string good_robot_text() { return read_text(data("good_robot.yaml")); }
+
+/// Reads the text as a file robot.yaml in the current folder.
+inline Robot parsed_robot(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }
 
 /// Returns `text` with its only `find` replaced. A case that no longer fits its fixture must not pass by accident.
 inline std::string with(const std::string& text, const std::string& find, const std::string& replace) {

@@ -12,8 +12,8 @@
 namespace twocone::config {
 namespace {
 
-std::string good_text() { return read_text(data("good_map.yaml")); }
-Map parse(const std::string& text) { return parse_map(parse_yaml(text, "map.yaml"), "map.yaml"); }
+std::string good_map_text() { return read_text(data("good_map.yaml")); }
+Map map_of(const std::string& text) { return parse_map(parse_yaml(text, "map.yaml"), "map.yaml"); }
 
 TEST(MapFile, HoldsEveryFieldOfTheFile) {
   const std::filesystem::path file = data("good_map.yaml");
@@ -48,9 +48,9 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
 }
 
 TEST(MapFile, ARealRoomHasNeitherSceneNorUnit) {
-  std::string text = with(good_text(), "scene: cellar.pov\nunit_m: 0.04\n", "");
+  std::string text = with(good_map_text(), "scene: cellar.pov\nunit_m: 0.04\n", "");
   text = text.substr(0, text.find("moving:"));
-  const Map map = parse(text);
+  const Map map = map_of(text);
   EXPECT_EQ(map.scene, std::nullopt);
   EXPECT_TRUE(map.moving.empty());
   EXPECT_EQ(map.effects, SceneEffects{}) << "all effects that the scene uses";
@@ -95,8 +95,8 @@ TEST(MapFile, ASceneInPlaceOfAMapIsRejected) {
 class BadMapFile : public testing::TestWithParam<BadCase> {};
 
 TEST_P(BadMapFile, IsRefusedInTheseWords) {
-  const std::string text = with(good_text(), GetParam().find, GetParam().replace);
-  EXPECT_EQ(message_of([&] { parse(text); }), GetParam().message);
+  const std::string text = with(good_map_text(), GetParam().find, GetParam().replace);
+  EXPECT_EQ(message_of([&] { map_of(text); }), GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -15,18 +15,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTilt = "    tilt_rad: [0.011, -0.007]\n";
-std::string good_text() { return read_text(data("good_robot.yaml")); }
 /// Reads the text as a file beside good_robot.yaml, so that relative paths start at its folder.
-Robot parse(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), data("robot.yaml")); }
+Robot robot_beside_the_good_one(const std::string& text) {
+  return parse_robot(parse_yaml(text, "robot.yaml"), data("robot.yaml"));
+}
 /// Inserts lines in the upper mirror's section, from line 34 on.
-std::string with_upper(const std::string& lines) { return with(good_text(), kTilt, lines); }
+std::string with_upper(const std::string& lines) { return with(good_robot_text(), kTilt, lines); }
 /// Inserts lines in `rig:`, from line 23 on.
 std::string with_common(const std::string& lines) {
-  return with(good_text(), "  lens_height_m: 0.23\n", "  lens_height_m: 0.23\n" + lines);
+  return with(good_robot_text(), "  lens_height_m: 0.23\n", "  lens_height_m: 0.23\n" + lines);
 }
 
 TEST(RigKeys, TiltAndOffsetAreOfOneMirrorOrOfBoth) {
-  const Rig rig = parse(with_common("  tilt_rad: [0.01, 0.02]\n  axis_offset_m: [0.003, -0.004]\n")).rig;
+  const Rig rig =
+      robot_beside_the_good_one(with_common("  tilt_rad: [0.01, 0.02]\n  axis_offset_m: [0.003, -0.004]\n")).rig;
   EXPECT_EQ(rig.lower.tilt_rad, (std::array{0.01, 0.02}));
   EXPECT_EQ(rig.upper.tilt_rad, (std::array{0.011, -0.007})) << "its own value overrides";
   EXPECT_EQ(rig.lower.axis_offset_m, (std::array{0.003, -0.004}));
@@ -34,23 +36,24 @@ TEST(RigKeys, TiltAndOffsetAreOfOneMirrorOrOfBoth) {
 }
 
 TEST(RigKeys, ALensComesWithItsFocalLengthAndMiddle) {
-  const Rig rig = parse(with_upper("    distortion: [0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6]\n"
-                                   "    distortion_focal_px: [701.25, 698.5]\n"
-                                   "    distortion_principal_px: [162.5, 121.5]\n"))
+  const Rig rig = robot_beside_the_good_one(with_upper("    distortion: [0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6]\n"
+                                                       "    distortion_focal_px: [701.25, 698.5]\n"
+                                                       "    distortion_principal_px: [162.5, 121.5]\n"))
                       .rig;
   EXPECT_EQ(rig.upper.distortion, (std::vector{0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6}));
   EXPECT_EQ(rig.upper.distortion_focal_px, (std::array{701.25, 698.5}));
   EXPECT_EQ(rig.upper.distortion_principal_px, (std::array{162.5, 121.5}));
   EXPECT_TRUE(rig.lower.distortion.empty());
-  const Rig square = parse(with_upper("    distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: 701.25\n")).rig;
+  const Rig square =
+      robot_beside_the_good_one(with_upper("    distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: 701.25\n")).rig;
   EXPECT_EQ(square.upper.distortion_focal_px, (std::array{701.25, 701.25})) << "one number sets both, as in effects";
-  EXPECT_TRUE(parse(with_upper("    distortion: []\n")).rig.upper.distortion.empty());
+  EXPECT_TRUE(robot_beside_the_good_one(with_upper("    distortion: []\n")).rig.upper.distortion.empty());
 }
 
 TEST(RigKeys, ACameraInfoFileGivesTheLens) {
   const std::string text =
-      with(good_text(), "azimuth_rad: 0.021", "azimuth_rad: 0.021\n    camera_info: good_camera_info.yaml");
-  const Rig rig = parse(text).rig;
+      with(good_robot_text(), "azimuth_rad: 0.021", "azimuth_rad: 0.021\n    camera_info: good_camera_info.yaml");
+  const Rig rig = robot_beside_the_good_one(text).rig;
   EXPECT_EQ(rig.lower.camera_info, data("good_camera_info.yaml"));
   EXPECT_EQ(rig.lower.distortion, (std::vector{-0.21, 0.07, 0.0013, -0.0021, -0.013}));
   EXPECT_EQ(rig.lower.distortion_focal_px, (std::array{701.25, 698.5}));
@@ -59,16 +62,17 @@ TEST(RigKeys, ACameraInfoFileGivesTheLens) {
 }
 
 TEST(RigKeys, AMirrorsOwnLensTakesThePlaceOfTheCommonOne) {
-  const Rig own_numbers = parse(with(with_common("  camera_info: good_camera_info.yaml\n"), kTilt,
-                                     "    distortion: [0.1, 0.2, 0.01, 0.02]\n"))
+  const Rig own_numbers = robot_beside_the_good_one(with(with_common("  camera_info: good_camera_info.yaml\n"), kTilt,
+                                                         "    distortion: [0.1, 0.2, 0.01, 0.02]\n"))
                               .rig;
   EXPECT_TRUE(own_numbers.upper.camera_info.empty());
   EXPECT_EQ(own_numbers.upper.distortion, (std::vector{0.1, 0.2, 0.01, 0.02}));
   EXPECT_FALSE(own_numbers.upper.distortion_focal_px.has_value());
   EXPECT_EQ(own_numbers.lower.camera_info, data("good_camera_info.yaml"));
-  const Rig own_file = parse(with(with_common("  distortion: [0.1, 0.2, 0.01, 0.02]\n"), "azimuth_rad: 0.021",
-                                  "azimuth_rad: 0.021\n    camera_info: good_camera_info.yaml"))
-                           .rig;
+  const Rig own_file =
+      robot_beside_the_good_one(with(with_common("  distortion: [0.1, 0.2, 0.01, 0.02]\n"), "azimuth_rad: 0.021",
+                                     "azimuth_rad: 0.021\n    camera_info: good_camera_info.yaml"))
+          .rig;
   EXPECT_EQ(own_file.lower.distortion.size(), 5u);
   EXPECT_EQ(own_file.upper.distortion.size(), 4u);
 }
@@ -92,7 +96,7 @@ TEST(RigKeys, ThroughANodeOfAnotherFileTheLensIsTheSame) {
 class BadRigKey : public testing::TestWithParam<BadCase> {};
 
 TEST_P(BadRigKey, IsRefusedInTheseWords) {
-  const std::string text = with(good_text(), GetParam().find, GetParam().replace);
+  const std::string text = with(good_robot_text(), GetParam().find, GetParam().replace);
   EXPECT_EQ(message_of([&] { parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }), GetParam().message);
 }
 
@@ -124,7 +128,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(RigKeys, ACameraInfoOfAnotherImageIsRefusedWithItsOwnLines) {
   const fs::path file = data("good_camera_info.yaml");
-  const std::string message = message_of([&] { parse(with_upper("    camera_info: good_camera_info.yaml\n")); });
+  const std::string message =
+      message_of([&] { robot_beside_the_good_one(with_upper("    camera_info: good_camera_info.yaml\n")); });
   EXPECT_EQ(message, fmt::format("{0}:2: image_width is 641 px, must be 322, that of cameras.upper of {1}\n"
                                  "{0}:3: image_height is 479 px, must be 243, that of cameras.upper of {1}",
                                  file.string(), data("robot.yaml").string()));

@@ -11,9 +11,6 @@
 namespace twocone::config {
 namespace {
 
-std::string good_text() { return read_text(data("good_robot.yaml")); }
-Robot parse(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }
-
 TEST(RobotFile, HoldsEveryFieldOfTheFile) {
   const std::filesystem::path file = data("good_robot.yaml");
   Robot wanted;
@@ -89,7 +86,7 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
 }
 
 TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
-  std::string text = good_text();
+  std::string text = good_robot_text();
   for (const char* line : {
            "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}\n",
            "latency_frames: 3\n",
@@ -102,7 +99,7 @@ TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
     text = with(text, line, "");
   }
   text = text.substr(0, text.find("\neffects:") + 1);
-  const Robot robot = parse(text);
+  const Robot robot = parsed_robot(text);
   EXPECT_TRUE(robot.attach.empty());
   EXPECT_EQ(robot.upper.effects, sim_povray::CameraEffects{});
   EXPECT_EQ(robot.start, std::nullopt);
@@ -116,17 +113,17 @@ TEST(RobotFile, DefaultsAreTheDocumentedOnes) {
 }
 
 TEST(RobotFile, AStampMayBeLateInOneCameraOrInAll) {
-  const Robot one = parse(with(good_text(), "gain: 1.3", "stamp_late_s: 0.008"));
+  const Robot one = parsed_robot(with(good_robot_text(), "gain: 1.3", "stamp_late_s: 0.008"));
   EXPECT_EQ(one.lower.effects.stamp_late_s, 0);
   EXPECT_EQ(one.upper.effects.stamp_late_s, 0.008);
-  const Robot all = parse(with(good_text(), "late_probability: 0.02", "stamp_late_s: 0.5"));
+  const Robot all = parsed_robot(with(good_robot_text(), "late_probability: 0.02", "stamp_late_s: 0.5"));
   EXPECT_EQ(all.lower.effects.stamp_late_s, 0.5);
   EXPECT_EQ(all.upper.effects.stamp_late_s, 0.5);
 }
 
 TEST(RobotFile, TheTrueWheelsMayDiffer) {
-  const Robot robot =
-      parse(with(good_text(), "  motor_lag_s: 0.07\n", "  wheel_separation_m: 0.2871\n  wheel_radius_m: 0.04343\n"));
+  const Robot robot = parsed_robot(
+      with(good_robot_text(), "  motor_lag_s: 0.07\n", "  wheel_separation_m: 0.2871\n  wheel_radius_m: 0.04343\n"));
   EXPECT_EQ(robot.effects.wheel_separation_m, 0.2871);
   EXPECT_EQ(robot.effects.wheel_radius_m, 0.04343);
   EXPECT_EQ(robot.drive.wheel_separation_m, 0.29);
@@ -154,13 +151,13 @@ TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
     azimuth_rad: 0.021
     mirrored: true
 )";
-  const std::string text = good_text();
+  const std::string text = good_robot_text();
   const std::size_t begin = text.find("rig:");
   const std::string before = text.substr(0, begin);
   const std::string after = text.substr(text.find("\neffects:") + 1);
-  const Robot from_common = parse(before + "rig:" + all_common + after);
-  const Robot from_own = parse(before + "rig:\n  mirror_separation_m: 0.307\n  lens_height_m: 0.23\n  lower:" + own +
-                               "  upper:" + own + after);
+  const Robot from_common = parsed_robot(before + "rig:" + all_common + after);
+  const Robot from_own = parsed_robot(
+      before + "rig:\n  mirror_separation_m: 0.307\n  lens_height_m: 0.23\n  lower:" + own + "  upper:" + own + after);
   EXPECT_EQ(from_common.rig, from_own.rig);
   EXPECT_EQ(from_common.rig.lower, from_common.rig.upper);
   EXPECT_EQ(from_common.rig.lower.rim_radius_px, 233.75);
@@ -169,21 +166,21 @@ TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
 
 TEST(RobotFile, NamesWhatAMirrorLacks) {
   // The key is missing in both mirrors; in one; and one mirror has no section.
-  EXPECT_EQ(message_of([] { parse(with(good_text(), "  lens_to_tip_m: 0.118\n", "")); }),
+  EXPECT_EQ(message_of([] { parsed_robot(with(good_robot_text(), "  lens_to_tip_m: 0.118\n", "")); }),
             "robot.yaml:17: rig.lens_to_tip_m is missing: distance d from the lens to the mirror's tip, here for both "
             "mirrors or in lower and in upper, metres");
-  EXPECT_EQ(message_of([] { parse(with(good_text(), "  mirror_radius_m: 0.061\n", "")); }),
+  EXPECT_EQ(message_of([] { parsed_robot(with(good_robot_text(), "  mirror_radius_m: 0.061\n", "")); }),
             "robot.yaml:22: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
   EXPECT_EQ(message_of([] {
-              parse(with(
-                  good_text(),
+              parsed_robot(with(
+                  good_robot_text(),
                   "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
             }),
             "robot.yaml:17: rig.lower is missing: the lower mirror, with its centre_px, rim_radius_px, azimuth_rad");
 }
 
 TEST(RobotFile, ReportsAllErrorsAtOnceByLine) {
-  std::string text = good_text();
+  std::string text = good_robot_text();
   text = with(text, "name: nina", "nam: nina");
   text = with(text, "wheel_radius_m: 0.043", "wheel_radius_m: -0.05");
   text = with(text, "  max_speed_mps: 0.37\n", "");
@@ -191,7 +188,7 @@ TEST(RobotFile, ReportsAllErrorsAtOnceByLine) {
   text = with(text, "    rim_radius_px: 117.5", "    rim_radius_px: .nan");
   text = with(text, "[-0.75, 1.25]]", "[-0.75, 1.25, 7]]");
   EXPECT_EQ(
-      message_of([&] { parse(text); }),
+      message_of([&] { parsed_robot(text); }),
       "robot.yaml:2: name is missing: the robot's name\n"
       "robot.yaml:2: nam is unknown, did you mean name? (known here: name, map, attach, start, latency_frames, body, "
       "drive, cameras, max_skew_s, rig, estimator, effects, waypoints_m)\n"
@@ -226,7 +223,7 @@ TEST(RobotFile, AwkwardNamesComeThroughANodeUnchanged) {
                                                        {"'- x'", "- x"}};
   for (const auto& [written, name] : names) {
     YAML::Node run;
-    run["robot"] = parse_yaml(with(good_text(), "name: nina", fmt::format("name: {}", written)), "robot.yaml");
+    run["robot"] = parse_yaml(with(good_robot_text(), "name: nina", fmt::format("name: {}", written)), "robot.yaml");
     EXPECT_EQ(parse_robot(run["robot"], "run.yaml").name, name) << written;
     EXPECT_EQ(parse_robot(YAML::Load(YAML::Dump(run))["robot"], "run.yaml").name, name) << written;
   }
@@ -236,7 +233,7 @@ TEST(RobotFile, AwkwardNamesComeThroughANodeUnchanged) {
 TEST(RobotFile, OnDiskHasANameThatIsFitForAFolder) {
   const testing_support::TemporaryFolder folder;
   const auto read_named = [&folder](const std::string& name) {
-    return read_robot(folder.write("robot.yaml", with(good_text(), "name: nina", "name: " + name))).name;
+    return read_robot(folder.write("robot.yaml", with(good_robot_text(), "name: nina", "name: " + name))).name;
   };
   for (const char* const good : {"nina", "lab 2", "K\u00f6nig", "a.b", "'- x'"})
     EXPECT_NO_THROW(read_named(good)) << good;
@@ -257,8 +254,8 @@ TEST(RobotFile, ANodeOfARelativeFileHasAnAbsoluteMap) {
 class BadRobotFile : public testing::TestWithParam<BadCase> {};
 
 TEST_P(BadRobotFile, IsRefusedInTheseWords) {
-  const std::string text = with(good_text(), GetParam().find, GetParam().replace);
-  EXPECT_EQ(message_of([&] { parse(text); }), GetParam().message);
+  const std::string text = with(good_robot_text(), GetParam().find, GetParam().replace);
+  EXPECT_EQ(message_of([&] { parsed_robot(text); }), GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -474,15 +471,15 @@ INSTANTIATE_TEST_SUITE_P(
     name_of<BadCase>);
 
 TEST(RobotFile, TakesTheFocalLengthOfASimulatedLensAsAPairToo) {
-  const std::string pair = with(good_text(), "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 512.5]");
-  EXPECT_EQ(parse(pair), parse(good_text()));
+  const std::string pair = with(good_robot_text(), "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 512.5]");
+  EXPECT_EQ(parsed_robot(pair), parsed_robot(good_robot_text()));
 }
 
 TEST(RobotFile, ReportsAFocalLengthWithoutDistortion) {
-  std::string text = with(good_text(), "    distortion: [-0.11, 0.02, 0.001, -0.002]\n", "");
-  EXPECT_EQ(message_of([&] { parse(text); }), "accepted") << "one camera has `distortion: []`";
+  std::string text = with(good_robot_text(), "    distortion: [-0.11, 0.02, 0.001, -0.002]\n", "");
+  EXPECT_EQ(message_of([&] { parsed_robot(text); }), "accepted") << "one camera has `distortion: []`";
   text = with(text, ", effects: {distortion: []}", "");
-  EXPECT_EQ(message_of([&] { parse(text); }),
+  EXPECT_EQ(message_of([&] { parsed_robot(text); }),
             "robot.yaml:50: effects.camera.distortion_focal_px is 512.5 px, must be absent without distortion");
 }
 

@@ -35,19 +35,19 @@ Report checked(CameraTruth truth) {
   return report;
 }
 
-struct Case {
+struct CameraCase {
   const char* name;
   CameraTruth truth;
   const char* check;
   Verdict verdict;
   const char* advice;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const CameraCase& c, std::ostream* out) { *out << c.name; }
 
-class Cameras : public testing::TestWithParam<Case> {};
+class Cameras : public testing::TestWithParam<CameraCase> {};
 
 TEST_P(Cameras, AreJudged) {
-  const Case& c = GetParam();
+  const CameraCase& c = GetParam();
   const Report report = checked(c.truth);
   const Row row = row_of(report, "lower", c.check);
   EXPECT_EQ(row.verdict, c.verdict) << row.check << ": " << row.measured;
@@ -57,41 +57,42 @@ TEST_P(Cameras, AreJudged) {
 INSTANTIATE_TEST_SUITE_P(
     Each, Cameras,
     testing::Values(
-        Case{"another_size", {.narrower_px = 4}, "format", Verdict::kFailed, "width_px: 156"},
-        Case{"another_rate", {.reported_rate_hz = 30}, "format", Verdict::kWarning, "rate_hz: 30"},
-        Case{"control_ignored", {.controls = {{"gain", 7}}}, "control", Verdict::kWarning, "gain: 7"},
-        Case{"control_not_reported", {.controls = {{"hue", 7}}}, "control", Verdict::kWarning, "image"},
-        Case{"does_not_start",
-             {.started = Error{ErrorCode::kRefused, "busy; end the other program"}},
-             "stream",
-             Verdict::kFailed,
-             "program"},
-        Case{"too_slow", {.rate_hz = 23.1}, "rate", Verdict::kFailed, "rate_hz: 23.1"},
-        Case{"too_fast", {.rate_hz = 27.3}, "rate", Verdict::kFailed, "rate_hz: 27.3"},
-        Case{"just_right", {.rate_hz = 24.1}, "rate", Verdict::kOk, ""},
-        Case{"times_stand_still", {.stands_still = true}, "rate", Verdict::kFailed, "no capture times"},
-        Case{"trembles", {.jitter_s = 0.017}, "jitter", Verdict::kWarning, "load"},
-        Case{"trembles_little", {.jitter_s = 0.006}, "jitter", Verdict::kOk, ""},
-        Case{"loses_few", {.lose_every = 17}, "lost frames", Verdict::kWarning, "cable"},
-        Case{"loses_few_and_keeps_its_rate", {.lose_every = 17}, "rate", Verdict::kOk, ""},
-        Case{"loses_many", {.lose_every = 3}, "lost frames", Verdict::kFailed, "cable"},
-        Case{"damages", {.damage_every = 23}, "lost frames", Verdict::kWarning, "cable"},
-        Case{"skips", {.skip_every = 9}, "lost frames", Verdict::kWarning, "busy"},
-        Case{"old", {.age_s = 0.093}, "age", Verdict::kWarning, "frame periods"},
-        Case{"from_the_future", {.age_s = -0.02}, "age", Verdict::kWarning, "future"},
-        Case{"goes_away", {.dies_after = 40}, "stream", Verdict::kFailed, "was disconnected"},
-        Case{"falls_silent",
-             {.dies_after = 40, .death = {ErrorCode::kTimeout, "no frame"}},
-             "stream",
-             Verdict::kFailed,
-             "sends nothing"},
-        Case{"sends_nothing",
-             {.dies_after = 0, .death = {ErrorCode::kTimeout, "no frame"}},
-             "stream",
-             Verdict::kFailed,
-             "sends nothing"},
-        Case{"dark", {.image = image_of({.inside = 3, .outside = 3})}, "exposure", Verdict::kFailed, "lens cap"},
-        Case{"cut_off", {.image = {160, 120, PixelFormat::kRgb8, {1, 2, 3}}}, "image", Verdict::kFailed, "cable"}),
+        CameraCase{"another_size", {.narrower_px = 4}, "format", Verdict::kFailed, "width_px: 156"},
+        CameraCase{"another_rate", {.reported_rate_hz = 30}, "format", Verdict::kWarning, "rate_hz: 30"},
+        CameraCase{"control_ignored", {.controls = {{"gain", 7}}}, "control", Verdict::kWarning, "gain: 7"},
+        CameraCase{"control_not_reported", {.controls = {{"hue", 7}}}, "control", Verdict::kWarning, "image"},
+        CameraCase{"does_not_start",
+                   {.started = Error{ErrorCode::kRefused, "busy; end the other program"}},
+                   "stream",
+                   Verdict::kFailed,
+                   "program"},
+        CameraCase{"too_slow", {.rate_hz = 23.1}, "rate", Verdict::kFailed, "rate_hz: 23.1"},
+        CameraCase{"too_fast", {.rate_hz = 27.3}, "rate", Verdict::kFailed, "rate_hz: 27.3"},
+        CameraCase{"just_right", {.rate_hz = 24.1}, "rate", Verdict::kOk, ""},
+        CameraCase{"times_stand_still", {.stands_still = true}, "rate", Verdict::kFailed, "no capture times"},
+        CameraCase{"trembles", {.jitter_s = 0.017}, "jitter", Verdict::kWarning, "load"},
+        CameraCase{"trembles_little", {.jitter_s = 0.006}, "jitter", Verdict::kOk, ""},
+        CameraCase{"loses_few", {.lose_every = 17}, "lost frames", Verdict::kWarning, "cable"},
+        CameraCase{"loses_few_and_keeps_its_rate", {.lose_every = 17}, "rate", Verdict::kOk, ""},
+        CameraCase{"loses_many", {.lose_every = 3}, "lost frames", Verdict::kFailed, "cable"},
+        CameraCase{"damages", {.damage_every = 23}, "lost frames", Verdict::kWarning, "cable"},
+        CameraCase{"skips", {.skip_every = 9}, "lost frames", Verdict::kWarning, "busy"},
+        CameraCase{"old", {.age_s = 0.093}, "age", Verdict::kWarning, "frame periods"},
+        CameraCase{"from_the_future", {.age_s = -0.02}, "age", Verdict::kWarning, "future"},
+        CameraCase{"goes_away", {.dies_after = 40}, "stream", Verdict::kFailed, "was disconnected"},
+        CameraCase{"falls_silent",
+                   {.dies_after = 40, .death = {ErrorCode::kTimeout, "no frame"}},
+                   "stream",
+                   Verdict::kFailed,
+                   "sends nothing"},
+        CameraCase{"sends_nothing",
+                   {.dies_after = 0, .death = {ErrorCode::kTimeout, "no frame"}},
+                   "stream",
+                   Verdict::kFailed,
+                   "sends nothing"},
+        CameraCase{"dark", {.image = image_of({.inside = 3, .outside = 3})}, "exposure", Verdict::kFailed, "lens cap"},
+        CameraCase{
+            "cut_off", {.image = {160, 120, PixelFormat::kRgb8, {1, 2, 3}}}, "image", Verdict::kFailed, "cable"}),
     [](const auto& each) { return each.param.name; });
 
 TEST(DoctorCamera, ThatIsInOrderIsOk) {

@@ -56,7 +56,7 @@ Report checked(const DriveTruth& truth, const std::optional<Eyes>& eyes) {
   return report;
 }
 
-struct Case {
+struct DriveCase {
   const char* name;
   DriveTruth truth;
   std::optional<Eyes> eyes;
@@ -64,12 +64,12 @@ struct Case {
   Verdict verdict;
   const char* advice;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const DriveCase& c, std::ostream* out) { *out << c.name; }
 
-class Drives : public testing::TestWithParam<Case> {};
+class Drives : public testing::TestWithParam<DriveCase> {};
 
 TEST_P(Drives, AreJudged) {
-  const Case& c = GetParam();
+  const DriveCase& c = GetParam();
   const Report report = checked(c.truth, c.eyes);
   const Row row = row_of(report, "drive", c.check);
   EXPECT_EQ(row.verdict, c.verdict) << row.check << ": " << row.measured;
@@ -81,85 +81,91 @@ const DriveTruth kBothBackward{.left_motor_backward = true, .left_encoder_backwa
 
 INSTANTIATE_TEST_SUITE_P(
     Standing, Drives,
-    testing::Values(Case{"nothing_stops_it",
-                         {.own_timeout = {}, .has_watchdog = false},
-                         {},
-                         "time-out",
-                         Verdict::kFailed,
-                         "watchdog"},
-                    Case{"its_own_is_longer",
-                         {.own_timeout = 2000ms, .has_watchdog = false},
-                         {},
-                         "time-out",
-                         Verdict::kFailed,
-                         "watchdog"},
-                    Case{"the_watchdog_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
-                    Case{"its_own_is_enough", {.has_watchdog = false}, {}, "time-out", Verdict::kOk, ""},
-                    Case{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
-                    Case{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
-                    Case{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
-                    Case{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
-                    Case{"creeps", {.creep_radps = 0.3}, {}, "standing still", Verdict::kFailed, "without a command"}),
+    testing::Values(DriveCase{"nothing_stops_it",
+                              {.own_timeout = {}, .has_watchdog = false},
+                              {},
+                              "time-out",
+                              Verdict::kFailed,
+                              "watchdog"},
+                    DriveCase{"its_own_is_longer",
+                              {.own_timeout = 2000ms, .has_watchdog = false},
+                              {},
+                              "time-out",
+                              Verdict::kFailed,
+                              "watchdog"},
+                    DriveCase{"the_watchdog_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
+                    DriveCase{"its_own_is_enough", {.has_watchdog = false}, {}, "time-out", Verdict::kOk, ""},
+                    DriveCase{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
+                    DriveCase{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
+                    DriveCase{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
+                    DriveCase{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
+                    DriveCase{
+                        "creeps", {.creep_radps = 0.3}, {}, "standing still", Verdict::kFailed, "without a command"}),
     [](const auto& each) { return each.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Moving, Drives,
     testing::Values(
         // Motors and encoders are exchanged together: only the user can see it, and the file's keys correct it.
-        Case{"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", Verdict::kFailed, "swap_wheels: true"},
-        Case{"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", Verdict::kFailed, "swap_wheels: true"},
-        Case{"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", Verdict::kFailed,
-             "reverse_left: true"},
-        Case{"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", Verdict::kOk, ""},
-        Case{"swapped_unseen", kBothCrossed, {}, "wheels seen", Verdict::kNotRun, "terminal"},
+        DriveCase{"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", Verdict::kFailed, "swap_wheels: true"},
+        DriveCase{"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", Verdict::kFailed,
+                  "swap_wheels: true"},
+        DriveCase{"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", Verdict::kFailed,
+                  "reverse_left: true"},
+        DriveCase{"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", Verdict::kOk, ""},
+        DriveCase{"swapped_unseen", kBothCrossed, {}, "wheels seen", Verdict::kNotRun, "terminal"},
         // No key helps where an encoder does not measure its own motor.
-        Case{"encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoders' plugs"},
-        Case{"motors_crossed",
-             {.motors_crossed = true},
-             Eyes{"rf", "lf"},
-             "left wheel",
-             Verdict::kFailed,
-             "motors' plugs"},
-        Case{"crossed_unseen", {.motors_crossed = true}, {}, "left wheel", Verdict::kFailed, "crossed"},
-        Case{"encoder_backward", {.left_encoder_backward = true}, Eyes{}, "left wheel", Verdict::kFailed, "A and B"},
-        Case{"motor_backward",
-             {.left_motor_backward = true},
-             Eyes{"lb", "rf"},
-             "left wheel",
-             Verdict::kFailed,
-             "two leads"},
-        Case{"backward_unseen", {.left_motor_backward = true}, {}, "left wheel", Verdict::kFailed, "two leads"},
-        Case{"not_counted", {.left_encoder_dead = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoder's plug"},
-        Case{"no_motion", {.speed_factor = 0}, {}, "left wheel", Verdict::kFailed, "power"},
-        Case{"no_motion_no_stop", {.speed_factor = 0}, {}, "stop time", Verdict::kNotRun, "rows"},
-        Case{"both_turn", {.both_turn = true}, {}, "left wheel", Verdict::kFailed, "both turn"},
-        Case{"runs_away", {.speed_factor = 5}, {}, "left wheel", Verdict::kFailed, "PID"},
-        Case{"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", Verdict::kWarning, "PID"},
-        Case{"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", Verdict::kFailed, "battery"},
-        Case{"turns_slowly", {}, {}, "least speed", Verdict::kOk, ""},
-        Case{"turns_only_fast", {.least_radps = 0.7}, {}, "least speed", Verdict::kWarning, "least_speed_radps: 0.81"},
-        Case{"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", Verdict::kOk, ""},
-        Case{"turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", Verdict::kFailed, "counts_per_turn: 1249"},
-        Case{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
-        Case{"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", Verdict::kNotRun, "again"},
-        Case{"turns_nobody", {}, {}, "counts per turn", Verdict::kNotRun, "terminal"},
-        Case{"stops_late",
-             {.stop_takes_s = 0.71, .silence_takes_s = 5},
-             {},
-             "stop, commanded",
-             Verdict::kFailed,
-             "brake"},
-        Case{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, commanded", Verdict::kOk, ""},
-        Case{"stops_never",
-             {.stop_takes_s = 1e6, .silence_takes_s = 1e6},
-             {},
-             "stop, commanded",
-             Verdict::kFailed,
-             "brake"},
-        Case{"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", Verdict::kOk, ""},
-        Case{"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
-        Case{"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
-        Case{"falls_silent", {.silent_after = 120}, {}, "left wheel", Verdict::kFailed, "power"}),
+        DriveCase{
+            "encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoders' plugs"},
+        DriveCase{"motors_crossed",
+                  {.motors_crossed = true},
+                  Eyes{"rf", "lf"},
+                  "left wheel",
+                  Verdict::kFailed,
+                  "motors' plugs"},
+        DriveCase{"crossed_unseen", {.motors_crossed = true}, {}, "left wheel", Verdict::kFailed, "crossed"},
+        DriveCase{
+            "encoder_backward", {.left_encoder_backward = true}, Eyes{}, "left wheel", Verdict::kFailed, "A and B"},
+        DriveCase{"motor_backward",
+                  {.left_motor_backward = true},
+                  Eyes{"lb", "rf"},
+                  "left wheel",
+                  Verdict::kFailed,
+                  "two leads"},
+        DriveCase{"backward_unseen", {.left_motor_backward = true}, {}, "left wheel", Verdict::kFailed, "two leads"},
+        DriveCase{"not_counted", {.left_encoder_dead = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoder's plug"},
+        DriveCase{"no_motion", {.speed_factor = 0}, {}, "left wheel", Verdict::kFailed, "power"},
+        DriveCase{"no_motion_no_stop", {.speed_factor = 0}, {}, "stop time", Verdict::kNotRun, "rows"},
+        DriveCase{"both_turn", {.both_turn = true}, {}, "left wheel", Verdict::kFailed, "both turn"},
+        DriveCase{"runs_away", {.speed_factor = 5}, {}, "left wheel", Verdict::kFailed, "PID"},
+        DriveCase{"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", Verdict::kWarning, "PID"},
+        DriveCase{"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", Verdict::kFailed, "battery"},
+        DriveCase{"turns_slowly", {}, {}, "least speed", Verdict::kOk, ""},
+        DriveCase{
+            "turns_only_fast", {.least_radps = 0.7}, {}, "least speed", Verdict::kWarning, "least_speed_radps: 0.81"},
+        DriveCase{"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", Verdict::kOk, ""},
+        DriveCase{
+            "turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", Verdict::kFailed, "counts_per_turn: 1249"},
+        DriveCase{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
+        DriveCase{"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", Verdict::kNotRun, "again"},
+        DriveCase{"turns_nobody", {}, {}, "counts per turn", Verdict::kNotRun, "terminal"},
+        DriveCase{"stops_late",
+                  {.stop_takes_s = 0.71, .silence_takes_s = 5},
+                  {},
+                  "stop, commanded",
+                  Verdict::kFailed,
+                  "brake"},
+        DriveCase{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, commanded", Verdict::kOk, ""},
+        DriveCase{"stops_never",
+                  {.stop_takes_s = 1e6, .silence_takes_s = 1e6},
+                  {},
+                  "stop, commanded",
+                  Verdict::kFailed,
+                  "brake"},
+        DriveCase{"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", Verdict::kOk, ""},
+        DriveCase{"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
+        DriveCase{"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
+        DriveCase{"falls_silent", {.silent_after = 120}, {}, "left wheel", Verdict::kFailed, "power"}),
     [](const auto& each) { return each.param.name; });
 
 TEST(DoctorDrive, ThatIsInOrderIsOk) {

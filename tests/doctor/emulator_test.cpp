@@ -26,7 +26,7 @@ void PrintTo(const Controller& controller, std::ostream* out) { *out << controll
 
 class Emulateds : public testing::TestWithParam<Controller> {};
 
-Report checked(const Controller& controller) {
+Report checked_in_real_time(const Controller& controller) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw std::runtime_error("socketpair");
   Report report;
@@ -72,7 +72,7 @@ TEST_P(Emulateds, AreFoundInOrder) {
   constexpr int kTries = 4;
   Report report;
   for (int i = 0; i < kTries; ++i) {
-    report = checked(GetParam());
+    report = checked_in_real_time(GetParam());
     if (!report.has_failed()) break;
   }
   EXPECT_FALSE(report.has_failed()) << table(report);
@@ -92,7 +92,8 @@ INSTANTIATE_TEST_SUITE_P(Protocols, Emulateds,
 
 // Catches the advice to check the encoders' wiring where each control loop drives the other wheel.
 TEST(CrossedMotors, WithAControlLoopRunAwayAndTheirPlugsAreNamed) {
-  const Report report = checked({"crossed", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440, true});
+  const Report report =
+      checked_in_real_time({"crossed", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440, true});
   for (const char* wheel : {"left wheel", "right wheel"}) {
     const Row row = row_of(report, "drive", wheel);
     EXPECT_EQ(row.verdict, Verdict::kFailed) << table(report);

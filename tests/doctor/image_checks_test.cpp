@@ -20,19 +20,19 @@ Report looked_at(const Disc& disc, const std::optional<vision::RimCircle>& belie
   return report;
 }
 
-struct Case {
+struct ImageCase {
   const char* name;
   Disc disc;
   const char* check;
   Verdict verdict;
   const char* advice;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const ImageCase& c, std::ostream* out) { *out << c.name; }
 
-class Images : public testing::TestWithParam<Case> {};
+class Images : public testing::TestWithParam<ImageCase> {};
 
 TEST_P(Images, AreJudged) {
-  const Case& c = GetParam();
+  const ImageCase& c = GetParam();
   const Row row = row_of(looked_at(c.disc), "lower", c.check);
   EXPECT_EQ(row.verdict, c.verdict) << row.check << ": " << row.measured;
   EXPECT_THAT(row.advice, HasSubstr(c.advice));
@@ -40,18 +40,19 @@ TEST_P(Images, AreJudged) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, Images,
-    testing::Values(Case{"fine", {}, "exposure", Verdict::kOk, ""}, Case{"fine_mirror", {}, "mirror", Verdict::kOk, ""},
-                    Case{"fine_focus", {}, "focus", Verdict::kOk, ""},
-                    Case{"lens_cap", {.inside = 3, .outside = 2}, "exposure", Verdict::kFailed, "lens cap"},
-                    Case{"dim", {.inside = 30, .outside = 90}, "exposure", Verdict::kWarning, "dark"},
-                    Case{"bright", {.inside = 220, .outside = 90}, "exposure", Verdict::kWarning, "bright"},
-                    Case{"white", {.inside = 255, .outside = 255}, "exposure", Verdict::kFailed, "white"},
-                    Case{"no_rim_to_see", {.inside = 100, .outside = 100}, "mirror", Verdict::kWarning, "in view"},
-                    Case{"moved", {.column = 81.8}, "mirror", Verdict::kWarning, "centre_px: [81.8, 59.5]"},
-                    Case{"moved_far", {.column = 86.5}, "mirror", Verdict::kFailed, "centre_px: [86.5, 59.5]"},
-                    Case{"larger", {.radius = 52.6}, "mirror", Verdict::kWarning, "rim_radius_px: 52.6"},
-                    Case{"soft", {.sigma_px = 2.4}, "focus", Verdict::kWarning, "turn the lens"},
-                    Case{"blurred", {.sigma_px = 4.2}, "focus", Verdict::kFailed, "turn the lens"}),
+    testing::Values(ImageCase{"fine", {}, "exposure", Verdict::kOk, ""},
+                    ImageCase{"fine_mirror", {}, "mirror", Verdict::kOk, ""},
+                    ImageCase{"fine_focus", {}, "focus", Verdict::kOk, ""},
+                    ImageCase{"lens_cap", {.inside = 3, .outside = 2}, "exposure", Verdict::kFailed, "lens cap"},
+                    ImageCase{"dim", {.inside = 30, .outside = 90}, "exposure", Verdict::kWarning, "dark"},
+                    ImageCase{"bright", {.inside = 220, .outside = 90}, "exposure", Verdict::kWarning, "bright"},
+                    ImageCase{"white", {.inside = 255, .outside = 255}, "exposure", Verdict::kFailed, "white"},
+                    ImageCase{"no_rim_to_see", {.inside = 100, .outside = 100}, "mirror", Verdict::kWarning, "in view"},
+                    ImageCase{"moved", {.column = 81.8}, "mirror", Verdict::kWarning, "centre_px: [81.8, 59.5]"},
+                    ImageCase{"moved_far", {.column = 86.5}, "mirror", Verdict::kFailed, "centre_px: [86.5, 59.5]"},
+                    ImageCase{"larger", {.radius = 52.6}, "mirror", Verdict::kWarning, "rim_radius_px: 52.6"},
+                    ImageCase{"soft", {.sigma_px = 2.4}, "focus", Verdict::kWarning, "turn the lens"},
+                    ImageCase{"blurred", {.sigma_px = 4.2}, "focus", Verdict::kFailed, "turn the lens"}),
     [](const auto& each) { return each.param.name; });
 
 // Catches a correct rig that fails where fog or darkness hides the rim.

@@ -25,10 +25,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr CameraSettings kSmall{64, 48, 20};
-constexpr std::uint64_t kSeed = 20061;
+constexpr std::uint64_t kCameraSeed = 20061;
 
 /// A streaming lock-step camera behind a cable with these faults.
-std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t seed = kSeed) {
+std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t seed = kCameraSeed) {
   auto camera = std::make_unique<FaultyCamera>(
       std::make_unique<MemoryCamera>(std::make_shared<ManualClock>(), WhenNotDue::kAdvance), faults, seed);
   EXPECT_TRUE(camera->configure(kSmall));
@@ -52,8 +52,8 @@ TEST(CameraFaults, EveryBadFieldIsNamed) {
     EXPECT_THAT(complaint.what(), AllOf(HasSubstr("lost_chance is 1.01"), HasSubstr("cut_chance is -0.5"),
                                         HasSubstr("late_chance is nan"), HasSubstr("delay is -3 ms")));
   }
-  EXPECT_THROW(FaultyCamera(nullptr, {}, kSeed), std::invalid_argument);
-  EXPECT_THROW(FaultyCamera(std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()), faults, kSeed),
+  EXPECT_THROW(FaultyCamera(nullptr, {}, kCameraSeed), std::invalid_argument);
+  EXPECT_THROW(FaultyCamera(std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()), faults, kCameraSeed),
                std::invalid_argument);
 }
 
@@ -144,7 +144,7 @@ TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
   CameraFaults faults;
   faults.late_chance = 1;
   faults.delay = 40ms;
-  FaultyCamera camera(std::make_unique<MemoryCamera>(clock, WhenNotDue::kTimeOut), faults, kSeed);
+  FaultyCamera camera(std::make_unique<MemoryCamera>(clock, WhenNotDue::kTimeOut), faults, kCameraSeed);
   ASSERT_TRUE(camera.configure(kSmall));
   ASSERT_TRUE(camera.start());
   const auto early = camera.grab(1ms);

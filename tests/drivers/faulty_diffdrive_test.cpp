@@ -20,12 +20,12 @@ using memory::Wheels;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kSeed = 20062;
+constexpr std::uint64_t kDriveSeed = 20062;
 constexpr auto kTimeout = 200ms;
 
 class FaultyDiffDriveTest : public testing::Test {
  protected:
-  void open(const DriveFaults& faults, std::uint64_t seed = kSeed) {
+  void open(const DriveFaults& faults, std::uint64_t seed = kDriveSeed) {
     clock_ = std::make_shared<ManualClock>();
     auto drive = std::make_unique<MemoryDiffDrive>(clock_, DriveLimits{10, kTimeout});
     wheels_ = drive->wheels();
@@ -50,7 +50,7 @@ TEST_F(FaultyDiffDriveTest, EveryBadFieldIsNamed) {
                                         HasSubstr("misread_rad is -1 rad")));
   }
   EXPECT_THROW(open(faults), std::invalid_argument);
-  EXPECT_THROW(FaultyDiffDrive(nullptr, {}, kSeed), std::invalid_argument);
+  EXPECT_THROW(FaultyDiffDrive(nullptr, {}, kDriveSeed), std::invalid_argument);
 }
 
 TEST_F(FaultyDiffDriveTest, HasTheLimitsOfTheDriveBehindIt) {

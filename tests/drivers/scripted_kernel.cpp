@@ -12,13 +12,8 @@
 #include "tests/drivers/scripted_node.h"
 
 namespace twocone::test {
-namespace {
 
 using std::chrono::steady_clock;
-
-nanoseconds now() { return steady_clock::now().time_since_epoch(); }
-
-}  // namespace
 
 ScriptedKernel::ScriptedKernel() = default;
 ScriptedKernel::~ScriptedKernel() = default;

@@ -18,6 +18,8 @@
 /// An emulated kernel for tests: video devices in memory that follow a script, and count their open files and mappings.
 namespace twocone::test {
 
+inline std::chrono::nanoseconds now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+
 struct ScriptedControl {
   std::string title;  ///< the device's name for it: "Exposure Time, Absolute"
   std::uint32_t type = V4L2_CTRL_TYPE_INTEGER;

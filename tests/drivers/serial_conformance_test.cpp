@@ -15,10 +15,10 @@ constexpr double kCountsPerTurn = 8192;
 // Create 2 has 508.8 counts per turn, and uses whole mm/s, which are 0.014 rad/s.
 constexpr double kResolution_rad = 0.013;
 // Create 2 sends its state every 15 ms; an exchange with the others takes a few milliseconds.
-constexpr auto kJitter = 25ms;
-constexpr auto kStep = 100ms;
+constexpr auto kSerialJitter = 25ms;
+constexpr auto kSerialStep = 100ms;
 
-OpenedDrive open_drive(const char* protocol, const DriveLimits& limits) {
+OpenedDrive open_serial_drive(const char* protocol, const DriveLimits& limits) {
   const auto plug = std::make_shared<Plug>(protocol);
   auto drive = serial::open_drive(plug->settings(kCountsPerTurn), limits, plug->machine());
   if (!drive) throw std::runtime_error(drive.error().message);
@@ -33,8 +33,8 @@ OpenedDrive open_drive(const char* protocol, const DriveLimits& limits) {
 }
 
 DriveCase case_of(const char* name, const char* protocol) {
-  return {name, kStep, [protocol](const DriveLimits& limits) { return open_drive(protocol, limits); }, kJitter,
-          kResolution_rad};
+  return {name, kSerialStep, [protocol](const DriveLimits& limits) { return open_serial_drive(protocol, limits); },
+          kSerialJitter, kResolution_rad};
 }
 
 INSTANTIATE_TEST_SUITE_P(Serial, DiffDriveConformance,

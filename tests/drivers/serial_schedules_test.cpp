@@ -24,13 +24,13 @@ using emulator::SimulatedWatchdog;
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
 
-constexpr double kCountsPerTurn = 1440;
+constexpr double kBoardCountsPerTurn = 1440;
 constexpr int kSchedules = 300;
 
 // A row of stops takes 30 ms, the watchdog wakes up to 3 ms late and decides within 1 ms, a stop's 7 bytes take 1.3 ms
 // on the line behind at most 100 others, and the time resolution is one millisecond: 53 ms. The documented limit is
 // 100 ms.
-constexpr nanoseconds kGrace = 100ms;
+constexpr nanoseconds kScheduleGrace = 100ms;
 // Failures must end within this time after the end of the faults.
 constexpr nanoseconds kOver = 300ms;
 
@@ -44,7 +44,7 @@ SerialDriveSettings settings() {
   SerialDriveSettings settings;
   settings.port = "the simulated line";
   settings.protocol = "ros_arduino_bridge";
-  settings.counts_per_turn = kCountsPerTurn;
+  settings.counts_per_turn = kBoardCountsPerTurn;
   return settings;
 }
 
@@ -97,7 +97,7 @@ class Schedule {
     trouble();
     calm();
     drive_.reset();
-    line_.advance(kGrace);
+    line_.advance(kScheduleGrace);
     if (line_.board().has_power()) complain("the wheels have power after the drive's end");
     return outcome_;
   }
@@ -205,7 +205,7 @@ class Schedule {
 
   /// Checks that the counts are between those at the time of the question and those at the time of the answer.
   void check_counts(const WheelAngles& angles, nanoseconds read_at) {
-    const double count = angles.left_rad * kCountsPerTurn / (2 * std::numbers::pi);
+    const double count = angles.left_rad * kBoardCountsPerTurn / (2 * std::numbers::pi);
     const double now = std::floor(line_.board().wheels.left());
     if (count > now + 0.5 || count < counts_at(read_at) - 1.5) {
       complain(fmt::format("counts {}, but the wheel had {} to {}", count, counts_at(read_at), now));
@@ -255,7 +255,7 @@ class Schedule {
       since = std::max(since, watchdog_struck_);
     }
     outcome_.longest_turn = std::max(outcome_.longest_turn, line_.now() - since - timeout_);
-    if (line_.now() - since > timeout_ + kGrace) {
+    if (line_.now() - since > timeout_ + kScheduleGrace) {
       complain(fmt::format("wheels turn {:.3f} s after the last command, command_timeout is {:.3f} s",
                            seconds(line_.now() - since), seconds(timeout_)));
     }

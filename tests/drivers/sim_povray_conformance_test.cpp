@@ -39,9 +39,9 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CameraThatDoesNotWait);
 /// The step is 250 ms: few frames and so few images, and the turn that AnglesDoNotWrap needs is not a whole number of
 /// steps.
 constexpr double kRate_hz = 4;
-constexpr auto kStep = nanoseconds(1s) / 4;
+constexpr auto kRenderedStep = nanoseconds(1s) / 4;
 
-OpenedDrive open_drive(const DriveLimits& limits) {
+OpenedDrive open_simulated_drive(const DriveLimits& limits) {
   const auto world = open_world(limits);
   auto drive = world->open_drive();
   const std::shared_ptr<GroundTruth> truth = world->open_truth();
@@ -52,7 +52,7 @@ OpenedDrive open_drive(const DriveLimits& limits) {
   (void)grab();  // the frame of the start, which advances no time
   return {std::move(drive),
           [grab](nanoseconds time) {
-            for (; time >= kStep; time -= kStep) (void)grab();
+            for (; time >= kRenderedStep; time -= kRenderedStep) (void)grab();
             if (time.count() != 0) throw std::logic_error("time passes in whole frames here");
           },
           [truth] {
@@ -61,8 +61,8 @@ OpenedDrive open_drive(const DriveLimits& limits) {
           }};
 }
 
-INSTANTIATE_TEST_SUITE_P(SimPovray, DiffDriveConformance, testing::Values(DriveCase{"SimPovray", kStep, open_drive}),
-                         drive_case_name);
+INSTANTIATE_TEST_SUITE_P(SimPovray, DiffDriveConformance,
+                         testing::Values(DriveCase{"SimPovray", kRenderedStep, open_simulated_drive}), drive_case_name);
 
 }  // namespace
 }  // namespace twocone::test

@@ -15,8 +15,6 @@ using std::chrono::steady_clock;
 
 constexpr std::uint64_t kBuffers = 6;
 
-nanoseconds now() { return steady_clock::now().time_since_epoch(); }
-
 class V4l2StreamTest : public V4l2Test {
  protected:
   void expose(std::uint32_t sequence, nanoseconds captured = now()) {

@@ -88,7 +88,7 @@ step geometry build/release/tests/localisation/localisation_test --gtest_filter=
 row "ambiguous and poor geometry" "$(tests_of geometry)" "right or flagged" "$(tested geometry)"
 step filter build/release/tests/localisation/localisation_test --gtest_filter='PoseFilter.*:PoseHypothesis.*'
 row "a landmark hidden for 5 s, a robot carried elsewhere" "$(tests_of filter)" "right or flagged" "$(tested filter)"
-step one_colour build/release/tests/vision/vision_test --gtest_filter='OutlineRanging.*'
+step one_colour env TWOCONE_CASES=all build/release/tests/vision/vision_test --gtest_filter='OutlineRanging.*'
 row "two landmarks of one colour, occlusion, truncation, saturation" "$(tests_of one_colour)" "right or flagged" "$(tested one_colour)"
 
 # ------------------------------------------------------------------ hard cases ----
@@ -96,6 +96,9 @@ step fix_hard_cases build/release/tests/localisation/localisation_test --gtest_f
 row "hard cases of the fix" "$(tests_of fix_hard_cases)" "all pass" "$(tested fix_hard_cases)"
 step numerics env TWOCONE_CASES=2000 build/release/tests/numerics/numerics_test
 row "hard cases against exact and 50-digit arithmetic, properties, degenerate input" "$(tests_of numerics)" "all pass" "$(tested numerics)"
+
+step sigmas env TWOCONE_CASES=20 build/release/tests/vision/vision_test --gtest_filter='Calibration.SigmasAreTrueOverManySeeds:CalibrationTiming.FindsNothingWhereNothingIsOverTwentySeeds'
+row "sigmas of the calibration over 20 seeds" "$(tests_of sigmas)" "all pass" "$(tested sigmas)"
 
 # ------------------------------------------------------------------- rooms ----
 smooth='s|rate_hz: 15}|rate_hz: 15, antialias: 3}|'

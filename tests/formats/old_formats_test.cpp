@@ -49,7 +49,7 @@ TEST(OldFormats, ARobotFileIsWrittenWithThePresentNames) {
 }
 
 TEST(OldFormats, AKeyUnderBothNamesIsRefused) {
-  const testing_support::TemporaryFolder folder;
+  const twocone::testing_support::TemporaryFolder folder;
   std::ifstream in(old_file("robot.yaml"));
   std::string text{std::istreambuf_iterator<char>(in), {}};
   text.replace(text.find("exposures: 2"), 12, "exposures: 2, shutter_samples: 2");
@@ -87,7 +87,7 @@ TEST(OldFormats, ARunFolderIsReadWithBothItsMethods) {
 }
 
 TEST(OldFormats, AShardOfASweepIsRead) {
-  const testing_support::TemporaryFolder folder;
+  const twocone::testing_support::TemporaryFolder folder;
   const tradeoff::Lab lab;
   tradeoff::Plan plan = tradeoff::make_plan(lab.robot, lab.map, {.episodes = 3});
   plan.shards.resize(1);

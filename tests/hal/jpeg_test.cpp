@@ -18,7 +18,7 @@ namespace {
 constexpr int kWidthPx = 53;
 constexpr int kHeightPx = 37;
 // At quality 95, quantisation steps are about 1. Halved chroma resolution blurs a gradient of 3 per pixel.
-constexpr int kOff = 12;
+constexpr int kJpegOff = 12;
 constexpr double kMeanOff = 2.5;
 
 using Jpeg = std::vector<std::uint8_t>;
@@ -65,7 +65,7 @@ void expect_near(const Image& a, const Image& b) {
     most = std::max(most, off);
     sum += off;
   }
-  EXPECT_LE(most, kOff);
+  EXPECT_LE(most, kJpegOff);
   EXPECT_LE(sum / double(a.bytes.size()), kMeanOff);
 }
 
@@ -123,7 +123,7 @@ TEST(JpegToRgb8, ShowsGreyInAllChannels) {
     ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 1]);
     ASSERT_EQ(rgb->bytes[i], rgb->bytes[i + 2]);
     const double light = 0.299 * colours.bytes[i] + 0.587 * colours.bytes[i + 1] + 0.114 * colours.bytes[i + 2];
-    ASSERT_NEAR(rgb->bytes[i], light, kOff);
+    ASSERT_NEAR(rgb->bytes[i], light, kJpegOff);
   }
 }
 

@@ -21,12 +21,12 @@ using test::Log;
 using test::ScriptedCamera;
 using testing::HasSubstr;
 
-constexpr CameraSettings kSettings{64, 48, 25};
+constexpr CameraSettings kHardwareSettings{64, 48, 25};
 constexpr auto kPeriod = 40ms;
 
 class HardwareRigTest : public testing::Test {
  protected:
-  void start() { ASSERT_TRUE(rig_.start(kSettings, kSettings)); }
+  void start() { ASSERT_TRUE(rig_.start(kHardwareSettings, kHardwareSettings)); }
   void unplug(ScriptedCamera::Script& camera) {
     camera.grabs.push_back(Error{ErrorCode::kDisconnected, "unplugged"});
     camera.configured = Error{ErrorCode::kDisconnected, "no such file"};
@@ -177,7 +177,7 @@ TEST_P(FreeRunningTest, EachFrameIsPairedWithItsNearest) {
   constexpr int kFrames = 20;
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 1s);
-  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   for (int i = 0; i < kFrames; ++i) {
     lower_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod)));
     upper_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod) + GetParam()));
@@ -199,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(Behind, FreeRunningTest, testing::Values(0ms, 13ms, 20m
 TEST_F(HardwareRigTest, CamerasSlowerThanTheirReportedRateArePaired) {
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
-  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   lower_->grabs = {frame_at(0, 0ms), Error{ErrorCode::kTimeout, "none yet"}, frame_at(1, 200ms)};
   upper_->grabs = {frame_at(0, 90ms)};
   const auto pair = rig.grab(1s);
@@ -212,7 +212,7 @@ TEST_F(HardwareRigTest, CamerasSlowerThanTheirReportedRateArePaired) {
 TEST_F(HardwareRigTest, AFrameThatIsNotNearerIsKeptForTheNextPair) {
   StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
-  ASSERT_TRUE(rig.start(kSettings, kSettings));
+  ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   lower_->grabs = {frame_at(0, 0ms), frame_at(1, 200ms)};
   upper_->grabs = {frame_at(0, 90ms), frame_at(1, 210ms)};
   EXPECT_EQ(rig.grab(1s)->skew(), 90ms);

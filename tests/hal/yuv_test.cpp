@@ -16,7 +16,7 @@ namespace {
 
 // The error that image.h allows: coefficients in 256ths are off by up to 0.0016, times 128 in each of two terms, plus
 // one rounding.
-constexpr int kOff = 1;
+constexpr int kEquationsOff = 1;
 // OpenCV rounds differently.
 constexpr int kOffFromOpenCv = 2;
 
@@ -100,7 +100,7 @@ TEST_P(YuvToRgb8, FollowsTheEquationsAtEveryPixel) {
   for (int row = 0; row < image.height_px; ++row) {
     for (int column = 0; column < image.width_px; ++column) {
       const auto [y, u, v] = GetParam().yuv(image, column, row);
-      ASSERT_LE(farthest(pixel(*rgb, column, row), by_the_equations(y, u, v)), kOff)
+      ASSERT_LE(farthest(pixel(*rgb, column, row), by_the_equations(y, u, v)), kEquationsOff)
           << "at " << column << ", " << row << ": Y " << int(y) << " U " << int(u) << " V " << int(v);
     }
   }
@@ -157,7 +157,7 @@ TEST(YuyvToRgb8, FollowsTheEquationsForEveryLumaAndManyColours) {
     ASSERT_TRUE(rgb);
     for (int v = 0; v < 256; v += kStep) {
       for (int y = 0; y < 256; ++y) {
-        ASSERT_LE(farthest(pixel(*rgb, y, v / kStep), by_the_equations(y, u, v)), kOff)
+        ASSERT_LE(farthest(pixel(*rgb, y, v / kStep), by_the_equations(y, u, v)), kEquationsOff)
             << "Y " << y << " U " << u << " V " << v;
       }
     }

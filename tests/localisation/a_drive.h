@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <random>
 
@@ -11,9 +10,6 @@
 
 namespace twocone::localisation {
 
-inline constexpr double kEps = std::numeric_limits<double>::epsilon();
-inline constexpr double kPi = std::numbers::pi;
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr WheelGeometry kWheels{0.05, 0.3};
 inline constexpr OdometryNoise kNoise{.slip = 0.01, .correlation_s = 2, .angle_rad = 0.003};
 inline constexpr double kStep_s = 1 / 15.0;

@@ -11,8 +11,6 @@
 namespace twocone::localisation {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 struct Model {
   Eigen::Matrix3d hessian_gn = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
@@ -20,7 +18,7 @@ struct Model {
   double cost = 0;
 };
 
-double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * kPi); }
+double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
 double cost_of(const std::vector<LandmarkMeasurement>& all, const Eigen::Vector3d& pose) {
   double cost = 0;
@@ -139,14 +137,14 @@ std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>
   // The grid extends as far out as a range of 8 m from the room's walls may have been measured.
   for (double x = -8; x <= 8; x += 1) {
     for (double y = -8; y <= 8; y += 1) {
-      for (double turn = 0.3; turn < 2 * kPi; turn += kPi / 2) try_from({x, y, turn});
+      for (double turn = 0.3; turn < 2 * std::numbers::pi; turn += std::numbers::pi / 2) try_from({x, y, turn});
     }
   }
   // Along each circle, with the heading that follows from each bearing there: 1 degree, and finer near each landmark.
   for (const auto& ranged : measurements) {
     if (!ranged.range_m) continue;
     std::vector<double> turns;
-    for (double turn = 0; turn < 2 * kPi; turn += kPi / 180) turns.push_back(turn);
+    for (double turn = 0; turn < 2 * std::numbers::pi; turn += std::numbers::pi / 180) turns.push_back(turn);
     for (const auto& near : measurements) {
       const Eigen::Vector2d d = near.landmark_m - ranged.landmark_m;
       if (d.norm() == 0) continue;

@@ -2,7 +2,6 @@
 // Compares the fix with the same minimum in 50-digit arithmetic.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -11,13 +10,14 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
 #include "tests/localisation/fix_cases.h"
+#include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
 namespace {
 
 using Exact = boost::multiprecision::cpp_bin_float_50;
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+using twocone::testing_support::kEps;
 
 struct Reference {
   Exact p[3];  // x, y, heading

@@ -11,12 +11,12 @@
 #include <Eigen/LU>
 
 #include "tests/localisation/fix_cases.h"
+#include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kPi = std::numbers::pi;
+using twocone::testing_support::kEps;
 
 FixCase lab() {
   FixCase c;
@@ -198,7 +198,7 @@ TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
   // Residuals of metres bend the minimum, so that Gauss-Newton approaches it only slowly.
   std::mt19937_64 random(19);
   std::uniform_real_distribution<double> far(500, 1500);
-  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 200; ++i) {
     std::vector<LandmarkMeasurement> m;
@@ -231,19 +231,20 @@ TEST(LeastSquaresFix, FarBeaconsEndAtTheMinimum) {
 }
 
 TEST(LeastSquaresFix, HeadingAtPiDoesNotTear) {
-  for (const double heading_rad : {kPi, -kPi, std::nextafter(kPi, 0.0), kPi - 1e-9}) {
+  for (const double heading_rad :
+       {std::numbers::pi, -std::numbers::pi, std::nextafter(std::numbers::pi, 0.0), std::numbers::pi - 1e-9}) {
     FixCase c = lab();
     c.truth.heading_rad = heading_rad;
     const Fix fix = fix_by_least_squares(exact(c));
     expect_pose(fix, c.truth, kExact);
-    EXPECT_LE(std::abs(*fix.heading_rad), kPi);
+    EXPECT_LE(std::abs(*fix.heading_rad), std::numbers::pi);
   }
 }
 
 TEST(LeastSquaresFix, BearingsMayHoldTurns) {
   auto m = exact(lab());
-  *m[1].bearing_rad += 2 * kPi;
-  *m[4].bearing_rad -= 6 * kPi;
+  *m[1].bearing_rad += 2 * std::numbers::pi;
+  *m[4].bearing_rad -= 6 * std::numbers::pi;
   expect_pose(fix_by_least_squares(m), lab().truth, kExact);
 }
 

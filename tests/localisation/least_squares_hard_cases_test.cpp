@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trilateration cases by name. Ranges have a sigma of 0.01 m unless stated otherwise.
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -10,13 +9,14 @@
 #include <Eigen/LU>
 
 #include "localisation/least_squares_fix.h"
+#include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using twocone::testing_support::kEps;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
 LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_m = 0.01) {
   LandmarkMeasurement m{.landmark_m = {x_m, y_m}, .range_m = range_m, .bearing_rad = {}};

@@ -13,8 +13,6 @@
 namespace twocone::localisation {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// 95 % quantiles of chi-squared of two numbers and of one.
 constexpr double kTwo95 = 5.991;
 constexpr double kOne95 = 3.841;
@@ -39,7 +37,7 @@ struct Tally {
 Tally run(int count, bool has_range, bool has_bearing, double correlation) {
   std::mt19937_64 random(2024);
   std::uniform_real_distribution<double> place(-1.8, 1.8);
-  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   Tally t;
   for (int i = 0; i < count; ++i) {
     const FixCase c{
@@ -203,7 +201,7 @@ struct Verdicts {
 /// 10 000 rooms of `count` landmarks, one of which is `off_m` from its place in the map.
 Verdicts one_outlier(int count, bool has_bearing, double off_m) {
   std::mt19937_64 random(34);
-  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   // The leave-one-out statistic's threshold, in sigmas; noise reduces the statistic by 4.3 of them once in 1e5.
   const double threshold = std::sqrt(2 * std::log(count / 1e-4));
   Verdicts v;

@@ -9,11 +9,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
+
 namespace twocone::localisation {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kPi = std::numbers::pi;
+using twocone::testing_support::kEps;
 
 struct ArcCase {
   double turn_rate_radps;
@@ -52,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(HardCases, OdometryArc,
 TEST(Odometry, AFullCircleComesBack) {
   Odometry odometry({1, 1}, {0, 0, 0});
   odometry.update(0, 0);
-  const Pose pose = odometry.update(1 - kPi, 1 + kPi);  // D = 1 m, T = 2 pi
+  const Pose pose = odometry.update(1 - std::numbers::pi, 1 + std::numbers::pi);  // D = 1 m, T = 2 pi
   EXPECT_NEAR(pose.x_m, 0, 4 * kEps);
   EXPECT_NEAR(pose.y_m, 0, 4 * kEps);
   EXPECT_NEAR(pose.heading_rad, 0, 4 * kEps);
@@ -108,12 +109,12 @@ TEST(Odometry, RefusesWhatIsNoWheelAndNoAngle) {
 }
 
 TEST(WrapAngle, HardCases) {
-  const double above_pi = std::nextafter(kPi, 4);
-  EXPECT_EQ(wrap_angle_rad(kPi), kPi);
+  const double above_pi = std::nextafter(std::numbers::pi, 4);
+  EXPECT_EQ(wrap_angle_rad(std::numbers::pi), std::numbers::pi);
   EXPECT_EQ(wrap_angle_rad(0.3), 0.3);
   EXPECT_NEAR(wrap_angle_rad(above_pi), -3.1415926535897929, 2 * kEps);
   EXPECT_NEAR(wrap_angle_rad(1e6), -0.35756416708573504, kEps);
-  EXPECT_NEAR(wrap_angle_rad((-179.0 - 179.0) * kPi / 180), 2 * kPi / 180, 4 * kEps);
+  EXPECT_NEAR(wrap_angle_rad((-179.0 - 179.0) * std::numbers::pi / 180), 2 * std::numbers::pi / 180, 4 * kEps);
   EXPECT_TRUE(std::isnan(wrap_angle_rad(std::numeric_limits<double>::infinity())));
 }
 

@@ -2,22 +2,23 @@
 #include "localisation/paper_trilateration.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
+
 namespace twocone::localisation {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using twocone::testing_support::kEps;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
-Fix solve(const std::vector<LandmarkRange>& ranges) { return fix_by_triangle(ranges); }
+Fix trilaterate(const std::vector<LandmarkRange>& ranges) { return fix_by_triangle(ranges); }
 
-void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
+void expect_trilaterated_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
   ASSERT_EQ(fix.verdict, verdict) << to_string(fix.verdict);
   ASSERT_TRUE(fix.position_m);
   EXPECT_NEAR(fix.position_m->x(), x_m, tolerance_m);
@@ -31,17 +32,18 @@ constexpr double kWell_m = 64 * kEps;
 const double kTangent_m = std::sqrt(2 * 4 * kEps * 4);
 
 TEST(PaperTrilateration, T1WellPlaced) {
-  expect_at(solve({{{0, 0}, std::sqrt(2.0)}, {{4, 0}, std::sqrt(10.0)}, {{0, 3}, std::sqrt(5.0)}}), FixVerdict::kOk, 1,
-            1, kWell_m);
+  expect_trilaterated_at(trilaterate({{{0, 0}, std::sqrt(2.0)}, {{4, 0}, std::sqrt(10.0)}, {{0, 3}, std::sqrt(5.0)}}),
+                         FixVerdict::kOk, 1, 1, kWell_m);
 }
 
 TEST(PaperTrilateration, T22TheCentreIsTheCentroid) {
-  expect_at(solve({{{0, 0}, std::sqrt(2.0) + 0.05}, {{4, 0}, std::sqrt(10.0) - 0.03}, {{0, 3}, std::sqrt(5.0) + 0.04}}),
-            FixVerdict::kOk, 1.0456678374588409, 0.99612158170507931, kWell_m);
+  expect_trilaterated_at(
+      trilaterate({{{0, 0}, std::sqrt(2.0) + 0.05}, {{4, 0}, std::sqrt(10.0) - 0.03}, {{0, 3}, std::sqrt(5.0) + 0.04}}),
+      FixVerdict::kOk, 1.0456678374588409, 0.99612158170507931, kWell_m);
 }
 
 TEST(PaperTrilateration, T2LandmarksInLineGiveBothAnswers) {
-  const Fix fix = solve({{{0, 0}, std::sqrt(3.25)}, {{2, 0}, std::sqrt(3.25)}, {{5, 0}, std::sqrt(18.25)}});
+  const Fix fix = trilaterate({{{0, 0}, std::sqrt(3.25)}, {{2, 0}, std::sqrt(3.25)}, {{5, 0}, std::sqrt(18.25)}});
   ASSERT_EQ(fix.verdict, FixVerdict::kAmbiguous);
   ASSERT_TRUE(fix.other_position_m);
   EXPECT_NEAR(fix.position_m->x(), 1, kWell_m);
@@ -51,11 +53,11 @@ TEST(PaperTrilateration, T2LandmarksInLineGiveBothAnswers) {
 }
 
 TEST(PaperTrilateration, T3OnTheLandmarksLine) {
-  expect_at(solve({{{0, 0}, 1}, {{2, 0}, 1}, {{5, 0}, 4}}), FixVerdict::kOk, 1, 0, kTangent_m);
+  expect_trilaterated_at(trilaterate({{{0, 0}, 1}, {{2, 0}, 1}, {{5, 0}, 4}}), FixVerdict::kOk, 1, 0, kTangent_m);
 }
 
 TEST(PaperTrilateration, T5TwoLandmarksInOnePlaceGiveBothAnswers) {
-  const Fix fix = solve({{{0, 0}, std::sqrt(2.0)}, {{0, 0}, std::sqrt(2.0)}, {{4, 0}, std::sqrt(10.0)}});
+  const Fix fix = trilaterate({{{0, 0}, std::sqrt(2.0)}, {{0, 0}, std::sqrt(2.0)}, {{4, 0}, std::sqrt(10.0)}});
   ASSERT_EQ(fix.verdict, FixVerdict::kAmbiguous);
   EXPECT_NEAR(fix.position_m->x(), 1, kWell_m);
   EXPECT_NEAR(std::abs(fix.position_m->y()), 1, kWell_m);
@@ -64,23 +66,24 @@ TEST(PaperTrilateration, T5TwoLandmarksInOnePlaceGiveBothAnswers) {
 
 TEST(PaperTrilateration, T7TangentFromOutsideHasNoNaN) {
   // 0.1 + 0.2 - 0.3 is 5.55e-17 in doubles; the third circle crosses both at a good angle.
-  const Fix fix = solve({{{0, 0}, 0.1}, {{0.3, 0}, 0.2}, {{0.1, 0.4}, 0.4}});
-  expect_at(fix, FixVerdict::kOk, 0.1, 0, std::sqrt(2 * 4 * kEps * 0.2));
+  const Fix fix = trilaterate({{{0, 0}, 0.1}, {{0.3, 0}, 0.2}, {{0.1, 0.4}, 0.4}});
+  expect_trilaterated_at(fix, FixVerdict::kOk, 0.1, 0, std::sqrt(2 * 4 * kEps * 0.2));
 }
 
 TEST(PaperTrilateration, T8TangentFromInside) {
-  expect_at(solve({{{0, 0}, 3}, {{1, 0}, 2}, {{3, 4}, 4}}), FixVerdict::kOk, 3, 0, kTangent_m);
+  expect_trilaterated_at(trilaterate({{{0, 0}, 3}, {{1, 0}, 2}, {{3, 4}, 4}}), FixVerdict::kOk, 3, 0, kTangent_m);
 }
 
 TEST(PaperTrilateration, T9) {
-  expect_at(solve({{{69, 0}, 69}, {{0, 50}, 50}, {{0, 80}, 80}}), FixVerdict::kOk, 0, 0, std::sqrt(2 * 4 * kEps * 80));
+  expect_trilaterated_at(trilaterate({{{69, 0}, 69}, {{0, 50}, 50}, {{0, 80}, 80}}), FixVerdict::kOk, 0, 0,
+                         std::sqrt(2 * 4 * kEps * 80));
 }
 
 TEST(PaperTrilateration, T13RoundedRanges) {
   // Range 3 is 1.36e-5 short of sqrt(2). Circles 1 and 2 meet at (2, 3) and (3, 2); the others cross it at right
   // angles.
-  const Fix fix = solve({{{2, 2}, 1}, {{3, 3}, 1}, {{1, 4}, 1.4142}});
-  expect_at(fix, FixVerdict::kOk, 2, 3, 1.4e-5);
+  const Fix fix = trilaterate({{{2, 2}, 1}, {{3, 3}, 1}, {{1, 4}, 1.4142}});
+  expect_trilaterated_at(fix, FixVerdict::kOk, 2, 3, 1.4e-5);
 }
 
 TEST(PaperTrilateration, T14AFarOriginCostsNothing) {
@@ -94,40 +97,40 @@ TEST(PaperTrilateration, T14AFarOriginCostsNothing) {
       ranges.push_back({shifted, ((shifted - shift) - truth).norm()});
     }
     const double spacing_m = std::nextafter(o + 2, kInf) - (o + 2);
-    expect_at(solve(ranges), FixVerdict::kOk, o + truth.x(), o + truth.y(), kWell_m + spacing_m);
+    expect_trilaterated_at(trilaterate(ranges), FixVerdict::kOk, o + truth.x(), o + truth.y(), kWell_m + spacing_m);
   }
 }
 
 TEST(PaperTrilateration, T16OnALandmark) {
-  expect_at(solve({{{0, 0}, 0}, {{4, 0}, 4}, {{0, 3}, 3}}), FixVerdict::kOk, 0, 0, kTangent_m);
+  expect_trilaterated_at(trilaterate({{{0, 0}, 0}, {{4, 0}, 4}, {{0, 3}, 3}}), FixVerdict::kOk, 0, 0, kTangent_m);
 }
 
 TEST(PaperTrilateration, T17BadRangesAreLeftOutAndCounted) {
-  const Fix fix = solve({{{0, 0}, kNaN},
-                         {{0, 0}, std::sqrt(2.0)},
-                         {{9, 9}, -1},
-                         {{4, 0}, std::sqrt(10.0)},
-                         {{7, 7}, kInf},
-                         {{0, 3}, std::sqrt(5.0)}});
-  expect_at(fix, FixVerdict::kOk, 1, 1, kWell_m);
+  const Fix fix = trilaterate({{{0, 0}, kNaN},
+                               {{0, 0}, std::sqrt(2.0)},
+                               {{9, 9}, -1},
+                               {{4, 0}, std::sqrt(10.0)},
+                               {{7, 7}, kInf},
+                               {{0, 3}, std::sqrt(5.0)}});
+  expect_trilaterated_at(fix, FixVerdict::kOk, 1, 1, kWell_m);
   EXPECT_EQ(fix.unusable, 3);
   EXPECT_EQ(fix.used, 3);
 }
 
 TEST(PaperTrilateration, TakesTheNearestThree) {
   // The two longer ranges are wrong and must not matter.
-  expect_at(solve({{{0, 30}, 500},
-                   {{0, 0}, std::sqrt(2.0)},
-                   {{4, 0}, std::sqrt(10.0)},
-                   {{-20, 0}, 400},
-                   {{0, 3}, std::sqrt(5.0)}}),
-            FixVerdict::kOk, 1, 1, kWell_m);
+  expect_trilaterated_at(trilaterate({{{0, 30}, 500},
+                                      {{0, 0}, std::sqrt(2.0)},
+                                      {{4, 0}, std::sqrt(10.0)},
+                                      {{-20, 0}, 400},
+                                      {{0, 3}, std::sqrt(5.0)}}),
+                         FixVerdict::kOk, 1, 1, kWell_m);
 }
 
 TEST(PaperTrilateration, CirclesThatDoNotMeetUseTheMiddleOfTheGap) {
   // Circles 1 and 2 leave a gap of [1, 1.5] on the line between them; circle 3 is centred above its middle, at (1.25,
   // 2).
-  const Fix fix = solve({{{0, 0}, 1}, {{3, 0}, 1.5}, {{1.25, 2}, 2}});
+  const Fix fix = trilaterate({{{0, 0}, 1}, {{3, 0}, 1.5}, {{1.25, 2}, 2}});
   ASSERT_EQ(fix.verdict, FixVerdict::kGap);
   EXPECT_GT(fix.position_m->x(), 1);
   EXPECT_LT(fix.position_m->x(), 1.5);
@@ -136,16 +139,16 @@ TEST(PaperTrilateration, CirclesThatDoNotMeetUseTheMiddleOfTheGap) {
 
 TEST(PaperTrilateration, ACircleInsideAnotherUsesTheMiddleOfTheGap) {
   // Circle 2 is inside circle 1; they are nearest to each other at (2, 0) and (2.2, 0).
-  const Fix fix = solve({{{0, 0}, 2.2}, {{1, 0}, 1}, {{2.1, 1.5}, 1.5}});
+  const Fix fix = trilaterate({{{0, 0}, 2.2}, {{1, 0}, 1}, {{2.1, 1.5}, 1.5}});
   ASSERT_EQ(fix.verdict, FixVerdict::kGap);
   EXPECT_NEAR(fix.position_m->x(), 2.1, 0.1);
   EXPECT_NEAR(fix.position_m->y(), 0, 0.3);
 }
 
 TEST(PaperTrilateration, HasNoAnswerForTooFewOrOnePlace) {
-  EXPECT_EQ(solve({}).verdict, FixVerdict::kTooFew);
-  EXPECT_EQ(solve({{{0, 0}, 1}, {{1, 0}, 1}}).verdict, FixVerdict::kTooFew);
-  const Fix one_place = solve({{{1, 1}, 1}, {{1, 1}, 2}, {{1, 1}, 3}});
+  EXPECT_EQ(trilaterate({}).verdict, FixVerdict::kTooFew);
+  EXPECT_EQ(trilaterate({{{0, 0}, 1}, {{1, 0}, 1}}).verdict, FixVerdict::kTooFew);
+  const Fix one_place = trilaterate({{{1, 1}, 1}, {{1, 1}, 2}, {{1, 1}, 3}});
   EXPECT_EQ(one_place.verdict, FixVerdict::kTooFew);
   EXPECT_FALSE(one_place.position_m);
 }
@@ -170,7 +173,7 @@ TEST(PaperTrilateration, IsExactWhereTheRangesAre) {
     }
     if (least_sine < 0.05) continue;
     ++counted;
-    const Fix fix = solve(ranges);
+    const Fix fix = trilaterate(ranges);
     ASSERT_EQ(fix.verdict, FixVerdict::kOk) << "case " << i;
     EXPECT_LT((*fix.position_m - truth).norm(), 64 * kEps * 6 / least_sine) << "case " << i;
   }

@@ -2,6 +2,7 @@
 // Tests of the filter at the limits of doubles and of the first order: input is refused, or the covariance is true.
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -83,7 +84,7 @@ TEST(PoseFilterExtremes, WhatIsNoCovarianceIsRefused) {
   m.covariance << 1e-4, 1e-5, 0, 1e-4;
   LandmarkMeasurement good = m;
   good.landmark_m = {0, 1};
-  good.bearing_rad = kPi / 2;
+  good.bearing_rad = std::numbers::pi / 2;
   good.covariance(1, 0) = 1e-5;
   const std::vector<LandmarkMeasurement> both{m, good};
   EXPECT_EQ(fix_by_least_squares(both).unusable, 1);

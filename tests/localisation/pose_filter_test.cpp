@@ -2,6 +2,7 @@
 #include "localisation/pose_filter.h"
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -12,9 +13,13 @@
 #include <Eigen/LU>
 
 #include "tests/localisation/a_drive.h"
+#include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
 namespace {
+
+using twocone::testing_support::kEps;
+using twocone::testing_support::kNaN;
 
 /// The squared error of an estimate by its own covariance: chi-squared of three.
 double distance2(const Drive& drive, const PoseEstimate& e) {
@@ -158,7 +163,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
       drive.report_readings(filter);
       Fix mirrored = of_pair(drive.fix());
       mirrored.position_m->x() = 1 - mirrored.position_m->x();
-      mirrored.heading_rad = wrap_angle_rad(kPi - *mirrored.heading_rad);
+      mirrored.heading_rad = wrap_angle_rad(std::numbers::pi - *mirrored.heading_rad);
       EXPECT_EQ(filter.correct(mirrored), FixUse::kUnexpected) << "frame " << i;
       EXPECT_EQ(filter.state(), FilterState::kLost);
     }
@@ -314,12 +319,12 @@ TEST(PoseFilter, HeadingGoesThroughPi) {
   double last_rad = drive.truth().heading_rad;
   for (int i = 0; i < 900; ++i) {
     if (i > 0) drive.step(3, 6);
-    crossings += std::abs(drive.truth().heading_rad - last_rad) > kPi;
+    crossings += std::abs(drive.truth().heading_rad - last_rad) > std::numbers::pi;
     last_rad = drive.truth().heading_rad;
     drive.report_readings(filter);
     if (i % 5 == 0) filter.correct(drive.fix());
     ASSERT_EQ(filter.state(), FilterState::kTracking) << "frame " << i;
-    ASSERT_LE(std::abs(filter.estimate()->pose.heading_rad), kPi);
+    ASSERT_LE(std::abs(filter.estimate()->pose.heading_rad), std::numbers::pi);
     EXPECT_LT(std::abs(drive.error(filter.estimate()->pose).z()), 0.03) << "frame " << i;
   }
   EXPECT_GE(crossings, 4);
@@ -427,13 +432,13 @@ TEST(PoseFilter, HeadingsEitherSideOfPiAreNeighbours) {
   Fix fix;
   fix.verdict = FixVerdict::kOk;
   fix.position_m = Eigen::Vector2d(0, 0);
-  fix.heading_rad = kPi - 0.03;
+  fix.heading_rad = std::numbers::pi - 0.03;
   fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
   filter.correct(fix);
-  fix.heading_rad = 0.05 - kPi;
+  fix.heading_rad = 0.05 - std::numbers::pi;
   filter.correct(fix);
   EXPECT_EQ(filter.state(), FilterState::kTracking);
-  EXPECT_NEAR(filter.estimate()->pose.heading_rad, 0.01 - kPi, 8 * kEps) << "the middle";
+  EXPECT_NEAR(filter.estimate()->pose.heading_rad, 0.01 - std::numbers::pi, 8 * kEps) << "the middle";
 }
 
 TEST(PoseFilter, OfAnAmbiguousFixTheAnswerThatIsExpectedIsTaken) {

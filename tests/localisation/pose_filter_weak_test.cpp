@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -24,7 +25,7 @@ constexpr double kAllButAThousandth = 16.266;
 
 int cases() {
   const char* text = std::getenv("TWOCONE_CASES");
-  return text == nullptr ? 1000 : std::atoi(text);
+  return text == nullptr ? 400 : std::atoi(text);
 }
 
 PoseFilter filter_at(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
@@ -66,8 +67,8 @@ class Draw {
     std::vector<LandmarkMeasurement> all;
     const double spacing_m = log_between(0.03, 0.3);
     const double away_m = between(1, 8);
-    const double way_rad = between(-kPi, kPi);
-    const double line_rad = between(-kPi, kPi);
+    const double way_rad = between(-std::numbers::pi, std::numbers::pi);
+    const double line_rad = between(-std::numbers::pi, std::numbers::pi);
     const double sigma_m = log_between(0.001, 0.03);
     const double sigma_rad = log_between(0.0005, 0.05);
     const Eigen::Vector2d middle = truth.head<2>() + away_m * Eigen::Vector2d(std::cos(way_rad), std::sin(way_rad));
@@ -99,7 +100,8 @@ class Draw {
     Eigen::Matrix3d c = root * root.transpose() + 0.1 * Eigen::Matrix3d::Identity();
     const Eigen::Vector3d scale = sigma.cwiseQuotient(c.diagonal().cwiseSqrt());
     c = scale.asDiagonal() * c * scale.asDiagonal();
-    return {Eigen::Vector3d(between(-3, 3), between(-3, 3), between(-kPi, kPi)), (c + c.transpose()) / 2};
+    return {Eigen::Vector3d(between(-3, 3), between(-3, 3), between(-std::numbers::pi, std::numbers::pi)),
+            (c + c.transpose()) / 2};
   }
 
  private:

@@ -10,7 +10,6 @@
 namespace twocone::localisation {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// A few roundings of numbers of size 10.
 constexpr double kRounding = 1e-13;
 
@@ -26,14 +25,14 @@ TEST(TrajectoryErrorTest, OfNoPairThereIsNone) {
 // By hand: all are shifted by (3, 4), which is 5 m. One of four is also turned by a right angle: root of (pi/2)^2 / 4.
 TEST(TrajectoryErrorTest, AShiftIsAnAbsoluteErrorAlone) {
   std::vector<PosePair> pairs;
-  for (int i = 0; i < 4; ++i) pairs.push_back({{double(i), 0, 0}, {i + 3.0, 4, i == 2 ? kPi / 2 : 0}});
+  for (int i = 0; i < 4; ++i) pairs.push_back({{double(i), 0, 0}, {i + 3.0, 4, i == 2 ? std::numbers::pi / 2 : 0}});
   const auto absolute = absolute_error(pairs);
   ASSERT_TRUE(absolute);
   EXPECT_EQ(absolute->count, 4U);
   EXPECT_NEAR(absolute->rmse_m, 5, kRounding);
   EXPECT_NEAR(absolute->mean_m, 5, kRounding);
   EXPECT_NEAR(absolute->max_m, 5, kRounding);
-  EXPECT_NEAR(absolute->rmse_rad, kPi / 4, kRounding);
+  EXPECT_NEAR(absolute->rmse_rad, std::numbers::pi / 4, kRounding);
 
   pairs[2].estimate.heading_rad = 0;
   const auto relative = relative_error(pairs, 1);
@@ -73,8 +72,9 @@ TEST(TrajectoryErrorTest, RelativeErrorsAreOfSegmentsThatDoNotOverlap) {
 // By hand: a right-angled corner is driven as two straight segments of 1 m. The estimate starts turned by 90 degrees.
 // Relative errors are 0, since each segment is relative to its own start.
 TEST(TrajectoryErrorTest, RelativeErrorsDoNotSeeWhereTheTrajectoryBegins) {
-  const std::vector<PosePair> pairs{
-      {{0, 0, 0}, {5, 5, kPi / 2}}, {{1, 0, kPi / 2}, {5, 6, kPi}}, {{1, 1, kPi / 2}, {4, 6, kPi}}};
+  const std::vector<PosePair> pairs{{{0, 0, 0}, {5, 5, std::numbers::pi / 2}},
+                                    {{1, 0, std::numbers::pi / 2}, {5, 6, std::numbers::pi}},
+                                    {{1, 1, std::numbers::pi / 2}, {4, 6, std::numbers::pi}}};
   const auto relative = relative_error(pairs, 1);
   ASSERT_TRUE(relative);
   EXPECT_NEAR(relative->max_m, 0, kRounding);
@@ -83,7 +83,7 @@ TEST(TrajectoryErrorTest, RelativeErrorsDoNotSeeWhereTheTrajectoryBegins) {
 
 // By hand: a square of side 2 turned by 30 degrees about the origin and shifted by (1, -2): the answer undoes both.
 TEST(TrajectoryErrorTest, AlignmentFindsTheTurnAndShift) {
-  const Pose planted{1, -2, kPi / 6};
+  const Pose planted{1, -2, std::numbers::pi / 6};
   std::vector<PosePair> pairs;
   for (const Pose& corner : {Pose{0, 0, 0}, Pose{2, 0, 1}, Pose{2, 2, 2}, Pose{0, 2, 3}}) {
     pairs.push_back({moved(planted, corner), corner});
@@ -104,7 +104,7 @@ TEST(TrajectoryErrorTest, AlignmentHasNoScale) {
   const std::vector<PosePair> pairs{{{0, 2.2, 0}, {1, 0, 0}}, {{0, -1.8, 0}, {-1, 0, 0}}};
   const auto found = alignment(pairs);
   ASSERT_TRUE(found);
-  EXPECT_NEAR(found->heading_rad, kPi / 2, kRounding);
+  EXPECT_NEAR(found->heading_rad, std::numbers::pi / 2, kRounding);
   EXPECT_NEAR(found->y_m, 0.2, kRounding);
   const Pose first = moved(*found, pairs[0].estimate);
   EXPECT_NEAR(first.y_m, 1.2, kRounding);

@@ -17,6 +17,7 @@
 #include "tests/numerics/judge.h"
 #include "tests/support/disparity_range.h"
 #include "tests/support/hyperboloid_mirror.h"
+#include "tests/support/special_doubles.h"
 #include "vision/mirror_view.h"
 #include "vision/rim.h"
 #include "vision/triangulation.h"
@@ -27,9 +28,9 @@ namespace {
 using localisation::Fix;
 using localisation::FixVerdict;
 using localisation::LandmarkRange;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kMin = std::numeric_limits<double>::min();
 constexpr double kDenormal = std::numeric_limits<double>::denorm_min();

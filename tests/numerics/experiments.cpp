@@ -23,8 +23,6 @@ using exact::Draw;
 using exact::Real;
 using exact::Vector;
 
-constexpr double kPi = std::numbers::pi;
-
 double to_double(const Real& x) { return static_cast<double>(x); }
 double distance(const Real& dx, const Real& dy) { return to_double(sqrt(dx * dx + dy * dy)); }
 
@@ -96,7 +94,7 @@ void trilaterate(Draw& draw, double offset, Worst& textbook, Worst& ours, Worst*
   // As for a real robot, the position is not a number of the type.
   const Real truth[2] = {Real(offset) + draw.uniform(1, 2), Real(offset) + draw.uniform(1, 2)};
   std::array<formulas::Range<T>, 3> m;
-  const double base = draw.uniform(-kPi, kPi);
+  const double base = draw.uniform(-std::numbers::pi, std::numbers::pi);
   for (std::size_t i = 0; i < 3; ++i) {
     const double direction = base + 2 * double(i) + draw.uniform(-0.3, 0.3);
     const double range = draw.uniform(1, 3);
@@ -158,7 +156,7 @@ void solve_mixed(Draw& draw, double ratio, Worst& textbook, Worst& ours) {
   formulas::Column<T, kRows> sigma;
   const double step[2] = {draw.uniform(-1, 1), draw.uniform(-1, 1)};
   for (int i = 0; i < kRows; ++i) {
-    const double direction = draw.uniform(-kPi, kPi);
+    const double direction = draw.uniform(-std::numbers::pi, std::numbers::pi);
     const double s = i == 2 ? 1 / ratio : draw.uniform(0.5, 1);  // one accurate range among others
     j.row(i) << T(std::cos(direction)), T(std::sin(direction));
     e[i] = T(step[0] * std::cos(direction) + step[1] * std::sin(direction) + s * draw.uniform(-1, 1));
@@ -184,7 +182,7 @@ void solve_mixed(Draw& draw, double ratio, Worst& textbook, Worst& ours) {
 
 template <class T>
 void measure_angle(Draw& draw, double angle, Worst& textbook, Worst& ours) {
-  const double from = draw.uniform(-kPi, kPi);
+  const double from = draw.uniform(-std::numbers::pi, std::numbers::pi);
   const formulas::Point<T> u(T(std::cos(from)), T(std::sin(from)));
   const formulas::Point<T> v(T(std::cos(from + angle)), T(std::sin(from + angle)));
   const Real right = abs(atan2(Real(u.x()) * Real(v.y()) - Real(u.y()) * Real(v.x()),

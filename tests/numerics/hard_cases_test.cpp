@@ -3,7 +3,6 @@
 // near the tip (B4), motion, angles. Those of fix_by_triangle are in tests/localisation/paper_trilateration_test.cpp
 // too.
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "localisation/odometry.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/support/disparity_range.h"
+#include "tests/support/special_doubles.h"
 #include "vision/mirror_view.h"
 #include "vision/triangulation.h"
 
@@ -22,11 +22,11 @@ namespace {
 
 using localisation::Fix;
 using localisation::FixVerdict;
+using twocone::testing_support::kEps;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 using vision::RangeVerdict;
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSigma_m = 0.01;
 
 struct Place {

@@ -16,7 +16,6 @@ namespace twocone::exact {
 namespace {
 
 using Values = std::vector<double>;
-constexpr double kPi = std::numbers::pi;
 
 // As in measure_vision.cpp, a bound is half the operations on the longest path.
 constexpr double kWrapBound = 2;  // sin or cos, atan2
@@ -48,7 +47,8 @@ void measure_odometry(std::vector<Record>& records, int cases) {
   for (int i = 0; i < cases; ++i) {
     const double radius = draw.scales(1e-3, 1);
     const double separation = draw.scales(1e-2, 3);
-    Values x = {radius, separation, draw.uniform(-9, 9), draw.uniform(-9, 9), draw.uniform(-kPi, kPi)};
+    Values x = {radius, separation, draw.uniform(-9, 9), draw.uniform(-9, 9),
+                draw.uniform(-std::numbers::pi, std::numbers::pi)};
     const double left0 = i % 3 == 0 ? 0 : draw.uniform(-1e5, 1e5);
     const double right0 = i % 3 == 0 ? 0 : draw.uniform(-1e5, 1e5);
     const double way = i % 7 == 0 ? 0 : draw.scales(1e-9, 50);
@@ -137,7 +137,7 @@ enum class Kind { kRanges, kBearings, kBoth };
 
 FixCase draw_fix(Draw& draw, Kind kind, int count, double far, bool mixed_sigmas) {
   FixCase c;
-  const double robot[3] = {draw.uniform(-3, 3), draw.uniform(-3, 3), draw.uniform(-kPi, kPi)};
+  const double robot[3] = {draw.uniform(-3, 3), draw.uniform(-3, 3), draw.uniform(-std::numbers::pi, std::numbers::pi)};
   const double thin = draw.coin() ? draw.scales(1e-3, 1) : 1;
   std::vector<double> distances;
   for (int i = 0; i < count; ++i) {
@@ -151,7 +151,8 @@ FixCase draw_fix(Draw& draw, Kind kind, int count, double far, bool mixed_sigmas
     // The noise is well within the stated sigmas, so that nothing counts as an outlier.
     if (kind != Kind::kBearings) m.range_m = std::abs(std::hypot(dx, dy) + sigma_range * draw.uniform(-1, 1) / 2);
     if (kind != Kind::kRanges) {
-      m.bearing_rad = std::remainder(std::atan2(dy, dx) - robot[2] + sigma_bearing * draw.uniform(-1, 1) / 2, 2 * kPi);
+      m.bearing_rad =
+          std::remainder(std::atan2(dy, dx) - robot[2] + sigma_bearing * draw.uniform(-1, 1) / 2, 2 * std::numbers::pi);
     }
     const double both = rho * sigma_range * sigma_bearing;
     m.covariance << sigma_range * sigma_range, both, both, sigma_bearing * sigma_bearing;
@@ -264,7 +265,8 @@ void measure_pose_bound(std::vector<Record>& records, int cases) {
                 {}};
   Draw draw(40660);
   for (int i = 0; i < cases; ++i) {
-    const localisation::Pose pose{draw.uniform(-3, 3), draw.uniform(-3, 3), draw.uniform(-kPi, kPi)};
+    const localisation::Pose pose{draw.uniform(-3, 3), draw.uniform(-3, 3),
+                                  draw.uniform(-std::numbers::pi, std::numbers::pi)};
     Values x = {pose.x_m, pose.y_m};
     std::vector<Eigen::Vector2d> landmarks;
     std::vector<Eigen::Matrix2d> information;

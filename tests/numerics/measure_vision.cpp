@@ -18,7 +18,6 @@ namespace twocone::exact {
 namespace {
 
 using Values = std::vector<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Bounds on error / (growth eps). The growth counts one rounding of every input and of the answer. Inside, each
 // operation on the path from an input to the answer adds at most half an eps of the value that passes through it (a
@@ -45,7 +44,7 @@ ViewCase draw_view(Draw& draw, Rig rig) {
   s.lens_height_m = draw.scales(1e-3, 10);
   s.centre_px = {draw.uniform(-50, 2000), draw.uniform(-50, 2000)};
   s.rim_radius_px = draw.scales(10, 3000);
-  s.azimuth_rad = draw.uniform(-kPi, kPi);
+  s.azimuth_rad = draw.uniform(-std::numbers::pi, std::numbers::pi);
   s.mirrored = draw.coin();
   if (rig != Rig::kUpright) {
     s.tilt_rad = {draw.scales(1e-9, 0.3) * (draw.coin() ? 1 : -1), draw.uniform(-0.3, 0.3)};
@@ -84,7 +83,7 @@ Values doubles(const Vector& v) {
 /// Draws a pixel inside the rim, also very near to the tip.
 Values draw_pixel(Draw& draw, const vision::MirrorViewSettings& s) {
   const double radius = s.rim_radius_px * (draw.coin() ? draw.scales(1e-9, 0.999) : draw.uniform(0.01, 0.999));
-  const double turn = draw.uniform(-kPi, kPi);
+  const double turn = draw.uniform(-std::numbers::pi, std::numbers::pi);
   return {s.centre_px.x() + radius * std::cos(turn), s.centre_px.y() + radius * std::sin(turn)};
 }
 
@@ -154,7 +153,8 @@ void measure_view(std::vector<Record>& records, int cases, Rig rig) {
     bearing.take_angle(evaluate(bearing_of, numbers(offset_case)), 0,
                        view.bearing_rad({offset_case[kViewFields], offset_case[kViewFields + 1]}),
                        describe(offset_case));
-    const Values polar = {c.settings.azimuth_rad, draw.uniform(-kPi, kPi), draw.scales(1e-9, 1e9)};
+    const Values polar = {c.settings.azimuth_rad, draw.uniform(-std::numbers::pi, std::numbers::pi),
+                          draw.scales(1e-9, 1e9)};
     const auto offset_of = [&](const Vector& x) {
       const Real turn = (x[1] - x[0]) * (mirrored ? -1 : 1);
       return Vector{x[2] * cos(turn), x[2] * sin(turn)};
@@ -331,7 +331,7 @@ void measure_triangulation(std::vector<Record>& records, int cases, std::array<b
     const double top = draw.uniform(1.2, 2.5);
     x.insert(x.end(), {radius, top});
     const double distance = draw.scales(1, 30);
-    const double turn = draw.uniform(-kPi, kPi);
+    const double turn = draw.uniform(-std::numbers::pi, std::numbers::pi);
     std::array<vision::Sighting, 2> sightings;
     bool shown = true;
     for (std::size_t v = 0; v < 2; ++v) {

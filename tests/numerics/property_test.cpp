@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -14,14 +13,14 @@
 #include "localisation/odometry.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/support/hyperboloid_mirror.h"
+#include "tests/support/special_doubles.h"
 #include "vision/mirror_view.h"
 #include "vision/triangulation.h"
 
 namespace twocone {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+using twocone::testing_support::kEps;
 
 // The seed is fixed unless the environment sets another, for example RC_PARAMS="seed=1 max_success=100000".
 const int kSeeded = setenv("RC_PARAMS", "seed=40650 max_success=1000 max_discard_ratio=20", 0);
@@ -55,7 +54,7 @@ vision::MirrorViewSettings any_view() {
   s.lens_height_m = *number(0.05, 2);
   s.centre_px = {*number(0, 1000), *number(0, 1000)};
   s.rim_radius_px = *scales(50, 1000);
-  s.azimuth_rad = *number(-kPi, kPi);
+  s.azimuth_rad = *number(-std::numbers::pi, std::numbers::pi);
   s.mirrored = *rc::gen::arbitrary<bool>();
   s.tilt_rad = {*number(-0.2, 0.2), *number(-0.2, 0.2)};
   s.axis_offset_m = {*number(-0.05, 0.05), *number(-0.05, 0.05)};
@@ -72,7 +71,7 @@ struct Shown {
 Shown any_shown(const vision::MirrorView& view) {
   const auto& s = view.settings();
   const double radius_px = *number(0.01, 0.99) * s.rim_radius_px;
-  const double turn = *number(-kPi, kPi);
+  const double turn = *number(-std::numbers::pi, std::numbers::pi);
   const Eigen::Vector2d pixel = s.centre_px + radius_px * Eigen::Vector2d(std::cos(turn), std::sin(turn));
   const auto ray = view.back_project(pixel);
   RC_ASSERT(ray.has_value());
@@ -85,7 +84,7 @@ double pixel_rounding(const vision::MirrorView& view, const Shown& shown) {
   const auto& s = view.settings();
   const double lengths = shown.point_m.norm() + s.cone.lens_to_tip_m + s.lens_height_m;
   const double distance = (shown.point_m - view.back_project(shown.pixel)->origin_m).norm();
-  return 32 * kEps * (s.centre_px.norm() + view.focal_length_px() * (1 + lengths / distance) * kPi);
+  return 32 * kEps * (s.centre_px.norm() + view.focal_length_px() * (1 + lengths / distance) * std::numbers::pi);
 }
 
 TEST(Property, WhatAPixelShowsIsShownByThatPixel) {
@@ -142,7 +141,7 @@ TEST(Property, AnUprightViewTurnsWithItsAzimuth) {
     s.axis_offset_m.setZero();
     const vision::MirrorView view(s);
     const Shown shown = any_shown(view);
-    const double turn = *number(-kPi, kPi);
+    const double turn = *number(-std::numbers::pi, std::numbers::pi);
     vision::MirrorViewSettings t = s;
     t.azimuth_rad += turn;
     const auto plain = view.project(shown.point_m);
@@ -186,7 +185,7 @@ TEST(Property, AHyperboloidsSlopesComeBack) {
     const double step = 1e-6 * mirror.rim_slope();
     const double rise = (*mirror.elevation_rad(slope) - *mirror.elevation_rad(slope - step)) / step;
     // Elevation and slope both have roundings; near the asymptote b^2 / towards cancels as 1 / (1 - a s ...).
-    RC_NEAR(*again, slope, 64 * kEps * (kPi / rise + slope) * (1 + c / (c - a)));
+    RC_NEAR(*again, slope, 64 * kEps * (std::numbers::pi / rise + slope) * (1 + c / (c - a)));
   });
 }
 
@@ -194,7 +193,7 @@ TEST(Property, WrappingIsIdempotentAndOdd) {
   hold("wrap(wrap(x)) == wrap(x), inside (-pi, pi], odd, and x again plus whole turns", [] {
     const double x = *scales(1e-9, 1e9) * (*rc::gen::arbitrary<bool>() ? 1 : -1);
     const double w = localisation::wrap_angle_rad(x);
-    RC_ASSERT(std::abs(w) <= kPi);
+    RC_ASSERT(std::abs(w) <= std::numbers::pi);
     RC_ASSERT(localisation::wrap_angle_rad(w) == w);
     RC_ASSERT(localisation::wrap_angle_rad(-x) == -w);
     RC_NEAR(std::sin(w), std::sin(x), 4 * kEps);
@@ -231,7 +230,7 @@ localisation::Pose drive(const Drive& d, int parts) {
 void rc_near(const localisation::Pose& a, const localisation::Pose& b, double tolerance) {
   RC_NEAR(a.x_m, b.x_m, tolerance);
   RC_NEAR(a.y_m, b.y_m, tolerance);
-  RC_NEAR(std::remainder(a.heading_rad - b.heading_rad, 2 * kPi), 0.0, tolerance);
+  RC_NEAR(std::remainder(a.heading_rad - b.heading_rad, 2 * std::numbers::pi), 0.0, tolerance);
 }
 
 TEST(Property, AnArcIsTheSumOfItsParts) {
@@ -280,7 +279,7 @@ std::vector<localisation::LandmarkRange> any_ranges(double* least_sine) {
   std::vector<localisation::LandmarkRange> ranges;
   const Eigen::Vector2d robot(*number(-3, 3), *number(-3, 3));
   for (int i = 0; i < 3; ++i) {
-    const double direction = *number(-kPi, kPi);
+    const double direction = *number(-std::numbers::pi, std::numbers::pi);
     const double range = *number(0.3, 6);
     ranges.push_back({robot + range * Eigen::Vector2d(std::cos(direction), std::sin(direction)), range});
   }
@@ -300,7 +299,7 @@ TEST(Property, TheTrianglesFixMovesWithTheWorld) {
     auto ranges = any_ranges(&least_sine);
     const localisation::Fix fix = localisation::fix_by_triangle(ranges);
     RC_ASSERT(fix.verdict == localisation::FixVerdict::kOk);
-    const double turn = *number(-kPi, kPi);
+    const double turn = *number(-std::numbers::pi, std::numbers::pi);
     const double far = *scales(1e-3, 1e6);
     const Eigen::Vector2d shift = far * Eigen::Vector2d(*number(-1, 1), *number(-1, 1));
     // Lengths of up to 20 m, coordinates of up to `far`; a corner's condition is 1 / sine of its angle.
@@ -330,7 +329,7 @@ TEST(Property, TheLeastSquaresFixMovesWithTheWorld) {
     }
     const localisation::Fix fix = localisation::fix_by_least_squares(m);
     RC_PRE(fix.verdict == localisation::FixVerdict::kOk);
-    const double turn = *number(-kPi, kPi);
+    const double turn = *number(-std::numbers::pi, std::numbers::pi);
     const double far = *scales(1e-3, 1e6);
     const Eigen::Vector2d shift = far * Eigen::Vector2d(*number(-1, 1), *number(-1, 1));
     // As for the triangle; sigmas of 1 to 100 reduce the weight of the least accurate of three ranges to a hundredth.

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests of formulas for which mutants.sh showed that no other test fixes them.
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
 #include "vision/mirror_view.h"
 #include "vision/paper_ranging.h"
 
 namespace twocone::vision {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+using twocone::testing_support::kEps;
 
 TEST(WeakSpots, TheRimsPixelIsReflectedAtTheRim) {
   // This fixes v by the apex; forward and inverse projection agree with each other for any v.
@@ -42,8 +42,8 @@ TEST(WeakSpots, TheUpperLineBeginsWhereTheLowerMatchWouldBeInTheUpperImage) {
   upper.lens_height_m = 0.55;
   upper.rim_radius_px = 180;
   constexpr double kRadius_m = 0.1;
-  const PaperRanging ranging({MirrorView(lower), MirrorView(upper)}, {{"red", {1, 0, 0}, kRadius_m}}, {401, 401},
-                             {401, 401});
+  const PaperRanging ranging({MirrorView(lower), MirrorView(upper)},
+                             {{.name = "red", .colour = {1, 0, 0}, .radius_m = kRadius_m}}, {401, 401}, {401, 401});
   cv::Mat lower_image(401, 401, CV_8UC3, cv::Scalar(0, 0, 0));
   cv::Mat upper_image = lower_image.clone();
   lower_image.at<cv::Vec3b>(200, 300) = {250, 0, 0};

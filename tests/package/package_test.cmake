@@ -23,8 +23,8 @@ run(${WORK}/build-controller/controller ${WORK}/installed/share/twocone/robots/l
 if(NOT output MATCHES "^red 2[.]4[0-9]+ m, .*at [(]-?0[.]000, -?0[.]000[)] m\n")
   message(FATAL_ERROR "controller printed:\n${output}")
 endif()
-run(${WORK}/build-waypoints/waypoints ${WORK}/installed/share/twocone/robots/lab_sim.yaml 60)
-if(NOT output MATCHES "^60 frames, [0-9]+ waypoints reached, 0 frames without a track\noff the path: rms [0-9.]+ mm")
+run(${WORK}/build-waypoints/waypoints ${WORK}/installed/share/twocone/robots/lab_sim.yaml 24)
+if(NOT output MATCHES "^24 frames, [0-9]+ waypoints reached, 0 frames without a track\noff the path: rms [0-9.]+ mm")
   message(FATAL_ERROR "waypoints printed:\n${output}")
 endif()
 

@@ -7,21 +7,14 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runlog/tables/truth_table.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {
 namespace {
 
+using testing_support::error_of;
 using testing_support::TemporaryFolder;
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const runlog::DiskError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(Disk, AWholeFileReplacesTheOldOneAndLeavesNoPart) {
   const TemporaryFolder folder;
@@ -57,24 +50,24 @@ TEST(Disk, KeptLinesStayAndMustBeTheSame) {
   {
     runlog::LineFile lines(file, runlog::OldLines::kKeep);
     lines.add("a,b");
-    EXPECT_THAT(error_of([&] { lines.add("2,2.5", runlog::Equal::kButLastField); }),
+    EXPECT_THAT(error_of<DiskError>([&] { lines.add("2,2.5", runlog::Equal::kButLastField); }),
                 testing::HasSubstr("a.csv:2: is '1', but the repeated run gives '2'"));
   }
   runlog::LineFile lines(file, runlog::OldLines::kKeep);
   lines.add("anything", runlog::Equal::kNot);
   lines.add("1,2.5");
-  EXPECT_THAT(error_of([&] { lines.add("3,4"); }), testing::HasSubstr("a.csv:3: is '3,44'"));
+  EXPECT_THAT(error_of<DiskError>([&] { lines.add("3,4"); }), testing::HasSubstr("a.csv:3: is '3,44'"));
   EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
 }
 
 TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
   const TemporaryFolder folder;
   const auto file = folder.write("file", "");
-  EXPECT_EQ(error_of([&] { runlog::write_whole(file / "a", "x"); }),
+  EXPECT_EQ(error_of<DiskError>([&] { runlog::write_whole(file / "a", "x"); }),
             "cannot write " + (file / "a.part").string() + ": Not a directory");
   runlog::LineFile full("/dev/full");
-  EXPECT_EQ(error_of([&] { full.add("x"); }), "cannot write /dev/full: No space left on device");
-  EXPECT_EQ(error_of([&] { runlog::RunFolder run(file / "run"); }),
+  EXPECT_EQ(error_of<DiskError>([&] { full.add("x"); }), "cannot write /dev/full: No space left on device");
+  EXPECT_EQ(error_of<DiskError>([&] { runlog::RunFolder run(file / "run"); }),
             "cannot make the folder " + (file / "run").string() + ": Not a directory");
 }
 

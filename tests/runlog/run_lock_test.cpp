@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +15,7 @@
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/new_folder.h"
 #include "apps/runs/run.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {
@@ -22,16 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::error_of;
 using testing_support::TemporaryFolder;
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 /// Makes a run of `frames` frames that no program writes any more.
 fs::path make_run(const TemporaryFolder& folder, const std::string& name, int frames) {
@@ -52,7 +46,7 @@ TEST(RunLock, ASecondWriterIsRefusedByNameUntilTheFirstHasEnded) {
   const TemporaryFolder folder;
   {
     const runlog::RunLock lock(folder.path());
-    EXPECT_EQ(error_of([&] { runlog::RunLock second(folder.path()); }),
+    EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }),
               folder.path().string() + " is being written by another program (process " + std::to_string(::getpid()) +
                   "): wait until that has ended, or choose another folder");
     EXPECT_FALSE(runlog::RunLock::try_take(folder.path()));
@@ -71,10 +65,11 @@ TEST(RunLock, EndsWithAProgramThatIsKilled) {
     while (true) ::pause();
   }
   for (int i = 0; i < 500 && !fs::exists(folder.path() / "locked"); ++i) ::usleep(10'000);
-  EXPECT_THAT(error_of([&] { runlog::RunLock second(folder.path()); }), HasSubstr(std::to_string(child)));
+  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }),
+              HasSubstr(std::to_string(child)));
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
-  EXPECT_EQ(error_of([&] { runlog::RunLock second(folder.path()); }), "no error");
+  EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }), "no error");
 }
 
 // Catches two programs that hold the lock of one folder because the lock file of one was removed.
@@ -94,10 +89,11 @@ TEST(RunLock, NobodyElseWritesWhileARunGoesOn) {
   const fs::path path = make_run(folder, "run", 1);
   const runlog::RunLock lock(path);
   const std::string held = "is being written by another program";
-  EXPECT_THAT(error_of([&] { (void)runs::localise(path, estimation::Method::kPaper, [](double) {}); }),
-              HasSubstr(held));
-  EXPECT_THAT(error_of([&] { runlog::RunFolder again(path); }), HasSubstr(held));
-  EXPECT_THAT(error_of([&] { runlog::remove_run(path); }), HasSubstr(held));
+  EXPECT_THAT(
+      error_of<std::runtime_error>([&] { (void)runs::localise(path, estimation::Method::kPaper, [](double) {}); }),
+      HasSubstr(held));
+  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::RunFolder again(path); }), HasSubstr(held));
+  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::remove_run(path); }), HasSubstr(held));
   EXPECT_EQ(runlog::read_run(path).frames.size(), 1U) << "it can still be read";
 }
 
@@ -128,10 +124,10 @@ TEST(NewFolder, AStartWithoutAFrameMayBeReplacedButARunMayNot) {
   for (const char* const frames : {"", "frame,t_s\n"}) {  // killed, so that nothing was removed
     fs::create_directories(started);
     (void)folder.write("run/frames.csv", frames);
-    EXPECT_EQ(error_of([&] { runlog::NewFolder again(started); }), "no error") << frames;
+    EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::NewFolder again(started); }), "no error") << frames;
   }
   (void)folder.write("run/frames.csv", "frame,t_s\n0,0\n");
-  EXPECT_EQ(error_of([&] { runlog::NewFolder again(started); }),
+  EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::NewFolder again(started); }),
             started.string() + " holds a run already: choose another --out, or replace it with --force");
   EXPECT_EQ(folder.read("run/frames.csv"), "frame,t_s\n0,0\n");
 }
@@ -140,7 +136,7 @@ class Replacing : public testing::Test {
  protected:
   /// Returns why `folder` is not replaced, and checks that everything is still there.
   std::string refusal(const fs::path& folder) {
-    std::string error = error_of([&] { runlog::remove_run(folder); });
+    std::string error = error_of<std::runtime_error>([&] { runlog::remove_run(folder); });
     EXPECT_EQ(runlog::read_run(run_).frames.size(), 2U) << "the run was changed";
     return error;
   }

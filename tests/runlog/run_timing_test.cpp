@@ -4,6 +4,7 @@
 #include "apps/runlog/summary/timing.h"
 
 #include <limits>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -11,24 +12,17 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/tables/tables.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {
 namespace {
 
+using testing_support::error_of;
 using testing_support::TemporaryFolder;
 
 const std::string kLab = TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml";
 const std::string kMap = TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml";
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(TimeBudget, MakesARobotAdaptiveForARun) {
   config::Robot robot = config::read_robot(kLab);
@@ -45,18 +39,21 @@ TEST(TimeBudget, MakesARobotAdaptiveForARun) {
 
 TEST(TimeBudget, IsRefusedWhereItCannotBeKept) {
   const config::Robot robot = config::read_robot(kLab);
-  EXPECT_EQ(error_of([&] { (void)estimation::with_budget(robot, estimation::Method::kPaper, 0.02); }),
-            "method paper has no stages to stop at: a time budget needs method outline");
-  EXPECT_EQ(error_of([&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, 0); }),
-            "the time budget is 0 ms, must be > 0 ms and finite");
-  EXPECT_EQ(error_of([&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, -0.25); }),
+  EXPECT_EQ(
+      error_of<std::invalid_argument>([&] { (void)estimation::with_budget(robot, estimation::Method::kPaper, 0.02); }),
+      "method paper has no stages to stop at: a time budget needs method outline");
+  EXPECT_EQ(
+      error_of<std::invalid_argument>([&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, 0); }),
+      "the time budget is 0 ms, must be > 0 ms and finite");
+  EXPECT_EQ(error_of<std::invalid_argument>(
+                [&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, -0.25); }),
             "the time budget is -250 ms, must be > 0 ms and finite");
-  EXPECT_EQ(error_of([&] {
+  EXPECT_EQ(error_of<std::invalid_argument>([&] {
               (void)estimation::with_budget(robot, estimation::Method::kOutline,
                                             std::numeric_limits<double>::infinity());
             }),
             "the time budget is inf ms, must be > 0 ms and finite");
-  EXPECT_NE(error_of([&] {
+  EXPECT_NE(error_of<std::invalid_argument>([&] {
               (void)estimation::with_budget(robot, estimation::Method::kOutline,
                                             std::numeric_limits<double>::quiet_NaN());
             }),

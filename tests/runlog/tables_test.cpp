@@ -7,21 +7,14 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/file_error.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {
 namespace {
 
+using testing_support::error_of;
 using testing_support::TemporaryFolder;
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const config::FileError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(Tables, WhatIsWrittenIsReadAgainToTheBit) {
   const TemporaryFolder folder;
@@ -78,7 +71,7 @@ TEST(Tables, TimingIsReadAgain) {
   EXPECT_TRUE(runlog::read_table<runlog::TimingRow>(folder.path() / "not_there.csv").empty()) << "an older run";
   const auto half =
       folder.write("half.csv", runlog::TableReader<runlog::TimingRow>::header() + "\n7,0.7,0.01,0.001,0.011,4.5,\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_table<runlog::TimingRow>(half); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_table<runlog::TimingRow>(half); }),
             half.string() + ":2: field 6 is '4.5', must be a number");
 }
 
@@ -117,7 +110,7 @@ TEST(Tables, FixesOfAnOlderRunAreRead) {
   EXPECT_EQ(rows[0].error_m, 0.5);
   EXPECT_TRUE(rows[0].outliers.empty());
   const auto few = folder.write("few.csv", header + "\n3,0.2,ok\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_table<runlog::FixRow>(few); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_table<runlog::FixRow>(few); }),
             few.string() + ":2: has 3 fields, must have 13");
   // The next version had outliers, and no unseen direction.
   const auto named = runlog::read_table<runlog::FixRow>(
@@ -174,16 +167,16 @@ TEST(Tables, AWrongLineIsNamed) {
   const TemporaryFolder folder;
   const auto wrong =
       folder.write("drive.csv", runlog::TableReader<runlog::DriveRow>::header() + "\n0,1,2,3,4\n0.5,1,two,3,4\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_table<runlog::DriveRow>(wrong); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_table<runlog::DriveRow>(wrong); }),
             wrong.string() + ":3: field 3 is 'two', must be a number");
   const auto few = folder.write("few.csv", runlog::TableReader<runlog::DriveRow>::header() + "\n0,1,2\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_table<runlog::DriveRow>(few); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_table<runlog::DriveRow>(few); }),
             few.string() + ":2: has 3 fields, must have 5");
   const auto header = folder.write("header.csv", "a,b\n0,1,2\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_table<runlog::DriveRow>(header); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_table<runlog::DriveRow>(header); }),
             header.string() + ":1: the first line must be " + runlog::TableReader<runlog::DriveRow>::header());
   const auto tum = folder.write("truth.tum", "0 1 2 0 0 0 0\n");
-  EXPECT_EQ(error_of([&] { (void)runlog::read_poses(tum); }),
+  EXPECT_EQ(error_of<config::FileError>([&] { (void)runlog::read_poses(tum); }),
             tum.string() + ":1: has 7 numbers, must have 8: t tx ty tz qx qy qz qw");
 }
 

@@ -20,7 +20,7 @@ using Images = std::vector<std::shared_ptr<const Image>>;
 
 /// Monte Carlo results must lie within this many of their standard deviations. One correct check in 1.7 million fails;
 /// the seeds are fixed, so that a check which has passed always passes.
-constexpr double kSigmas = 5;
+constexpr double kNoiseSigmas = 5;
 
 // A second implementation of the sRGB curve, as IEC 61966-2-1 defines it.
 double linear(double code) {
@@ -385,13 +385,13 @@ TEST(Normal, HasTheMomentsAndTheTailOfANormalDistribution) {
     beyond_one += std::abs(z) > 1 ? 1 : 0;
   }
   // Variances of the means of z, z^2, z^3, z^4: 1, 2, 15, 96 over the number of draws.
-  EXPECT_NEAR(power[1], 0, kSigmas * std::sqrt(1.0 / kDraws));
-  EXPECT_NEAR(power[2], 1, kSigmas * std::sqrt(2.0 / kDraws));
-  EXPECT_NEAR(power[3], 0, kSigmas * std::sqrt(15.0 / kDraws));
-  EXPECT_NEAR(power[4], 3, kSigmas * std::sqrt(96.0 / kDraws));
+  EXPECT_NEAR(power[1], 0, kNoiseSigmas * std::sqrt(1.0 / kDraws));
+  EXPECT_NEAR(power[2], 1, kNoiseSigmas * std::sqrt(2.0 / kDraws));
+  EXPECT_NEAR(power[3], 0, kNoiseSigmas * std::sqrt(15.0 / kDraws));
+  EXPECT_NEAR(power[4], 3, kNoiseSigmas * std::sqrt(96.0 / kDraws));
   for (const auto& [limit, count] : {std::pair(3.5, beyond_tail), std::pair(1.0, beyond_one)}) {
     const double expected = kDraws * std::erfc(limit / std::numbers::sqrt2);
-    EXPECT_NEAR(count, expected, kSigmas * std::sqrt(expected)) << "beyond " << limit;
+    EXPECT_NEAR(count, expected, kNoiseSigmas * std::sqrt(expected)) << "beyond " << limit;
   }
 }
 
@@ -418,8 +418,8 @@ TEST_P(Noise, HasTheStatedVarianceAndNoBias) {
   const double step = (linear(code + 1) - linear(code - 1)) / 2;
   const double variance = light / full_well + std::pow(read_noise / full_well, 2) + step * step / 12;
   const auto count = static_cast<double>(noisy.bytes.size());
-  EXPECT_NEAR(found.variance / variance, 1, kSigmas * std::sqrt(2 / count));
-  EXPECT_NEAR(found.mean, light, kSigmas * std::sqrt(variance / count) + step / 100);
+  EXPECT_NEAR(found.variance / variance, 1, kNoiseSigmas * std::sqrt(2 / count));
+  EXPECT_NEAR(found.mean, light, kNoiseSigmas * std::sqrt(variance / count) + step / 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Noise,
@@ -473,7 +473,7 @@ TEST(Draws, OfTwoPurposesAndTwoCamerasAreUncorrelated) {
   for (auto [one, other] : pairs) {
     double product = 0;
     for (int i = 0; i < kDraws; ++i) product += one() * other() / kDraws;
-    EXPECT_NEAR(product, 0, kSigmas / std::sqrt(kDraws));
+    EXPECT_NEAR(product, 0, kNoiseSigmas / std::sqrt(kDraws));
   }
 }
 
@@ -501,7 +501,7 @@ TEST(Losses, HappenAtTheirRatesAndIndependently) {
     both += is_dropped && comes_late ? 1 : 0;
   }
   const auto check = [&](int count, double p, const char* what) {
-    EXPECT_NEAR(count, kSteps * p, kSigmas * std::sqrt(kSteps * p * (1 - p))) << what;
+    EXPECT_NEAR(count, kSteps * p, kNoiseSigmas * std::sqrt(kSteps * p * (1 - p))) << what;
   };
   check(dropped, 0.13, "dropped");
   check(late, 0.21, "late");

@@ -18,10 +18,6 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using End = base::ChildResult::End;
 
-// Far more than the start of a shell takes, also on a loaded machine under a sanitizer.
-constexpr auto kLong = 30s;
-constexpr auto kShort = 300ms;
-
 class ChildProcessTest : public testing::Test {
  protected:
   [[nodiscard]] base::ChildRequest request(const std::string& commands) const {
@@ -30,7 +26,7 @@ class ChildProcessTest : public testing::Test {
     r.program.environment = {"PATH=/usr/bin:/bin", "GREETING=hello"};
     r.program.folder = folder_.path().string();
     r.max_output = 1'000'000;
-    r.timeout = kLong;
+    r.timeout = kChildLimit;
     return r;
   }
 
@@ -72,7 +68,7 @@ TEST_F(ChildProcessTest, ReadsBothPipesAtOnce) {
 // Catches waiting for the ends of the pipes instead of the end of the child.
 TEST_F(ChildProcessTest, KillsAChildThatHasClosedItsPipes) {
   auto r = request("exec >&- 2>&-; exec sleep 1000");
-  r.timeout = kShort;
+  r.timeout = kChildTimeout;
   EXPECT_EQ(base::run_child(r).end, End::kTimedOut);
 }
 
@@ -106,26 +102,26 @@ TEST_F(ChildProcessTest, ReportsASignal) {
 // Catches a kill that ends the child but not the processes that it started.
 TEST_F(ChildProcessTest, KillsTheWholeGroupAfterTheTimeout) {
   auto r = request("sleep 1000 & echo $! > pid; wait");
-  r.timeout = kShort;
+  r.timeout = kChildTimeout;
   const auto begin = std::chrono::steady_clock::now();
   const base::ChildResult result = base::run_child(r);
   const auto took = std::chrono::steady_clock::now() - begin;
   EXPECT_EQ(result.end, End::kTimedOut);
-  EXPECT_GE(took, kShort);
-  EXPECT_LT(took, kLong);
+  EXPECT_GE(took, kChildTimeout);
+  EXPECT_LT(took, kChildLimit);
   EXPECT_TRUE(eventually([&] { return !is_running(noted_pid()); }));
 }
 
 TEST_F(ChildProcessTest, KillsAChildThatIgnoresPoliteSignals) {
   auto r = request("trap '' TERM INT HUP; while :; do :; done");
-  r.timeout = kShort;
+  r.timeout = kChildTimeout;
   EXPECT_EQ(base::run_child(r).end, End::kTimedOut);
 }
 
 // Catches a deadline that is only checked while the child is silent.
 TEST_F(ChildProcessTest, AChattyChildIsKilledInTimeToo) {
   auto r = request("while :; do echo nonsense >&2; done");
-  r.timeout = kShort;
+  r.timeout = kChildTimeout;
   const base::ChildResult result = base::run_child(r);
   EXPECT_EQ(result.end, End::kTimedOut);
   EXPECT_LE(result.errors.size(), base::kMaxErrors);
@@ -137,7 +133,7 @@ TEST_F(ChildProcessTest, DoesNotWaitForProcessesThatTheChildLeaves) {
   const base::ChildResult result = base::run_child(request("sleep 1000 & echo $! > pid; echo done"));
   EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.output, "done\n");
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kChildLimit);
   EXPECT_TRUE(eventually([&] { return !is_running(noted_pid()); }));
 }
 
@@ -146,7 +142,7 @@ TEST_F(ChildProcessTest, DoesNotReadFromProcessesThatTheChildLeaves) {
   const base::ChildResult result = base::run_child(request("for i in 1 2 3; do cat /dev/zero >&2 & done; echo done"));
   EXPECT_EQ(result.end, End::kEnded);
   EXPECT_EQ(result.output, "done\n");
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong / 2);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kChildLimit / 2);
 }
 
 TEST_F(ChildProcessTest, KeepsTheNewestOfALotOfErrors) {

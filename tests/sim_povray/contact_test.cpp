@@ -14,15 +14,13 @@
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/touch.h"
 #include "drivers/sim_povray/world/world.h"
+#include "tests/sim_povray/wheels_of_body.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kRadius_m = 0.2;
-constexpr double kWheel_m = 0.05;
 // A body stops at a distance of at most kTouch_m from the object that it touches. It never stops inside the object,
 // except for this rounding of coordinates below 4 m.
 constexpr double kRounding_m = 32 * std::numeric_limits<double>::epsilon();
@@ -34,11 +32,6 @@ RobotBody body(const Pose2& start) {
   b.wheels.radius_m = kWheel_m;
   b.wheels.separation_m = 0.3;
   return b;
-}
-
-/// Returns the wheel speeds of a body that drives at `speed_mps` and turns at `turn_radps`.
-WheelSpeeds wheels(double speed_mps, double turn_radps = 0) {
-  return {(speed_mps - turn_radps * 0.15) / kWheel_m, (speed_mps + turn_radps * 0.15) / kWheel_m};
 }
 
 Outline box(double min_x_m, double max_x_m, double min_y_m, double max_y_m) {
@@ -75,7 +68,7 @@ TEST(Contact, AWallStopsTheBodyAndItsWheels) {
 TEST(Contact, EachWallStopsIt) {
   PlaceSettings place;
   place.walls = Bounds{-1.1, 1.2, -1.3, 1.4};
-  for (const double heading_rad : {0.0, kPi / 2, kPi, -kPi / 2}) {
+  for (const double heading_rad : {0.0, std::numbers::pi / 2, std::numbers::pi, -std::numbers::pi / 2}) {
     World world = world_of(place);
     const auto robot = *world.add_robot(body({0, 0, heading_rad}));
     drive(world, robot, wheels(0.5), 60);
@@ -159,7 +152,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
       }
     }
     World world = world_of(place, 0.5);
-    const Pose2 start{any(engine), any(engine), kPi * any(engine)};
+    const Pose2 start{any(engine), any(engine), std::numbers::pi * any(engine)};
     RobotBody b = body(start);
     b.command_timeout = std::chrono::seconds(10);
     const auto robot = world.add_robot(b);
@@ -325,7 +318,7 @@ Pair meet(bool a_first, const RobotBody& a, const WheelSpeeds& of_a, const Robot
 // Catches robots that move one after the other: the first one would get farther than its share of the way.
 TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
   RobotBody a = body({-1.2, 0.05, 0});
-  RobotBody b = body({1.3, 0, kPi});
+  RobotBody b = body({1.3, 0, std::numbers::pi});
   a.name = "robot.1";
   b.name = "robot.2";
   b.radius_m = 0.27;
@@ -379,7 +372,7 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
     World world = world_of(PlaceSettings{}, 3);
     std::vector<World::RobotId> ids(3);
     for (const int i : order) {
-      RobotBody b = body({-1.0 + i, 0, i == 2 ? kPi : 0});
+      RobotBody b = body({-1.0 + i, 0, i == 2 ? std::numbers::pi : 0});
       b.name = "robot." + std::to_string(i + 1);
       ids[i] = *world.add_robot(b);
     }

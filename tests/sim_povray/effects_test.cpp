@@ -27,7 +27,7 @@ using testing::HasSubstr;
 const SceneAccess kAnywhere("a.pov", {});
 
 /// A scene with a hollow floor and ceiling, a camera between them, and places for every effect.
-constexpr const char* kScene = R"(#version 3.7;
+constexpr const char* kEffectsScene = R"(#version 3.7;
 global_settings {
   assumed_gamma 1
   PHOTONS
@@ -47,7 +47,7 @@ AIR
 using Parts = std::vector<std::pair<std::string, std::string>>;
 
 std::string scene_with(const Parts& parts) {
-  std::string text = kScene;
+  std::string text = kEffectsScene;
   for (const char* name : {"PHOTONS", "RADIOSITY", "LIGHT", "INSIDE", "OBJECT", "AIR"}) {
     const auto part = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.first == name; });
     text.replace(text.find(name), std::string_view(name).size(), part == parts.end() ? "" : part->second);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -10,6 +11,11 @@
 #include "drivers/sim_povray/render/renderer.h"
 
 namespace twocone::sim_povray {
+
+/// Time limit of an image that is finished by hand. Only a broken implementation takes this long.
+inline constexpr std::chrono::seconds kHandLimit{10};
+/// The duration of a test that waits for a time-out. It is clearly longer than an immediate return.
+inline constexpr std::chrono::milliseconds kHandTimeout{50};
 
 /// A renderer whose images the test finishes by finish() or fail(); or it finishes them at once.
 class HandRenderer final : public Renderer {

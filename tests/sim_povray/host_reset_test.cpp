@@ -20,13 +20,10 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-// One image takes 0.7 s, in which POV-Ray mostly sleeps; on a loaded machine it takes many times that.
-constexpr auto kLong = 60s;
-constexpr CameraSettings kSize{64, 48, 10};
 constexpr Pose2 kStart{0.31, -0.47, 0.83};
 const std::vector<std::string> kCameras{"lower", "upper"};
 
-PlaceSettings place() {
+PlaceSettings tiny_place() {
   PlaceSettings result;
   result.scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   result.solids = {{"landmark red", Disc{{2, 0.5}, 0.1}}};
@@ -50,7 +47,7 @@ T value(Result<T> result) {
   return std::move(*result);
 }
 
-std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(place())); }
+std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(tiny_place())); }
 
 /// Returns the simulation of the next episode.
 Result<std::unique_ptr<Simulation>> enter(SimulationHost& host, const SessionSettings& settings) {
@@ -64,7 +61,7 @@ struct Visit {
       : simulation(std::move(opened)), drive(simulation->open_drive()), truth(simulation->open_truth()) {
     for (const std::string& name : kCameras) {
       cameras.push_back(value(simulation->open_camera({name, 1, {}})));
-      (void)value(cameras.back()->configure(kSize));
+      (void)value(cameras.back()->configure(kSmallSize));
       if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
     }
   }
@@ -72,7 +69,7 @@ struct Visit {
   std::vector<Frame> grab() {
     std::vector<Frame> frames;
     frames.reserve(cameras.size());
-    for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));
+    for (const auto& camera : cameras) frames.push_back(value(camera->grab(kRenderLimit)));
     return frames;
   }
 
@@ -85,13 +82,13 @@ struct Visit {
 std::vector<Image> pixels(const std::vector<Frame>& frames) {
   std::vector<Image> images;
   images.reserve(frames.size());
-  for (const Frame& frame : frames) images.push_back(*value(frame.image(kLong)));
+  for (const Frame& frame : frames) images.push_back(*value(frame.image(kRenderLimit)));
   return images;
 }
 
 // Catches a host that keeps state of the last robot: its pose, the time, a rate or an image.
 TEST(HostResetTest, EachVisitEqualsANewWorldToTheByte) {
-  Visit alone(value(Simulation::open(place(), session())));
+  Visit alone(value(Simulation::open(tiny_place(), session())));
   const auto first = pixels(alone.grab());
   (void)alone.drive->set_speeds({9, 4});
   const auto second = pixels(alone.grab());
@@ -114,7 +111,7 @@ TEST(HostResetTest, EachVisitEqualsANewWorldToTheByte) {
 
 // Catches a start elsewhere that moves the robot in the world but not in its images, or twice, or from the wrong place.
 TEST(HostResetTest, ARobotThatStartsElsewhereSeesTheSameAsOneThatDroveThere) {
-  Visit driver(value(Simulation::open(place(), session())));
+  Visit driver(value(Simulation::open(tiny_place(), session())));
   (void)driver.grab();
   for (int i = 0; i < 5; ++i) {
     (void)driver.drive->set_speeds({9, 4});
@@ -154,7 +151,7 @@ TEST(HostResetTest, RefusesASecondRobotAndAStartInAnObstacle) {
 }
 
 TEST(HostResetTest, ImagesArriveAfterTheirRobotHasLeft) {
-  const auto expected = pixels(Visit(value(Simulation::open(place(), session()))).grab());
+  const auto expected = pixels(Visit(value(Simulation::open(tiny_place(), session()))).grab());
   const auto here = host();
   const auto frames = Visit(value(enter(*here, session()))).grab();
   Visit next(value(enter(*here, session(Pose2{-0.7, 0.2, 2.9}))));
@@ -188,7 +185,7 @@ TEST_P(RenderedTest, EachImageIsReportedOnceWithItsCost) {
   std::map<std::pair<std::string, std::uint64_t>, std::vector<RenderedImage>> reported;
   const auto before = cpu_of_children();
   {
-    PlaceSettings where = place();
+    PlaceSettings where = tiny_place();
     where.render.hold = GetParam();
     const auto here = value(SimulationHost::open(where));
     // The first robot requires no report: the cost of its images must not be reported for the next robot.

@@ -21,7 +21,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr auto kLong = 60s;
 constexpr int kWidth_px = 160;
 constexpr int kHeight_px = 120;
 
@@ -47,7 +46,7 @@ class MirrorFinderTest : public testing::Test {
                                           int height_px) {
     const auto scene = Scene::read(path);
     if (!scene) return scene.error();
-    const Povray povray(find_povray("povray").value(), path, kLong);
+    const Povray povray(find_povray("povray").value(), path, kRenderLimit);
     return find_mirror(povray, *scene, scene->object("robot").value(), scene->camera(view).value(), width_px, height_px,
                        -1);
   }
@@ -77,11 +76,9 @@ constexpr double kRadius_px = 1;
 // The circle goes through outermost pixels on opposite sides, and each of them has this error.
 constexpr double kCentre_px = 0.75;
 
-std::filesystem::path lab() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
-
 TEST_F(MirrorFinderTest, TheLabsMirrors) {
   for (const char* view : {"lower", "upper"}) {
-    const auto found = find(lab(), view, 640, 480);
+    const auto found = find(lab_scene(), view, 640, 480);
     ASSERT_TRUE(found && *found) << view;
     const MirrorSight& s = **found;
     EXPECT_NEAR(s.circle.centre.column_px, 319.5, kCentre_px);
@@ -213,15 +210,15 @@ TEST_F(MirrorFinderTest, AMissingMaskIsExplained) {
 TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
   constexpr int kLabWidth_px = 320;
   constexpr int kLabHeight_px = 240;
-  const Scene scene = Scene::read(lab()).value();
-  ProcessRenderer renderer(Povray(find_povray("povray").value(), lab(), kLong), 4);
+  const Scene scene = Scene::read(lab_scene()).value();
+  ProcessRenderer renderer(Povray(find_povray("povray").value(), lab_scene(), kRenderLimit), 4);
   for (const char* name : {"lower", "upper"}) {
-    const auto found = find(lab(), name, kLabWidth_px, kLabHeight_px);
+    const auto found = find(lab_scene(), name, kLabWidth_px, kLabHeight_px);
     ASSERT_TRUE(found && *found);
     const MirrorSight& s = **found;
     const NamedBlock robot = scene.object("robot").value();
     const NamedBlock camera = scene.camera(name).value();
-    View whole(lab(), name, kLabWidth_px, kLabHeight_px);
+    View whole(lab_scene(), name, kLabWidth_px, kLabHeight_px);
     View masked = whole;
     ViewTemplate view_template = scene.view_template({robot}, camera, s.mask);
     view_template.width_px = kLabWidth_px;
@@ -255,7 +252,7 @@ TEST_F(MirrorFinderTest, TheLabsMirrorsLookTheSameThroughTheMask) {
 TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   constexpr int kSide_px = 320;
   constexpr int kDirections = 360;
-  const Scene scene = Scene::read(lab()).value();
+  const Scene scene = Scene::read(lab_scene()).value();
   const NamedBlock camera = scene.camera("lower").value();
   const Circle circle{{158.3, 161.2}, 124};
   const auto mask = camera_mask(scene, camera, circle, kSide_px, kSide_px);
@@ -263,7 +260,7 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   ViewTemplate view_template = scene.view_template({scene.object("robot").value()}, camera, *mask);
   view_template.width_px = kSide_px;
   view_template.height_px = kSide_px;
-  const auto image = Povray(find_povray("povray").value(), lab(), kLong)
+  const auto image = Povray(find_povray("povray").value(), lab_scene(), kRenderLimit)
                          .render({"the mask", std::make_shared<const ViewTemplate>(view_template),
                                   scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
                                  -1);

@@ -2,7 +2,6 @@
 #include "drivers/sim_povray/world/motion.h"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -10,13 +9,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
+
 namespace twocone::sim_povray {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = std::numbers::pi;
+using twocone::testing_support::kEps;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
 struct ArcCase {
   double heading_rad;
@@ -46,10 +46,10 @@ TEST(Advance, HardCases) {
 }
 
 TEST(Advance, AFullCircleEndsAtItsStart) {
-  const Pose2 to = advance({0, 0, 0}, {1, 2 * kPi}, 1);
+  const Pose2 to = advance({0, 0, 0}, {1, 2 * std::numbers::pi}, 1);
   EXPECT_NEAR(to.x_m, 0, kEps);
   EXPECT_NEAR(to.y_m, 0, kEps);
-  EXPECT_NEAR(to.heading_rad, 0, 2 * kPi * kEps);
+  EXPECT_NEAR(to.heading_rad, 0, 2 * std::numbers::pi * kEps);
 }
 
 // Catches an approximate integrator: the error of Euler is 6e-2 m here, that of second-order Runge-Kutta 1.7e-4 m.
@@ -60,7 +60,7 @@ TEST(Advance, FourHundredAndFiftyStepsStayOnTheCircle) {
   for (int i = 0; i < kSteps; ++i) pose = advance(pose, {1, kTurn_radps}, 1.0 / 15);
   // Each step rounds a coordinate of at most 4 m, and a heading of at most pi. The error of the heading turns the
   // remaining circle, whose diameter is 4 m.
-  constexpr double kTolerance_m = kSteps * (4 + 4 * kPi) * kEps / 2;
+  constexpr double kTolerance_m = kSteps * (4 + 4 * std::numbers::pi) * kEps / 2;
   const double end_rad = 0.3 + kTurn_radps * kSteps / 15;
   EXPECT_NEAR(pose.x_m, (std::sin(end_rad) - std::sin(0.3)) / kTurn_radps, kTolerance_m);
   EXPECT_NEAR(pose.y_m, (std::cos(0.3) - std::cos(end_rad)) / kTurn_radps, kTolerance_m);
@@ -71,7 +71,7 @@ TEST(Advance, PiecesEndWhereTheWholeEnds) {
   for (unsigned seed = 0; seed < 500; ++seed) {
     std::mt19937_64 engine(seed);
     std::uniform_real_distribution<double> any(-1, 1);
-    const Pose2 from{3 * any(engine), 3 * any(engine), kPi * any(engine)};
+    const Pose2 from{3 * any(engine), 3 * any(engine), std::numbers::pi * any(engine)};
     const BodySpeeds speeds{2 * any(engine), 5 * any(engine)};
     const double dt_s = 0.05 + std::abs(any(engine));
     const int pieces = 2 + int(seed % 40);
@@ -79,16 +79,17 @@ TEST(Advance, PiecesEndWhereTheWholeEnds) {
     for (int i = 0; i < pieces; ++i) there = advance(there, speeds, dt_s / pieces);
     const Pose2 whole = advance(from, speeds, dt_s);
     // Coordinates are below 6 m. The rounding of a heading (below 2 pi) turns the remaining way, which is below 2.1 m.
-    const double tolerance_m = (pieces + 1) * (6 + 2.1 * 2 * kPi) * kEps;
+    const double tolerance_m = (pieces + 1) * (6 + 2.1 * 2 * std::numbers::pi) * kEps;
     EXPECT_NEAR(there.x_m, whole.x_m, tolerance_m) << "case " << seed;
     EXPECT_NEAR(there.y_m, whole.y_m, tolerance_m) << "case " << seed;
-    EXPECT_NEAR(wrap_angle(there.heading_rad - whole.heading_rad), 0, (pieces + 1) * 2 * kPi * kEps) << "case " << seed;
+    EXPECT_NEAR(wrap_angle(there.heading_rad - whole.heading_rad), 0, (pieces + 1) * 2 * std::numbers::pi * kEps)
+        << "case " << seed;
   }
 }
 
 TEST(Advance, NamesEveryBadArgument) {
   try {
-    (void)advance({0, kNan, 0}, {kInf, 0.5}, 0);
+    (void)advance({0, kNaN, 0}, {kInf, 0.5}, 0);
     FAIL() << "accepted";
   } catch (const std::invalid_argument& e) {
     EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("y_m is nan m"), testing::HasSubstr("speed_mps is inf m/s"),
@@ -96,8 +97,8 @@ TEST(Advance, NamesEveryBadArgument) {
     EXPECT_THAT(e.what(), testing::Not(testing::HasSubstr("turn_radps")));
   }
   EXPECT_THROW((void)advance({}, {1, 1}, -0.1), std::invalid_argument);
-  EXPECT_THROW((void)advance({}, {1, 1}, kNan), std::invalid_argument);
-  EXPECT_THROW((void)advance({}, {1, kNan}, 1), std::invalid_argument);
+  EXPECT_THROW((void)advance({}, {1, 1}, kNaN), std::invalid_argument);
+  EXPECT_THROW((void)advance({}, {1, kNaN}, 1), std::invalid_argument);
 }
 
 TEST(BodySpeedsOfWheels, MeanAndDifference) {
@@ -110,20 +111,20 @@ TEST(BodySpeedsOfWheels, MeanAndDifference) {
 TEST(BodySpeedsOfWheels, NamesEveryBadArgument) {
   EXPECT_THROW((void)body_speeds({1, 1}, 0), std::invalid_argument);
   EXPECT_THROW((void)body_speeds({1, 1}, -0.3), std::invalid_argument);
-  EXPECT_THROW((void)body_speeds({kNan, 1}, 0.3), std::invalid_argument);
+  EXPECT_THROW((void)body_speeds({kNaN, 1}, 0.3), std::invalid_argument);
   EXPECT_THROW((void)body_speeds({1, kInf}, 0.3), std::invalid_argument);
 }
 
 TEST(WrapAngle, Table) {
-  EXPECT_EQ(wrap_angle(kPi), kPi);
+  EXPECT_EQ(wrap_angle(std::numbers::pi), std::numbers::pi);
   EXPECT_EQ(wrap_angle(0), 0);
   EXPECT_EQ(wrap_angle(-1.25), -1.25);
-  EXPECT_EQ(wrap_angle(std::nextafter(kPi, 4)), -3.1415926535897929);
+  EXPECT_EQ(wrap_angle(std::nextafter(std::numbers::pi, 4)), -3.1415926535897929);
   // The library's sin, cos and atan2 are correct within one ulp, and the angle is about 0.36.
   EXPECT_NEAR(wrap_angle(1e6), -0.35756416708573504, 4 * kEps);
-  constexpr double kDegree = kPi / 180;
+  constexpr double kDegree = std::numbers::pi / 180;
   EXPECT_NEAR(wrap_angle(-179 * kDegree - 179 * kDegree), 2 * kDegree, 8 * kEps);
-  EXPECT_THROW((void)wrap_angle(kNan), std::invalid_argument);
+  EXPECT_THROW((void)wrap_angle(kNaN), std::invalid_argument);
   EXPECT_THROW((void)wrap_angle(kInf), std::invalid_argument);
 }
 
@@ -133,9 +134,9 @@ TEST(WrapAngle, KeepsTheDirection) {
   for (int i = 0; i < 10000; ++i) {
     const double angle_rad = any(engine);
     const double wrapped_rad = wrap_angle(angle_rad);
-    ASSERT_LE(std::abs(wrapped_rad), kPi) << angle_rad;
+    ASSERT_LE(std::abs(wrapped_rad), std::numbers::pi) << angle_rad;
     // The input itself is only exact to half an ulp of 64.
-    ASSERT_NEAR(std::remainder(angle_rad - wrapped_rad, 2 * kPi), 0, 64 * kEps) << angle_rad;
+    ASSERT_NEAR(std::remainder(angle_rad - wrapped_rad, 2 * std::numbers::pi), 0, 64 * kEps) << angle_rad;
   }
 }
 

@@ -18,14 +18,13 @@
 #include "drivers/sim_povray/world/touch.h"
 #include "drivers/sim_povray/world/wheel_friction.h"
 #include "drivers/sim_povray/world/world.h"
+#include "tests/sim_povray/wheels_of_body.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kStep_s = PhysicsEngine::kStep_s;
 constexpr double kFine_hz = 2000;  // 1 / kStep_s
-constexpr double kRadius_m = 0.2;
 constexpr double kMass_kg = 4.3;
 constexpr double kFriction = 0.63;
 constexpr double kMost_mps2 = kFriction * PhysicsEngine::kGravity_mps2;
@@ -34,18 +33,14 @@ RobotBody heavy(const Pose2& start) {
   RobotBody b;
   b.start = start;
   b.radius_m = kRadius_m;
-  b.wheels.radius_m = 0.05;
+  b.wheels.radius_m = kWheel_m;
   b.wheels.separation_m = 0.3;
   b.command_timeout = std::chrono::seconds(1000);
   b.physics = Physics{kMass_kg, kFriction, 0.3};
   return b;
 }
 
-WheelSpeeds wheels(double speed_mps, double turn_radps = 0) {
-  return {(speed_mps - turn_radps * 0.15) / 0.05, (speed_mps + turn_radps * 0.15) / 0.05};
-}
-
-World world_of(const PlaceSettings& place, double rate_hz = kFine_hz) {
+World fine_world_of(const PlaceSettings& place, double rate_hz = kFine_hz) {
   World world(place);
   world.set_rate(rate_hz);
   return world;
@@ -70,7 +65,7 @@ double energy_J(const Velocity& v) {
   return kMass_kg / 2 * (v.speed_mps() * v.speed_mps() + kRadius_m * kRadius_m / 2 * v.turn_radps * v.turn_radps);
 }
 
-double seconds(const World& world) { return std::chrono::duration<double>(world.now()).count(); }
+double seconds_of(const World& world) { return std::chrono::duration<double>(world.now()).count(); }
 
 // ---- use of the engine
 
@@ -79,7 +74,7 @@ TEST(Physics, AWorldWithoutPhysicsDoesNotStartTheEngine) {
   const int before = PhysicsEngine::opened();
   PlaceSettings place;
   place.walls = Bounds{-1, 1, -1, 1};
-  World world = world_of(place, 15);
+  World world = fine_world_of(place, 15);
   RobotBody light = heavy({});
   light.physics.reset();
   const auto robot = *world.add_robot(light);
@@ -98,10 +93,10 @@ TEST(Physics, AWorldWithoutPhysicsDoesNotStartTheEngine) {
 TEST(Physics, WheelsThatGripDriveTheArc) {
   RobotBody b = heavy({0.3, -0.2, 0.4});
   b.wheels.lag_s = 0.3;  // accelerates by less than mu g
-  World gripping = world_of(PlaceSettings{}, 15);
+  World gripping = fine_world_of(PlaceSettings{}, 15);
   const auto robot = *gripping.add_robot(b);
   b.physics.reset();
-  World exact = world_of(PlaceSettings{}, 15);
+  World exact = fine_world_of(PlaceSettings{}, 15);
   const auto reference = *exact.add_robot(b);
   for (int i = 0; i < 45; ++i) {
     gripping.command(robot, wheels(0.6, 1.3));
@@ -120,28 +115,28 @@ TEST(Physics, WheelsThatGripDriveTheArc) {
 
 // The speed is v = mu g t until the speed of the rims is reached; the distance is v^2 / (2 mu g).
 TEST(Physics, AcceleratesAtTheLimitOfFriction) {
-  World world = world_of(PlaceSettings{});
+  World world = fine_world_of(PlaceSettings{});
   const auto robot = *world.add_robot(heavy({}));
   world.command(robot, wheels(2.7));
   double reached_s = 0;
   while (step(world, robot).speed_mps() < 2.7 - 1e-9) {
-    ASSERT_LT(seconds(world), 2);
-    reached_s = seconds(world);
+    ASSERT_LT(seconds_of(world), 2);
+    reached_s = seconds_of(world);
   }
   EXPECT_NEAR(reached_s, 2.7 / kMost_mps2, 2 * kStep_s);
   // The speed within a step is the speed at its end, which makes the distance too long by v h / 2 in total. The last
   // step may be shorter.
   EXPECT_NEAR(world.pose(robot).x_m, 2.7 * 2.7 / (2 * kMost_mps2), 2 * 2.7 * kStep_s);
-  EXPECT_NEAR(world.turned(robot).left_rad, 2.7 / 0.05 * seconds(world), 1e-9) << "the wheels spin from the start";
+  EXPECT_NEAR(world.turned(robot).left_rad, 2.7 / 0.05 * seconds_of(world), 1e-9) << "the wheels spin from the start";
 }
 
 // With locked wheels the distance is v^2 / (2 mu g) for every heading.
 TEST(Physics, BrakesWithLockedWheelsOverTheRightDistance) {
   for (const double heading_rad : {0.0, 0.7}) {
-    World world = world_of(PlaceSettings{});
+    World world = fine_world_of(PlaceSettings{});
     const auto robot = *world.add_robot(heavy({0, 0, heading_rad}));
     world.command(robot, wheels(3.1));
-    while (step(world, robot).speed_mps() < 3.1 - 1e-9) ASSERT_LT(seconds(world), 2);
+    while (step(world, robot).speed_mps() < 3.1 - 1e-9) ASSERT_LT(seconds_of(world), 2);
     const Pose2 from = world.pose(robot);
     world.halt(robot);
     double speed_mps = 3.1;
@@ -161,7 +156,7 @@ TEST(Physics, BrakesWithLockedWheelsOverTheRightDistance) {
 // 1.41 mu g in the diagonal direction.
 TEST(Physics, SlidesOutOfTooTightATurn) {
   const auto acceleration = [](double speed_mps, double turn_radps, double* greatest_mps2) {
-    World world = world_of(PlaceSettings{});
+    World world = fine_world_of(PlaceSettings{});
     const auto robot = *world.add_robot(heavy({}));
     Velocity last{0, 0, 0};
     *greatest_mps2 = 0;
@@ -215,8 +210,8 @@ TEST(Physics, WheelImpulsesMinimiseSliding) {
       for (int j = 0; j < kRays * kRings; ++j) {
         const double l = w.most_N * kDt_s * (i / kRays + 1) / kRings;
         const double r = w.most_N * kDt_s * (j / kRays + 1) / kRings;
-        const double a = 2 * kPi * (i % kRays) / kRays;
-        const double b = 2 * kPi * (j % kRays) / kRays;
+        const double a = 2 * std::numbers::pi * (i % kRays) / kRays;
+        const double b = 2 * std::numbers::pi * (j % kRays) / kRays;
         best_J = std::min(best_J, sliding_J(w, before, rims,
                                             {l * std::cos(a) + r * std::cos(b), l * std::sin(a) + r * std::sin(b),
                                              0.155 * (r * std::cos(b) - l * std::cos(a))}));
@@ -271,7 +266,7 @@ TEST(Physics, WheelImpulsesMeetTheConditionsOfTheMinimum) {
 TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
   PlaceSettings place;
   place.solids = {{"panel", Outline{{9, -5}, {9.002, -5}, {9.002, 5}, {9, 5}}}};
-  World world = world_of(place, 15);
+  World world = fine_world_of(place, 15);
   RobotBody b = heavy({0, 0, 0.2});
   b.physics->wheel_friction = 30;  // so that it is fast enough after a short distance
   const auto robot = *world.add_robot(b);
@@ -291,7 +286,7 @@ TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
   PlaceSettings place;
   place.walls = Bounds{-2, 1, -2, 2};
   place.solids = {{"landmark red", Disc{{-1, 0}, 0.1}}};
-  World world = world_of(place, 15);
+  World world = fine_world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
   for (int i = 0; i < 60; ++i) {
     world.command(robot, wheels(0.5));
@@ -317,7 +312,7 @@ TEST(Physics, SlidesAlongAWallOfManyEdges) {
   for (int i = 0; i <= 40; ++i) jagged.push_back({-5 + i * 0.25, 1});
   jagged.push_back({5, 1.5});
   place.solids = {{"bench", jagged}};
-  World world = world_of(place, 15);
+  World world = fine_world_of(place, 15);
   RobotBody b = heavy({-3, 0.7, 0.25});
   b.physics->body_friction = 0.1;
   const auto robot = *world.add_robot(b);
@@ -338,7 +333,7 @@ TEST(Physics, FrictionOfTheBodyIsCoulombFriction) {
   PlaceSettings place;
   place.moving = {
       {"trolley", {{-1, 0.3}, {3, 0.3}}, 0.8, false, 0.3}};  // touches with the line of centres at -37 degrees
-  World world = world_of(place);
+  World world = fine_world_of(place);
   RobotBody b = heavy({0, 0, 0.6});
   b.physics->wheel_friction = 1e-9;
   b.physics->body_friction = 0.12;
@@ -361,7 +356,7 @@ TEST(Physics, FrictionOfTheBodyIsCoulombFriction) {
 // With restitution 0 both robots get one common speed along the line of centres. The momentum is kept except for the
 // part that the floor takes in a step, mu m g h for each robot.
 TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
-  World world = world_of(PlaceSettings{});
+  World world = fine_world_of(PlaceSettings{});
   RobotBody standing = heavy({3, 0.1, 0.4});
   standing.name = "robot.2";
   standing.physics->body_friction = 0;
@@ -411,10 +406,10 @@ TEST(Physics, EnergyNeverIncreases) {
   PlaceSettings place;
   place.walls = Bounds{-2, 2, -1.2, 1.2};
   place.solids = {{"landmark", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}};
-  World world = world_of(place);
+  World world = fine_world_of(place);
   std::vector<World::RobotId> robots;
   for (int i = 0; i < 4; ++i) {
-    RobotBody b = heavy({-1.5 + 0.9 * i, 0.35 * (i % 2) - 0.2, i < 2 ? 0.15 * i : kPi + 0.1 * i});
+    RobotBody b = heavy({-1.5 + 0.9 * i, 0.35 * (i % 2) - 0.2, i < 2 ? 0.15 * i : std::numbers::pi + 0.1 * i});
     b.name = "robot." + std::to_string(i + 1);
     b.physics->wheel_friction = 0.2;
     robots.push_back(*world.add_robot(b));
@@ -446,8 +441,8 @@ TEST(Physics, EnergyNeverIncreases) {
 TEST(Physics, AThingOnRailsPushesARobotAlong) {
   PlaceSettings place;
   place.moving = {{"trolley", {{-2, 0.02}, {3, 0.02}}, 0.5, false, 0.3}};
-  World world = world_of(place, 15);
-  const auto robot = *world.add_robot(heavy({0, 0, kPi / 2}));
+  World world = fine_world_of(place, 15);
+  const auto robot = *world.add_robot(heavy({0, 0, std::numbers::pi / 2}));
   for (int i = 0; i < 15 * 5; ++i) {
     world.step();
     const Pose2 thing = world.moving_pose(0);
@@ -460,8 +455,8 @@ TEST(Physics, AThingOnRailsPushesARobotAlong) {
 
 TEST(Physics, ARobotWithoutMassActsAsAWallAndStopsAtOthers) {
   for (const bool heavy_drives : {true, false}) {
-    World world = world_of(PlaceSettings{}, 15);
-    RobotBody light = heavy({1, 0, kPi});
+    World world = fine_world_of(PlaceSettings{}, 15);
+    RobotBody light = heavy({1, 0, std::numbers::pi});
     light.physics.reset();
     light.name = "robot.2";
     const auto a = *world.add_robot(heavy({0, 0, 0}));
@@ -476,7 +471,7 @@ TEST(Physics, ARobotWithoutMassActsAsAWallAndStopsAtOthers) {
 }
 
 TEST(Physics, AnAbandonedRobotCannotBePushed) {
-  World world = world_of(PlaceSettings{}, 15);
+  World world = fine_world_of(PlaceSettings{}, 15);
   RobotBody other = heavy({1, 0, 0});
   other.name = "robot.2";
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
@@ -492,7 +487,7 @@ TEST(Physics, AnAbandonedRobotCannotBePushed) {
 }
 
 TEST(Physics, PosesWithinTheStepLieOnThePath) {
-  World world = world_of(PlaceSettings{}, 4);
+  World world = fine_world_of(PlaceSettings{}, 4);
   const auto robot = *world.add_robot(heavy({}));
   world.command(robot, wheels(0.5, 1));
   world.step();
@@ -511,7 +506,7 @@ TEST(Physics, PosesWithinTheStepLieOnThePath) {
 Pose2 run_of(int steps) {
   PlaceSettings place;
   place.walls = Bounds{-1, 1, -1, 1};
-  World world = world_of(place, 15);
+  World world = fine_world_of(place, 15);
   const auto a = *world.add_robot(heavy({-0.5, 0, 0.3}));
   RobotBody other = heavy({0.5, 0.1, 3});
   other.name = "robot.2";
@@ -540,7 +535,7 @@ TEST(Physics, WorldsOnOtherThreadsDoNotDisturbEachOther) {
 
 // A world may be created on one thread, stepped on another and reset on a third.
 TEST(Physics, AWorldMayChangeThreads) {
-  World world = world_of(PlaceSettings{}, 15);
+  World world = fine_world_of(PlaceSettings{}, 15);
   const auto robot = *world.add_robot(heavy({}));
   world.command(robot, wheels(0.5));
   std::thread([&world] { world.step(); }).join();

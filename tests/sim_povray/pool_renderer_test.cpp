@@ -17,13 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr auto kLong = 60s;
-constexpr auto kShort = 1s;
-
-std::filesystem::path scene(const std::string& name) {
-  return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes" / name;
-}
-std::filesystem::path lab() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
+constexpr auto kShortTimeout = 1s;
 
 std::string program() {
   const auto found = find_povray("povray");
@@ -63,7 +57,7 @@ constexpr const char* kHeld = "POV-Ray processes are held between images";
 
 // ---- the same pixels
 
-struct Case {
+struct PoolCase {
   const char* name;
   std::filesystem::path path;
   const char* camera;
@@ -71,18 +65,18 @@ struct Case {
   int antialias;
   std::optional<Window> window;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const PoolCase& c, std::ostream* out) { *out << c.name; }
 
-class SamePixels : public PoolRendererTest, public testing::WithParamInterface<Case> {};
+class SamePixels : public PoolRendererTest, public testing::WithParamInterface<PoolCase> {};
 
 // Each process renders three images, so that state which it carries from one to the next would show.
 TEST_P(SamePixels, AsOneProcessPerImage) {
-  const Case& c = GetParam();
+  const PoolCase& c = GetParam();
   View view(c.path, c.camera, c.width_px, c.width_px * 3 / 4, c.antialias);
   ViewTemplate windowed = view.view_template();
   windowed.window = c.window;
   view.set(windowed);
-  const Povray povray(program(), c.path, kLong);
+  const Povray povray(program(), c.path, kRenderLimit);
   PoolRenderer pool(povray, settings(1));
   ProcessRenderer one_by_one(povray, 3);
   const auto got = images(pool, {view}, 3);
@@ -98,17 +92,17 @@ TEST_P(SamePixels, AsOneProcessPerImage) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, SamePixels,
-    testing::Values(Case{"lab", lab(), "lower", 160, 1, {}},
-                    Case{"antialiased", scene("tiny.pov"), "upper", 160, 3, {}},
-                    Case{"window", scene("tiny.pov"), "lower", 160, 1, Window{20, 140, 1, 118}},
-                    Case{"area_light_with_jitter", scene("soft_shadow.pov"), "lower", 160, 1, {}},
-                    Case{"radiosity_and_random_numbers", scene("bounced_light.pov"), "lower", 96, 2, {}}),
+    testing::Values(PoolCase{"lab", lab_scene(), "lower", 160, 1, {}},
+                    PoolCase{"antialiased", scene_of_tests("tiny.pov"), "upper", 160, 3, {}},
+                    PoolCase{"window", scene_of_tests("tiny.pov"), "lower", 160, 1, Window{20, 140, 1, 118}},
+                    PoolCase{"area_light_with_jitter", scene_of_tests("soft_shadow.pov"), "lower", 160, 1, {}},
+                    PoolCase{"radiosity_and_random_numbers", scene_of_tests("bounced_light.pov"), "lower", 96, 2, {}}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(PoolRendererTest, OutsideTheWindowIsBlack) {
-  View view(scene("tiny.pov"), "lower", 80, 60);
+  View view(scene_of_tests("tiny.pov"), "lower", 80, 60);
   ViewTemplate view_template = view.view_template();
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(2));
   const auto whole = images(pool, {view}, 1);
   view_template.window = Window{10, 69, 4, 50};
   view.set(view_template);
@@ -128,14 +122,14 @@ TEST_F(PoolRendererTest, OutsideTheWindowIsBlack) {
 // ---- how many processes
 
 TEST_F(PoolRendererTest, NothingIsStartedBeforeTheFirstImage) {
-  const PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
+  const PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(8));
   EXPECT_EQ(pool.describe(), kHeld);
   EXPECT_TRUE(scratch_is_empty());
 }
 
 TEST_F(PoolRendererTest, SingleImagesNeedOneProcess) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(8));
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(8));
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(ordered(pool, view.job(i)).get());
     std::this_thread::sleep_for(600ms);  // POV-Ray waits for the next pose again after 0.23 s
@@ -144,8 +138,9 @@ TEST_F(PoolRendererTest, SingleImagesNeedOneProcess) {
 }
 
 TEST_F(PoolRendererTest, ManyImagesGetAllProcessesAndTheViewsShareThem) {
-  const std::vector<View> views{{scene("tiny.pov"), "lower", 32, 24}, {scene("tiny.pov"), "upper", 32, 24}};
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(4));
+  const std::vector<View> views{{scene_of_tests("tiny.pov"), "lower", 32, 24},
+                                {scene_of_tests("tiny.pov"), "upper", 32, 24}};
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(4));
   for (const auto& image : images(pool, views, 8)) EXPECT_TRUE(image);
   EXPECT_EQ(held().size(), 4U);
 }
@@ -153,17 +148,17 @@ TEST_F(PoolRendererTest, ManyImagesGetAllProcessesAndTheViewsShareThem) {
 // There are more view templates than processes, and each must be rendered.
 TEST_F(PoolRendererTest, AProcessIsGivenUpForAnotherViewTemplate) {
   std::vector<View> views;
-  for (int i = 0; i < 3; ++i) views.emplace_back(scene("tiny.pov"), "lower", 32 + i, 24);
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  for (int i = 0; i < 3; ++i) views.emplace_back(scene_of_tests("tiny.pov"), "lower", 32 + i, 24);
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(2));
   for (const auto& image : images(pool, views, 2)) EXPECT_TRUE(image) << image.error().message;
   EXPECT_LE(held().size(), 2U);
 }
 
 TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextImageStartsAnother) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
   PoolSettings brief = settings(2);
   brief.idle = 100ms;
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), brief);
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), brief);
   ASSERT_TRUE(ordered(pool, view.job(0)).get());
   EXPECT_TRUE(eventually([&] { return held().empty(); }));
   EXPECT_TRUE(ordered(pool, view.job(1)).get());
@@ -172,8 +167,8 @@ TEST_F(PoolRendererTest, AnIdleProcessEndsAndTheNextImageStartsAnother) {
 // ---- processes that misbehave
 
 TEST_F(PoolRendererTest, AKilledProcessCostsNoImage) {
-  const View view(lab(), "lower", 160, 120);
-  const Povray povray(program(), lab(), kLong);
+  const View view(lab_scene(), "lower", 160, 120);
+  const Povray povray(program(), lab_scene(), kRenderLimit);
   PoolRenderer pool(povray, settings(2));
   std::vector<std::future<ImageResult>> futures;
   for (int i = 0; i < 4; ++i) futures.push_back(ordered(pool, view.job(i)));
@@ -190,9 +185,9 @@ TEST_F(PoolRendererTest, AKilledProcessCostsNoImage) {
 }
 
 TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotRetriedForever) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
   PoolRenderer pool(
-      Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kLong),
+      Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kRenderLimit),
       settings(1));
   const auto image = ordered(pool, view.job(7)).get();
   ASSERT_FALSE(image);
@@ -203,12 +198,12 @@ TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotRetriedForever) {
 
 // A broken lease lets POV-Ray read an old pose: here the first process counts from another frame.
 TEST_F(PoolRendererTest, AnImageOfAnOldPoseIsNotReturned) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
   const std::string script =
       folder_.script("povray", "if [ -e begun ]; then exec " + program() + " \"$@\"; fi; touch begun; exec " +
                                    program() + " \"$@\" +KFI5");
-  PoolRenderer pool(Povray(script, folder_.path() / "lab.pov", kLong), settings(1));
-  ProcessRenderer one_by_one(Povray(program(), scene("tiny.pov"), kLong), 1);
+  PoolRenderer pool(Povray(script, folder_.path() / "lab.pov", kRenderLimit), settings(1));
+  ProcessRenderer one_by_one(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), 1);
   const auto got = ordered(pool, view.job(3)).get();
   const auto expected = ordered(one_by_one, view.job(3)).get();
   ASSERT_TRUE(got) << got.error().message;
@@ -217,12 +212,12 @@ TEST_F(PoolRendererTest, AnImageOfAnOldPoseIsNotReturned) {
 }
 
 TEST_F(PoolRendererTest, MistakesInTheSceneAreReportedAsWithOneProcessPerImage) {
-  const std::string tiny = read_file(scene("tiny.pov"));
+  const std::string tiny = read_file(scene_of_tests("tiny.pov"));
   const auto before = folder_.write("before.pov", "sphere { 0, Bogus }\n" + tiny);
   const auto after = folder_.write("after.pov", tiny + "\nsphere { 0, Bogus }\n");
   for (const auto& path : {before, after}) {
     const View view(path, "lower", 32, 24);
-    const Povray povray(program(), path, kLong);
+    const Povray povray(program(), path, kRenderLimit);
     PoolRenderer pool(povray, settings(2));
     ProcessRenderer one_by_one(povray, 1);
     const auto expected = ordered(one_by_one, view.job(0)).get();
@@ -236,11 +231,11 @@ TEST_F(PoolRendererTest, MistakesInTheSceneAreReportedAsWithOneProcessPerImage) 
 }
 
 TEST_F(PoolRendererTest, AProcessThatTakesTooLongIsKilled) {
-  const std::string tiny = read_file(scene("tiny.pov"));
+  const std::string tiny = read_file(scene_of_tests("tiny.pov"));
   const std::string endless = "#while (true) #end\n";
   for (const auto& path : {folder_.write("before.pov", endless + tiny), folder_.write("after.pov", tiny + endless)}) {
     const View view(path, "lower", 32, 24);
-    PoolRenderer pool(Povray(program(), path, kShort), settings(1));
+    PoolRenderer pool(Povray(program(), path, kShortTimeout), settings(1));
     const auto got = ordered(pool, view.job(5)).get();
     ASSERT_FALSE(got);
     EXPECT_EQ(got.error().code, ErrorCode::kTimeout);
@@ -251,10 +246,10 @@ TEST_F(PoolRendererTest, AProcessThatTakesTooLongIsKilled) {
 // ---- the end
 
 TEST_F(PoolRendererTest, ClosingAnswersPendingJobs) {
-  const View view(lab(), "lower", 640, 480);
+  const View view(lab_scene(), "lower", 640, 480);
   std::vector<std::future<ImageResult>> futures;
   {
-    PoolRenderer pool(Povray(program(), lab(), kLong), settings(2));
+    PoolRenderer pool(Povray(program(), lab_scene(), kRenderLimit), settings(2));
     for (int i = 0; i < 9; ++i) futures.push_back(ordered(pool, view.job(i)));
     std::this_thread::sleep_for(400ms);
   }
@@ -268,13 +263,13 @@ TEST_F(PoolRendererTest, ClosingAnswersPendingJobs) {
 }
 
 TEST_F(PoolRendererTest, KillingTheProgramLeavesNoProcessAndNoFolder) {
-  const View view(lab(), "lower", 640, 480);
+  const View view(lab_scene(), "lower", 640, 480);
   const pid_t program_pid = ::fork();
   ASSERT_GE(program_pid, 0);
   if (program_pid == 0) {
-    PoolRenderer pool(Povray(program(), lab(), kLong), settings(3));
+    PoolRenderer pool(Povray(program(), lab_scene(), kRenderLimit), settings(3));
     for (int i = 0; i < 100; ++i) (void)ordered(pool, view.job(i));
-    std::this_thread::sleep_for(kLong);
+    std::this_thread::sleep_for(kRenderLimit);
     ::_exit(1);
   }
   EXPECT_TRUE(eventually([&] { return held(program_pid).size() == 3; }));
@@ -293,30 +288,30 @@ TEST_F(PoolRendererTest, KillingTheProgramLeavesNoProcessAndNoFolder) {
 // ---- where processes cannot be held
 
 TEST_F(PoolRendererTest, WithoutLeasesEachImageHasItsProcess) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2), "no leases here");
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(2), "no leases here");
   EXPECT_TRUE(ordered(pool, view.job(0)).get());
   EXPECT_EQ(pool.describe(), "one POV-Ray process per image: no leases here");
 }
 
 TEST_F(PoolRendererTest, WithoutAScratchFolderEachImageHasItsProcess) {
-  const View view(scene("tiny.pov"), "lower", 32, 24);
+  const View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
   PoolSettings nowhere = settings(2);
   nowhere.scratch_roots = {folder_.path() / "none"};
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), nowhere);
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), nowhere);
   for (const auto& image : images(pool, {view}, 3)) EXPECT_TRUE(image);
   EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per image: no folder for images"));
 }
 
 // POV-Ray cannot write the image, as on a full disk. No image is lost.
 TEST_F(PoolRendererTest, WithoutSpaceForAnImageEachHasItsProcess) {
-  const View view(scene("tiny.pov"), "lower", 320, 240);
+  const View view(scene_of_tests("tiny.pov"), "lower", 320, 240);
   rlimit old{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
   const rlimit tight{40'000, old.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &tight), 0);
   {
-    PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+    PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(2));
     for (const auto& image : images(pool, {view}, 3)) EXPECT_TRUE(image) << image.error().message;
     EXPECT_THAT(pool.describe(), HasSubstr("one POV-Ray process per image: POV-Ray cannot write to"));
     EXPECT_TRUE(ordered(pool, view.job(3)).get());
@@ -325,11 +320,11 @@ TEST_F(PoolRendererTest, WithoutSpaceForAnImageEachHasItsProcess) {
 }
 
 TEST_F(PoolRendererTest, AViewTemplateThatMustNotBeHeldGetsNoHeldProcess) {
-  View view(scene("tiny.pov"), "lower", 32, 24);
+  View view(scene_of_tests("tiny.pov"), "lower", 32, 24);
   ViewTemplate view_template = view.view_template();
   view_template.one_shot = "the scene says frame_number";
   view.set(view_template);
-  PoolRenderer pool(Povray(program(), scene("tiny.pov"), kLong), settings(2));
+  PoolRenderer pool(Povray(program(), scene_of_tests("tiny.pov"), kRenderLimit), settings(2));
   EXPECT_TRUE(ordered(pool, view.job(0)).get());
   EXPECT_TRUE(scratch_is_empty());
   EXPECT_EQ(pool.describe(), std::string(kHeld) + "; one POV-Ray process per image where the scene says frame_number");

@@ -17,20 +17,17 @@ using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr auto kLong = 30s;
-constexpr auto kShort = 300ms;
-
 // An image of 2 x 1 pixels.
-constexpr const char* kImage = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
+constexpr const char* kPrintTwoPixels = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
 
 class PovrayTest : public testing::Test {
  protected:
   /// Returns the result of a job for which `commands` replace POV-Ray.
-  ImageResult render(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
+  ImageResult render(const std::string& commands, std::chrono::nanoseconds timeout = kChildLimit) {
     const Povray povray(folder_.script("povray", commands), folder_.path() / "lab.pov", timeout);
     return povray.render(plain_image("frame 12, view lower", "the scene", 2, 1, 1), -1);
   }
-  Error error_of(const std::string& commands, std::chrono::nanoseconds timeout = kLong) {
+  Error error_of(const std::string& commands, std::chrono::nanoseconds timeout = kChildLimit) {
     auto result = render(commands, timeout);
     if (result) {
       ADD_FAILURE() << "an image resulted from: " << commands;
@@ -46,13 +43,14 @@ class PovrayTest : public testing::Test {
 };
 
 TEST_F(PovrayTest, ReturnsTheImage) {
-  const auto image = render(kImage);
+  const auto image = render(kPrintTwoPixels);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(**image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
 }
 
 TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
-  ASSERT_TRUE(render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kImage)));
+  ASSERT_TRUE(
+      render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kPrintTwoPixels)));
   EXPECT_EQ(read_file(folder_.path() / "got"), "the scene");
   EXPECT_THAT(read_file(folder_.path() / "arguments"),
               AllOf(HasSubstr("+I/proc/self/fd/3"), HasSubstr("+W2 +H1"), HasSubstr("-A"), HasSubstr("+WT1")));
@@ -66,8 +64,8 @@ TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
   view_template.pose_offset = 3;
   view_template.width_px = 2;
   view_template.height_px = 1;
-  const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kImage)),
-                      folder_.path() / "lab.pov", kLong);
+  const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kPrintTwoPixels)),
+                      folder_.path() / "lab.pov", kChildLimit);
   ASSERT_TRUE(povray.render({"", std::make_shared<const ViewTemplate>(view_template), "pose"}, -1));
   EXPECT_EQ(read_file(folder_.path() / "got"), "the pose  scene");
 }
@@ -95,7 +93,7 @@ TEST_F(PovrayTest, ACrashNamesTheSignal) {
 }
 
 TEST_F(PovrayTest, AHangNamesFrameViewAndSeconds) {
-  const Error error = error_of("sleep 1000 & wait", kShort);
+  const Error error = error_of("sleep 1000 & wait", kChildTimeout);
   EXPECT_EQ(error.code, ErrorCode::kTimeout);
   EXPECT_EQ(error.message, "frame 12, view lower: POV-Ray did not finish within 0.3 s and was killed");
 }
@@ -149,7 +147,7 @@ TEST_F(PovrayTest, AFloodOnStandardOutput) {
 }
 
 TEST_F(PovrayTest, AMissingProgramIsReported) {
-  const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kLong);
+  const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kChildLimit);
   const auto result = povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);

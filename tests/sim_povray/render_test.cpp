@@ -20,13 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-// One image takes 0.7 s, in which POV-Ray mostly sleeps; on a loaded machine it takes many times that.
-constexpr auto kLong = 60s;
-constexpr double kUnit_m = 0.05;
-
-std::filesystem::path scene(const std::string& name) {
-  return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes" / name;
-}
+constexpr double kRoomUnit_m = 0.05;
 
 struct Settings {
   PlaceSettings place;
@@ -48,13 +42,13 @@ std::unique_ptr<Camera> streaming(Simulation& simulation, const ViewSettings& vi
 }
 
 Frame grabbed(Camera& camera) {
-  auto frame = camera.grab(kLong);
+  auto frame = camera.grab(kRenderLimit);
   if (!frame) throw std::runtime_error(frame.error().message);
   return *frame;
 }
 
 Image pixels(const Frame& frame) {
-  auto image = frame.image(kLong);
+  auto image = frame.image(kRenderLimit);
   if (!image) throw std::runtime_error(image.error().message);
   return **image;
 }
@@ -65,7 +59,7 @@ ImageResult first_image(const std::filesystem::path& path, const CameraSettings&
   settings.place.scene = path;
   auto simulation = Simulation::open(settings.place, settings.session);
   if (!simulation) return simulation.error();
-  return grabbed(*streaming(**simulation, {"lower", 1, {}}, size)).image(kLong);
+  return grabbed(*streaming(**simulation, {"lower", 1, {}}, size)).image(kRenderLimit);
 }
 
 // ---- the same pixels
@@ -73,7 +67,7 @@ ImageResult first_image(const std::filesystem::path& path, const CameraSettings&
 /// Returns all images of a short run, both views in turn.
 std::vector<Image> run(int processes, int run_ahead_frames) {
   Settings settings;
-  settings.place.scene = scene("tiny.pov");
+  settings.place.scene = scene_of_tests("tiny.pov");
   settings.session.body.wheels.slip = 0.05;
   settings.session.body.seed = 3;
   settings.place.render.processes = processes;
@@ -104,7 +98,7 @@ TEST(RenderTest, PixelsDoNotDependOnTheWayOfRendering) {
 
 TEST(RenderTest, AStampOnePeriodLateShowsThePreviousImage) {
   Settings settings;
-  settings.place.scene = scene("tiny.pov");
+  settings.place.scene = scene_of_tests("tiny.pov");
   const auto simulation = opened(settings);
   CameraEffects effects;
   effects.stamp_late_s = 0.1;
@@ -129,8 +123,8 @@ TEST(RenderTest, AStampOnePeriodLateShowsThePreviousImage) {
 TEST(RenderTest, SoftShadowsAreReproducible) {
   // Threads would share blocks of 32 x 32 pixels; this image has 35 of them.
   constexpr CameraSettings kManyBlocks{200, 150, 15};
-  const auto first = first_image(scene("soft_shadow.pov"), kManyBlocks);
-  const auto second = first_image(scene("soft_shadow.pov"), kManyBlocks);
+  const auto first = first_image(scene_of_tests("soft_shadow.pov"), kManyBlocks);
+  const auto second = first_image(scene_of_tests("soft_shadow.pov"), kManyBlocks);
   ASSERT_TRUE(first) << first.error().message;
   ASSERT_TRUE(second) << second.error().message;
   EXPECT_TRUE(**first == **second);
@@ -139,12 +133,12 @@ TEST(RenderTest, SoftShadowsAreReproducible) {
 // Catches an image that depends on the user: POV-Ray takes defaults from ./povray.ini, the home folder and POVINI.
 TEST(RenderTest, SettingsOfTheUserDoNotChangeTheImage) {
   const TemporaryFolder folder;
-  std::filesystem::copy_file(scene("tiny.pov"), folder.path() / "tiny.pov");
+  std::filesystem::copy_file(scene_of_tests("tiny.pov"), folder.path() / "tiny.pov");
   std::filesystem::create_directories(folder.path() / ".povray/3.7");
   for (const char* name : {"povray.ini", ".povray/3.7/povray.ini", "mine.ini"}) {
     (void)folder.write(name, "Antialias=On\nQuality=0\nStart_Row=5\n");
   }
-  const auto expected = first_image(scene("tiny.pov"));
+  const auto expected = first_image(scene_of_tests("tiny.pov"));
   const std::optional<std::string> home =
       ::getenv("HOME") == nullptr ? std::nullopt : std::optional<std::string>(::getenv("HOME"));
   ::setenv("HOME", folder.path().c_str(), 1);
@@ -160,7 +154,7 @@ TEST(RenderTest, SettingsOfTheUserDoNotChangeTheImage) {
 TEST(RenderTest, TheSceneIsReadOnce) {
   const TemporaryFolder folder;
   Settings settings;
-  settings.place.scene = folder.write("tiny.pov", read_file(scene("tiny.pov")));
+  settings.place.scene = folder.write("tiny.pov", read_file(scene_of_tests("tiny.pov")));
   const auto simulation = opened(settings);
   (void)folder.write("tiny.pov", "bogus");
   const Image image = pixels(grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})));
@@ -170,7 +164,7 @@ TEST(RenderTest, TheSceneIsReadOnce) {
 // ---- mistakes
 
 TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
-  const auto path = scene("syntax_error.pov");
+  const auto path = scene_of_tests("syntax_error.pov");
   const auto image = first_image(path);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kRefused);
@@ -180,7 +174,7 @@ TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
 
 TEST(RenderTest, MistakesInIncludedFilesAreNamedThere) {
   const TemporaryFolder folder;
-  const std::string robot = read_file(scene("tiny.pov"));
+  const std::string robot = read_file(scene_of_tests("tiny.pov"));
   (void)folder.write("parts.inc", "\n\nsphere { 0, Nothing }\n");
   const auto in_include = first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
   ASSERT_FALSE(in_include);
@@ -207,9 +201,9 @@ TEST(RenderTest, OldScenesWithoutSemicolonsWork) {
 
 TEST(RenderTest, ByteOrderMarkAndDosLineEndsAreAccepted) {
   const TemporaryFolder folder;
-  std::string text = read_file(scene("tiny.pov"));
+  std::string text = read_file(scene_of_tests("tiny.pov"));
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
-  const auto expected = first_image(scene("tiny.pov"));
+  const auto expected = first_image(scene_of_tests("tiny.pov"));
   const auto got = first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A"));
   ASSERT_TRUE(got) << got.error().message;
   EXPECT_TRUE(**got == **expected);
@@ -252,7 +246,7 @@ constexpr double kMiddle_px = 4 * 0.164 / 2.645;
 
 TEST(RenderTest, MarksAppearAtTheComputedPlaces) {
   Settings settings;
-  settings.place.scene = scene("marks.pov");
+  settings.place.scene = scene_of_tests("marks.pov");
   settings.session.body.start = {0.31, -0.47, 0.83};
   settings.session.drive.max_speed_radps = 100;
   const auto simulation = opened(settings);
@@ -303,7 +297,7 @@ TEST(RenderTest, MarksAppearAtTheComputedPlaces) {
 // Catches a mirrored or rotated map, in which marks would change places.
 TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   const OverheadView view{-2.5, 1.7, -1.9, 1.6, 1.0, 210};
-  const auto image = render_overhead(scene("marks.pov"), kUnit_m, view, {});
+  const auto image = render_overhead(scene_of_tests("marks.pov"), kRoomUnit_m, view, {});
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->width_px, 210);
   EXPECT_EQ(image->height_px, 175) << "50 pixels per metre in both directions";
@@ -323,15 +317,16 @@ TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
 
 TEST(RenderTest, OverheadNamesEveryBadArgument) {
   try {
-    (void)render_overhead(scene("marks.pov"), -1, {1, 1, 2, 1, 0, 0}, {});
+    (void)render_overhead(scene_of_tests("marks.pov"), -1, {1, 1, 2, 1, 0, 0}, {});
     FAIL() << "accepted";
   } catch (const std::invalid_argument& e) {
     for (const char* field : {"min_x_m is 1 m", "max_y_m 1 m", "height_m is 0 m", "width_px is 0", "unit_m is -1 m"}) {
       EXPECT_THAT(e.what(), HasSubstr(field));
     }
   }
-  EXPECT_THROW((void)render_overhead(scene("marks.pov"), 1, {0, 1e-6, 0, 1, 2, 1000}, {}), std::invalid_argument);
-  const auto missing = render_overhead(scene("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {});
+  EXPECT_THROW((void)render_overhead(scene_of_tests("marks.pov"), 1, {0, 1e-6, 0, 1, 2, 1000}, {}),
+               std::invalid_argument);
+  const auto missing = render_overhead(scene_of_tests("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
 }
@@ -340,7 +335,7 @@ TEST(RenderTest, OverheadNamesEveryBadArgument) {
 
 /// A scene that POV-Ray never finishes reading.
 std::filesystem::path endless(const TemporaryFolder& folder) {
-  return folder.write("endless.pov", read_file(scene("tiny.pov")) + "#while (1)\n#end\n");
+  return folder.write("endless.pov", read_file(scene_of_tests("tiny.pov")) + "#while (1)\n#end\n");
 }
 
 TEST(RenderTest, AnEndlessSceneTimesOut) {
@@ -349,7 +344,7 @@ TEST(RenderTest, AnEndlessSceneTimesOut) {
   settings.place.scene = endless(folder);
   settings.place.render.timeout = 1500ms;
   const auto simulation = opened(settings);
-  const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kLong);
+  const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kTimeout);
   EXPECT_THAT(image.error().message,
@@ -382,7 +377,7 @@ TEST(RenderTest, KillingTheProgramKillsItsPovRay) {
   ASSERT_GE(program, 0);
   if (program == 0) {
     const auto simulation = opened(settings);
-    (void)grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kLong);
+    (void)grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
     ::_exit(0);
   }
   std::vector<pid_t> povrays;

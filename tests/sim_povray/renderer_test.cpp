@@ -15,13 +15,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLong = 30s;
-constexpr const char* kImage = "printf 'P6 1 1 255\\nabc'";
+constexpr const char* kPrintOnePixel = "printf 'P6 1 1 255\\nabc'";
 
 class RendererTest : public testing::Test {
  protected:
   [[nodiscard]] Povray povray(const std::string& commands) const {
-    return {folder_.script("povray", commands), folder_.path() / "lab.pov", kLong};
+    return {folder_.script("povray", commands), folder_.path() / "lab.pov", kChildLimit};
   }
   static RenderJob job(const std::string& scene) { return plain_image("frame 0, view lower", scene, 1, 1, 1); }
   void TearDown() override { EXPECT_TRUE(children_of(::getpid()).empty()) << "a child was not reaped"; }
@@ -30,7 +29,7 @@ class RendererTest : public testing::Test {
 };
 
 TEST_F(RendererTest, OneProcessWorksInOrder) {
-  ProcessRenderer renderer(povray("cat /proc/self/fd/3 >> order; " + std::string(kImage)), 1);
+  ProcessRenderer renderer(povray("cat /proc/self/fd/3 >> order; " + std::string(kPrintOnePixel)), 1);
   std::vector<std::future<ImageResult>> images;
   for (int i = 0; i < 9; ++i) images.push_back(ordered(renderer, job(std::to_string(i))));
   for (auto& image : images) EXPECT_TRUE(image.get());
@@ -39,15 +38,16 @@ TEST_F(RendererTest, OneProcessWorksInOrder) {
 
 // Each script waits until three have started; if fewer ran at once, none would end.
 TEST_F(RendererTest, SeveralProcessesWorkAtOneTime) {
-  ProcessRenderer renderer(
-      povray("touch begun.$$; while [ $(ls begun.* | wc -l) -lt 3 ]; do sleep 0.01; done; " + std::string(kImage)), 3);
+  ProcessRenderer renderer(povray("touch begun.$$; while [ $(ls begun.* | wc -l) -lt 3 ]; do sleep 0.01; done; " +
+                                  std::string(kPrintOnePixel)),
+                           3);
   std::vector<std::future<ImageResult>> images;
   for (int i = 0; i < 3; ++i) images.push_back(ordered(renderer, job("")));
   for (auto& image : images) EXPECT_TRUE(image.get());
 }
 
 TEST_F(RendererTest, AFailedImageDoesNotAffectTheNext) {
-  ProcessRenderer renderer(povray("grep -q bad /proc/self/fd/3 && exit 1; " + std::string(kImage)), 1);
+  ProcessRenderer renderer(povray("grep -q bad /proc/self/fd/3 && exit 1; " + std::string(kPrintOnePixel)), 1);
   auto bad = ordered(renderer, job("bad"));
   auto good = ordered(renderer, job("good"));
   EXPECT_FALSE(bad.get());
@@ -69,7 +69,7 @@ TEST_F(RendererTest, ClosingKillsProcessesAndAnswersWaitingJobs) {
       return begun == 2;
     }));
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, kLong);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kChildLimit);
   for (auto& image : images) {
     ASSERT_EQ(image.wait_for(0s), std::future_status::ready);
     const ImageResult result = image.get();

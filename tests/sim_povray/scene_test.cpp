@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-constexpr const char* kScene =
+constexpr const char* kCommentedScene =
     "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n}\n"
     "camera {\n  //*PMName lower\n  location y // eye\n}\n"
     "camera { location x } // the default, no newline";
@@ -74,7 +74,8 @@ TEST(Scene, ReportsWhatItSearchedFor) {
   EXPECT_THAT(why_no_object("union { //*PMName robto\n }\ncamera { //*PMName lower\n }"),
               HasSubstr("names in this file: robto, lower"))
       << "a misspelt name must be visible";
-  EXPECT_THAT(why_no_camera(kScene, "upper"), AllOf(HasSubstr("no camera 'upper'"), HasSubstr("//*PMName upper")));
+  EXPECT_THAT(why_no_camera(kCommentedScene, "upper"),
+              AllOf(HasSubstr("no camera 'upper'"), HasSubstr("//*PMName upper")));
 }
 
 TEST(Scene, RefusesWithLineAndReason) {
@@ -129,7 +130,7 @@ TEST(Scene, MatrixMovesPointsAsTheWorldDoes) {
 }
 
 TEST(Scene, FrameKeepsEveryLineAndPutsTheViewLast) {
-  const Scene scene = parsed(kScene);
+  const Scene scene = parsed(kCommentedScene);
   const FloorMotion motion = motion_between({0, 0, 0}, {0.4, 0.3, 0.2});
   const std::string m = matrix(motion, 0.05);
   const std::string frame = scene.seen({{*scene.object("robot"), motion}}, {*scene.camera("lower"), motion}, 0.05);
@@ -140,19 +141,20 @@ TEST(Scene, FrameKeepsEveryLineAndPutsTheViewLast) {
                        " }\n"
                        "camera { location x } // the default, no newline\n"
                        "camera { Twocone_View }\n");
-  EXPECT_EQ(std::count(frame.begin(), frame.end(), '\n'), std::count(kScene, kScene + std::strlen(kScene), '\n') + 2)
+  EXPECT_EQ(std::count(frame.begin(), frame.end(), '\n'),
+            std::count(kCommentedScene, kCommentedScene + std::strlen(kCommentedScene), '\n') + 2)
       << "lines are added only after the end";
 }
 
 TEST(Scene, TheIdentifierIsOneThatTheSceneDoesNotUse) {
-  const Scene scene = parsed(std::string("#declare Twocone_View = 3; #declare Twocone_View_ = 4;\n") + kScene);
+  const Scene scene = parsed(std::string("#declare Twocone_View = 3; #declare Twocone_View_ = 4;\n") + kCommentedScene);
   const std::string frame = scene.seen({}, {*scene.camera("lower"), {}}, 1);
   EXPECT_THAT(frame, HasSubstr("#declare Twocone__View = camera {"));
   EXPECT_THAT(frame, testing::EndsWith("\ncamera { Twocone__View }\n"));
 }
 
 TEST(Scene, AViewTemplateContainsNoPoses) {
-  const Scene scene = parsed(kScene);
+  const Scene scene = parsed(kCommentedScene);
   const ViewTemplate view_template =
       scene.view_template({*scene.object("robot")}, *scene.camera("lower"), "sphere { 0, 1 }");
   EXPECT_EQ(view_template.scene,

@@ -14,6 +14,7 @@
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/hand_renderer.h"
+#include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -21,14 +22,11 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr const char* kScene =
+constexpr const char* kTwoRobotScene =
     "union { //*PMName robot.1\n}\nunion { //*PMName robot.2\n}\nunion { //*PMName moving.trolley\n}\n"
     "camera { //*PMName lower.1\n}\ncamera { //*PMName lower.2\n}\n";
-constexpr auto kLong = 10s;
-constexpr auto kShort = 50ms;
-constexpr CameraSettings kSize{64, 48, 10};
 
-RobotSession::SteadyTime in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
+RobotSession::SteadyTime due_in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
 
 class SimulationHostTest : public testing::Test {
  protected:
@@ -56,14 +54,14 @@ class SimulationHostTest : public testing::Test {
   static void configure(RobotSession& session) {
     const auto view = session.open_view({"lower", 1, {}});
     if (!view) throw std::runtime_error(view.error().message);
-    if (auto done = session.configure_view(*view, kSize); !done) throw std::runtime_error(done.error().message);
+    if (auto done = session.configure_view(*view, kSmallSize); !done) throw std::runtime_error(done.error().message);
   }
   std::string refusal(const SessionSettings& wanted) {
     const auto session = host_->join(wanted);
     return session ? "accepted" : session.error().message;
   }
 
-  const Scene scene_ = *Scene::parse(kScene, "pair.pov");
+  const Scene scene_ = *Scene::parse(kTwoRobotScene, "pair.pov");
   PlaceSettings place_;
   std::shared_ptr<HandRenderer::Desk> desk_ = std::make_shared<HandRenderer::Desk>();
   std::shared_ptr<SimulationHost> host_;
@@ -105,14 +103,14 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
   const auto two = joined("2", 1);
   configure(*one);
   configure(*two);
-  const auto alone = one->step(in(kShort));
+  const auto alone = one->step(due_in(kHandTimeout));
   ASSERT_FALSE(alone);
   EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
   EXPECT_EQ(alone.error().message, "the world waits for robot.2");
   EXPECT_EQ(one->state().step, 0U);
   for (std::uint64_t step = 1; step <= 20; ++step) {
-    auto other = std::async(std::launch::async, [&] { return two->step(in(kLong)); });
-    const auto stepped = one->step(in(kLong));
+    auto other = std::async(std::launch::async, [&] { return two->step(due_in(kHandLimit)); });
+    const auto stepped = one->step(due_in(kHandLimit));
     ASSERT_TRUE(stepped) << stepped.error().message;
     ASSERT_TRUE(other.get());
     ASSERT_EQ(one->state().step, step);
@@ -124,11 +122,11 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
 // Catches a request for a step of a world without a rate, which would crash a served world.
 TEST_F(SimulationHostTest, WithoutAConfiguredCameraThereIsNoStep) {
   const auto one = joined("1", 0);
-  const auto stepped = one->step(in(kShort));
+  const auto stepped = one->step(due_in(kHandTimeout));
   ASSERT_FALSE(stepped);
   EXPECT_EQ(stepped.error().code, ErrorCode::kInvalidState);
   configure(*one);
-  EXPECT_TRUE(one->step(in(kShort)));
+  EXPECT_TRUE(one->step(due_in(kHandTimeout)));
 }
 
 TEST_F(SimulationHostTest, ARobotThatLeavesIsNotWaitedForAndStops) {
@@ -137,11 +135,11 @@ TEST_F(SimulationHostTest, ARobotThatLeavesIsNotWaitedForAndStops) {
   configure(*one);
   configure(*two);
   (void)two->command({3, 3});
-  auto waiting = std::async(std::launch::async, [&] { return one->step(in(kLong)); });
-  std::this_thread::sleep_for(kShort);
+  auto waiting = std::async(std::launch::async, [&] { return one->step(due_in(kHandLimit)); });
+  std::this_thread::sleep_for(kHandTimeout);
   two.reset();
   ASSERT_TRUE(waiting.get()) << "the world still waits for the robot that left";
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(one->step(in(kLong)));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(one->step(due_in(kHandLimit)));
   // The robot stays where it was left. A robot that joins again with this name starts at its start pose.
   EXPECT_EQ(joined("2", 1.5)->state().pose, (Pose2{1.5, 0, 0}));
 }
@@ -150,7 +148,7 @@ TEST_F(SimulationHostTest, AnEmptyWorldStartsAgainAtTimeZero) {
   auto one = joined("1", 0);
   configure(*one);
   (void)one->command({3, 3});
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(one->step(in(kLong)));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(one->step(due_in(kHandLimit)));
   EXPECT_NE(one->state().pose, (Pose2{0, 0, 0}));
   one.reset();
   one = joined("1", 0);
@@ -168,8 +166,8 @@ TEST_F(SimulationHostTest, EveryImageShowsAllMovingObjects) {
   configure(*two);
   (void)one->command({2, 2});
   (void)two->command({-4, -4});
-  auto other = std::async(std::launch::async, [&] { return two->step(in(kLong)); });
-  ASSERT_TRUE(one->step(in(kLong)));
+  auto other = std::async(std::launch::async, [&] { return two->step(due_in(kHandLimit)); });
+  ASSERT_TRUE(one->step(due_in(kHandLimit)));
   ASSERT_TRUE(other.get());
   (void)one->image(0);
   (void)two->image(0);
@@ -190,13 +188,13 @@ TEST_F(SimulationHostTest, ALateStampShowsAllMovingObjectsAtTheEarlierTime) {
   CameraEffects effects;
   effects.stamp_late_s = 0.1;
   ASSERT_TRUE(one->open_view({"lower", 1, effects}));
-  ASSERT_TRUE(one->configure_view(0, kSize));
+  ASSERT_TRUE(one->configure_view(0, kSmallSize));
   configure(*two);
   const auto step = [&] {
     (void)one->command({2, 3});
     (void)two->command({-4, -3});
-    auto other = std::async(std::launch::async, [&] { return two->step(in(kLong)); });
-    ASSERT_TRUE(one->step(in(kLong)));
+    auto other = std::async(std::launch::async, [&] { return two->step(due_in(kHandLimit)); });
+    ASSERT_TRUE(one->step(due_in(kHandLimit)));
     ASSERT_TRUE(other.get());
   };
   step();
@@ -232,7 +230,7 @@ class CameraTimeTest : public SimulationHostTest {
   static std::unique_ptr<Camera> streaming(Simulation& simulation, const CameraEffects& effects) {
     auto camera = simulation.open_camera({"lower", 1, effects});
     if (!camera) throw std::runtime_error(camera.error().message);
-    if (auto done = (*camera)->configure(kSize); !done) throw std::runtime_error(done.error().message);
+    if (auto done = (*camera)->configure(kSmallSize); !done) throw std::runtime_error(done.error().message);
     if (auto done = (*camera)->start(); !done) throw std::runtime_error(done.error().message);
     return *std::move(camera);
   }
@@ -363,7 +361,7 @@ TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
   const auto world = simulation();
   const auto camera = world->open_camera({"lower", 1, effects});
   ASSERT_TRUE(camera);
-  const auto configured = (*camera)->configure(kSize);
+  const auto configured = (*camera)->configure(kSmallSize);
   ASSERT_FALSE(configured);
   EXPECT_THAT(configured.error().message, HasSubstr("exposure and readout take 0.11 s"));
 }

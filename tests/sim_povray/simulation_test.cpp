@@ -22,11 +22,8 @@ using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr const char* kScene = "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
-// Only a broken implementation takes this long.
-constexpr auto kLong = 10s;
-// The duration of a test that waits for a time-out. It is clearly longer than an immediate return.
-constexpr auto kShort = 50ms;
+constexpr const char* kOneRobotScene =
+    "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
 
 class SimulationTest : public testing::Test {
  protected:
@@ -58,13 +55,13 @@ class SimulationTest : public testing::Test {
 
   /// Grabs a frame and finishes its image, so that the run-ahead limit has no effect.
   Frame::Header grab(Camera& camera) {
-    auto frame = camera.grab(kLong);
+    auto frame = camera.grab(kHandLimit);
     if (!frame) throw std::runtime_error(frame.error().message);
     desk_->finish(desk_->jobs.size() - 1);
     return frame->header();
   }
 
-  const Scene scene_ = *Scene::parse(kScene, "lab.pov");
+  const Scene scene_ = *Scene::parse(kOneRobotScene, "lab.pov");
   PlaceSettings place_;
   SessionSettings settings_;
   std::shared_ptr<HandRenderer::Desk> desk_;
@@ -164,7 +161,7 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
     ASSERT_TRUE(upper->grab(0ms)) << "step " << i;
   }
   const Pose2 before = truth->true_pose();
-  const auto fourth = lower->grab(kShort);
+  const auto fourth = lower->grab(kHandTimeout);
   ASSERT_FALSE(fourth);
   EXPECT_EQ(fourth.error().code, ErrorCode::kTimeout);
   EXPECT_THAT(fourth.error().message, HasSubstr("frame 0"));
@@ -172,7 +169,7 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
   EXPECT_EQ(desk_->jobs.size(), 6U);
 
   desk_->finish(0);
-  EXPECT_FALSE(lower->grab(kShort)) << "step 0 has one image, not both";
+  EXPECT_FALSE(lower->grab(kHandTimeout)) << "step 0 has one image, not both";
   desk_->finish(1);
   const auto later = lower->grab(0ms);
   ASSERT_TRUE(later);
@@ -184,11 +181,11 @@ TEST_F(SimulationTest, AWaitingGrabContinuesWhenTheImageArrives) {
   auto lower = streaming("lower");
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(lower->grab(0ms));
   std::thread worker([this] {
-    std::this_thread::sleep_for(kShort);
+    std::this_thread::sleep_for(kHandTimeout);
     desk_->finish(1);  // a newer image is finished first: the grab waits for the oldest
     desk_->finish(0);
   });
-  const auto frame = lower->grab(kLong);
+  const auto frame = lower->grab(kHandLimit);
   worker.join();
   ASSERT_TRUE(frame) << frame.error().message;
 }
@@ -389,7 +386,7 @@ TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   ASSERT_FALSE(no_scene);
   EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);
 
-  place.scene = folder.write("lab.pov", kScene);
+  place.scene = folder.write("lab.pov", kOneRobotScene);
   place.render.povray = "no-such-program";
   const auto no_povray = Simulation::open(place, {});
   ASSERT_FALSE(no_povray);

@@ -14,11 +14,26 @@
 #include <thread>
 #include <vector>
 
+#include "hal/camera.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::sim_povray {
 
-using testing_support::TemporaryFolder;
+using twocone::testing_support::TemporaryFolder;
+
+/// Time limit of a rendering. One image takes 0.7 s, in which POV-Ray mostly sleeps; on a loaded machine it takes many
+/// times that.
+inline constexpr std::chrono::seconds kRenderLimit{60};
+/// Time limit of a child. Far more than the start of a shell takes, also on a loaded machine under a sanitizer.
+inline constexpr std::chrono::seconds kChildLimit{30};
+/// Time-out for a child that would not end.
+inline constexpr std::chrono::milliseconds kChildTimeout{300};
+inline constexpr CameraSettings kSmallSize{64, 48, 10};
+
+inline std::filesystem::path scene_of_tests(const std::string& name) {
+  return std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes" / name;
+}
+inline std::filesystem::path lab_scene() { return std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes/lab.pov"; }
 
 inline std::string read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -26,11 +26,11 @@ Sample statistics(const std::vector<double>& values) {
   return s;
 }
 
-constexpr int kDraws = 20000;
+constexpr int kSlipDraws = 20000;
 constexpr int kSeeds = 4000;  // seeding takes longer than drawing
 // Five standard deviations: the seeds are fixed, so that these tests fail always or never. A correct process fails with
 // one of 2e6 seeds.
-constexpr double kSigmas = 5;
+constexpr double kSlipSigmas = 5;
 
 TEST(Slip, HasTheStatedDeviationFromTheFirstStepOn) {
   std::vector<double> first;
@@ -38,8 +38,8 @@ TEST(Slip, HasTheStatedDeviationFromTheFirstStepOn) {
     first.push_back(Slip(0.03, 2.0, engine_for(std::uint64_t(seed), Purpose::kLeftSlip)).value());
   }
   const Sample s = statistics(first);
-  EXPECT_NEAR(s.mean, 0, kSigmas * 0.03 / std::sqrt(double(kSeeds)));
-  EXPECT_NEAR(s.deviation, 0.03, kSigmas * 0.03 / std::sqrt(2.0 * kSeeds));
+  EXPECT_NEAR(s.mean, 0, kSlipSigmas * 0.03 / std::sqrt(double(kSeeds)));
+  EXPECT_NEAR(s.deviation, 0.03, kSlipSigmas * 0.03 / std::sqrt(2.0 * kSeeds));
 }
 
 // Catches a wrong driving noise (1 - a for 1 - a^2, or a forgotten root): the deviation would drift from sigma.
@@ -47,18 +47,18 @@ TEST(Slip, KeepsItsDeviationForEveryStep) {
   for (const double dt_s : {0.03, 0.7, 9.0}) {
     Slip slip(0.03, 2.0, engine_for(5, Purpose::kLeftSlip));
     std::vector<double> values;
-    for (int i = 0; i < kDraws; ++i) {
+    for (int i = 0; i < kSlipDraws; ++i) {
       slip.advance(dt_s);
       values.push_back(slip.value());
     }
     // If a is the correlation of successive draws, n draws determine the mean like n (1 - a) / (1 + a) independent
     // ones, and the variance like n (1 - a^2) / (1 + a^2).
     const double a = std::exp(-dt_s / 2.0);
-    const double for_mean = kDraws * (1 - a) / (1 + a);
-    const double for_deviation = kDraws * (1 - a * a) / (1 + a * a);
+    const double for_mean = kSlipDraws * (1 - a) / (1 + a);
+    const double for_deviation = kSlipDraws * (1 - a * a) / (1 + a * a);
     const Sample s = statistics(values);
-    EXPECT_NEAR(s.mean, 0, kSigmas * 0.03 / std::sqrt(for_mean)) << "dt = " << dt_s << " s";
-    EXPECT_NEAR(s.deviation, 0.03, kSigmas * 0.03 / std::sqrt(2 * for_deviation)) << "dt = " << dt_s << " s";
+    EXPECT_NEAR(s.mean, 0, kSlipSigmas * 0.03 / std::sqrt(for_mean)) << "dt = " << dt_s << " s";
+    EXPECT_NEAR(s.deviation, 0.03, kSlipSigmas * 0.03 / std::sqrt(2 * for_deviation)) << "dt = " << dt_s << " s";
   }
 }
 
@@ -68,13 +68,13 @@ TEST(Slip, DecaysWithItsTimeConstant) {
   Slip slip(1.0, 2.0, engine_for(6, Purpose::kLeftSlip));
   double products = 0;
   double squares = 0;
-  for (int i = 0; i < kDraws; ++i) {
+  for (int i = 0; i < kSlipDraws; ++i) {
     const double before = slip.value();
     slip.advance(kStep_s);
     products += before * slip.value();
     squares += before * before;
   }
-  EXPECT_NEAR(products / squares, a, kSigmas * std::sqrt((1 - a * a) / kDraws));
+  EXPECT_NEAR(products / squares, a, kSlipSigmas * std::sqrt((1 - a * a) / kSlipDraws));
 }
 
 TEST(Slip, TheTwoWheelsAreIndependent) {
@@ -83,7 +83,7 @@ TEST(Slip, TheTwoWheelsAreIndependent) {
     products += Slip(1.0, 2.0, engine_for(std::uint64_t(seed), Purpose::kLeftSlip)).value() *
                 Slip(1.0, 2.0, engine_for(std::uint64_t(seed), Purpose::kRightSlip)).value();
   }
-  EXPECT_NEAR(products / kSeeds, 0, kSigmas / std::sqrt(double(kSeeds)));
+  EXPECT_NEAR(products / kSeeds, 0, kSlipSigmas / std::sqrt(double(kSeeds)));
 }
 
 TEST(Slip, ZeroIsExactlyZero) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -13,13 +12,13 @@
 
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/wheel.h"
+#include "tests/support/special_doubles.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using std::chrono::nanoseconds;
-
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+using twocone::testing_support::kEps;
 
 RobotBody body() {
   RobotBody b;

@@ -2,17 +2,19 @@
 #include "tests/support/hyperboloid_mirror.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
+#include "tests/support/special_doubles.h"
+
 namespace twocone::vision {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
+
 // A dozen roundings of numbers near 1; digits are lost where the surface is nearly parallel to the ray.
 constexpr double kRounding = 1e-12;
 

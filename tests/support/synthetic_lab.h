@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/synthetic_view.h"
+#include "tests/vision/lab_rig.h"
 #include "vision/mirror_view.h"
 #include "vision/outline_ranging.h"
 
@@ -21,16 +22,9 @@ using twocone::testing_support::SyntheticScene;
 using twocone::testing_support::SyntheticShading;
 using twocone::testing_support::SyntheticStrip;
 using twocone::testing_support::SyntheticView;
-
-inline const cv::Size kImage(640, 480);
-
-inline MirrorViewSettings lab_view(double lens_height_m) {
-  return {.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
-          .lens_height_m = lens_height_m,
-          .centre_px = {319.5, 239.5},
-          .rim_radius_px = 236};
-}
-inline Rig lab_rig() { return {MirrorView(lab_view(0.25)), MirrorView(lab_view(0.55))}; }
+using vision::kImage;
+using vision::lab_rig;
+using vision::lab_view;
 
 inline SyntheticLandmark landmark(double x_m, double y_m, const Eigen::Vector3d& colour, double radius_m = 0.15) {
   return {{x_m, y_m}, radius_m, 0.9, colour};

@@ -46,10 +46,10 @@ struct Case {
 /// and the rounding.
 constexpr double kLimit = 0.1;
 
-struct Usual {
+struct MeanWithError {
   double mean, standard_error;
 };
-Usual usual(const ByEpisode& values) {
+MeanWithError usual(const ByEpisode& values) {
   double sum = 0, count = 0, squares = 0;
   for (const auto& episode : values) {
     for (const double x : episode) sum += x;

@@ -2,12 +2,12 @@
 #include "apps/tradeoff/frontier.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
 #include "tests/tradeoff/synthetic_sweep.h"
 
 namespace twocone::tradeoff {
@@ -15,9 +15,8 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
 std::vector<std::size_t> frontier(const std::vector<CostAndError>& points) { return pareto_frontier(points); }
 
@@ -40,9 +39,8 @@ TEST(ParetoFrontier, OfEqualCostOrErrorContainsTheBetter) {
 }
 
 TEST(ParetoFrontier, ContainsOnlyFinitePoints) {
-  EXPECT_THAT(frontier({{kNan, 0}, {0, kNan}, {-kInfinity, 0}, {1, -kInfinity}, {kInfinity, 1}, {3, 3}}),
-              ElementsAre(5));
-  EXPECT_THAT(frontier({{kNan, kNan}, {kInfinity, kInfinity}}), IsEmpty());
+  EXPECT_THAT(frontier({{kNaN, 0}, {0, kNaN}, {-kInf, 0}, {1, -kInf}, {kInf, 1}, {3, 3}}), ElementsAre(5));
+  EXPECT_THAT(frontier({{kNaN, kNaN}, {kInf, kInf}}), IsEmpty());
 }
 
 TEST(ParetoFrontier, FollowsTheDefinition) {

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::ThrowsMessage;
 
-constexpr double kDigits = 1e-12;  ///< a few additions of numbers below 1000
+constexpr double kSumDigits = 1e-12;  ///< a few additions of numbers below 1000
 
 /// Three settings: two of the same images, of which the second fuses two frames, and one of other images.
 Plan three_settings() {
@@ -63,9 +63,9 @@ TEST(Merge, GroupsErrorsByEpisode) {
   ASSERT_TRUE(r.position_m);
   EXPECT_EQ(r.position_m->count, 4);
   EXPECT_EQ(r.position_m->max, 0.005);
-  EXPECT_NEAR(r.position_m->mean.value, 0.013 / 4, kDigits);
+  EXPECT_NEAR(r.position_m->mean.value, 0.013 / 4, kSumDigits);
   EXPECT_EQ(r.position_m->mean.high, mean_interval(errors, 0.95).high);
-  EXPECT_NEAR(r.position_m->rmse.value, std::sqrt((1 + 9 + 25 + 16) / 4.0) / 1000, kDigits);
+  EXPECT_NEAR(r.position_m->rmse.value, std::sqrt((1 + 9 + 25 + 16) / 4.0) / 1000, kSumDigits);
   EXPECT_EQ(r.position_m->p95.value, 0.005);
   // No row has a heading, a range, a covariance or a bound.
   EXPECT_FALSE(r.heading_rad || r.range_m || r.coverage || r.bound_m);
@@ -102,7 +102,7 @@ TEST(Merge, IntermediateFramesCountForTimesOnly) {
   EXPECT_EQ(r.vision.p95_s.value, 8);
   EXPECT_EQ(r.vision.median_s.value, 1);
   ASSERT_TRUE(r.bound_m);
-  EXPECT_NEAR(*r.bound_m, std::sqrt((9 + 3 * 16) / 4.0) / 1000, kDigits);
+  EXPECT_NEAR(*r.bound_m, std::sqrt((9 + 3 * 16) / 4.0) / 1000, kSumDigits);
 }
 
 TEST(Merge, RenderingIsThatOfTheImages) {
@@ -143,9 +143,9 @@ TEST(Merge, HeadingsRangesAndCoverage) {
   }
   const SettingResult r = merge(three_settings(), all).settings[2];
   ASSERT_TRUE(r.heading_rad && r.range_m && r.coverage);
-  EXPECT_NEAR(r.heading_rad->mean.value, 0.02, kDigits);
+  EXPECT_NEAR(r.heading_rad->mean.value, 0.02, kSumDigits);
   EXPECT_EQ(r.range_m->count, 10);
-  EXPECT_NEAR(r.range_m->mean.value, 0.03, kDigits);
+  EXPECT_NEAR(r.range_m->mean.value, 0.03, kSumDigits);
   EXPECT_EQ(r.coverage->value, 0.75);
 }
 

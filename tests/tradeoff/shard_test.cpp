@@ -112,7 +112,7 @@ TEST(Shard, StopsOnRequest) {
 
 TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
   const Small small;
-  const testing_support::TemporaryFolder place;
+  const twocone::testing_support::TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   const Subject subject{small.robot, small.map, small.plan};
   std::atomic<bool> stop = false;
@@ -139,7 +139,7 @@ TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
 
 TEST(RunShards, NamesTheShardThatFails) {
   Small small;
-  const testing_support::TemporaryFolder place;
+  const twocone::testing_support::TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   small.map.scene = place.path() / "nowhere.pov";
   const Watch watch{[](double) {}, [](const std::string&) {}};

@@ -2,22 +2,23 @@
 #include "apps/tradeoff/statistics.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/special_doubles.h"
 
 namespace twocone::tradeoff {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// Numbers computed by hand have 9 digits.
-constexpr double kDigits = 1e-8;
+constexpr double kHandDigits = 1e-8;
 /// Student's t with 2 degrees of freedom at 0.975: sqrt(2) 0.95 / sqrt(1 - 0.95^2) in closed form.
 const double kT2 = std::sqrt(2.0) * 0.95 / std::sqrt(1 - 0.95 * 0.95);
 
@@ -28,9 +29,9 @@ const ByEpisode kSkewed{{0.31}, {0.28}, {0.33, 0.29}, {0.35}, {2.9, 3.1}, {0.4},
 TEST(MeanInterval, WithoutSkewnessIsStudents) {
   const Interval i = mean_interval({{11}, {12}, {13}}, 0.95);
   const double half = kT2 * std::sqrt(1.0 / 3);
-  EXPECT_NEAR(i.value, 12, kDigits);
-  EXPECT_NEAR(i.low, 12 - half, kDigits);
-  EXPECT_NEAR(i.high, 12 + half, kDigits);
+  EXPECT_NEAR(i.value, 12, kHandDigits);
+  EXPECT_NEAR(i.low, 12 - half, kHandDigits);
+  EXPECT_NEAR(i.high, 12 + half, kHandDigits);
 }
 
 TEST(MeanInterval, IsHallsOfTheRatioEstimatorForUnequalEpisodes) {
@@ -43,13 +44,13 @@ TEST(MeanInterval, IsHallsOfTheRatioEstimatorForUnequalEpisodes) {
   const double se = std::sqrt(squares / 6), c = cubes * 3 / 2 / std::pow(squares / 3, 1.5) / std::sqrt(3.0);
   const auto g = [c](double t) { return t + c * t * t / 3 + c * c * t * t * t / 27 + c / 6; };
   const Interval i = mean_interval(kUnequal, 0.95);
-  EXPECT_NEAR(i.value, 26 / 6.0, kDigits);
+  EXPECT_NEAR(i.value, 26 / 6.0, kHandDigits);
   // Clipped: Hall's own lower end lies below 0.
   EXPECT_GT(g((26 / 6.0) / se), -kT2);
-  EXPECT_NEAR(g((i.value - i.high) / se), -kT2, kDigits);
+  EXPECT_NEAR(g((i.value - i.high) / se), -kT2, kHandDigits);
   // At a level whose lower end is above 0; Student's t with 2 degrees at 0.75 is sqrt(2) 0.5 / sqrt(1 - 0.5^2).
   const Interval half = mean_interval(kUnequal, 0.5);
-  EXPECT_NEAR(g((half.value - half.low) / se), std::sqrt(2.0) * 0.5 / std::sqrt(0.75), kDigits);
+  EXPECT_NEAR(g((half.value - half.low) / se), std::sqrt(2.0) * 0.5 / std::sqrt(0.75), kHandDigits);
 }
 
 TEST(MeanInterval, OfSkewedErrorsExtendsFurtherUp) {
@@ -81,10 +82,10 @@ TEST(MeanInterval, OfFewEpisodesIsOpen) {
   for (const ByEpisode& few : {ByEpisode{{1, 2, 6}}, ByEpisode{{1, 2}, {}, {6}}}) {
     for (const Interval& i : {mean_interval(few, 0.95), quantile_interval(few, 0.5, 0.95), rmse_interval(few, 0.95)}) {
       EXPECT_EQ(i.low, 0);
-      EXPECT_EQ(i.high, kInfinity);
+      EXPECT_EQ(i.high, kInf);
     }
     EXPECT_EQ(mean_interval(few, 0.95).value, 3);
-    EXPECT_EQ(mean_upper_limit(few, 0.95), kInfinity);
+    EXPECT_EQ(mean_upper_limit(few, 0.95), kInf);
   }
   const Interval share = share_interval({{1, 0}, {1, 1}}, 0.95);
   EXPECT_EQ(share.value, 0.75);
@@ -99,8 +100,8 @@ TEST(MeanUpperLimit, IsTheUpperEndOfTheIntervalOfTwiceTheRisk) {
 
 TEST(RmseInterval, IsTheRootOfTheMeanOfSquares) {
   const Interval rmse = rmse_interval({{3, 3}, {4}, {5}}, 0.95), squares = mean_interval({{9, 9}, {16}, {25}}, 0.95);
-  EXPECT_NEAR(rmse.value, std::sqrt(59 / 4.0), kDigits);
-  EXPECT_NEAR(rmse.low * rmse.low, squares.low, kDigits);
+  EXPECT_NEAR(rmse.value, std::sqrt(59 / 4.0), kHandDigits);
+  EXPECT_NEAR(rmse.low * rmse.low, squares.low, kHandDigits);
   EXPECT_NEAR(rmse.high * rmse.high, squares.high, 1e-6);  // the interval is wide: about 80
 }
 
@@ -168,23 +169,23 @@ TEST(ShareInterval, CountsEpisodesWhereAnEpisodesValuesAgree) {
   constexpr double kZ = 1.959963985, kTrials = 40, kShare = 0.8;
   const double half =
       kZ / (1 + kZ * kZ / kTrials) * std::sqrt(kShare * (1 - kShare) / kTrials + kZ * kZ / (4 * kTrials * kTrials));
-  EXPECT_NEAR(narrow.high - narrow.low, 2 * half, kDigits);
+  EXPECT_NEAR(narrow.high - narrow.low, 2 * half, kHandDigits);
 }
 
 TEST(ShareInterval, OfAllOnesCountsEpisodes) {
   const Interval i = share_interval(ByEpisode(10, {1, 1, 1, 1}), 0.95);
   constexpr double kZ = 1.959963985;
   EXPECT_EQ(i.value, 1);
-  EXPECT_NEAR(i.low, 1 / (1 + kZ * kZ / 10), kDigits);
+  EXPECT_NEAR(i.low, 1 / (1 + kZ * kZ / 10), kHandDigits);
   EXPECT_EQ(i.high, 1);
   const Interval none = share_interval(ByEpisode(10, {0, 0}), 0.95);
   EXPECT_EQ(none.low, 0);
-  EXPECT_NEAR(none.high, 1 - i.low, kDigits);
+  EXPECT_NEAR(none.high, 1 - i.low, kHandDigits);
 }
 
 TEST(Statistics, RejectInvalidErrorsAndTimes) {
   const auto message = [](const char* text) { return ThrowsMessage<std::invalid_argument>(HasSubstr(text)); };
-  for (const double bad : {kNan, kInfinity, -0.5}) {
+  for (const double bad : {kNaN, kInf, -0.5}) {
     const ByEpisode values{{1, 2}, {3}, {4, bad}};
     EXPECT_THAT([&] { mean_interval(values, 0.95); }, message("mean_interval: a value of episode 2 is"));
     EXPECT_THAT([&] { mean_upper_limit(values, 0.95); }, message("must be finite and >= 0"));
@@ -199,10 +200,10 @@ TEST(Statistics, RejectInvalidErrorsAndTimes) {
     EXPECT_THAT([&] { quantile_interval(empty, 0.5, 0.95); }, message("there is no value"));
     EXPECT_THAT([&] { share_interval(empty, 0.95); }, message("there is no value"));
   }
-  for (const double level : {0.0, 1.0, -1.0, kNan}) {
+  for (const double level : {0.0, 1.0, -1.0, kNaN}) {
     EXPECT_THAT([&] { mean_interval(kUnequal, level); }, message("must lie between 0 and 1"));
   }
-  for (const double q : {0.0, 1.1, kNan}) {
+  for (const double q : {0.0, 1.1, kNaN}) {
     EXPECT_THAT([&] { quantile_interval(kUnequal, q, 0.95); }, message("must be > 0 and <= 1"));
   }
 }

@@ -35,7 +35,7 @@ ShardRecord a_record(int setting) {
 
 TEST(SweepFolder, ReturnsTheRowsThatWereAdded) {
   const SmallSweep lab;
-  const testing_support::TemporaryFolder folder;
+  const twocone::testing_support::TemporaryFolder folder;
   const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
   EXPECT_EQ(sweep.missing().size(), lab.plan.shards.size());
   for (std::size_t i = lab.plan.shards.size(); i-- > 0;) sweep.add(i, a_record(int(i)));
@@ -54,7 +54,7 @@ TEST(SweepFolder, ReturnsTheRowsThatWereAdded) {
 
 TEST(SweepFolder, ContinuesItsOwnSweepAndRejectsAnother) {
   const SmallSweep lab;
-  const testing_support::TemporaryFolder folder;
+  const twocone::testing_support::TemporaryFolder folder;
   SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).add(0, a_record(0));
   EXPECT_TRUE(SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).has(0));
   const Plan other = make_plan(lab.robot, lab.map, {.seed = 2, .episodes = 3});
@@ -69,7 +69,7 @@ TEST(SweepFolder, ContinuesItsOwnSweepAndRejectsAnother) {
 
 TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
   const SmallSweep lab;
-  const testing_support::TemporaryFolder folder;
+  const twocone::testing_support::TemporaryFolder folder;
   const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
   for (std::size_t i = 0; i < lab.plan.shards.size(); ++i) {
     if (i != 3) sweep.add(i, a_record(int(i)));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <random>
 #include <string>
 #include <utility>
@@ -16,7 +17,6 @@
 namespace twocone::vision {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 const Landmark kLandmark = {.name = "landmark", .radius_m = 0.15, .top_m = 0.9};
 
 MirrorViewSettings odd_view() {
@@ -35,10 +35,6 @@ MirrorViewSettings view_of_the_floor() {
   MirrorViewSettings s = lab_view(0.55);
   s.cone.apex_rad = 2.0;
   return s;
-}
-
-Eigen::Vector2d place(double range_m, double bearing_rad) {
-  return range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
 }
 
 /// Greatest difference of two information matrices, each entry relative to the diagonal's scale.
@@ -126,8 +122,9 @@ TEST(SightingInformation, OfAThinLandmarkIsThatOfTwoLinesAndACap) {
   double cap = 0;  // integral of (normal's share)^2 over the half ellipse (wide cos t, deep sin t)
   constexpr int kSteps = 10000;
   for (int i = 0; i < kSteps; ++i) {
-    const double t = kPi * (i + 0.5) / kSteps;
-    cap += std::pow(wide * std::sin(t), 2) / std::hypot(wide * std::sin(t), deep * std::cos(t)) * kPi / kSteps;
+    const double t = std::numbers::pi * (i + 0.5) / kSteps;
+    cap += std::pow(wide * std::sin(t), 2) / std::hypot(wide * std::sin(t), deep * std::cos(t)) * std::numbers::pi /
+           kSteps;
   }
   const double bearing = 2 * std::pow(h, 3) / 3;
   const double range = 2 * std::pow(w / range_m, 2) * std::pow(h, 3) / 3 + cap * std::pow(h / (range_m + 0.12), 2);
@@ -203,7 +200,7 @@ CoverageReference coverage_reference(const MirrorView& view, const Landmark& tar
 
   std::vector<Eigen::Vector2d> outline(kDirections);
   for (int i = 0; i < kDirections; ++i) {
-    const double turn = 2 * kPi * i / kDirections;
+    const double turn = 2 * std::numbers::pi * i / kDirections;
     const Eigen::Vector2d way(std::cos(turn), std::sin(turn));
     outline[std::size_t(i)] = inside + edge(still, inside, way, 0, 400) * way;
   }

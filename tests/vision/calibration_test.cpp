@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
+#include <boost/math/distributions/chi_squared.hpp>
 
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration/bundle.h"
@@ -22,8 +23,6 @@ namespace twocone::vision {
 namespace {
 
 using testing::HasSubstr;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 CalibrationProblem problem_of(const DriveSettings& world) {
   CalibrationProblem problem{lab_rig(), WheelBelief{0.05, 0.30}, world.landmarks, drive_among_landmarks(world), {}, {}};
@@ -98,13 +97,6 @@ std::map<std::string, double> truth_of(const DriveSettings& world) {
   return truth;
 }
 
-const CalibratedParameter& parameter(const CalibrationResult& result, std::string_view name) {
-  const auto found = std::find_if(result.parameters.begin(), result.parameters.end(),
-                                  [name](const CalibratedParameter& p) { return p.name == name; });
-  if (found == result.parameters.end()) throw std::runtime_error("no parameter " + std::string(name));
-  return *found;
-}
-
 std::string as_text(const CalibrationResult& result, const std::map<std::string, double>& truth) {
   std::string text = fmt::format(
       "{}: frames {} dropped {} outliers {} scale {:.3f} wheels {:.3f} rms {:.3f} {:.3f} -> {:.4f} {:.4f}\n",
@@ -119,15 +111,12 @@ std::string as_text(const CalibrationResult& result, const std::map<std::string,
   return text;
 }
 
-/// Each parameter must be found within this many of its stated sigmas. One in 370 of a Gaussian is not, so with fixed
-/// seeds a failure is a change of the answer.
-constexpr double kSigmas = 3;
-
 void expect_found(const CalibrationResult& result, const DriveSettings& world) {
   const auto truth = truth_of(world);
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk) << to_string(result.verdict);
   for (const CalibratedParameter& p : result.parameters) {
-    EXPECT_LE(std::abs(p.after - truth.at(p.name)), kSigmas * p.sigma) << p.name << "\n" << as_text(result, truth);
+    EXPECT_LE(std::abs(p.after - truth.at(p.name)), kCalibrationSigmas * p.sigma) << p.name << "\n"
+                                                                                  << as_text(result, truth);
   }
 }
 
@@ -192,13 +181,15 @@ TEST(Calibration, GivesTheRigItself) {
 }
 
 /// Checks that the sigmas are true. The errors of the ruler are drawn again for each seed too.
-TEST(Calibration, SigmasAreTrueOverTwentySeeds) {
-  constexpr int kSeeds = 20;
-  // The mean of 20 squares of a Gaussian exceeds 2.62 once in 10,000 times (chi-squared with 20 degrees of freedom:
-  // 52.4).
-  constexpr double kMostRms = 1.62;
+/// TWOCONE_CASES=20 is the whole (evidence.sh accuracy).
+TEST(Calibration, SigmasAreTrueOverManySeeds) {
+  const char* asked = std::getenv("TWOCONE_CASES");
+  const int seeds = asked == nullptr ? 8 : std::atoi(asked);
+  // The mean of the squares of a Gaussian, by chi-squared: it exceeds this once in 10,000 times.
+  const double most_rms =
+      std::sqrt(boost::math::quantile(boost::math::complement(boost::math::chi_squared(seeds), 1e-4)) / seeds);
   std::map<std::string, double> squares;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
+  for (int seed = 1; seed <= seeds; ++seed) {
     DriveSettings world = planted_world();
     world.seed = std::uint64_t(seed);
     std::mt19937_64 random(std::uint64_t(seed) + 77);
@@ -220,19 +211,19 @@ TEST(Calibration, SigmasAreTrueOverTwentySeeds) {
     ASSERT_EQ(result.verdict, CalibrationVerdict::kOk) << seed;
     for (const CalibratedParameter& p : result.parameters) {
       const double off = (p.after - truth.at(p.name)) / p.sigma;
-      squares[p.name] += off * off / kSeeds;
+      squares[p.name] += off * off / seeds;
       EXPECT_LT(std::abs(off), 4.5) << p.name << " with seed " << seed << "\n" << as_text(result, truth);
     }
   }
   double all = 0;
   for (const auto& [name, square] : squares) {
-    EXPECT_LT(std::sqrt(square), kMostRms) << name;
+    EXPECT_LT(std::sqrt(square), most_rms) << name;
     RecordProperty("rms_of_normalised_error_of_" + name, fmt::format("{:.2f}", std::sqrt(square)));
     if (std::getenv("TWOCONE_SHOW") != nullptr) fmt::print("{:40} {:.2f}\n", name, std::sqrt(square));
     all += square / double(squares.size());
   }
-  // Each seed gives some 12 independent numbers: 240 squares, whose mean scatters by 9 % about 1. The lower limit of
-  // the wheels' noise is on the safe side.
+  // Each seed gives some 12 independent numbers: 96 squares of 8 seeds, whose mean scatters by 14 % about 1. The lower
+  // limit of the wheels' noise is on the safe side.
   EXPECT_GT(std::sqrt(all), 0.75);
   EXPECT_LT(std::sqrt(all), 1.15);
 }
@@ -330,7 +321,8 @@ TEST(Calibration, RefusesProblemsThatDetermineNothing) {
 
 /// A map with exchanged landmarks fits no views: the answer is no numbers rather than wrong ones.
 TEST(Calibration, RefusesAMapThatContradictsTheViews) {
-  const DriveSettings world;
+  DriveSettings world;
+  world.duration_s = 12;
   CalibrationProblem problem = problem_of(world);
   for (Landmark& l : problem.landmarks) l.x_m *= -1;  // mirrored
   const CalibrationResult result = calibrate(problem);
@@ -349,7 +341,7 @@ TEST(Calibration, FindsLensDistortionWhenAsked) {
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
   const CalibratedParameter& k1 = parameter(result, "lower.distortion.k1");
   EXPECT_TRUE(k1.observed);
-  EXPECT_NEAR(k1.after, -0.12, kSigmas * k1.sigma);
+  EXPECT_NEAR(k1.after, -0.12, kCalibrationSigmas * k1.sigma);
   EXPECT_EQ(result.rig->lower.settings().distortion->coefficients.size(), 4U);
   EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
 }

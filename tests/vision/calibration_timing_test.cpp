@@ -16,10 +16,6 @@
 namespace twocone::vision {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-/// As in calibration_test.cpp: one in 370 of a Gaussian is beyond it, so with fixed seeds a failure is a change.
-constexpr double kSigmas = 3;
-
 /// Half a loop, with all of its changes of speed.
 constexpr double kShortDrive_s = 14;
 
@@ -42,22 +38,13 @@ std::map<std::string, double> times_of(const DriveSettings& world) {
           {"upper.readout_s", world.readout_s[1]}};
 }
 
-std::size_t index_of(const CalibrationResult& result, const std::string& name) {
-  const auto found = std::ranges::find(result.parameters, name, &CalibratedParameter::name);
-  if (found == result.parameters.end()) throw std::runtime_error("no parameter " + name);
-  return std::size_t(found - result.parameters.begin());
-}
-
-const CalibratedParameter& parameter(const CalibrationResult& result, const std::string& name) {
-  return result.parameters[index_of(result, name)];
-}
-
 void expect_times(const CalibrationResult& result, const DriveSettings& world) {
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk) << to_string(result.verdict);
   for (const auto& [name, truth] : times_of(world)) {
     const CalibratedParameter& p = parameter(result, name);
     EXPECT_TRUE(p.observed) << name << " sigma " << p.sigma;
-    EXPECT_LE(std::abs(p.after - truth), kSigmas * p.sigma) << name << " " << p.after << " +- " << p.sigma << " s";
+    EXPECT_LE(std::abs(p.after - truth), kCalibrationSigmas * p.sigma)
+        << name << " " << p.after << " +- " << p.sigma << " s";
     if (shows())
       fmt::print("{:16} {:7.2f} ms +- {:5.2f}, true {:5.1f}\n", name, p.after * 1e3, p.sigma * 1e3, truth * 1e3);
   }
@@ -204,7 +191,7 @@ TEST(CalibrationTiming, TakesStampsAtTheirWord) {
   EXPECT_GT(calibrate(problem).sighting_scale, 1.3) << "azimuth and offset take a part";
   problem.fit_timing = true;
   const CalibratedParameter skew = parameter(calibrate(problem), "upper.skew_s");
-  EXPECT_NEAR(skew.after, world.upper_late_s, kSigmas * skew.sigma);
+  EXPECT_NEAR(skew.after, world.upper_late_s, kCalibrationSigmas * skew.sigma);
 }
 
 /// Twists are computed with believed wheels. If these are half as large again as the true ones, every time would come
@@ -292,7 +279,7 @@ void expect_moved(const CalibrationResult& result, const std::vector<Landmark>& 
     EXPECT_EQ(s.moved, is_moved) << s.shift.landmark << " chi-squared " << s.chi_squared;
     const Eigen::Vector2d truth = is_moved ? truth_m.at(s.shift.landmark) : Eigen::Vector2d::Zero();
     for (const int axis : {0, 1}) {
-      EXPECT_NEAR(s.shift.shift_m[axis], truth[axis], kSigmas * sigma_m[axis]) << s.shift.landmark;
+      EXPECT_NEAR(s.shift.shift_m[axis], truth[axis], kCalibrationSigmas * sigma_m[axis]) << s.shift.landmark;
       // A useful accuracy is a sixth of the planted shift.
       EXPECT_LT(sigma_m[axis], 0.02 / 6) << s.shift.landmark;
     }

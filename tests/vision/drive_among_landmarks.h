@@ -7,12 +7,30 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/vision/lab_rig.h"
 #include "vision/calibration.h"
 
 namespace twocone::vision {
+
+inline constexpr double kDegree = std::numbers::pi / 180;
+/// Each parameter must be found within this many of its stated sigmas. One in 370 of a Gaussian is not, so with fixed
+/// seeds a failure is a change of the answer.
+inline constexpr double kCalibrationSigmas = 3;
+
+inline std::size_t index_of(const CalibrationResult& result, std::string_view name) {
+  const auto found = std::ranges::find(result.parameters, name, &CalibratedParameter::name);
+  if (found == result.parameters.end()) throw std::runtime_error("no parameter " + std::string(name));
+  return std::size_t(found - result.parameters.begin());
+}
+
+inline const CalibratedParameter& parameter(const CalibrationResult& result, std::string_view name) {
+  return result.parameters[index_of(result, name)];
+}
 
 /// The true world, and the noise of its measurements.
 struct DriveSettings {

@@ -54,6 +54,12 @@ inline cv::Mat lab_light(double shift_px = 0, double moved_rad = 0) {
   return light;
 }
 
+/// That light of the room at rest.
+inline const cv::Mat& room() {
+  static const cv::Mat kLight = lab_light();
+  return kLight;
+}
+
 struct Camera {
   double gain = 1;
   double vignetting = 0;

@@ -17,15 +17,11 @@ using image_quality_test::Camera;
 using image_quality_test::kLightPerGrey;
 using image_quality_test::lab_light;
 using image_quality_test::lab_region;
+using image_quality_test::room;
 using image_quality_test::taken;
 
 // A dozen answers are almost never farther off than this.
-constexpr double kSigmas = 3;
-
-const cv::Mat& room() {
-  static const cv::Mat kLight = lab_light();
-  return kLight;
-}
+constexpr double kAnswerSigmas = 3;
 
 NoiseModel model_of(const Camera& camera, int images) {
   NoiseSamples samples;
@@ -43,13 +39,13 @@ TEST(ImageNoise, WhatIsPlantedIsFound) {
     const Camera camera{.shot = half / kNoiseLevel, .read = std::sqrt(half)};
     const NoiseModel model = model_of(camera, 2);
     EXPECT_NEAR(model.noise_grey, grey, kShare * grey) << "grey levels";
-    EXPECT_NEAR(model.noise_grey, grey, kSigmas * model.sigma_noise_grey) << "grey levels";
-    EXPECT_NEAR(model.shot, camera.shot, kSigmas * model.sigma_shot) << grey << " grey levels";
-    EXPECT_NEAR(model.read, camera.read, kSigmas * model.sigma_read) << grey << " grey levels";
+    EXPECT_NEAR(model.noise_grey, grey, kAnswerSigmas * model.sigma_noise_grey) << "grey levels";
+    EXPECT_NEAR(model.shot, camera.shot, kAnswerSigmas * model.sigma_shot) << grey << " grey levels";
+    EXPECT_NEAR(model.read, camera.read, kAnswerSigmas * model.sigma_read) << grey << " grey levels";
     // The sigmas are small enough: at 4 grey levels, either kind is significantly different from 0.
     if (grey >= 4) {
-      EXPECT_GT(model.shot, kSigmas * model.sigma_shot) << grey << " grey levels";
-      EXPECT_GT(model.read, kSigmas * model.sigma_read) << grey << " grey levels";
+      EXPECT_GT(model.shot, kAnswerSigmas * model.sigma_shot) << grey << " grey levels";
+      EXPECT_GT(model.read, kAnswerSigmas * model.sigma_read) << grey << " grey levels";
     }
     EXPECT_NEAR(model.read_noise_electrons() / model.full_well_electrons(), model.read, 1e-12);
   }
@@ -58,18 +54,18 @@ TEST(ImageNoise, WhatIsPlantedIsFound) {
 TEST(ImageNoise, OneKindIsNotTakenForTheOther) {
   const double variance = 16 * kLightPerGrey * kLightPerGrey;
   const NoiseModel shot = model_of({.shot = variance / kNoiseLevel}, 2);
-  EXPECT_LT(shot.read, kSigmas * shot.sigma_read);
-  EXPECT_NEAR(shot.shot, variance / kNoiseLevel, kSigmas * shot.sigma_shot);
+  EXPECT_LT(shot.read, kAnswerSigmas * shot.sigma_read);
+  EXPECT_NEAR(shot.shot, variance / kNoiseLevel, kAnswerSigmas * shot.sigma_shot);
   const NoiseModel read = model_of({.read = std::sqrt(variance)}, 2);
-  EXPECT_LT(read.shot, kSigmas * read.sigma_shot);
-  EXPECT_NEAR(read.read, std::sqrt(variance), kSigmas * read.sigma_read);
+  EXPECT_LT(read.shot, kAnswerSigmas * read.sigma_shot);
+  EXPECT_NEAR(read.read, std::sqrt(variance), kAnswerSigmas * read.sigma_read);
 }
 
 TEST(ImageNoise, WithoutNoiseThereIsNone) {
   // Rounding to 8 bits scatters by 0.29 grey levels: the answer must be less than that, and less than 3 sigma.
   const NoiseModel model = model_of({}, 1);
   EXPECT_LT(model.noise_grey, 0.29);
-  EXPECT_LT(model.noise_grey, kSigmas * model.sigma_noise_grey);
+  EXPECT_LT(model.noise_grey, kAnswerSigmas * model.sigma_noise_grey);
 }
 
 TEST(ImageNoise, MergingInAnyGroupingIsTheSame) {

@@ -11,18 +11,13 @@ namespace twocone::vision {
 namespace {
 
 using image_quality_test::kLightPerGrey;
-using image_quality_test::lab_light;
 using image_quality_test::lab_region;
+using image_quality_test::room;
 using image_quality_test::taken;
 
 // The required accuracy: a defocus of a pixel, 0.3 to 0.5 px of spread, is distinguished from none at three times this.
 constexpr double kSpread_px = 0.1;
 constexpr double kNoise_px = 0.05;
-
-const cv::Mat& room() {
-  static const cv::Mat kLight = lab_light();
-  return kLight;
-}
 
 double spread_of(double defocus_px, double noise_grey) {
   const cv::Mat image = taken(room(), {.read = noise_grey * kLightPerGrey, .defocus_px = defocus_px}, 11);

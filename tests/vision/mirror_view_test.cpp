@@ -3,18 +3,20 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/special_doubles.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
+
 // The stated accuracy: forward then inverse projection to 1e-12, relatively.
 constexpr double kRoundTrip = 1e-12;
 
@@ -57,7 +59,7 @@ TEST(MirrorView, EveryRayObeysTheLawOfReflection) {
   std::mt19937_64 random(20061);
   std::uniform_real_distribution<double> apex(0.9, 2.4);
   std::uniform_real_distribution<double> fraction(0.01, 0.99);
-  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  std::uniform_real_distribution<double> bearing(-std::numbers::pi, std::numbers::pi);
   for (int i = 0; i < 2000; ++i) {
     const MirrorViewSettings s = odd_view(apex(random), i % 2 == 1);
     const MirrorView view(s);
@@ -75,10 +77,10 @@ TEST(MirrorView, ForwardThenInverseMeetsThePoint) {
   std::mt19937_64 random(20062);
   std::uniform_real_distribution<double> distance(0.4, 8);
   std::uniform_real_distribution<double> height(0.4, 3);
-  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  std::uniform_real_distribution<double> bearing(-std::numbers::pi, std::numbers::pi);
   int seen = 0;
   for (int i = 0; i < 20000; ++i) {
-    const MirrorView view(i % 2 == 0 ? lab_view(0.25) : odd_view(kPi / 2, true));
+    const MirrorView view(i % 2 == 0 ? lab_view(0.25) : odd_view(std::numbers::pi / 2, true));
     const double phi = bearing(random);
     const double rho = distance(random);
     const Eigen::Vector3d p(rho * std::cos(phi), rho * std::sin(phi), height(random));
@@ -103,7 +105,7 @@ TEST(MirrorView, InverseThenForwardMeetsThePixel) {
   std::mt19937_64 random(20063);
   std::uniform_real_distribution<double> apex(0.9, 2.4);
   std::uniform_real_distribution<double> fraction(0.02, 1);
-  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  std::uniform_real_distribution<double> bearing(-std::numbers::pi, std::numbers::pi);
   std::uniform_real_distribution<double> along(0.2, 9);
   for (int i = 0; i < 20000; ++i) {
     const MirrorViewSettings s = odd_view(apex(random), i % 2 == 1);
@@ -150,11 +152,11 @@ TEST(MirrorView, KeepsDigitsOnHugeAndTinyDistances) {
 }
 
 TEST(MirrorView, BearingRunsWithTheImageUnlessMirrored) {
-  const MirrorView plain(odd_view(kPi / 2, false));
-  const MirrorView mirrored(odd_view(kPi / 2, true));
-  EXPECT_NEAR(plain.bearing_rad({0, 10}), 0.37 + kPi / 2, 1e-15);
-  EXPECT_NEAR(mirrored.bearing_rad({0, 10}), 0.37 - kPi / 2, 1e-15);
-  EXPECT_NEAR(plain.bearing_rad({-10, 0.0}), 0.37 - kPi, 1e-15);  // pi + 0.37 wraps
+  const MirrorView plain(odd_view(std::numbers::pi / 2, false));
+  const MirrorView mirrored(odd_view(std::numbers::pi / 2, true));
+  EXPECT_NEAR(plain.bearing_rad({0, 10}), 0.37 + std::numbers::pi / 2, 1e-15);
+  EXPECT_NEAR(mirrored.bearing_rad({0, 10}), 0.37 - std::numbers::pi / 2, 1e-15);
+  EXPECT_NEAR(plain.bearing_rad({-10, 0.0}), 0.37 - std::numbers::pi, 1e-15);  // pi + 0.37 wraps
   for (const double bearing : {-3.0, -0.4, 0.0, 1.2, 3.1}) {
     EXPECT_NEAR(plain.bearing_rad(plain.offset_px(bearing, 57)), bearing, 1e-15);
     EXPECT_NEAR(mirrored.bearing_rad(mirrored.offset_px(bearing, 57)), bearing, 1e-15);

@@ -2,6 +2,7 @@
 // Tests of MirrorView with a tilted unit, off the axis, behind a lens.
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -13,7 +14,6 @@
 namespace twocone::vision {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 // Pixels near 600 are rounded to 1e-13. Lens, rotation and mirror add some fifty roundings, and the lens's inverse may
 // amplify them a few times.
 constexpr double kPixelRounding_px = 1e-11;
@@ -22,13 +22,14 @@ constexpr double kPixelRounding_px = 1e-11;
 /// lens
 MirrorViewSettings odd_view(std::mt19937_64& random, int terms) {
   std::uniform_real_distribution<double> symmetric(-1, 1);
-  MirrorViewSettings s{
-      .cone = {.apex_rad = kPi / 2 + 0.6 * symmetric(random), .rim_radius_m = 0.053, .lens_to_tip_m = 0.117},
-      .lens_height_m = 0.31,
-      .centre_px = {301.7, 251.3},
-      .rim_radius_px = 219.6,
-      .azimuth_rad = 3 * symmetric(random),
-      .mirrored = symmetric(random) > 0};
+  MirrorViewSettings s{.cone = {.apex_rad = std::numbers::pi / 2 + 0.6 * symmetric(random),
+                                .rim_radius_m = 0.053,
+                                .lens_to_tip_m = 0.117},
+                       .lens_height_m = 0.31,
+                       .centre_px = {301.7, 251.3},
+                       .rim_radius_px = 219.6,
+                       .azimuth_rad = 3 * symmetric(random),
+                       .mirrored = symmetric(random) > 0};
   s.tilt_rad = 0.3 * Eigen::Vector2d(symmetric(random), symmetric(random));
   s.axis_offset_m = 0.02 * Eigen::Vector2d(symmetric(random), symmetric(random));
   const std::vector<double> coefficients = {-0.21, 0.07, 0.0013, -0.0021, -0.013, 0.052, -0.08, 0.023};
@@ -86,7 +87,7 @@ TEST(MovedView, EveryRayObeysTheLawOfReflectionAtATurnedCone) {
   constexpr double kTolerance = 1e-14;
   std::mt19937_64 random(20071);
   std::uniform_real_distribution<double> fraction(0.05, 0.99);
-  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   for (int i = 0; i < 3000; ++i) {
     const MirrorViewSettings s = odd_view(random, 0);
     const MirrorView view(s);
@@ -116,7 +117,7 @@ TEST(MovedView, ATiltAboutXLeansTheAxisTowardsMinusY) {
 TEST(MovedView, ForwardAndInverseMeetThroughTurnOffsetAndLens) {
   std::mt19937_64 random(20072);
   std::uniform_real_distribution<double> fraction(0.02, 0.999);
-  std::uniform_real_distribution<double> turn(-kPi, kPi);
+  std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   std::uniform_real_distribution<double> along(0.2, 9);
   const int terms[] = {0, 4, 5, 8};
   for (int i = 0; i < 20000; ++i) {

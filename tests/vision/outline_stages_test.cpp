@@ -14,7 +14,11 @@
 namespace twocone::vision {
 namespace {
 
-using namespace testing_support;  // NOLINT(google-build-using-namespace): the test's own helpers
+using testing_support::seen_from;
+using testing_support::six_landmarks;
+using testing_support::SyntheticScene;
+using testing_support::SyntheticView;
+using testing_support::targets_of;
 
 constexpr int kFrames = 8;
 constexpr std::array<std::size_t, 6> kAll{0, 1, 2, 3, 4, 5};

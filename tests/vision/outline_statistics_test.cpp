@@ -14,7 +14,11 @@
 namespace twocone::vision {
 namespace {
 
-using namespace testing_support;  // NOLINT(google-build-using-namespace): the test's own helpers
+using testing_support::seen_from;
+using testing_support::six_landmarks;
+using testing_support::SyntheticRig;
+using testing_support::SyntheticScene;
+using testing_support::targets_of;
 
 constexpr double kNoise_grey = 2;
 constexpr double kLevel = 0.45;  // of the background, linear
@@ -75,7 +79,7 @@ TEST(OutlineStatistics, EllipsesHoldTheTruthAndTheErrorIsNearTheBound) {
       Eigen::Matrix2d both = Eigen::Matrix2d::Zero();
       for (const MirrorView* view : {&rig.rig.lower, &rig.rig.upper}) {
         const auto one = sighting_information(*view, targets[k], scene.landmarks[k].centre_m,
-                                              edge_noise_px(targets[k].colour, kLevel));
+                                              edge_noise_px(scene.landmarks[k].colour, kLevel));
         if (one) both += *one;
       }
       information.push_back(both);

@@ -10,10 +10,9 @@
 namespace twocone::vision {
 namespace {
 
-const cv::Size kImage(640, 480);
 const cv::Scalar kWall(170, 170, 165);
 
-struct Landmark {
+struct PaintedLandmark {
   double distance_m;  // to the axis
   double bearing_rad;
   double top_m = 0.9;
@@ -22,7 +21,7 @@ struct Landmark {
 
 /// Paints one upright cylinder as a pixel-exact camera would see it: each pixel's ray, by the inverse projection, meets
 /// the cylinder's side or not. It is independent of the search under test.
-void paint(cv::Mat& image, const MirrorView& view, const Landmark& landmark, const cv::Vec3b& colour) {
+void paint(cv::Mat& image, const MirrorView& view, const PaintedLandmark& landmark, const cv::Vec3b& colour) {
   const Eigen::Vector2d axis(landmark.distance_m * std::cos(landmark.bearing_rad),
                              landmark.distance_m * std::sin(landmark.bearing_rad));
   // Only the strip from the tip to the rim near its bearing can show it.
@@ -52,12 +51,12 @@ void paint(cv::Mat& image, const MirrorView& view, const Landmark& landmark, con
   }
 }
 
-const std::vector<twocone::Landmark> kRed = {{.name = "red", .colour = {1, 0, 0}, .radius_m = 0.1}};
+const std::vector<Landmark> kRed = {{.name = "red", .colour = {1, 0, 0}, .radius_m = 0.1}};
 
-std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<Landmark>& landmarks) {
+std::vector<RangeMeasurement> measure(const Rig& rig, const std::vector<PaintedLandmark>& landmarks) {
   cv::Mat lower(kImage, CV_8UC3, kWall);
   cv::Mat upper(kImage, CV_8UC3, kWall);
-  for (const Landmark& landmark : landmarks) {
+  for (const PaintedLandmark& landmark : landmarks) {
     paint(lower, rig.lower, landmark, {200, 20, 20});
     paint(upper, rig.upper, landmark, {200, 20, 20});
   }
@@ -111,8 +110,8 @@ TEST(PaperRanging, SaysWhyThereIsNoRange) {
 }
 
 TEST(PaperRanging, RefusesToChooseBetweenLandmarksOfOneColour) {
-  const std::vector<twocone::Landmark> twins = {{.name = "a", .colour = {1, 0, 0}, .radius_m = 0.1},
-                                                {.name = "b", .colour = {1, 0.05, 0}, .radius_m = 0.1}};
+  const std::vector<Landmark> twins = {{.name = "a", .colour = {1, 0, 0}, .radius_m = 0.1},
+                                       {.name = "b", .colour = {1, 0.05, 0}, .radius_m = 0.1}};
   const cv::Mat blank(kImage, CV_8UC3, kWall);
   for (const auto& m : PaperRanging(lab_rig(), twins, kImage, kImage).measure(blank, blank)) {
     EXPECT_EQ(m.verdict, RangeVerdict::kSameColour);

@@ -2,7 +2,7 @@
 #include "vision/triangulation.h"
 
 #include <cmath>
-#include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 
@@ -12,15 +12,16 @@
 #include <Eigen/LU>
 
 #include "tests/support/disparity_range.h"
+#include "tests/support/special_doubles.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+using twocone::testing_support::kEps;
+using twocone::testing_support::kInf;
+using twocone::testing_support::kNaN;
+
 constexpr double kRadius_m = 0.083;
 constexpr double kTop_m = 1.013;
 
@@ -57,16 +58,12 @@ Sighting sighting_of(const MirrorView& view, const Eigen::Vector2d& p_BL_m, doub
           .covariance_px2 = covariance_px2(sigma_px)};
 }
 
-Eigen::Vector2d place(double range_m, double bearing_rad) {
-  return range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
-}
-
-double apart(double a_rad, double b_rad) { return std::remainder(a_rad - b_rad, 2 * kPi); }
+double apart(double a_rad, double b_rad) { return std::remainder(a_rad - b_rad, 2 * std::numbers::pi); }
 
 TEST(RangeFromDisparity, R1OfTheHardCases) {
   const InverseRange r = range_from_disparity(81.06870229007633, 0.1, kLab);
   ASSERT_EQ(r.verdict, RangeVerdict::kOk);
-  EXPECT_NEAR(*r.range_m, 2.5, 4 * kEpsilon * 2.62);  // four roundings of range + d
+  EXPECT_NEAR(*r.range_m, 2.5, 4 * kEps * 2.62);  // four roundings of range + d
   EXPECT_NEAR(*r.sigma_range_m, 2.62 * 2.62 * 0.1 / 212.4, 1e-15);
   EXPECT_NEAR(r.inverse_per_m, 1 / 2.62, 1e-15);
 }
@@ -100,7 +97,7 @@ TEST(RangeFromDisparity, R6BeyondTheRimIsImpossible) {
   EXPECT_EQ(range_from_disparity(236.001, 0.1, kLab).verdict, RangeVerdict::kImpossible);
   const InverseRange nearest = range_from_disparity(236, 0.1, kLab);
   ASSERT_EQ(nearest.verdict, RangeVerdict::kOk);
-  EXPECT_NEAR(*nearest.range_m, 0.3 * (0.12 + 0.06) / 0.06 - 0.12, 4 * kEpsilon);  // 780 mm
+  EXPECT_NEAR(*nearest.range_m, 0.3 * (0.12 + 0.06) / 0.06 - 0.12, 4 * kEps);  // 780 mm
   DisparityGeometry close = kLab;
   close.mirror_separation_m = 0.03;  // would see to -30 mm
   EXPECT_EQ(range_from_disparity(236, 0.1, close).verdict, RangeVerdict::kImpossible);
@@ -146,7 +143,8 @@ TEST(NearTopPoint, IsTheRimsNearestToTheViewsAxis) {
   const Eigen::Vector3d near_m = near_top_point(view, p_BL_m, 0.15, 0.9).value();
   double least_m = kInf;
   for (int i = 0; i < 3600; ++i) {
-    const Eigen::Vector2d q = p_BL_m + 0.15 * Eigen::Vector2d(std::cos(i * kPi / 1800), std::sin(i * kPi / 1800));
+    const Eigen::Vector2d q =
+        p_BL_m + 0.15 * Eigen::Vector2d(std::cos(i * std::numbers::pi / 1800), std::sin(i * std::numbers::pi / 1800));
     least_m = std::min(least_m, (q - s.axis_offset_m).norm());
   }
   EXPECT_NEAR((near_m.head<2>() - s.axis_offset_m).norm(), least_m, 1e-6);
@@ -174,7 +172,7 @@ TEST_P(TriangulateTest, ExactSightingsGiveTheExactPlace) {
   const Rig& rig = GetParam().rig;
   std::mt19937_64 random(20091);
   std::uniform_real_distribution<double> range(2.1, 5);
-  std::uniform_real_distribution<double> bearing(-kPi, kPi);
+  std::uniform_real_distribution<double> bearing(-std::numbers::pi, std::numbers::pi);
   for (int i = 0; i < 2000; ++i) {
     const double range_m = range(random);
     const double bearing_rad = bearing(random);
@@ -333,7 +331,7 @@ TEST(Triangulate, ViewsThatContradictEachOtherAreInconsistent) {
     Sighting upper;
   } cases[] = {{"another bearing", sighting_of(rig.upper, place(2.5, 0.7), 0.1)},
                {"another range", sighting_of(rig.upper, place(2.8, 0.6), 0.1)},
-               {"behind", sighting_of(rig.upper, place(2.5, 0.6 - kPi + 0.01), 0.1)}};
+               {"behind", sighting_of(rig.upper, place(2.5, 0.6 - std::numbers::pi + 0.01), 0.1)}};
   for (const auto& [name, upper] : cases) {
     const Triangulation t = triangulate(rig, &lower, &upper, kRadius_m, kTop_m);
     EXPECT_EQ(t.verdict, RangeVerdict::kInconsistent) << name << ": " << to_string(t.verdict);
@@ -356,7 +354,7 @@ TEST(Triangulate, BearingsThatContradictEachOtherAreInconsistentAtAnyDisparity) 
   };
   const Sighting upper = at(100, 0.3);
   for (const double disparity_px : {-50.0, -0.3, 0.0, 1e-9, 0.01, 0.2, 10.0, 50.0}) {
-    for (const double turn_rad : {0.02, 0.3, kPi / 2, 2.2, 3.0, kPi, 4.0}) {
+    for (const double turn_rad : {0.02, 0.3, std::numbers::pi / 2, 2.2, 3.0, std::numbers::pi, 4.0}) {
       const Sighting lower = at(100 + disparity_px, 0.3 + turn_rad);
       const Triangulation t = triangulate(rig, &lower, &upper, kRadius_m, std::nullopt);
       EXPECT_EQ(t.verdict, RangeVerdict::kInconsistent)
