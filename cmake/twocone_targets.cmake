@@ -7,6 +7,11 @@ function(twocone_set_up target)
     # GCC 12 wrongly warns of an overlap in `"a" + std::string` (its bug 105329).
     target_compile_options(${target} PRIVATE -Wno-restrict)
   endif()
+  if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # A source that is compiled together with others looks like a header to GCC, and in a header a member of a type of the
+    # anonymous namespace would be wrong.
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  endif()
   if(TWOCONE_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${TWOCONE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${TWOCONE_SANITIZE})

@@ -125,6 +125,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                          const Settings& settings) {
   check(runs, settings);
   std::vector<std::string> folders;
+  folders.reserve(runs.size());
   for (const runlog::RunData& run : runs) folders.push_back(run.folder.string());
   const std::string names = fmt::format("{}", fmt::join(folders, ", "));
   if (!vision::can_calibrate()) {

@@ -26,13 +26,14 @@ std::vector<std::optional<runlog::PoseRow>> at_times(const std::vector<runlog::F
   constexpr double kLongestGap_s = 1.0;
   std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
   std::vector<std::optional<runlog::PoseRow>> result;
+  result.reserve(frames.size());
   for (const runlog::FrameRow& frame : frames) result.push_back(pose_at(poses, frame.t_s, kLongestGap_s));
   return result;
 }
 
 /// Returns the name of the folder with the results of method `outline`, as read_run() takes it.
 std::string outline_method_of(const std::filesystem::path& folder, const runlog::RunInfo& info) {
-  const std::string outline(estimation::to_string(estimation::Method::kOutline));
+  std::string outline(estimation::to_string(estimation::Method::kOutline));
   if (std::filesystem::exists(folder / "methods" / outline / "sightings.csv")) return outline;
   if (info.method == outline && std::filesystem::exists(folder / "sightings.csv")) return "";
   throw config::FileError(

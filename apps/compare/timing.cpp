@@ -19,7 +19,7 @@ double tail_of(double seen, double least, double most, const LogProbability& log
   constexpr double kRounding = 1e-9;  // of logarithms of some thousands
   const double limit = log_probability(seen) + kRounding;
   double sum = 0;
-  for (double k = least; k <= most; ++k) {
+  for (double k = least; k <= most; ++k) {  // NOLINT(clang-analyzer-security.FloatLoopCounter): whole numbers
     const double here = log_probability(k);
     if (here <= limit) sum += std::exp(here);
   }

@@ -45,9 +45,11 @@ Result<WheelSample> WheelBench::read() {
 }
 
 void WheelBench::wait(double seconds) {
-  for (double left_s = seconds; left_s > 0; left_s -= kWaitStep_s) {
+  double left_s = seconds;
+  while (left_s > 0) {
     end_if_asked(surroundings_);
     surroundings_.sleep(nanoseconds_of(std::min(left_s, kWaitStep_s)));
+    left_s -= kWaitStep_s;
   }
 }
 

@@ -252,6 +252,7 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
   std::vector<World> worlds = range_worlds(truth, settings.range_m);
   std::erase_if(worlds, [&](const World& world) { return viewpoint(world, {}).seen().empty(); });
   std::vector<Viewpoint> of_ranges;
+  of_ranges.reserve(worlds.size());
   for (const World& world : worlds) of_ranges.push_back(viewpoint(world, {}));
   const Answers ranges{
       .count = of_ranges.size(),

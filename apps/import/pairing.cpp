@@ -35,6 +35,7 @@ std::vector<Pair> pair_images(const std::vector<Stamp>& lower, const std::vector
     if (after && before) chosen.emplace_hint(next, l, u);
   }
   std::vector<Pair> pairs;
+  pairs.reserve(chosen.size());
   for (const auto& [l, u] : chosen) pairs.push_back({l, u});
   return pairs;
 }

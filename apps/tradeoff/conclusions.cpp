@@ -6,7 +6,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -113,8 +112,9 @@ std::vector<Step> steps_of(const Sweep& sweep, Axis axis) {
   for (const AxisGroup& group : groups) {
     for (const auto& [place, result] : group) examples.emplace(place, &result->setting);
   }
-  const auto keys = std::views::keys(examples);
-  const std::vector<AxisPlace> places(keys.begin(), keys.end());
+  std::vector<AxisPlace> places;
+  places.reserve(examples.size());
+  for (const auto& [place, setting] : examples) places.push_back(place);
   const bool is_simulated = words(axis).cost == "simulation time";
   std::vector<Step> steps;
   for (std::size_t to = 1; to < places.size(); ++to) {

@@ -103,6 +103,7 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(map);
   const auto noise_px = [](const std::string&, const std::string&) { return std::optional(kEdgeNoise_px); };
   std::vector<std::vector<Eigen::Matrix2d>> all;  // [episode][landmark], of range and bearing
+  all.reserve(episodes.size());
   for (const Episode& episode : episodes) {
     all.push_back(runlog::landmark_information(rig, targets, places_m, episode.from, noise_px));
   }

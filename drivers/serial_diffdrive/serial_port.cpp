@@ -227,6 +227,7 @@ std::vector<DeviceInfo> list_ports() {
   }
   sp_free_port_list(ports);
   std::vector<DeviceInfo> found;
+  found.reserve(by_path.size());
   for (auto& [path, info] : by_path) found.push_back(std::move(info));
   return found;
 }

@@ -39,8 +39,8 @@ class [[nodiscard]] Expected {
  public:
   // Both convert silently on purpose: `return value;` and `return Failure{...};`.
   Expected(T value) : content_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
-  Expected(Failure failure)
-      : content_(std::in_place_index<1>, std::move(failure)) {}  // NOLINT(google-explicit-constructor)
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  Expected(Failure failure) : content_(std::in_place_index<1>, std::move(failure)) {}
 
   explicit operator bool() const { return content_.index() == 0; }
   [[nodiscard]] const T& operator*() const { return check(), std::get<0>(content_); }

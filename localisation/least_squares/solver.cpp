@@ -100,7 +100,7 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
   }
 }
 
-double linearise_in(const Problem& problem, const State& state, double nearest, Workspace work, Factor& factor) {
+double linearise_in(const Problem& problem, const State& state, double nearest, Workspace& work, Factor& factor) {
   const PoseTerms at(state);
   double cost = 0;
   int n = 0;
@@ -232,7 +232,7 @@ double spacing_of(const State& state) { return kEps * (1 + std::abs(state.x) + s
 
 /// Newton's method with all second derivatives, from the end of Gauss-Newton: for the last digits of a minimum that is
 /// bent by its residuals, for a minimum that first order does not see, and to leave a saddle.
-void continue_by_newton(const Problem& problem, Workspace work, Minimum& now) {
+void continue_by_newton(const Problem& problem, Workspace& work, Minimum& now) {
   const double nearest = nearest_by_rounding(problem);
   constexpr double kFarthest = 1;  // sizes of the problem, or radians, in one step
   constexpr double kSaddle = -1e-9;
@@ -279,7 +279,7 @@ void continue_by_newton(const Problem& problem, Workspace work, Minimum& now) {
   }
 }
 
-Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace work) {
+Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace& work) {
   const int unknowns = problem.unknowns();
   const double nearest = nearest_by_rounding(problem);
   Minimum now{.state = start};

@@ -146,7 +146,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   ASSERT_GT(taken, wanted / 2);
   EXPECT_GT(half, 0.45 * taken);
   EXPECT_LT(half, 0.55 * taken);
-  EXPECT_GE(nearly_all, 0.995 * taken);
+  EXPECT_GE(nearly_all, 0.995 * taken - 1);  // one more of few, by chance
   EXPECT_LT(after2, before2);
   EXPECT_LE(uses[int(FixUse::kUnexpected)], 1) << "once in a million";
 }

@@ -17,7 +17,7 @@ using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;
 
-constexpr int kNoiseTile_px = 5;
+constexpr int kNoiseTile_px = 5, kHalfTile_px = kNoiseTile_px / 2;
 constexpr int kPixels = kNoiseTile_px * kNoiseTile_px;
 constexpr int kFreedom = kPixels - 3;  // degrees of freedom of the scatter about a plane
 constexpr float kSquares = 50;         // sum over a tile of the squared column (row) distance from its middle
@@ -44,21 +44,21 @@ struct Tile {
 /// Measures one channel of the tile whose upper left pixel is given.
 Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::array<double, 256>& slopes) {
   const std::array<float, 256>& light = light_of_code();
-  const float middle = light[rgb.ptr(row + kNoiseTile_px / 2)[3 * (column + kNoiseTile_px / 2) + channel]];
+  const float middle = light[rgb.ptr(row + kHalfTile_px)[3 * (column + kHalfTile_px) + channel]];
   float sum = 0, squares = 0, along_column = 0, along_row = 0;
   int codes = 0;
   for (int y = 0; y < kNoiseTile_px; ++y) {
-    const std::uint8_t* code = rgb.ptr(row + y) + 3 * column + channel;
+    const std::uint8_t* code = rgb.ptr(row + y) + std::ptrdiff_t{3} * column + channel;
     float row_sum = 0;
     for (int x = 0; x < kNoiseTile_px; ++x, code += 3) {
       const float d = light[*code] - middle;
       codes += *code;
       row_sum += d;
       squares += d * d;
-      along_column += d * float(x - kNoiseTile_px / 2);
+      along_column += d * float(x - kHalfTile_px);
     }
     sum += row_sum;
-    along_row += row_sum * float(y - kNoiseTile_px / 2);
+    along_row += row_sum * float(y - kHalfTile_px);
   }
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
@@ -184,8 +184,7 @@ NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
   std::array<std::vector<Tile>, NoiseSamples::kBins> levels;
   for (int row = 0; row + kNoiseTile_px <= rgb.rows; row += kNoiseTile_px) {
     for (int column = 0; column + kNoiseTile_px <= rgb.cols; column += kNoiseTile_px) {
-      constexpr int kHalf = kNoiseTile_px / 2;
-      if (!image_quality::is_within(region, column + kHalf, row + kHalf, kHalf * 1.5)) continue;
+      if (!image_quality::is_within(region, column + kHalfTile_px, row + kHalfTile_px, kHalfTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
         const Tile tile = measure(rgb, column, row, channel, kSlopes);
         const double bin = std::floor(code_of(tile.level) / 256 * NoiseSamples::kBins);

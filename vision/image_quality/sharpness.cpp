@@ -36,8 +36,9 @@ Eigen::Vector2f gradient(const cv::Mat_<float>& light, int row, int column) {
 /// across an edge, so its logarithm is a parabola. Nothing where the maximum is not between the two.
 std::optional<double> peak(const cv::Mat_<float>& light, int row, int column, int down, int right) {
   std::array<double, 3> logs{};
-  for (int i = -1; i <= 1; ++i) {
-    logs[std::size_t(i + 1)] = std::log(std::max(1e-9F, gradient(light, row + i * down, column + i * right).norm()));
+  for (int i = 0; i < 3; ++i) {
+    const int step = i - 1;
+    logs[std::size_t(i)] = std::log(std::max(1e-9F, gradient(light, row + step * down, column + step * right).norm()));
   }
   const double bend = logs[0] - 2 * logs[1] + logs[2];
   const double slope = (logs[2] - logs[0]) / 2;

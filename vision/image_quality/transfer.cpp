@@ -32,7 +32,7 @@ cv::Mat_<cv::Vec3f> tiles_of(const cv::Mat& rgb) {
     for (int column = 0; column < tiles.cols; ++column) {
       cv::Vec3f sum = cv::Vec3f::all(0);
       for (int y = 0; y < kTransferTile_px; ++y) {
-        const std::uint8_t* code = rgb.ptr(row * kTransferTile_px + y) + 3 * column * kTransferTile_px;
+        const std::uint8_t* code = rgb.ptr(row * kTransferTile_px + y) + std::ptrdiff_t{3} * column * kTransferTile_px;
         for (int x = 0; x < kTransferTile_px; ++x, code += 3) {
           sum += cv::Vec3f(light[code[0]], light[code[1]], light[code[2]]);
         }

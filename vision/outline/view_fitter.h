@@ -63,7 +63,7 @@ class ViewFitter {
   void fit_coarse(const OutlineTask& task, const Cylinder& start) const;
   /// Fits the outline roughly from an expected place, with one fit instead of two. Returns false and leaves `task.look`
   /// unchanged where the outline is not there.
-  bool fit_near(const OutlineTask& task, const Cylinder& start) const;
+  [[nodiscard]] bool fit_near(const OutlineTask& task, const Cylinder& start) const;
 
   /// The values that the fits of a view's landmarks share. common() returns nothing without any coarse fit.
   struct Common {
@@ -76,7 +76,7 @@ class ViewFitter {
   void fit_fine(const OutlineTask& task, const Common& common) const;
   /// As fit_fine(), from an expected place. Returns false and leaves `task.look` unchanged where the outline is not
   /// there.
-  bool fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const;
+  [[nodiscard]] bool fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const;
 
   /// Sightings of the fitted landmarks, with the scatter of all fits of the same stage.
   [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);

@@ -17,6 +17,7 @@ using report::escape;
 template <typename Items, typename Line>
 std::string lines(const Items& items, Line line) {
   std::vector<std::string> texts;
+  texts.reserve(items.size());
   for (const auto& item : items) texts.push_back(escape(line(item)));
   return texts.empty() ? "\u2013" : fmt::format("{}", fmt::join(texts, "<br/>"));
 }

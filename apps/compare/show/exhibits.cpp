@@ -116,8 +116,9 @@ std::string exhibits_at(const Comparison& comparison, const std::vector<std::arr
       blends += blended(view, prefix);
       unrolled += strips(view, prefix, quality);
     }
-    text += html::shown_frame(notes + whole + html::element("div", blends, "class=\"pairs\"") + unrolled,
-                              name_of(comparison.exhibits[i]), i == 0);
+    text += html::shown_frame(
+        fmt::format("{}{}{}{}", notes, whole, html::element("div", blends, "class=\"pairs\""), unrolled),
+        name_of(comparison.exhibits[i]), i == 0);
   }
   return text;
 }

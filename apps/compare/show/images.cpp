@@ -90,14 +90,14 @@ void subtract(ExhibitView& images) {
   cv::cvtColor(images.simulated_strip, simulated, cv::COLOR_BGR2GRAY);
   cv::cvtColor(images.real_strip, real, cv::COLOR_BGR2GRAY);
   constexpr int kLevels = 256;
-  std::array<cv::Vec3b, 2 * kLevels> colours;
-  for (int k = 0; k < 2 * kLevels; ++k) colours[std::size_t(k)] = difference_colour(k - kLevels);
+  std::array<cv::Vec3b, std::size_t{2} * kLevels> colours;
+  for (std::size_t k = 0; k < colours.size(); ++k) colours[k] = difference_colour(int(k) - kLevels);
   images.difference.create(real.size(), CV_8UC3);
   double sum = 0;
   for (int row = 0; row < real.rows; ++row) {
     for (int column = 0; column < real.cols; ++column) {
-      const int grey = real.at<std::uint8_t>(row, column) - simulated.at<std::uint8_t>(row, column);
-      sum += std::abs(grey);
+      const std::ptrdiff_t grey = real.at<std::uint8_t>(row, column) - simulated.at<std::uint8_t>(row, column);
+      sum += double(std::abs(grey));
       images.difference.at<cv::Vec3b>(row, column) = colours[std::size_t(grey + kLevels)];
     }
   }

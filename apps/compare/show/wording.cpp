@@ -129,6 +129,7 @@ std::string headline(const Comparison& comparison) {
     return any_tested ? "No difference found." : "No source of a difference could be tested.";
   }
   std::vector<std::string> names;
+  names.reserve(differing.size());
   for (const Source* source : differing) names.push_back(named_with_number(*source));
   return fmt::format("Differs: {}.", fmt::join(names, ", "));
 }

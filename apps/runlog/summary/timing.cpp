@@ -45,6 +45,7 @@ std::optional<TimingSummary> summarise_timing(const RunData& run) {
   summary.frames = int(rows.size());
   const auto quantile = [&rows](const auto& value, double share) {
     std::vector<double> values;
+    values.reserve(rows.size());
     for (const TimingRow& row : rows) values.push_back(std::invoke(value, row));
     return base::quantile(std::move(values), share);
   };

@@ -21,7 +21,8 @@ class TruthWriter {
                                   const drivers::RobotSettings& settings);
 
   /// Errors: those of sim_povray::reflected_truth. @throws runlog::DiskError
-  Status write(const std::filesystem::path& run, const runlog::FrameRecord& record, const StereoFrame& frame) const;
+  [[nodiscard]] Status write(const std::filesystem::path& run, const runlog::FrameRecord& record,
+                             const StereoFrame& frame) const;
 
  private:
   TruthWriter() = default;

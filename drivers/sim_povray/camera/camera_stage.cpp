@@ -125,6 +125,7 @@ std::vector<std::chrono::nanoseconds> shutter_samples_before(const CameraEffects
   const std::chrono::nanoseconds late = to_nanoseconds(effects.stamp_late_s);
   if (!takes_time(effects)) return {late};
   std::vector<std::chrono::nanoseconds> before;
+  before.reserve(std::size_t(effects.shutter_samples));
   for (int i = 0; i < effects.shutter_samples; ++i) {
     before.push_back(late + to_nanoseconds(effects.readout_s + effects.exposure_time_s - sample_time_s(effects, i)));
   }
@@ -140,6 +141,7 @@ Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<co
   check(effects, shutter_samples);
   if (!changes_pixels(effects)) return *shutter_samples.front();
   std::vector<const Image*> images;
+  images.reserve(shutter_samples.size());
   for (const auto& image : shutter_samples) images.push_back(image.get());
   Light light = mean_light(images, samples_of_rows(effects, images.front()->height_px));
   return run_stages(effects, std::move(light), {seed, camera, step}, false);

@@ -64,8 +64,9 @@ std::vector<Tap> disc(double radius_px, int reach) {
     for (int dx = -reach; dx <= reach; ++dx) {
       int inside = 0;
       for (int i = 0; i < kGrid * kGrid; ++i) {
-        const double x = dx + (i % kGrid + 0.5) / kGrid - 0.5;
-        const double y = dy + (i / kGrid + 0.5) / kGrid - 0.5;
+        const int right = i % kGrid, down = i / kGrid;
+        const double x = dx + (right + 0.5) / kGrid - 0.5;
+        const double y = dy + (down + 0.5) / kGrid - 0.5;
         if (x * x + y * y <= radius_px * radius_px) ++inside;
       }
       if (inside > 0) taps.push_back({dx, dy, static_cast<float>(inside)});
