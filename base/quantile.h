@@ -20,7 +20,8 @@ inline double quantile(std::vector<double> values, double share) {
 }
 
 /// The middle value in order; the upper one of the two in the middle. `values` is not empty.
-inline double median(std::vector<double> values) {
+template <typename T>
+T median(std::vector<T> values) {
   assert(!values.empty());
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -9,6 +9,7 @@
 
 #include <boost/container/small_vector.hpp>
 
+#include "base/quantile.h"
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
 #include "localisation/least_squares/outliers.h"
@@ -100,12 +101,7 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
     y.push_back(m.landmark_m.y());
   }
   if (x.size() < least_squares::kFewestBelieved + 1) return {};
-  const auto middle_of = [](std::vector<double>& values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  const Eigen::Vector2d middle_m(middle_of(x), middle_of(y));
+  const Eigen::Vector2d middle_m(base::median(std::move(x)), base::median(std::move(y)));
   std::vector<double> sizes_m;
   for (const LandmarkMeasurement& m : measurements) {
     // Halve first: the sum of two huge numbers overflows.
@@ -116,7 +112,8 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
   for (const double size_m : sizes_m) {
     if (std::isfinite(size_m)) sorted_m.push_back(size_m);
   }
-  const double usual_m = middle_of(sorted_m);
+  if (sorted_m.empty()) return {};
+  const double usual_m = base::median(std::move(sorted_m));
   std::vector<int> far;
   for (std::size_t i = 0; i < sizes_m.size(); ++i) {
     if (usual_m > 0 && std::isfinite(sizes_m[i]) && sizes_m[i] / kFar > usual_m) far.push_back(int(i));

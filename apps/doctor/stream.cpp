@@ -8,11 +8,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr double kSettling_s = 0.5;
 // Some cameras need seconds for the first frame.
 constexpr milliseconds kFirstFrame{5'000};
 constexpr milliseconds kNextFrame{1'000};
 constexpr double kPatientPeriods = 10;
+constexpr milliseconds kMostPatience{60'000};
 constexpr int kTroublesInARow = 3;
 constexpr double kMostTime = 4;
 constexpr double kSpare_s = 10;
@@ -63,29 +63,38 @@ class Take {
 
 }  // namespace
 
-Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
-  const double rate_hz = camera.facts().settings.rate_hz;
-  const milliseconds patience = std::max(
-      kNextFrame, milliseconds(std::min<std::int64_t>(std::int64_t(1000 * kPatientPeriods / rate_hz), 60'000)));
-  const double give_up_s = surroundings.now_s() + kMostTime * seconds + kSpare_s;
-  const double most_grabs = kMostTime * (seconds + kSettling_s) * rate_hz + kSpareGrabs;
+FrameWait::FrameWait(double seconds, double rate_hz, milliseconds least, const Surroundings& surroundings)
+    : surroundings_(surroundings),
+      patience_(std::max(least, std::min(milliseconds(std::int64_t(1000 * kPatientPeriods / rate_hz)), kMostPatience))),
+      give_up_s_(surroundings.now_s() + kMostTime * seconds + kSpare_s),
+      most_grabs_(kMostTime * (seconds + kSettling_s) * rate_hz + kSpareGrabs) {}
 
+bool FrameWait::goes_on() {
+  if (grabs_++ >= most_grabs_ || surroundings_.now_s() >= give_up_s_) return false;
+  end_if_asked(surroundings_);
+  return true;
+}
+
+bool FrameWait::outlasts(const Error& error) {
+  const bool may_pass = error.code == ErrorCode::kTimeout || error.code == ErrorCode::kBadData;
+  return may_pass && ++troubles_ < kTroublesInARow;
+}
+
+Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
+  FrameWait wait(seconds, camera.facts().settings.rate_hz, kNextFrame, surroundings);
   Take take(seconds, surroundings);
   std::optional<Frame> last;
-  int troubles = 0;
-  for (double grabs = 0; !take.is_done() && grabs < most_grabs && surroundings.now_s() < give_up_s; ++grabs) {
-    end_if_asked(surroundings);
-    auto frame = camera.grab(last ? patience : std::max(patience, kFirstFrame));
+  while (!take.is_done() && wait.goes_on()) {
+    auto frame = camera.grab(last ? wait.patience() : std::max(wait.patience(), kFirstFrame));
     if (frame) {
-      troubles = 0;
+      wait.came();
       take.add(*frame);
       last = *std::move(frame);
       surroundings.progress(what, take.done_s() / seconds);
       continue;
     }
     if (frame.error().code == ErrorCode::kBadData) ++take.stream.damaged;
-    const bool may_pass = frame.error().code == ErrorCode::kTimeout || frame.error().code == ErrorCode::kBadData;
-    if (!may_pass || ++troubles >= kTroublesInARow) {
+    if (!wait.outlasts(frame.error())) {
       take.stream.ended_by = frame.error();
       break;
     }

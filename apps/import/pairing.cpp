@@ -7,15 +7,15 @@
 #include <map>
 #include <tuple>
 
+#include "base/quantile.h"
+
 namespace twocone::importer {
 
 std::optional<Stamp> median_period(const std::vector<Stamp>& times) {
   if (times.size() < 2) return std::nullopt;
   std::vector<Stamp> periods;
   for (std::size_t i = 1; i < times.size(); ++i) periods.push_back(times[i] - times[i - 1]);
-  const auto middle = periods.begin() + std::ptrdiff_t(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return base::median(std::move(periods));
 }
 
 std::vector<Pair> pair_images(const std::vector<Stamp>& lower, const std::vector<Stamp>& upper, Stamp max_skew) {

@@ -9,6 +9,7 @@
 #include "apps/report/figures/series.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/markup.h"
+#include "base/quantile.h"
 
 namespace twocone::report {
 namespace {
@@ -55,11 +56,7 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
     if (row.edge_noise_px && *row.edge_noise_px > 0 && std::isfinite(*row.edge_noise_px))
       noise_px.push_back(*row.edge_noise_px);
   }
-  if (!noise_px.empty()) {
-    const auto middle = noise_px.begin() + std::ptrdiff_t(noise_px.size() / 2);
-    std::nth_element(noise_px.begin(), middle, noise_px.end());
-    settings.edge_noise_px = *middle;
-  }
+  if (!noise_px.empty()) settings.edge_noise_px = base::median(std::move(noise_px));
   std::vector<localisation::Pose> poses;
   for (std::size_t i = 0; i < path.size(); i += std::size_t(pose_step)) {
     poses.push_back({path[i].x_m, path[i].y_m, path[i].heading_rad});

@@ -10,17 +10,14 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
+#include "base/hash.h"
 
 namespace twocone::runlog {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string digest_of(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;  // offset basis and prime of FNV-1a
-  for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
-}
+std::string digest_of(std::string_view bytes) { return fmt::format("{:016x}", base::fnv1a(bytes)); }
 
 /// Returns the texts between quotation marks that may be names of files. Those in comments do no harm.
 std::vector<std::string> quoted_in(const std::string& text) {

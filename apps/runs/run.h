@@ -61,7 +61,7 @@ struct RunOptions {
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop);
 
-/// Why resume() would refuse the run, as far as can be told before it is driven; empty: it would not.
+/// Why resume() would refuse the run, as far as is known before it is driven; empty: it would not.
 /// @throws config::FileError for a folder that is no run
 std::string why_not_resumed(const std::filesystem::path& folder);
 

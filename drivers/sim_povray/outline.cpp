@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/hash.h"
+
 namespace twocone::sim_povray {
 namespace {
 
@@ -19,13 +21,6 @@ std::string text_of(const std::vector<FloorPoint>& points) {
   std::string text;
   for (const FloorPoint& point : points) text += (text.empty() ? "" : " ") + text_of(point);
   return text;
-}
-
-/// FNV-1a hash.
-std::uint64_t sum_of(const std::string& text) {
-  std::uint64_t sum = 0xcbf29ce484222325;
-  for (const char c : text) sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return sum;
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -69,7 +64,7 @@ std::string outline_of(const PlaceSettings& place) {
     std::string& into = rest.empty() && text.size() + line.size() < kMostBytes ? text : rest;
     into += line + "\n";
   }
-  if (!rest.empty()) text += fmt::format("all else: {} bytes, sum {:016x}\n", rest.size(), sum_of(rest));
+  if (!rest.empty()) text += fmt::format("all else: {} bytes, sum {:016x}\n", rest.size(), base::fnv1a(rest));
   return text;
 }
 

@@ -316,6 +316,18 @@ TEST(LeastSquaresFix, HugeTinyAndFarWorlds) {
   }
 }
 
+// A landmark is far out and no range is a number, so there is no usual size to compare with.
+TEST(LeastSquaresFix, InfiniteRangesBesideAFarLandmarkGiveNoFix) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  std::vector<LandmarkMeasurement> all(6);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].landmark_m = {double(i), i == 0 ? 1e200 : double(i % 2)};
+    all[i].range_m = kInfinite;
+    all[i].covariance = Eigen::Matrix2d::Identity();
+  }
+  EXPECT_FALSE(fix_by_least_squares(all).position_m);
+}
+
 /// No input gives an invalid number, and none hangs (the test's time-out checks that).
 TEST(LeastSquaresFix, NothingThatIsNoNumberComesOut) {
   const std::vector<double> odd = {0,

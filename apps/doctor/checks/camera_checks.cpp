@@ -13,7 +13,6 @@
 namespace twocone::doctor {
 namespace {
 
-constexpr double kRateShare = 0.05;
 // The device returns controls as they were set, except for rounding.
 constexpr double kControlShare = 1e-3;
 // If capture times scatter by more than this fraction of a period, chance decides which frame is a frame's nearest

@@ -8,6 +8,7 @@
 
 #include "apps/doctor/advice.h"
 #include "apps/doctor/statistics.h"
+#include "apps/doctor/stream.h"
 
 namespace twocone::doctor {
 namespace {
@@ -17,12 +18,7 @@ using std::chrono::nanoseconds;
 
 constexpr const char* kPairPart = "pair";
 constexpr milliseconds kPairTime{2'000};
-constexpr double kPatientPeriods = 10;
-constexpr int kPairTroublesInARow = 3;
-constexpr double kMostTime = 4;
-constexpr double kSpare_s = 10;
-constexpr double kPairSettling_s = 0.5;
-constexpr double kPairRateShare = 0.05, kPoorShare = 0.5;
+constexpr double kPoorShare = 0.5;
 constexpr double kFewUnpaired = 0.05;
 // Free-running cameras meet at any skew. A skew that stays within this fraction shows that something synchronises them.
 constexpr double kTogether = 0.05;
@@ -33,30 +29,24 @@ constexpr double kMargin = 1.5;
 double period_s(const PairUnderTest& test) { return 1 / test.lower.rate_hz; }
 
 Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, const Surroundings& surroundings) {
-  const milliseconds patience = std::max(
-      kPairTime, milliseconds(std::min<std::int64_t>(std::int64_t(1e3 * kPatientPeriods * period_s(test)), 60'000)));
-  const double give_up_s = surroundings.now_s() + kMostTime * seconds + kSpare_s;
-  const double most = kMostTime * (seconds + kPairSettling_s) * test.lower.rate_hz + 100;
+  FrameWait wait(seconds, test.lower.rate_hz, kPairTime, surroundings);
   Pairs pairs;
   std::optional<double> first_s, begin_s, last_s;
   std::uint64_t unpaired_before = 0;
-  int troubles = 0;
-  for (double i = 0; i < most && surroundings.now_s() < give_up_s; ++i) {
-    end_if_asked(surroundings);
-    const auto pair = rig.grab(patience);
+  while (wait.goes_on()) {
+    const auto pair = rig.grab(wait.patience());
     if (!pair) {
-      const bool may_pass = pair.error().code == ErrorCode::kTimeout || pair.error().code == ErrorCode::kBadData;
-      if (may_pass && ++troubles < kPairTroublesInARow) continue;
+      if (wait.outlasts(pair.error())) continue;
       pairs.ended_by = pair.error();
       break;
     }
-    troubles = 0;
+    wait.came();
     const double now_s = pair->lower.header().captured.seconds();
     if (!first_s) first_s = now_s;
     if (begin_s) {
       pairs.skews_s.push_back(seconds_of(pair->skew()));
       pairs.intervals_s.push_back(now_s - *last_s);
-    } else if (now_s - *first_s >= kPairSettling_s) {
+    } else if (now_s - *first_s >= kSettling_s) {
       begin_s = now_s;
       unpaired_before = rig.unpaired();
     }
@@ -100,7 +90,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
   const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
   Row rate{kPairPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
-  if (rate_hz < (1 - kPairRateShare) * test.lower.rate_hz) {
+  if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
     rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
                "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }

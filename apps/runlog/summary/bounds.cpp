@@ -11,6 +11,7 @@
 #include <Eigen/Dense>
 
 #include "apps/config/to_layers.h"
+#include "base/quantile.h"
 #include "localisation/least_squares_fix.h"
 #include "vision/bound.h"
 
@@ -27,11 +28,7 @@ class EdgeNoise {
       own_px_[{row.frame, row.landmark, row.view}] = *row.edge_noise_px;
       all[{row.landmark, row.view}].push_back(*row.edge_noise_px);
     }
-    for (auto& [place, values] : all) {
-      const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      median_px_[place] = *middle;
-    }
+    for (auto& [place, values] : all) median_px_[place] = base::median(std::move(values));
   }
 
   /// Returns nothing if the landmark was never sighted in that view.

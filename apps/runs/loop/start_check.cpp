@@ -37,15 +37,15 @@ Result<std::optional<std::string>> compare_start(const config::Robot& robot, con
     shown += " (its heading cannot be read off camera lower, whose image's x axis is not level)";
   }
   if (apart_m < kStartWarning_m && turned_deg < kStartWarning_deg) return std::optional<std::string>();
-  std::string told = fmt::format(
+  std::string warning = fmt::format(
       "{}: start is ({:.3f}, {:.3f}) m, heading {:.2f} degrees, but the scene shows the robot at {}: {} apart", place,
       start.x_m, start.y_m, degrees(start.heading_rad), shown, apart);
   if (apart_m > robot.body_radius_m) {
     return Error{ErrorCode::kRefused,
-                 fmt::format("{}, more than body.radius_m of {} m: say in start where the scene shows it", told,
+                 fmt::format("{}, more than body.radius_m of {} m: say in start where the scene shows it", warning,
                              robot.body_radius_m)};
   }
-  return std::optional(std::move(told));
+  return std::optional(std::move(warning));
 }
 
 StartCheck::StartCheck(const config::Robot& robot, const sim_povray::PlaceSettings& place,

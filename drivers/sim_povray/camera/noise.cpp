@@ -5,20 +5,12 @@
 #include <cmath>
 #include <cstddef>
 
+#include "base/hash.h"
+
 namespace twocone::sim_povray {
-namespace {
-
-/// FNV-1a hash, 64 bits: the same on every machine, unlike std::hash.
-std::uint64_t hash(std::string_view text) {
-  std::uint64_t value = 0xcbf29ce484222325U;
-  for (const char c : text) value = (value ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return value;
-}
-
-}  // namespace
 
 std::mt19937_64 camera_engine(std::uint64_t seed, CameraPurpose purpose, std::string_view camera, std::uint64_t step) {
-  const std::uint64_t name = hash(camera);
+  const std::uint64_t name = base::fnv1a(camera);
   const auto low = [](std::uint64_t value) { return static_cast<std::uint32_t>(value & 0xffffffffU); };
   const auto high = [](std::uint64_t value) { return static_cast<std::uint32_t>(value >> 32); };
   std::seed_seq words{low(seed), high(seed), static_cast<std::uint32_t>(purpose), low(name), high(name),
