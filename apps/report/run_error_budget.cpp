@@ -56,7 +56,7 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
     if (row.edge_noise_px && *row.edge_noise_px > 0 && std::isfinite(*row.edge_noise_px))
       noise_px.push_back(*row.edge_noise_px);
   }
-  if (!noise_px.empty()) settings.edge_noise_px = base::median(std::move(noise_px));
+  if (!noise_px.empty()) settings.edge_noise_px = base::median(noise_px);
   std::vector<localisation::Pose> poses;
   for (std::size_t i = 0; i < path.size(); i += std::size_t(pose_step)) {
     poses.push_back({path[i].x_m, path[i].y_m, path[i].heading_rad});
