@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Compares the results of the program with those recorded before the code was reorganised: tables, JSON, robot files and
 # pixels of all main uses, by their hashes (behaviour/hashes.sh, behaviour/recorded.txt, behaviour/renamed.txt).
+also=(tests/evidence/behaviour)
 . "$(dirname "$0")/common.sh"
 recorded=tests/evidence/behaviour/recorded.txt
 step hashes tests/evidence/behaviour/hashes.sh "$twocone" "$PWD" "$work/runs"

@@ -6,9 +6,10 @@ topic=$(basename "$0" .sh)
 commit=$(git rev-parse --short=10 HEAD)
 # The measured sources: the program and the files that it reads. A commit that does not change them, for example one of documents,
 # does not require a step again.
-# A topic whose figures depend on fewer of them sets `sources` before it reads this file.
+# A topic sets `sources` before it reads this file if its figures depend on fewer of them, and `also` if on other files as well.
 measured=("${sources[@]-}")
 [ -n "${measured[0]}" ] || measured=(CMakeLists.txt CMakePresets.json cmake include base hal vision localisation drivers apps scenes robots)
+measured+=("${also[@]}")
 [ -z "$(git status --porcelain --untracked-files=no -- "${measured[@]}")" ] || commit+="+"
 work=$PWD/evidence-runs/$(git ls-tree HEAD -- "${measured[@]}" | sha1sum | cut -c1-10)${commit##*[0-9a-f]}/$topic
 pages=docs/evidence # folder of the page
