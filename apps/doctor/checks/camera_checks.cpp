@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/camera_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/doctor/advice.h"
-#include "apps/doctor/checks/image_checks.h"
-#include "apps/doctor/statistics.h"
+#include "apps/doctor/stream.h"
+#include "base/quantile.h"
 
 namespace twocone::doctor {
 namespace {
@@ -42,7 +41,7 @@ Row judge_rate(double period_s, double asked_hz) {
 
 Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
   if (neighbours_s.empty()) return {"", "jitter", "no two consecutive frames", Verdict::kNotRun, "see lost frames"};
-  const double middle_s = median(neighbours_s);
+  const double middle_s = base::quantile(neighbours_s, 0.5);
   std::vector<double> off_s;
   off_s.reserve(neighbours_s.size());
   for (const double time_s : neighbours_s) off_s.push_back(std::abs(time_s - middle_s));
@@ -73,18 +72,18 @@ Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
     return {"", "age", "its times come from another clock", Verdict::kNotRun,
             "nothing: a real camera uses the steady clock"};
   }
-  Row row{"", "age", fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median(ages_s), 1e3 * greatest(ages_s))};
-  if (median(ages_s) > kAgePeriods / asked_hz) {
+  const double median_s = base::quantile(ages_s, 0.5);
+  Row row{"", "age",
+          fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median_s, 1e3 * std::ranges::max(ages_s))};
+  if (median_s > kAgePeriods / asked_hz) {
     row.judge(
         Verdict::kWarning,
         fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods));
-  } else if (median(ages_s) < 0) {
+  } else if (median_s < 0) {
     row.judge(Verdict::kWarning, "frames from the future: its capture times are wrong");
   }
   return row;
 }
-
-}  // namespace
 
 Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   const CameraSettings& want = asked.settings;
@@ -108,6 +107,7 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   return row;
 }
 
+/// Returns a row for each control that the robot file sets.
 std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>>& asked,
                                 const std::vector<std::pair<std::string, double>>& applied) {
   std::vector<Row> rows;
@@ -129,10 +129,14 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
   return rows;
 }
 
+/// Returns rate, jitter, lost frames and age. @param stream with frames
 std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked) {
-  return {judge_rate(median(stream.periods_s), asked.rate_hz), judge_jitter(stream.neighbours_s, asked.rate_hz),
-          judge_losses(stream), judge_age(stream.ages_s, asked.rate_hz)};
+  return {judge_rate(base::quantile(stream.periods_s, 0.5), asked.rate_hz),
+          judge_jitter(stream.neighbours_s, asked.rate_hz), judge_losses(stream),
+          judge_age(stream.ages_s, asked.rate_hz)};
 }
+
+}  // namespace
 
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
                   Report& report) {

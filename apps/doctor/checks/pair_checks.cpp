@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/pair_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/doctor/advice.h"
-#include "apps/doctor/statistics.h"
 #include "apps/doctor/stream.h"
+#include "base/quantile.h"
 
 namespace twocone::doctor {
 namespace {
@@ -104,7 +103,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   }
   rows.push_back(std::move(unpaired));
 
-  const double longest_s = greatest(pairs.intervals_s);
+  const double longest_s = std::ranges::max(pairs.intervals_s);
   const double timeout_s = seconds_of(test.command_timeout);
   Row wait{kPairPart, "longest wait",
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
@@ -125,10 +124,10 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   std::vector<double> sizes_s;
   sizes_s.reserve(any.skews_s.size());
   for (const double skew_s : any.skews_s) sizes_s.push_back(std::abs(skew_s));
-  const double most_s = greatest(sizes_s);
+  const double most_s = std::ranges::max(sizes_s);
   Row row{kPairPart, "skew",
-          fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * median(any.skews_s), 1e3 * most_s,
-                      1e3 * limit_s)};
+          fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * base::quantile(any.skews_s, 0.5),
+                      1e3 * most_s, 1e3 * limit_s)};
   const double free_s = StereoRig::kFreeSkew * period_s(test);
   if (most_s <= kTogether * period_s(test)) {
     if (most_s > limit_s) {

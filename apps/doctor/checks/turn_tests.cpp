@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/doctor/advice.h"
-
 namespace twocone::doctor {
 namespace {
 
@@ -89,6 +87,16 @@ std::optional<double> speed_of(const Course& course, double WheelSample::*angle)
   return (last.*angle - (*first).*angle) / (last.t_s - first->t_s);
 }
 
+Row judge_speed(Side side, double measured_radps, double commanded_radps) {
+  Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
+  const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
+  if (off > kSpeedShare) {
+    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
+              "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
+  }
+  return row;
+}
+
 /// Tests one wheel. @return whether it obeyed, according to its encoder
 bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings,
                 bool& was_seen, Report& report) {
@@ -135,6 +143,41 @@ std::optional<double> parse_turns(const std::string& text) {
     return std::nullopt;
   }
   return turns;
+}
+
+/// The least speed from standstill, of both wheels, as far as it was tested.
+struct LeastSpeed {
+  double believed_radps = 0;           ///< according to the robot file or the protocol; 0: unknown
+  std::optional<double> turns_radps;   ///< the lowest tested speed at which both turned
+  std::optional<double> stands_radps;  ///< the greatest at which one did not
+};
+Row judge_least_speed(const LeastSpeed& measured) {
+  Row row{kDrivePart, kLeastSpeed, ""};
+  if (!measured.turns_radps) {
+    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
+    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
+    return row;
+  }
+  row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
+  if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
+  // Half of the believed speed need not turn them.
+  if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
+    row.verdict = Verdict::kWarning;
+    // The rounded value must not be below a speed that was seen to turn them.
+    row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
+                             std::ceil(100 * *measured.turns_radps) / 100);
+  }
+  return row;
+}
+
+/// @param counted,seen turns of the wheel, > 0. @param counts_per_turn as believed
+Row judge_counts(double counted, double seen, double counts_per_turn) {
+  Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
+  if (std::abs(seen - counted) > kReading_turns) {
+    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
+                                            counts_per_turn));
+  }
+  return row;
 }
 
 }  // namespace
@@ -191,44 +234,6 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
         way_advice(commanded, *turning, seen, commanded == Side::kLeft ? as_is.reverse_left : as_is.reverse_right);
   }
   if (!row.advice.empty()) row.verdict = Verdict::kFailed;
-  return row;
-}
-
-Row judge_speed(Side side, double measured_radps, double commanded_radps) {
-  Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
-  const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
-  if (off > kSpeedShare) {
-    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
-              "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
-  }
-  return row;
-}
-
-Row judge_least_speed(const LeastSpeed& measured) {
-  Row row{kDrivePart, kLeastSpeed, ""};
-  if (!measured.turns_radps) {
-    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
-    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
-    return row;
-  }
-  row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
-  if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
-  // Half of the believed speed need not turn them.
-  if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
-    row.verdict = Verdict::kWarning;
-    // The rounded value must not be below a speed that was seen to turn them.
-    row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
-                             std::ceil(100 * *measured.turns_radps) / 100);
-  }
-  return row;
-}
-
-Row judge_counts(double counted, double seen, double counts_per_turn) {
-  Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
-  if (std::abs(seen - counted) > kReading_turns) {
-    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
-                                            counts_per_turn));
-  }
   return row;
 }
 

@@ -5,14 +5,13 @@
 #include <string>
 #include <string_view>
 
-#include "apps/doctor/checks/drive_checks.h"
+#include "apps/doctor/checks/checks.h"
 #include "apps/doctor/wheel_bench.h"
 
 namespace twocone::doctor {
 
 enum class Side { kLeft, kRight };
 std::string_view to_string(Side side);
-inline Side other(Side side) { return side == Side::kLeft ? Side::kRight : Side::kLeft; }
 
 /// The motion of one wheel.
 struct Turning {
@@ -42,19 +41,6 @@ struct Counted {
 /// @param commanded forward. @param seen by the user, if there is one. @param settings where the file has any
 Row judge_turning(Side commanded, const Counted& counted, const std::optional<Turning>& seen,
                   const std::optional<serial::SerialDriveSettings>& settings);
-
-Row judge_speed(Side side, double measured_radps, double commanded_radps);
-
-/// The least speed from standstill, of both wheels, as far as it was tested.
-struct LeastSpeed {
-  double believed_radps = 0;           ///< according to the robot file or the protocol; 0: unknown
-  std::optional<double> turns_radps;   ///< the lowest tested speed at which both turned
-  std::optional<double> stands_radps;  ///< the greatest at which one did not
-};
-Row judge_least_speed(const LeastSpeed& measured);
-
-/// @param counted,seen turns of the wheel, > 0. @param counts_per_turn as believed
-Row judge_counts(double counted, double seen, double counts_per_turn);
 
 /// Turns each wheel forward alone. @return whether both obey, according to their encoders
 bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundings& surroundings, Report& report);
