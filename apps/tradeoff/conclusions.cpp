@@ -2,7 +2,6 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
@@ -10,8 +9,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include "apps/tradeoff/axis_groups.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -22,21 +19,8 @@ constexpr double kLeastPairs = 0.25;
 /// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
 constexpr double kLeastEffect = 0.8;
 
-struct AxisWords {
-  std::string_view title, cost;
-  bool is_sized;  ///< larger values are "beyond" a smaller one
-};
-const AxisWords& words(Axis axis) {
-  static constexpr std::array<AxisWords, 8> kWords{{{"image size", "simulation time", true},
-                                                    {"anti-aliasing", "simulation time", true},
-                                                    {"effects", "simulation time", false},
-                                                    {"estimator", "robot time", false},
-                                                    {"landmarks", "robot time", true},
-                                                    {"bearings", "robot time", false},
-                                                    {"frame rate", "robot time", true},
-                                                    {"frames fused", "robot time", true}}};
-  return kWords.at(std::size_t(axis));
-}
+/// The name of the time that a step on the axis costs.
+std::string_view cost_name(Axis axis) { return facts_of(axis).costs_rendering ? "simulation time" : "robot time"; }
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;
 
@@ -115,7 +99,7 @@ std::vector<Step> steps_of(const Sweep& sweep, Axis axis) {
   std::vector<AxisPlace> places;
   places.reserve(examples.size());
   for (const auto& [place, setting] : examples) places.push_back(place);
-  const bool is_simulated = words(axis).cost == "simulation time";
+  const bool is_simulated = facts_of(axis).costs_rendering;
   std::vector<Step> steps;
   for (std::size_t to = 1; to < places.size(); ++to) {
     std::size_t most = 0;
@@ -157,11 +141,11 @@ std::string times(const Ratio& ratio) { return fmt::format("{} times ({})", numb
 /// " at 3.7 times the simulation time"; empty without times.
 std::string at_cost(const Step& step, Axis axis) {
   if (step.cost.pairs == 0) return "";
-  return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), words(axis).cost);
+  return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), cost_name(axis));
 }
 
 std::string from_to(const Step& step, Axis axis) {
-  return fmt::format("from {} to {}", value(*step.from, axis), value(*step.to, axis));
+  return fmt::format("from {} to {}", facts_of(axis).value(*step.from), facts_of(axis).value(*step.to));
 }
 
 std::string phrase(const Step& step, Axis axis) {
@@ -188,8 +172,8 @@ std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
   };
   std::map<AxisPlace, Value> values;
   for (const SettingResult& s : sweep.settings) {
-    Value& v = values[axis_place(s.setting, axis)];
-    v.text = value(s.setting, axis);
+    Value& v = values[facts_of(axis).place(s.setting)];
+    v.text = facts_of(axis).value(s.setting);
     v.frames += s.frames;
     v.answered += s.answered;
     v.is_left = v.is_left || answers_enough(s);
@@ -207,7 +191,7 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
   const std::vector<Step> steps = steps_of(sweep, axis);
   std::size_t last = steps.size();
   while (last > 0 && steps[last - 1].gains_nothing()) --last;
-  if (!words(axis).is_sized || last == 0) last = steps.size();
+  if (!facts_of(axis).is_sized || last == 0) last = steps.size();
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i < last) {
@@ -215,22 +199,22 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
       continue;
     }
     const std::string beyond =
-        i == last ? fmt::format("beyond {} no gain in accuracy was found: ", value(*steps[i].from, axis)) : "";
+        i == last ? fmt::format("beyond {} no gain in accuracy was found: ", facts_of(axis).value(*steps[i].from)) : "";
     parts.push_back(fmt::format("{}{} the error is {}{}", beyond, from_to(steps[i], axis), times(steps[i].error),
                                 at_cost(steps[i], axis)));
   }
   for (std::string& lost : lost_values(sweep, axis)) parts.push_back(std::move(lost));
   if (steps.empty()) parts.insert(parts.begin(), "no two settings that answer often enough differ in this axis only");
-  return fmt::format("{}: {}", words(axis).title, fmt::join(parts, "; "));
+  return fmt::format("{}: {}", facts_of(axis).title, fmt::join(parts, "; "));
 }
 
 }  // namespace
 
 std::map<Axis, std::string> conclusions(const Sweep& sweep) {
   std::map<Axis, std::string> all;
-  for (const Axis axis : all_axes()) {
+  for (const Axis axis : kAllAxes) {
     const auto differs = [&](const SettingResult& s) {
-      return axis_place(s.setting, axis) != axis_place(sweep.settings.front().setting, axis);
+      return facts_of(axis).place(s.setting) != facts_of(axis).place(sweep.settings.front().setting);
     };
     if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) all[axis] = sentence_of(sweep, axis);
   }

@@ -6,7 +6,6 @@
 #include <functional>
 #include <set>
 
-#include "apps/tradeoff/axis_groups.h"
 #include "apps/tradeoff/conclusions.h"
 
 namespace twocone::tradeoff {

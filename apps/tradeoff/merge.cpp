@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/tradeoff/frontier.h"
-
 namespace twocone::tradeoff {
 namespace {
 

@@ -131,7 +131,7 @@ std::string frontier_rows(const Sweep& sweep) {
 
 std::string counts(const Sweep& sweep) {
   std::vector<std::string_view> axes;
-  for (const Axis axis : swept_axes(sweep)) axes.push_back(name(axis));
+  for (const Axis axis : swept_axes(sweep)) axes.push_back(facts_of(axis).name);
   const auto on_robot = std::count_if(sweep.settings.begin(), sweep.settings.end(),
                                       [](const SettingResult& r) { return r.on_robot_frontier; });
   std::string text = paragraph(

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "apps/tradeoff/frontier.h"
 #include "apps/tradeoff/sweep.h"
 
 /// An invented sweep with numbers like the lab's: 82 settings, frontiers marked.

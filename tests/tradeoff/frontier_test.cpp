@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/frontier.h"
+#include "apps/tradeoff/sweep.h"
 
 #include <cmath>
 #include <random>

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/tradeoff/frontier.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {

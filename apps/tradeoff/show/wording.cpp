@@ -109,9 +109,9 @@ std::optional<Span> span_of(const Sweep& sweep) {
 
 std::vector<Axis> swept_axes(const Sweep& sweep) {
   std::vector<Axis> axes;
-  for (const Axis axis : all_axes()) {
+  for (const Axis axis : kAllAxes) {
     std::set<std::string> values;
-    for (const SettingResult& result : sweep.settings) values.insert(value(result.setting, axis));
+    for (const SettingResult& result : sweep.settings) values.insert(facts_of(axis).value(result.setting));
     if (values.size() > 1) axes.push_back(axis);
   }
   return axes;
@@ -131,8 +131,8 @@ std::vector<std::string> growth_sentences(const Sweep& sweep) {
   std::vector<std::string> sentences;
   for (const Growth& g : growth(sweep)) {
     sentences.push_back(fmt::format("{} by {}: exponent {:.2f} ({:.2f} to {:.2f}, {} points)", g.of,
-                                    g.axis == Axis::kSize ? "pixels of an image" : name(g.axis), g.exponent, g.low,
-                                    g.high, g.points));
+                                    g.axis == Axis::kSize ? "pixels of an image" : facts_of(g.axis).name, g.exponent,
+                                    g.low, g.high, g.points));
   }
   return sentences;
 }
