@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/estimation/believed_pose.h"
+#include "apps/estimation/wheel_history.h"
 
 #include <cmath>
 
