@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -123,15 +122,9 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
   };
   std::vector<std::string> last_first;
   while (!kept.empty()) {
-    auto least = kept.begin();
-    double least_m2 = std::numeric_limits<double>::infinity();
-    for (auto at = kept.begin(); at != kept.end(); ++at) {
-      const double cost_m2 = cost_without(*at);
-      if (cost_m2 < least_m2) {
-        least_m2 = cost_m2;
-        least = at;
-      }
-    }
+    std::vector<double> costs_m2;
+    for (const std::size_t out : kept) costs_m2.push_back(cost_without(out));
+    const auto least = kept.begin() + (std::min_element(costs_m2.begin(), costs_m2.end()) - costs_m2.begin());
     last_first.push_back(map.landmarks[*least].name);
     kept.erase(least);
   }

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/doctor/checks/turn_tests.h"
+#include "apps/doctor/checks/wheel_bench.h"
 #include "drivers/memory/memory_diffdrive.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_diffdrive.h"

@@ -21,6 +21,37 @@
 
 namespace twocone::doctor {
 
+// ---- frames
+
+/// Frames are judged after this time of the stream, in which a camera adjusts its exposure.
+inline constexpr double kSettling_s = 0.5;
+/// A rate that differs by at most this share is the requested one.
+inline constexpr double kRateShare = 0.05;
+
+/// Bounds the wait for frames, so that a broken camera cannot hold up the doctor: gives up after a few failures in a
+/// row, and when frames come so slowly, or with such times, that it would take several times as long.
+class FrameWait {
+ public:
+  /// @param seconds of frames that are wanted. @param least of patience for one frame
+  FrameWait(double seconds, double rate_hz, std::chrono::milliseconds least, const Surroundings& surroundings);
+
+  /// How long to wait for the next frame.
+  [[nodiscard]] std::chrono::milliseconds patience() const { return patience_; }
+  /// Returns whether to grab once more. @throws Interrupted
+  [[nodiscard]] bool goes_on();
+  /// Notes a frame.
+  void came() { troubles_ = 0; }
+  /// Notes a failure, and returns whether it may pass.
+  [[nodiscard]] bool outlasts(const Error& error);
+
+ private:
+  const Surroundings& surroundings_;
+  const std::chrono::milliseconds patience_;
+  const double give_up_s_, most_grabs_;
+  double grabs_ = 0;
+  int troubles_ = 0;
+};
+
 // ---- a camera
 
 struct CameraUnderTest {

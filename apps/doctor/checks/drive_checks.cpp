@@ -6,8 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/doctor/checks/turn_tests.h"
-#include "apps/doctor/wheel_bench.h"
+#include "apps/doctor/checks/wheel_bench.h"
 #include "base/quantile.h"
 
 namespace twocone::doctor {

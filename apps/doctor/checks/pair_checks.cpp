@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/doctor/stream.h"
 #include "base/quantile.h"
 
 namespace twocone::doctor {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/turn_tests.h"
+#include "apps/doctor/checks/wheel_bench.h"
 
 #include <algorithm>
 #include <charconv>
