@@ -80,14 +80,15 @@ Eigen::Vector2d difference(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 
 /// Returns d (range, bearing) of a landmark for one standard deviation of `part`.
 std::optional<Eigen::Vector2d> slope(const Viewpoint& viewpoint, const World& truth, const Part& part, int landmark) {
-  std::array<std::optional<Answer>, 2> ends;
-  for (const int side : {0, 1}) {
+  const auto answer_at = [&](double sigmas) {
     World believed = truth;
-    part.apply(believed, (side == 0 ? -1 : 1) * kStep_sigmas);
-    ends[std::size_t(side)] = viewpoint.answer(believed, rig_of(believed), landmark);
-  }
-  if (!ends[0] || !ends[1]) return std::nullopt;
-  return difference(ends[1]->range_bearing, ends[0]->range_bearing) / (2 * kStep_sigmas);
+    part.apply(believed, sigmas);
+    return viewpoint.answer(believed, rig_of(believed), landmark);
+  };
+  const auto below = answer_at(-kStep_sigmas);
+  const auto above = answer_at(kStep_sigmas);
+  if (!below || !above) return std::nullopt;
+  return difference(above->range_bearing, below->range_bearing) / (2 * kStep_sigmas);
 }
 
 /// The linear part of a fix: pose error = sum of gain * (error of range and bearing - the part from a wrong place).

@@ -11,7 +11,6 @@
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
 #include "vision/sighting.h"
-#include "vision/triangulation.h"
 
 namespace twocone::error_budget {
 
@@ -59,7 +58,8 @@ class Viewpoint {
     Eigen::Matrix2d root_px;    ///< of the true covariance: noise = root * standard normal variables
   };
   [[nodiscard]] Eigen::Vector2d p_BL_m(const localisation::Pose& pose, int landmark) const;
-  [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const vision::MirrorView& view, const localisation::Pose& pose,
+  /// Returns the pixel of a landmark's near point if its axis is at `p_BL_m`.
+  [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const vision::MirrorView& view, const Eigen::Vector2d& p_BL_m,
                                                      int landmark) const;
   [[nodiscard]] std::optional<View> look(const vision::MirrorView& view, int landmark, double edge_noise_px) const;
 

@@ -145,12 +145,13 @@ std::optional<Images> images_of(const config::Robot& robot, Fraction k, int anti
   return Images{robot.lower.width_px * k.over / k.under, robot.lower.height_px * k.over / k.under, antialias, effects};
 }
 
-struct Step {
+/// Images of a size of the sweep, by their anti-aliasing.
+struct SizeStep {
   Fraction size;
   std::vector<int> antialias;
 };
 
-std::vector<Step> steps_of(bool is_fine) {
+std::vector<SizeStep> sizes_of(bool is_fine) {
   if (!is_fine) {
     return {{{1, 4}, {1, 2}},    {{3, 8}, {1, 2}}, {{1, 2}, {1, 2, 3}}, {{3, 4}, {1, 2}},
             {{1, 1}, {1, 2, 3}}, {{3, 2}, {2}},    {{2, 1}, {2}}};
@@ -283,7 +284,7 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
     if (std::find(all.begin(), all.end(), *images) == all.end()) all.push_back(*images);
     (settings.*add)(*images);
   };
-  for (const Step& step : steps_of(options.fine)) {
+  for (const SizeStep& step : sizes_of(options.fine)) {
     for (const int antialias : step.antialias) {
       with(images_of(robot, step.size, antialias, Effects::kScene), &Settings::add_levels);
     }

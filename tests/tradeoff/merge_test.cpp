@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/merge.h"
+#include "apps/tradeoff/run_shards.h"
 
 #include <cmath>
 #include <limits>
