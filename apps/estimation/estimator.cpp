@@ -134,11 +134,7 @@ void Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const c
     answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings);
     answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    AdaptiveAnswer refined = refine_adaptively(observation, landmarks_m_, centres_px_,
-                                               {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_, begin_s);
-    answer.ranges = std::move(refined.ranges);
-    answer.fix = std::move(refined.fix);
-    answer.timing.localisation_s = refined.localisation_s;
+    answer = refine_adaptively(observation, landmarks_m_, centres_px_, keys_, clock_s_, begin_s);
   }
   check_bounds(bounds_, answer.fix);
   answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "apps/report/kit/palette.h"
-#include "apps/tradeoff/show/placing.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {

@@ -234,6 +234,16 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
                         page_script());
 }
 
+/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
+/// finite.
+std::string with_interval(const Interval& interval, double unit) {
+  std::string text = significant(interval.value / unit);
+  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
+    text += fmt::format(" ({} to {})", significant(interval.low / unit), significant(interval.high / unit));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string tooltip(const SettingResult& result) {

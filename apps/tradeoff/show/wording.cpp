@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -44,14 +43,6 @@ std::string fitting(double value, std::size_t width) {
   text = std::abs(value) < 1 && width > kPoint ? fmt::format("{:.{}f}", value, width - kPoint)
                                                : fmt::format("{:.0e}", value);
   return text.size() <= width ? text : std::string(width, '*');
-}
-
-std::string with_interval(const Interval& interval, double unit) {
-  std::string text = significant(interval.value / unit);
-  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
-    text += fmt::format(" ({} to {})", significant(interval.low / unit), significant(interval.high / unit));
-  }
-  return text;
 }
 
 Usual usual_of(const Sweep& sweep) {
@@ -105,16 +96,6 @@ std::optional<Span> span_of(const Sweep& sweep) {
     span->most_time_s = std::max(span->most_time_s, time_s);
   }
   return span;
-}
-
-std::vector<Axis> swept_axes(const Sweep& sweep) {
-  std::vector<Axis> axes;
-  for (const Axis axis : kAllAxes) {
-    std::set<std::string> values;
-    for (const SettingResult& result : sweep.settings) values.insert(facts_of(axis).value(result.setting));
-    if (values.size() > 1) axes.push_back(axis);
-  }
-  return axes;
 }
 
 std::vector<std::string> rule_sentences() {
