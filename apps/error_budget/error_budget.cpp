@@ -245,7 +245,7 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
                          const ErrorBudgetSettings& settings) {
   check(settings);
   const World truth = true_world(robot, map);
-  const Motion motion{settings.speed_mps, settings.turn_rate_radps};
+  const behaviours::Motion motion{settings.speed_mps, settings.turn_rate_radps};
   const auto viewpoint = [&](const World& world, const localisation::Pose& pose) {
     return Viewpoint(world, pose, motion, settings.edge_noise_px, settings.tops_known);
   };
@@ -266,7 +266,7 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
       .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
         const auto answer = of_ranges[i].answer(believed, rig, 0);
         if (!answer) return std::nullopt;
-        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_bearing(0).x(), 2);
+        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_m(0), 2);
       }};
 
   std::vector<Viewpoint> of_positions;

@@ -32,8 +32,8 @@ vision::Sighting scaled(vision::Sighting sighting, double factor) {
 
 vision::Rig rig_of(const World& world) { return {vision::MirrorView(world.lower), vision::MirrorView(world.upper)}; }
 
-Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
-                     bool tops_known)
+Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const behaviours::Motion& motion,
+                     double edge_noise_px, bool tops_known)
     : truth_(&truth), rig_(rig_of(truth)), pose_(pose), motion_(motion), tops_known_(tops_known) {
   for (int i = 0; i < int(truth.landmarks.size()); ++i) {
     auto& views = views_.emplace_back();
@@ -56,11 +56,6 @@ Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const M
 Eigen::Vector2d Viewpoint::p_BL_m(const localisation::Pose& pose, int landmark) const {
   return Eigen::Rotation2Dd(-pose.heading_rad) *
          (vision::place_m(truth_->landmarks[std::size_t(landmark)]) - Eigen::Vector2d(pose.x_m, pose.y_m));
-}
-
-Eigen::Vector2d Viewpoint::true_range_bearing(int landmark) const {
-  const Eigen::Vector2d p_m = p_BL_m(pose_, landmark);
-  return {p_m.norm(), std::atan2(p_m.y(), p_m.x())};
 }
 
 std::optional<Eigen::Vector2d> Viewpoint::pixel(const vision::MirrorView& view, const Eigen::Vector2d& p_BL_m,

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "apps/behaviours/behaviour.h"
 #include "localisation/fix.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
@@ -23,11 +24,6 @@ struct World {
   std::vector<std::array<Eigen::Vector2d, 2>> noise;
 };
 
-struct Motion {
-  double speed_mps = 0;
-  double turn_rate_radps = 0;
-};
-
 /// A robot's answer for one landmark: range and bearing.
 struct Answer {
   Eigen::Vector2d range_bearing;
@@ -39,13 +35,13 @@ class Viewpoint {
  public:
   /// @param edge_noise_px > 0
   /// @param tops_known whether the robot uses its belief about the tops' heights
-  Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
+  Viewpoint(const World& truth, const localisation::Pose& pose, const behaviours::Motion& motion, double edge_noise_px,
             bool tops_known);
 
   [[nodiscard]] const localisation::Pose& pose() const { return pose_; }
   /// Returns the indices of the landmarks that can be measured from here.
   [[nodiscard]] const std::vector<int>& seen() const { return seen_; }
-  [[nodiscard]] Eigen::Vector2d true_range_bearing(int landmark) const;
+  [[nodiscard]] double true_range_m(int landmark) const { return p_BL_m(pose_, landmark).norm(); }
 
   /// Returns nothing if the triangulation withholds its range. @param rig the two views of `believed`
   [[nodiscard]] std::optional<Answer> answer(const World& believed, const vision::Rig& rig, int landmark) const;
@@ -66,7 +62,7 @@ class Viewpoint {
   const World* truth_;
   vision::Rig rig_;
   localisation::Pose pose_;
-  Motion motion_;
+  behaviours::Motion motion_;
   bool tops_known_;
   std::vector<int> seen_;
   std::vector<std::array<std::optional<View>, 2>> views_;  ///< of each landmark, lower and upper

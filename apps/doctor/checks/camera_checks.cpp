@@ -13,6 +13,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
+// In this time of a stream, a camera adjusts its exposure.
+constexpr double kSettling_s = 0.5;
 // Some cameras need seconds for the first frame.
 constexpr milliseconds kFirstFrame{5'000};
 constexpr milliseconds kNextFrame{1'000};
@@ -41,46 +43,18 @@ struct Footage {
   std::optional<Result<Image>> image;  ///< the last one, kRgb8
 };
 
-/// Keeps count of consecutive frames.
-class Take {
- public:
-  Take(double seconds, const Surroundings& surroundings) : seconds_(seconds), surroundings_(surroundings) {}
-
-  void add(const Frame& frame) {
-    const Frame::Header& header = frame.header();
-    if (!first_) first_ = header.captured;
-    if (is_settled()) {
-      count(header);
-    } else if (header.captured.seconds() - first_->seconds() >= kSettling_s) {
-      begin_ = header.captured;
-    }
-    last_ = header;
-  }
-
-  [[nodiscard]] double done_s() const { return is_settled() ? last_->captured.seconds() - begin_->seconds() : 0; }
-  [[nodiscard]] bool is_done() const { return done_s() >= seconds_; }
-  Footage stream;
-
- private:
-  [[nodiscard]] bool is_settled() const { return begin_.has_value(); }
-
-  void count(const Frame::Header& header) {
-    ++stream.frames;
-    stream.skipped += std::min(header.skipped_before, header.lost_before);
-    stream.lost += header.lost_before - std::min(header.skipped_before, header.lost_before);
-    const double time_s = header.captured.seconds() - last_->captured.seconds();
-    const auto steps = header.sequence > last_->sequence ? header.sequence - last_->sequence : 1;
-    stream.periods_s.push_back(time_s / double(steps));
-    if (steps == 1) stream.neighbours_s.push_back(time_s);
-    const Timestamp now = surroundings_.clock.now();
-    if (now.clock == header.captured.clock) stream.ages_s.push_back(now.seconds() - header.captured.seconds());
-  }
-
-  const double seconds_;
-  const Surroundings& surroundings_;
-  std::optional<Timestamp> first_, begin_;
-  std::optional<Frame::Header> last_;
-};
+/// Adds a frame after `before` to the stream.
+void count(const Frame::Header& before, const Frame::Header& now, const Clock& clock, Footage& stream) {
+  ++stream.frames;
+  stream.skipped += std::min(now.skipped_before, now.lost_before);
+  stream.lost += now.lost_before - std::min(now.skipped_before, now.lost_before);
+  const double time_s = now.captured.seconds() - before.captured.seconds();
+  const auto steps = now.sequence > before.sequence ? now.sequence - before.sequence : 1;
+  stream.periods_s.push_back(time_s / double(steps));
+  if (steps == 1) stream.neighbours_s.push_back(time_s);
+  const Timestamp here = clock.now();
+  if (here.clock == now.captured.clock) stream.ages_s.push_back(here.seconds() - now.captured.seconds());
+}
 
 /// Takes frames for `seconds` of their own time, after a short time in which the camera adjusts its exposure. Gives up
 /// after a few consecutive time-outs, and when frames come so slowly, or with such times, that it would take several
@@ -88,28 +62,28 @@ class Take {
 /// @param camera streaming. @param what for the progress. @throws Interrupted
 Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
   FrameWait wait(seconds, camera.facts().settings.rate_hz, kNextFrame, surroundings);
-  Take take(seconds, surroundings);
+  Footage stream;
   std::optional<Frame> last;
-  while (!take.is_done() && wait.goes_on()) {
+  while (wait.goes_on()) {
     auto frame = camera.grab(last ? wait.patience() : std::max(wait.patience(), kFirstFrame));
     if (frame) {
-      wait.came();
-      take.add(*frame);
+      const Frame::Header& header = frame->header();
+      if (wait.came(header.captured.seconds())) count(last->header(), header, surroundings.clock, stream);
       last = *std::move(frame);
-      surroundings.progress(what, take.done_s() / seconds);
+      surroundings.progress(what, wait.done_s() / seconds);
       continue;
     }
-    if (frame.error().code == ErrorCode::kBadData) ++take.stream.damaged;
+    if (frame.error().code == ErrorCode::kBadData) ++stream.damaged;
     if (!wait.outlasts(frame.error())) {
-      take.stream.ended_by = frame.error();
+      stream.ended_by = frame.error();
       break;
     }
   }
   if (last) {
     const auto pixels = last->image(kImageTime);
-    take.stream.image = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
+    stream.image = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
   }
-  return take.stream;
+  return stream;
 }
 
 // The device returns controls as they were set, except for rounding.
@@ -241,13 +215,24 @@ std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked
 FrameWait::FrameWait(double seconds, double rate_hz, milliseconds least, const Surroundings& surroundings)
     : surroundings_(surroundings),
       patience_(std::max(least, std::min(milliseconds(std::int64_t(1000 * kPatientPeriods / rate_hz)), kMostPatience))),
+      seconds_(seconds),
       give_up_s_(surroundings.now_s() + kMostTime * seconds + kSpare_s),
       most_grabs_(kMostTime * (seconds + kSettling_s) * rate_hz + kSpareGrabs) {}
 
 bool FrameWait::goes_on() {
+  if (done_s() >= seconds_) return false;
   if (grabs_++ >= most_grabs_ || surroundings_.now_s() >= give_up_s_) return false;
   end_if_asked(surroundings_);
   return true;
+}
+
+bool FrameWait::came(double captured_s) {
+  troubles_ = 0;
+  const bool counts = begin_s_.has_value();
+  if (!first_s_) first_s_ = captured_s;
+  if (!counts && captured_s - *first_s_ >= kSettling_s) begin_s_ = captured_s;
+  last_s_ = captured_s;
+  return counts;
 }
 
 bool FrameWait::outlasts(const Error& error) {

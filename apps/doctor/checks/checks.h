@@ -23,33 +23,36 @@ namespace twocone::doctor {
 
 // ---- frames
 
-/// Frames are judged after this time of the stream, in which a camera adjusts its exposure.
-inline constexpr double kSettling_s = 0.5;
 /// A rate that differs by at most this share is the requested one.
 inline constexpr double kRateShare = 0.05;
 
-/// Bounds the wait for frames, so that a broken camera cannot hold up the doctor: gives up after a few failures in a
-/// row, and when frames come so slowly, or with such times, that it would take several times as long.
+/// Bounds the wait for `seconds` of frames, so that a broken camera cannot hold up the doctor: gives up after a few
+/// failures in a row, and when frames come so slowly, or with such times, that it would take several times as long. The
+/// seconds begin after a short time of the stream, in which a camera adjusts its exposure.
 class FrameWait {
  public:
-  /// @param seconds of frames that are wanted. @param least of patience for one frame
+  /// @param seconds of the frames' own time, > 0. @param least of patience for one frame
   FrameWait(double seconds, double rate_hz, std::chrono::milliseconds least, const Surroundings& surroundings);
 
   /// How long to wait for the next frame.
   [[nodiscard]] std::chrono::milliseconds patience() const { return patience_; }
   /// Returns whether to grab once more. @throws Interrupted
   [[nodiscard]] bool goes_on();
-  /// Notes a frame.
-  void came() { troubles_ = 0; }
+  /// Notes a frame, and returns whether it counts: the seconds began with an earlier one.
+  bool came(double captured_s);
+  /// Returns the time from the frame with which the seconds began to the latest one.
+  [[nodiscard]] double done_s() const { return begin_s_ ? last_s_ - *begin_s_ : 0; }
   /// Notes a failure, and returns whether it may pass.
   [[nodiscard]] bool outlasts(const Error& error);
 
  private:
   const Surroundings& surroundings_;
   const std::chrono::milliseconds patience_;
-  const double give_up_s_, most_grabs_;
+  const double seconds_, give_up_s_, most_grabs_;
   double grabs_ = 0;
   int troubles_ = 0;
+  std::optional<double> first_s_, begin_s_;
+  double last_s_ = 0;
 };
 
 // ---- a camera

@@ -29,7 +29,7 @@ double period_s(const PairUnderTest& test) { return 1 / test.lower.rate_hz; }
 Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, const Surroundings& surroundings) {
   FrameWait wait(seconds, test.lower.rate_hz, kPairTime, surroundings);
   Pairs pairs;
-  std::optional<double> first_s, begin_s, last_s;
+  double last_s = 0;
   std::uint64_t unpaired_before = 0;
   while (wait.goes_on()) {
     const auto pair = rig.grab(wait.patience());
@@ -38,19 +38,15 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
       pairs.ended_by = pair.error();
       break;
     }
-    wait.came();
     const double now_s = pair->lower.header().captured.seconds();
-    if (!first_s) first_s = now_s;
-    if (begin_s) {
+    if (wait.came(now_s)) {
       pairs.skews_s.push_back(seconds_of(pair->skew()));
-      pairs.intervals_s.push_back(now_s - *last_s);
-    } else if (now_s - *first_s >= kSettling_s) {
-      begin_s = now_s;
+      pairs.intervals_s.push_back(now_s - last_s);
+    } else {
       unpaired_before = rig.unpaired();
     }
     last_s = now_s;
-    surroundings.progress("pair", begin_s ? (now_s - *begin_s) / seconds : 0);
-    if (begin_s && now_s - *begin_s >= seconds) break;
+    surroundings.progress("pair", wait.done_s() / seconds);
   }
   pairs.unpaired = rig.unpaired() - unpaired_before;
   return pairs;
