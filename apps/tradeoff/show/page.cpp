@@ -46,6 +46,16 @@ std::string image_html(const PageImage& image) {
                        fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
 }
 
+/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
+/// finite. @param pattern of the interval
+std::string with_interval(const Interval& interval, double unit, const char* pattern = " ({} to {})") {
+  std::string text = significant(interval.value / unit);
+  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
+    text += fmt::format(fmt::runtime(pattern), significant(interval.low / unit), significant(interval.high / unit));
+  }
+  return text;
+}
+
 /// Returns a table cell that is sorted by a number.
 std::string number(std::optional<double> value, double unit) {
   if (!value || !std::isfinite(*value)) return std::string(kNone);
@@ -54,12 +64,8 @@ std::string number(std::optional<double> value, double unit) {
 
 std::string number(const std::optional<Interval>& interval, double unit) {
   if (!interval || !std::isfinite(interval->value)) return std::string(kNone);
-  std::string text = significant(interval->value / unit);
-  if (std::isfinite(interval->low) && std::isfinite(interval->high)) {
-    text += fmt::format(" <small>{}\u2013{}</small>", significant(interval->low / unit),
-                        significant(interval->high / unit));
-  }
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value, text);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value,
+                     with_interval(*interval, unit, " <small>{}\u2013{}</small>"));
 }
 
 std::string words(double order, std::string_view text) {
@@ -232,16 +238,6 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
   return html::document(title, std::string(report::style()) + std::string(page_style()),
                         html::element("main", main) + "<div id=\"tip\" role=\"status\" hidden=\"hidden\"></div>\n",
                         page_script());
-}
-
-/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
-/// finite.
-std::string with_interval(const Interval& interval, double unit) {
-  std::string text = significant(interval.value / unit);
-  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
-    text += fmt::format(" ({} to {})", significant(interval.low / unit), significant(interval.high / unit));
-  }
-  return text;
 }
 
 }  // namespace
