@@ -56,12 +56,10 @@ std::string which_advice(Side commanded, const Turning& counted, const std::opti
 /// Returns what to do about the direction; empty if it is forward.
 std::string way_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_reversed) {
   const char* const side = to_string(commanded).data();
+  if (!seen && counted.is_forward) return "";
   if (!seen) {
-    return counted.is_forward ? ""
-                              : fmt::format(
-                                    "exchange the {0} motor's two leads, or the {0} encoder's A and B: watch in which "
-                                    "direction it turns",
-                                    side);
+    return fmt::format(
+        "exchange the {0} motor's two leads, or the {0} encoder's A and B: watch in which direction it turns", side);
   }
   if (!counted.is_forward && !seen->is_forward) return fmt::format("exchange the {} motor's two leads", side);
   if (!counted.is_forward) return fmt::format("exchange the {} encoder's A and B", side);

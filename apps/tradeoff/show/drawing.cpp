@@ -205,16 +205,10 @@ void put_words(Script& script, Placing& placing, Pixel point, double radius_px, 
                 "front lw 0.8 lc rgb '#9a9a9a'");
   }
   // Fonts differ in width, so the text is anchored at the end that is nearer to the mark.
-  const bool right_of = at.x - width / 2 > point.x, left_of = at.x + width / 2 < point.x;
-  script.words({at.x + (right_of  ? -width / 2
-                        : left_of ? width / 2
-                                  : 0),
-                at.y},
-               words,
-               right_of  ? "left"
-               : left_of ? "right"
-                         : "center",
-               kInk, kSize);
+  const double left = at.x - width / 2, right = at.x + width / 2;
+  if (left > point.x) return script.words({left, at.y}, words, "left", kInk, kSize);
+  if (right < point.x) return script.words({right, at.y}, words, "right", kInk, kSize);
+  script.words(at, words, "center", kInk, kSize);
 }
 
 /// Draws the paper's star, the numbers of the frontier, the ring of the choice, and labels beside settings that the
