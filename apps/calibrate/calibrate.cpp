@@ -106,9 +106,8 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
 
 bool is_settled(const std::vector<vision::CalibratedParameter>& last,
                 const std::vector<vision::CalibratedParameter>& now) {
-  return last.size() == now.size() &&
-         std::equal(last.begin(), last.end(), now.begin(),
-                    [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
+  return std::ranges::equal(
+      last, now, [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
 }
 
 void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {

@@ -79,8 +79,8 @@ class Examination {
     const bool lower = has_device(settings.lower.driver);
     const bool upper = has_device(settings.upper.driver);
     const bool drive = has_device(settings.drive.driver);
-    const bool others = std::any_of(settings.others.begin(), settings.others.end(),
-                                    [](const auto& other) { return has_device(other.part.driver); });
+    const bool others =
+        std::ranges::any_of(settings.others, [](const auto& other) { return has_device(other.part.driver); });
     if (!lower && !upper && !drive && !others) return check_whole_robot(settings);
     const auto differ = drivers::check_cameras_differ(settings);
     if (!differ) report_.add(failed_row("cameras", "two devices", differ.error(), ""));

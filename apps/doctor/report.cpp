@@ -112,8 +112,7 @@ Row drive_failed(const std::string& check, const Error& error) {
 }
 
 std::size_t Report::count(Verdict verdict) const {
-  return std::size_t(
-      std::count_if(rows_.begin(), rows_.end(), [verdict](const Row& row) { return row.verdict == verdict; }));
+  return std::size_t(std::ranges::count(rows_, verdict, &Row::verdict));
 }
 
 std::string table(const Report& report, std::size_t width) {

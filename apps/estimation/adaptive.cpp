@@ -181,10 +181,8 @@ FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::
   };
   bool is_current = true;  // whether the fix uses the latest measurements
   while (!left.empty() && is_affordable()) {
-    const auto better = [&](const Unit& a, const Unit& b) {
-      return information.with_refined_m2(a.landmark, a.share) < information.with_refined_m2(b.landmark, b.share);
-    };
-    const auto next = is_guided ? std::min_element(left.begin(), left.end(), better) : left.begin();
+    const auto refined_m2 = [&](const Unit& unit) { return information.with_refined_m2(unit.landmark, unit.share); };
+    const auto next = is_guided ? std::ranges::min_element(left, {}, refined_m2) : left.begin();
     const auto [k, view, share] = *next;
     left.erase(next);
     observation.take(std::array{k}, vision::Stage::kFine, view);

@@ -68,9 +68,8 @@ int count(const ByEpisode& values) {
 }
 
 std::optional<ErrorFigures> errors_of(const ByEpisode& values) {
+  if (count(values) == 0) return std::nullopt;
   ErrorFigures figures;
-  figures.count = count(values);
-  if (figures.count == 0) return std::nullopt;
   figures.mean = mean_interval(values, kConfidence);
   figures.rmse = rmse_interval(values, kConfidence);
   figures.p95 = quantile_interval(values, 0.95, kConfidence);

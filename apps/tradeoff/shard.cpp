@@ -117,7 +117,7 @@ class ShardRunner {
     auto shots = take(shard, progress, stop);
     if (!shots) return shots.error();
     ShardRecord record;
-    const int first = first_setting_of(shard.images);
+    const auto first = int(std::ranges::find(plan_.settings, shard.images, &Setting::images) - plan_.settings.begin());
     {
       const std::lock_guard lock(costs_->mutex);
       for (const auto& [place, cpu_s] : costs_->cpu_s) {
@@ -153,11 +153,6 @@ class ShardRunner {
  private:
   static Error stopped() { return {ErrorCode::kCancelled, "stopped from outside"}; }
 
-  [[nodiscard]] int first_setting_of(const Images& images) const {
-    const auto at = std::find_if(plan_.settings.begin(), plan_.settings.end(),
-                                 [&](const Setting& s) { return s.images == images; });
-    return int(at - plan_.settings.begin());
-  }
   /// Returns the most accurate setting, whose outlines give the bound its noise.
   [[nodiscard]] Setting finest_of(const Images& images) const {
     return {.images = images, .landmarks = int(plan_.landmarks.size()), .rate_hz = plan_.robot_rate_hz};
@@ -342,13 +337,11 @@ class ShardRunner {
   }
 
   static FrameRow row_of(int setting, const Shot& shot, const estimation::FrameAnswer& answer) {
-    FrameRow row;
-    row.setting = setting;
-    row.episode = shot.episode;
-    row.step = shot.step;
-    row.vision_s = answer.timing.vision_s;
-    row.localisation_s = answer.timing.localisation_s;
-    return row;
+    return {.setting = setting,
+            .episode = shot.episode,
+            .step = shot.step,
+            .vision_s = answer.timing.vision_s,
+            .localisation_s = answer.timing.localisation_s};
   }
 
   const config::Robot robot_;

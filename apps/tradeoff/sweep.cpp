@@ -13,9 +13,7 @@ std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (std::isfinite(points[i].cost) && std::isfinite(points[i].error)) order.push_back(i);
   }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::tie(points[a].cost, points[a].error, a) < std::tie(points[b].cost, points[b].error, b);
-  });
+  std::ranges::sort(order, {}, [&](std::size_t i) { return std::tuple(points[i].cost, points[i].error, i); });
   double least = std::numeric_limits<double>::infinity();
   std::erase_if(order, [&](std::size_t i) {
     if (points[i].error >= least) return true;

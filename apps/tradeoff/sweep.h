@@ -19,7 +19,6 @@ inline constexpr double kConfidence = 0.95;
 
 /// Absolute errors of a setting, with 95 % confidence intervals over episodes (statistics.h).
 struct ErrorFigures {
-  int count = 0;  ///< answers
   Interval mean, rmse, p95;
   double max = 0;
 };
@@ -84,10 +83,7 @@ struct Sweep {
 
 /// The paper's own result: "to within 30 mm" at about 2 s for a stereo frame (Burbridge & Spacek 2006, sections 4 and
 /// 5).
-struct PaperPoint {
-  double mean_error_m = 0.02997;
-  double time_s = 2;
-};
+constexpr double kPaperMeanError_m = 0.02997, kPaperTime_s = 2;
 
 /// A point of the plane; smaller is better in both.
 struct CostAndError {

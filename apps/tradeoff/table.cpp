@@ -126,9 +126,7 @@ std::string frontier_rows(const Sweep& sweep) {
   for (const SettingResult& result : sweep.settings) {
     if (result.on_robot_frontier || result.on_simulation_frontier) chosen.push_back(&result);
   }
-  std::stable_sort(chosen.begin(), chosen.end(), [](const auto* a, const auto* b) {
-    return a->simulation_time_s().value < b->simulation_time_s().value;
-  });
+  std::ranges::stable_sort(chosen, {}, [](const SettingResult* r) { return r->simulation_time_s().value; });
   std::string text;
   for (const SettingResult* result : chosen) text += row(*result);
   return text.empty() ? "no setting answers often enough\n" : text;
@@ -141,8 +139,7 @@ std::string counts(const Sweep& sweep) {
     for (const SettingResult& result : sweep.settings) values.insert(facts_of(axis).value(result.setting));
     if (values.size() > 1) axes.push_back(facts_of(axis).name);
   }
-  const auto on_robot = std::count_if(sweep.settings.begin(), sweep.settings.end(),
-                                      [](const SettingResult& r) { return r.on_robot_frontier; });
+  const auto on_robot = std::ranges::count(sweep.settings, true, &SettingResult::on_robot_frontier);
   std::string text = paragraph(
       fmt::format("{} settings over {} axes ({})", sweep.settings.size(), axes.size(), fmt::join(axes, ", ")));
   if (const auto span = span_of(sweep)) {
@@ -260,8 +257,8 @@ std::string table(const Sweep& sweep) {
     text += "method paper, as measured here:\n" + row(sweep.settings[*baseline]);
   }
   if (sweep.as_is) text += "the robot file, unchanged:\n" + row(sweep.settings[*sweep.as_is]);
-  text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n",
-                      PaperPoint{}.mean_error_m / kMm, PaperPoint{}.time_s);
+  text += fmt::format("the paper's own, 2006: {:.0f} mm, about {:g} s a stereo frame\n\n", kPaperMeanError_m / kMm,
+                      kPaperTime_s);
   text += counts(sweep) + "\n";
   for (const auto& [axis, sentence] : conclusions(sweep)) text += paragraph(sentence);
   const std::vector<std::string> grown = growth_sentences(sweep);

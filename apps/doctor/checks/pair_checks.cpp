@@ -73,12 +73,9 @@ std::string as_key(double seconds) { return fmt::format("max_skew_s: {:g}", std:
 }  // namespace
 
 std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
-  std::vector<Row> rows;
   const double limit_ms = 1e3 * seconds_of(test.max_skew);
   if (pairs.intervals_s.empty()) {
-    rows.push_back(
-        {kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"});
-    return rows;
+    return {{kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"}};
   }
   double time_s = 0;
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
@@ -88,7 +85,6 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
     rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
                "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }
-  rows.push_back(std::move(rate));
 
   const double share = unpaired_share(pairs);
   Row unpaired{kPairPart, "unpaired",
@@ -96,7 +92,6 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   if (share > kFewUnpaired) {
     unpaired.judge(share > kPoorShare ? Verdict::kFailed : Verdict::kWarning, "see skew");
   }
-  rows.push_back(std::move(unpaired));
 
   const double longest_s = std::ranges::max(pairs.intervals_s);
   const double timeout_s = seconds_of(test.command_timeout);
@@ -106,8 +101,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
     wait.judge(Verdict::kWarning,
                "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s");
   }
-  rows.push_back(std::move(wait));
-  return rows;
+  return {rate, unpaired, wait};
 }
 
 Row judge_skew(const Pairs& any, const PairUnderTest& test) {
@@ -116,10 +110,8 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
     return {kPairPart, "skew", "no pairs at all", Verdict::kFailed,
             "check that both rates are equal; see the cameras' rows"};
   }
-  std::vector<double> sizes_s;
-  sizes_s.reserve(any.skews_s.size());
-  for (const double skew_s : any.skews_s) sizes_s.push_back(std::abs(skew_s));
-  const double most_s = std::ranges::max(sizes_s);
+  double most_s = 0;
+  for (const double skew_s : any.skews_s) most_s = std::max(most_s, std::abs(skew_s));
   Row row{kPairPart, "skew",
           fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * base::quantile(any.skews_s, 0.5),
                       1e3 * most_s, 1e3 * limit_s)};

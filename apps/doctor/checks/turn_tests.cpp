@@ -78,8 +78,7 @@ std::optional<Turning> ask_what_was_seen(const Surroundings& surroundings) {
 /// Returns the speed in radians per second after the spin-up; nothing if there are too few samples.
 std::optional<double> speed_of(const Course& course, double WheelSample::*angle) {
   const double from_s = course.samples.front().t_s + kSpinUp_s;
-  const auto first = std::find_if(course.samples.begin(), course.samples.end(),
-                                  [from_s](const WheelSample& s) { return s.t_s >= from_s; });
+  const auto first = std::ranges::find_if(course.samples, [from_s](const WheelSample& s) { return s.t_s >= from_s; });
   if (first == course.samples.end() || course.samples.back().t_s <= first->t_s) return std::nullopt;
   const WheelSample& last = course.samples.back();
   return (last.*angle - (*first).*angle) / (last.t_s - first->t_s);
@@ -183,10 +182,8 @@ Row judge_counts(double counted, double seen, double counts_per_turn) {
 std::string_view to_string(Side side) { return side == Side::kLeft ? "left" : "right"; }
 
 std::optional<Turning> parse_turning(std::string_view text) {
-  std::string letters;
-  for (const char c : text) {
-    if (c != ' ' && c != ',') letters += c;
-  }
+  std::string letters(text);
+  std::erase_if(letters, [](char c) { return c == ' ' || c == ','; });
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const std::string_view name = to_string(side);
     for (const std::string_view begin : {name, name.substr(0, 1)}) {

@@ -226,9 +226,8 @@ void draw_words(Script& script, const Plane& plane, const Named& named, const Ch
     }
     if (mark.on_frontier) put_words(script, placing, plane.pixel(mark.at), kMark_px, fmt::to_string(++number));
   }
-  const PaperPoint point;
   put_words(script, placing, paper, kStar_px,
-            fmt::format("the paper, 2006: {:.0f} mm, about {:g} s{}", point.mean_error_m / kMm, point.time_s,
+            fmt::format("the paper, 2006: {:.0f} mm, about {:g} s{}", kPaperMeanError_m / kMm, kPaperTime_s,
                         plane.cost == Cost::kRobotTime ? " a stereo frame" : ""));
   for (const Mark& mark : plane.marks) {
     const Pixel at = plane.pixel(mark.at);
@@ -262,9 +261,7 @@ void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choi
   entry("from several frames");
   script.symbol({right, y}, fine.filled, fine.size, fine.faint);
   entry("dominated");
-  const bool silent =
-      std::any_of(plane.marks.begin(), plane.marks.end(), [](const Mark& m) { return !m.answers_enough; });
-  if (silent) {
+  if (!std::ranges::all_of(plane.marks, &Mark::answers_enough)) {
     script.symbol({right, y}, kCross, 0.5, "#999999", 1.2);
     entry(fmt::format("answers under {:.0f} %", kLeastAnswered * 100));
   }

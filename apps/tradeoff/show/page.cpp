@@ -199,8 +199,7 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
       "line connects the smallest Cram\u00e9r-Rao bounds of settings fine and adaptive, with all landmarks of the map "
       "and, for several frames, with wheels that measure their motion exactly. Bounds are root mean squares; a mean "
       "error can be as small as 0.8 times its own root mean square.";
-  const auto silent =
-      std::count_if(sweep.settings.begin(), sweep.settings.end(), [](const SettingResult& r) { return !r.position_m; });
+  const auto silent = std::ranges::count_if(sweep.settings, [](const SettingResult& r) { return !r.position_m; });
   if (silent > 0)
     text += fmt::format(" {} of {} settings never answered and are not drawn.", silent, sweep.settings.size());
   return text + " Point at a mark, or select it with Tab and the arrow keys, to see its setting.";

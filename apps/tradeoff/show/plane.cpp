@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -59,9 +60,7 @@ std::vector<Mark> marks_of(const Sweep& sweep, const Plane& plane) {
     mark.answers_enough = answers_enough(result);
     if (is_drawable(mark.at.x) && is_drawable(mark.at.y)) marks.push_back(mark);
   }
-  std::stable_sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) {
-    return a.on_frontier != b.on_frontier ? b.on_frontier : a.at.x < b.at.x;
-  });
+  std::ranges::stable_sort(marks, {}, [](const Mark& mark) { return std::pair(mark.on_frontier, mark.at.x); });
   return marks;
 }
 
@@ -104,7 +103,7 @@ Plane plane_of(const Sweep& sweep, Cost cost) {
     if (mark.on_frontier) plane.frontier.push_back(mark.at);
   }
   plane.bound = least_bounds(sweep, plane);
-  plane.paper = {PaperPoint{}.time_s / plane.unit_s, PaperPoint{}.mean_error_m / kMm};
+  plane.paper = {kPaperTime_s / plane.unit_s, kPaperMeanError_m / kMm};
 
   std::vector<double> xs{plane.paper.x}, ys{plane.paper.y};
   for (const Mark& mark : plane.marks) {

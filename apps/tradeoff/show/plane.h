@@ -49,7 +49,7 @@ struct Plane {
   std::vector<Mark> marks;           ///< those on the frontier come last, by rising cost
   std::vector<PlanePoint> frontier;  ///< by rising cost
   std::vector<PlanePoint> bound;     ///< the lowest bound among settings of at most this cost, by rising cost
-  PlanePoint paper;                  ///< PaperPoint
+  PlanePoint paper;                  ///< the paper's own result
 
   [[nodiscard]] Pixel pixel(PlanePoint point) const { return {x.px(point.x), y.px(point.y)}; }
 };
