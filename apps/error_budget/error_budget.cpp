@@ -167,11 +167,6 @@ std::vector<World> range_worlds(const World& world, double range_m) {
   return worlds;
 }
 
-World true_world(const config::Robot& robot, const config::Map& map) {
-  const vision::Rig rig = config::to_rig(robot);
-  return {rig.lower.settings(), rig.upper.settings(), map.landmarks, 0, {}};
-}
-
 /// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
 std::optional<vision::Rig> possible_rig(const World& believed) {
   try {
@@ -244,7 +239,8 @@ ErrorBudgetSettings settings_for(const config::Robot& robot) {
 ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std::span<const localisation::Pose> poses,
                          const ErrorBudgetSettings& settings) {
   check(settings);
-  const World truth = true_world(robot, map);
+  const vision::Rig true_rig = config::to_rig(robot);
+  const World truth{true_rig.lower.settings(), true_rig.upper.settings(), map.landmarks, 0, {}};
   const behaviours::Motion motion{settings.speed_mps, settings.turn_rate_radps};
   const auto viewpoint = [&](const World& world, const localisation::Pose& pose) {
     return Viewpoint(world, pose, motion, settings.edge_noise_px, settings.tops_known);

@@ -23,11 +23,6 @@ constexpr double kFixInflation = 100;
 /// If the height is unknown, a disparity must be at least this many of its inflated sigmas (vision::kMinSigmas).
 constexpr double kDisparitySigmas = 2 * vision::kMinSigmas;
 
-vision::Sighting scaled(vision::Sighting sighting, double factor) {
-  sighting.covariance_px2 *= factor * factor;
-  return sighting;
-}
-
 }  // namespace
 
 vision::Rig rig_of(const World& world) { return {vision::MirrorView(world.lower), vision::MirrorView(world.upper)}; }
@@ -102,7 +97,8 @@ std::optional<Answer> Viewpoint::answer(const World& believed, const vision::Rig
   std::array<std::optional<vision::Sighting>, 2> sightings;
   for (const std::size_t view : {0U, 1U}) {
     if (!views_[k][view]) continue;
-    vision::Sighting& sighting = sightings[view].emplace(scaled(views_[k][view]->sighting, inflation));
+    vision::Sighting& sighting = sightings[view].emplace(views_[k][view]->sighting);
+    sighting.covariance_px2 *= inflation * inflation;
     if (view == 1 && believed.skew_s != 0) {
       const double turn_rad = motion_.turn_rate_radps * believed.skew_s;
       const double way_m = motion_.speed_mps * believed.skew_s;

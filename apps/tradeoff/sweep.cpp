@@ -24,13 +24,13 @@ std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points) {
 }
 
 void mark_frontiers(std::vector<SettingResult>& settings) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
   std::vector<CostAndError> robot, simulation;
   for (SettingResult& s : settings) {
     s.on_robot_frontier = s.on_simulation_frontier = false;
-    const double error = answers_enough(s) ? s.position_m->mean.value : kNone;
+    const double error = answers_enough(s) ? s.position_m->mean.value : kNoFigure;
     // A robot cannot choose its light or the noise of its sensor.
-    robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNone});
+    robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNoFigure});
     simulation.push_back({s.simulation_time_s().value, error});
   }
   for (const std::size_t i : pareto_frontier(robot)) settings[i].on_robot_frontier = true;

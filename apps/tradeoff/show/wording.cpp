@@ -83,19 +83,16 @@ std::optional<std::size_t> baseline_of(const Sweep& sweep) {
 }
 
 std::optional<Span> span_of(const Sweep& sweep) {
-  std::optional<Span> span;
+  std::vector<double> errors_m, times_s;
   for (const SettingResult& result : sweep.settings) {
     if (!result.on_simulation_frontier || !result.position_m) continue;
-    const double error_m = result.position_m->mean.value;
-    const double time_s = result.simulation_time_s().value;
-    if (!span) span = Span{0, error_m, error_m, time_s, time_s};
-    ++span->settings;
-    span->least_error_m = std::min(span->least_error_m, error_m);
-    span->most_error_m = std::max(span->most_error_m, error_m);
-    span->least_time_s = std::min(span->least_time_s, time_s);
-    span->most_time_s = std::max(span->most_time_s, time_s);
+    errors_m.push_back(result.position_m->mean.value);
+    times_s.push_back(result.simulation_time_s().value);
   }
-  return span;
+  if (errors_m.empty()) return std::nullopt;
+  const auto [least_m, most_m] = std::ranges::minmax(errors_m);
+  const auto [least_s, most_s] = std::ranges::minmax(times_s);
+  return Span{int(errors_m.size()), least_m, most_m, least_s, most_s};
 }
 
 std::vector<std::string> rule_sentences() {
