@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/error_budget/error_budget.h"
 
-#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
