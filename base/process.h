@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -47,5 +48,8 @@ class Process {
   pid_t pid_ = 0;
   UniqueFd end_fd_;
 };
+
+/// Returns the peak of a process's resident memory; 0: not known, as after it has ended.
+std::uint64_t peak_memory_bytes(pid_t pid);
 
 }  // namespace twocone::base

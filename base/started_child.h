@@ -58,7 +58,7 @@ class StartedChild {
   [[nodiscard]] std::optional<std::chrono::nanoseconds> cpu() const;
   /// Peak memory since exec (wait4() would also count this program's memory, from between fork and exec); 0: not known,
   /// as after the child has ended.
-  [[nodiscard]] std::uint64_t peak_bytes() const;
+  [[nodiscard]] std::uint64_t peak_bytes() const { return peak_memory_bytes(pid()); }
 
   /// Kills the whole process group. Call this before the child is reaped: until then its number, which is also the
   /// group's, cannot belong to another process.

@@ -155,8 +155,8 @@ void AdaptiveOfAPair(benchmark::State& state) {
   int refined = 0;
   for (auto _ : state) {
     vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
-    auto answer = estimation::refine_adaptively(observation, landmarks_m, centres_px, {true, enough_m, std::nullopt},
-                                                no_clock, 0);
+    auto answer =
+        estimation::refine_adaptively(observation, landmarks_m, centres_px, {.enough_m = enough_m}, no_clock, 0);
     refined = observation.refined();
     if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
     benchmark::DoNotOptimize(answer.fix);

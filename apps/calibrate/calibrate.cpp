@@ -106,9 +106,8 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
 
 bool is_settled(const std::vector<vision::CalibratedParameter>& last,
                 const std::vector<vision::CalibratedParameter>& now) {
-  return last.size() == now.size() &&
-         std::equal(last.begin(), last.end(), now.begin(),
-                    [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
+  return std::ranges::equal(
+      last, now, [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
 }
 
 void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {
@@ -140,20 +139,27 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 
   const vision::Rig before = config::to_rig(robot);
   const ChosenFrames chosen = choose_frames(runs, settings.frames);
-  vision::CalibrationProblem problem{before, to_wheel_belief(robot), chosen.landmarks,       {}, {},
-                                     {},     settings.priors,        settings.fit_distortion};
+  // Slip and encoder are those of any robot. `effects:` of the robot file is the truth of the simulation, not a belief.
+  const vision::WheelBelief wheels{.radius_m = robot.drive.wheel_radius_m,
+                                   .separation_m = robot.drive.wheel_separation_m};
+  vision::CalibrationProblem problem{.rig = before,
+                                     .wheels = wheels,
+                                     .landmarks = chosen.landmarks,
+                                     .frames = {},
+                                     .lower_rim = {},
+                                     .upper_rim = {},
+                                     .priors = settings.priors,
+                                     .fit_distortion = settings.fit_distortion,
+                                     .fit_timing = settings.fit_timing,
+                                     .height_px = {robot.lower.height_px, robot.upper.height_px}};
   Report report{.runs = folders,
                 .robot = robot.file.string(),
-                .result = {},
                 .problem = problem,
-                .circles = {},
                 .before = before,
                 .after = before,
                 .rig = robot.rig,
-                .drive = robot.drive};
-  report.slip = problem.wheels->slip;
-  problem.fit_timing = settings.fit_timing;
-  problem.height_px = {robot.lower.height_px, robot.upper.height_px};
+                .drive = robot.drive,
+                .slip = wheels.slip};
   measure_circles(chosen, before, report.circles);
   problem.lower_rim = report.circles[0].rim;
   problem.upper_rim = report.circles[1].rim;
@@ -165,7 +171,6 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
     Sighted sighted = sight(runs, chosen, report.after, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
-    report.sightings_without_answer = sighted.without_answer;
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
     report.result = vision::calibrate(problem);
     if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names);

@@ -34,16 +34,15 @@ struct ViewCircles {
 struct Report {
   std::vector<std::string> runs;
   std::string robot;  ///< the file of the calibrated rig
-  vision::CalibrationResult result;
-  vision::CalibrationProblem problem;  ///< of the last round; `result.residuals` points into its frames
-  std::array<ViewCircles, 2> circles;  ///< lower, upper
+  vision::CalibrationResult result{};
+  vision::CalibrationProblem problem;    ///< of the last round; `result.residuals` points into its frames
+  std::array<ViewCircles, 2> circles{};  ///< lower, upper
   vision::Rig before, after;
-  config::Rig rig;                           ///< `after` for a robot file
-  config::Drive drive;                       ///< with the new sizes of the wheels
-  double slip = 0;                           ///< of the wheels, as believed
-  int rounds = 0;                            ///< number of rounds of sighting and solving
-  bool is_settled = false;                   ///< the last round moved no number by more than a third of its sigma
-  std::size_t sightings_without_answer = 0;  ///< combinations of landmark and view without a sighting
+  config::Rig rig;          ///< `after` for a robot file
+  config::Drive drive;      ///< with the new sizes of the wheels
+  double slip = 0;          ///< of the wheels, as believed
+  int rounds = 0;           ///< number of rounds of sighting and solving
+  bool is_settled = false;  ///< the last round moved no number by more than a third of its sigma
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.

@@ -82,14 +82,6 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   return chosen;
 }
 
-vision::WheelBelief to_wheel_belief(const config::Robot& robot) {
-  // Slip and encoder are those of any robot. `effects:` of the robot file is the truth of the simulation, not a belief.
-  vision::WheelBelief wheels;
-  wheels.radius_m = robot.drive.wheel_radius_m;
-  wheels.separation_m = robot.drive.wheel_separation_m;
-  return wheels;
-}
-
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::function<void(double)>& progress) {
   Sighted sighted;
@@ -104,30 +96,25 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
     }
     for (const ChosenFrames::Frame& frame : chosen.frames) {
       if (frame.run != &run) continue;
-      const std::uint64_t number = run.frames[frame.row].frame;
+      const runlog::FrameRow& stamps = run.frames[frame.row];
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
       out.twist = twist_at(run, frame.row);
-      const auto lower = read_rgb(runlog::lower_image_file(run.folder, number), run.robot.lower);
-      const auto upper = read_rgb(runlog::upper_image_file(run.folder, number), run.robot.upper);
+      const auto lower = read_rgb(runlog::lower_image_file(run.folder, stamps.frame), run.robot.lower);
+      const auto upper = read_rgb(runlog::upper_image_file(run.folder, stamps.frame), run.robot.upper);
       if (!lower || !upper) {
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
       }
-      const runlog::FrameRow& stamps = run.frames[frame.row];
       const auto measurements = ranging->measure(*lower, *upper);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
-        const bool trusted = is_trusted(measurements[i].verdict);
-        for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-          const auto& sighting =
-              side == vision::Side::kLower ? measurements[i].lower_sighting : measurements[i].upper_sighting;
-          if (trusted && sighting) {
-            const double stamped_s = side == vision::Side::kLower ? stamps.lower_t_s : stamps.upper_t_s;
-            out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
-          } else {
-            ++sighted.without_answer;
-          }
-        }
+        if (!is_trusted(measurements[i].verdict)) continue;
+        const auto add = [&](vision::Side side, const std::optional<vision::Sighting>& sighting, double stamped_s) {
+          if (!sighting) return;
+          out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
+        };
+        add(vision::Side::kLower, measurements[i].lower_sighting, stamps.lower_t_s);
+        add(vision::Side::kUpper, measurements[i].upper_sighting, stamps.upper_t_s);
       }
       progress(double(sighted.frames.size()) / double(chosen.frames.size()));
     }

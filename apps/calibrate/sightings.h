@@ -28,13 +28,10 @@ struct ChosenFrames {
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
 
-vision::WheelBelief to_wheel_belief(const config::Robot& robot);
-
 /// The sightings of the landmarks with `rig`.
 struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
-  std::size_t without_answer = 0;  ///< combinations of landmark and view without a sighting
-  std::vector<Error> unreadable;   ///< errors of images; their frames have no sightings
+  std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
 };
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::function<void(double)>& progress);

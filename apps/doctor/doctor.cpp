@@ -9,11 +9,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
-#include "apps/doctor/advice.h"
-#include "apps/doctor/checks/camera_checks.h"
-#include "apps/doctor/checks/drive_checks.h"
-#include "apps/doctor/checks/pair_checks.h"
-#include "apps/doctor/whole_robot.h"
+#include "apps/doctor/checks/checks.h"
 
 namespace twocone::doctor {
 namespace {
@@ -30,6 +26,18 @@ config::Map any_map(const std::filesystem::path& file) {
   map.file = file;
   map.bounds = {-kAnywhere_m, kAnywhere_m, -kAnywhere_m, kAnywhere_m};
   return map;
+}
+
+constexpr const char* kRobotPart = "robot";
+constexpr const char* kWholeAdvice =
+    "check the robot file's drivers, map and scene; a served world needs a running twocone serve";
+// As long as a run waits: a served world waits for its slowest robot, and an image for POV-Ray.
+constexpr std::chrono::milliseconds kWholePairTime{60'000};
+constexpr std::chrono::milliseconds kFirstImageTime{150'000};
+
+/// Returns the rim in the image according to `rig:`.
+vision::RimCircle rim_of(const config::RigView& view) {
+  return {{view.centre_px[0], view.centre_px[1]}, view.rim_radius_px, 0};
 }
 
 class Examination {
@@ -71,12 +79,9 @@ class Examination {
     const bool lower = has_device(settings.lower.driver);
     const bool upper = has_device(settings.upper.driver);
     const bool drive = has_device(settings.drive.driver);
-    const bool others = std::any_of(settings.others.begin(), settings.others.end(),
-                                    [](const auto& other) { return has_device(other.part.driver); });
-    if (!lower && !upper && !drive && !others) {
-      check_whole_robot(robot_, settings, openers_, surroundings_, report_);
-      return;
-    }
+    const bool others =
+        std::ranges::any_of(settings.others, [](const auto& other) { return has_device(other.part.driver); });
+    if (!lower && !upper && !drive && !others) return check_whole_robot(settings);
     const auto differ = drivers::check_cameras_differ(settings);
     if (!differ) report_.add(failed_row("cameras", "two devices", differ.error(), ""));
     check_camera_part("lower", settings.lower, rim_of(robot_.rig.lower));
@@ -88,6 +93,60 @@ class Examination {
     } else {
       report_deviceless("drive", settings.drive.driver);
     }
+  }
+
+  /// Checks a robot without any device: it is opened and started, one pair is taken, and its images are checked, for
+  /// sim_povray including the rims.
+  void check_whole_robot(const drivers::RobotSettings& settings) {
+    report_simulated("lower", settings.lower.driver);
+    report_simulated("upper", settings.upper.driver);
+    for (const drivers::OtherCamera& other : settings.others) report_simulated(other.name, other.part.driver);
+    report_simulated("drive", settings.drive.driver);
+    const auto failed = [&](const char* check, const Error& error) {
+      report_.add(failed_row(kRobotPart, check, error, kWholeAdvice));
+    };
+    surroundings_.progress("simulated robot", 0);
+    auto opened = openers_.robot(settings);
+    if (!opened) return failed("opens", opened.error());
+    Robot whole = *std::move(opened);
+    end_if_asked(surroundings_);
+    if (const auto started = whole.start(settings.lower.settings, settings.upper.settings); !started) {
+      return failed("starts", started.error());
+    }
+    report_.add({kRobotPart, "opens, starts", fmt::format("{} cameras and a drive", 2 + settings.others.size())});
+    end_if_asked(surroundings_);
+    const auto pair = whole.next_frame(kWholePairTime);
+    if (!pair) return failed("pair", pair.error());
+    report_.add({kRobotPart, "pair", fmt::format("received; skew {:.1f} ms", 1e3 * seconds_of(pair->skew()))});
+    if (const auto angles = whole.drive().read_angles(); !angles) {
+      failed("angles", angles.error());
+    } else {
+      report_.add({kRobotPart, "angles",
+                   fmt::format("left {:.3f} rad, right {:.3f} rad", angles->left_rad, angles->right_rad)});
+    }
+    surroundings_.progress("simulated robot", 0.5);
+    check_view("lower", pair->lower, settings.lower.driver, rim_of(robot_.rig.lower));
+    check_view("upper", pair->upper, settings.upper.driver, rim_of(robot_.rig.upper));
+    whole.stop();
+  }
+
+  void report_simulated(const std::string& part, const std::string& driver) {
+    report_.add({part, "driver",
+                 driver == drivers::kMemory ? "memory: invented data, no bench test"
+                                            : fmt::format("{}: simulated, no bench test", driver)});
+  }
+
+  void check_view(const std::string& view, const Frame& frame, const std::string& driver,
+                  const vision::RimCircle& believed) {
+    end_if_asked(surroundings_);
+    const auto failed = [&](const Error& error) { report_.add(failed_row(view, "image", error, kWholeAdvice)); };
+    const auto image = frame.image(kFirstImageTime);
+    if (!image) return failed(image.error());
+    const auto rgb = to_rgb8(**image);
+    if (!rgb) return failed(rgb.error());
+    if (driver != drivers::kMemory) return check_image(view, *rgb, believed, report_);
+    // The pattern of driver memory shows no mirror.
+    report_.add({view, "image", fmt::format("{} x {}", rgb->width_px, rgb->height_px)});
   }
 
   void report_deviceless(const std::string& part, const std::string& driver) {

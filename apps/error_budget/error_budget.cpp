@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/error_budget/error_budget.h"
 
-#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -80,14 +79,15 @@ Eigen::Vector2d difference(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 
 /// Returns d (range, bearing) of a landmark for one standard deviation of `part`.
 std::optional<Eigen::Vector2d> slope(const Viewpoint& viewpoint, const World& truth, const Part& part, int landmark) {
-  std::array<std::optional<Answer>, 2> ends;
-  for (const int side : {0, 1}) {
+  const auto answer_at = [&](double sigmas) {
     World believed = truth;
-    part.apply(believed, (side == 0 ? -1 : 1) * kStep_sigmas);
-    ends[std::size_t(side)] = viewpoint.answer(believed, rig_of(believed), landmark);
-  }
-  if (!ends[0] || !ends[1]) return std::nullopt;
-  return difference(ends[1]->range_bearing, ends[0]->range_bearing) / (2 * kStep_sigmas);
+    part.apply(believed, sigmas);
+    return viewpoint.answer(believed, rig_of(believed), landmark);
+  };
+  const auto below = answer_at(-kStep_sigmas);
+  const auto above = answer_at(kStep_sigmas);
+  if (!below || !above) return std::nullopt;
+  return difference(above->range_bearing, below->range_bearing) / (2 * kStep_sigmas);
 }
 
 /// The linear part of a fix: pose error = sum of gain * (error of range and bearing - the part from a wrong place).
@@ -166,11 +166,6 @@ std::vector<World> range_worlds(const World& world, double range_m) {
   return worlds;
 }
 
-World true_world(const config::Robot& robot, const config::Map& map) {
-  const vision::Rig rig = config::to_rig(robot);
-  return {rig.lower.settings(), rig.upper.settings(), map.landmarks, 0, {}};
-}
-
 /// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
 std::optional<vision::Rig> possible_rig(const World& believed) {
   try {
@@ -243,8 +238,9 @@ ErrorBudgetSettings settings_for(const config::Robot& robot) {
 ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std::span<const localisation::Pose> poses,
                          const ErrorBudgetSettings& settings) {
   check(settings);
-  const World truth = true_world(robot, map);
-  const Motion motion{settings.speed_mps, settings.turn_rate_radps};
+  const vision::Rig true_rig = config::to_rig(robot);
+  const World truth{true_rig.lower.settings(), true_rig.upper.settings(), map.landmarks, 0, {}};
+  const behaviours::Motion motion{settings.speed_mps, settings.turn_rate_radps};
   const auto viewpoint = [&](const World& world, const localisation::Pose& pose) {
     return Viewpoint(world, pose, motion, settings.edge_noise_px, settings.tops_known);
   };
@@ -265,7 +261,7 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
       .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
         const auto answer = of_ranges[i].answer(believed, rig, 0);
         if (!answer) return std::nullopt;
-        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_bearing(0).x(), 2);
+        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_m(0), 2);
       }};
 
   std::vector<Viewpoint> of_positions;

@@ -8,6 +8,7 @@
 
 #include "localisation/least_squares_fix.h"
 #include "vision/bound.h"
+#include "vision/triangulation.h"
 
 namespace twocone::error_budget {
 namespace {
@@ -22,17 +23,12 @@ constexpr double kFixInflation = 100;
 /// If the height is unknown, a disparity must be at least this many of its inflated sigmas (vision::kMinSigmas).
 constexpr double kDisparitySigmas = 2 * vision::kMinSigmas;
 
-vision::Sighting scaled(vision::Sighting sighting, double factor) {
-  sighting.covariance_px2 *= factor * factor;
-  return sighting;
-}
-
 }  // namespace
 
 vision::Rig rig_of(const World& world) { return {vision::MirrorView(world.lower), vision::MirrorView(world.upper)}; }
 
-Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
-                     bool tops_known)
+Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const behaviours::Motion& motion,
+                     double edge_noise_px, bool tops_known)
     : truth_(&truth), rig_(rig_of(truth)), pose_(pose), motion_(motion), tops_known_(tops_known) {
   for (int i = 0; i < int(truth.landmarks.size()); ++i) {
     auto& views = views_.emplace_back();
@@ -57,25 +53,20 @@ Eigen::Vector2d Viewpoint::p_BL_m(const localisation::Pose& pose, int landmark) 
          (vision::place_m(truth_->landmarks[std::size_t(landmark)]) - Eigen::Vector2d(pose.x_m, pose.y_m));
 }
 
-Eigen::Vector2d Viewpoint::true_range_bearing(int landmark) const {
-  const Eigen::Vector2d p_m = p_BL_m(pose_, landmark);
-  return {p_m.norm(), std::atan2(p_m.y(), p_m.x())};
-}
-
-std::optional<Eigen::Vector2d> Viewpoint::pixel(const vision::MirrorView& view, const localisation::Pose& pose,
+std::optional<Eigen::Vector2d> Viewpoint::pixel(const vision::MirrorView& view, const Eigen::Vector2d& p_BL_m,
                                                 int landmark) const {
   const Landmark& p = truth_->landmarks[std::size_t(landmark)];
-  const auto near_m = vision::near_top_point(view, p_BL_m(pose, landmark), p.radius_m, p.top_m);
+  const auto near_m = vision::near_top_point(view, p_BL_m, p.radius_m, p.top_m);
   return near_m ? view.project(*near_m) : std::nullopt;
 }
 
 std::optional<Viewpoint::View> Viewpoint::look(const vision::MirrorView& view, int landmark,
                                                double edge_noise_px) const {
-  const auto here_px = pixel(view, pose_, landmark);
-  if (!here_px) return std::nullopt;
-  const Landmark& p = truth_->landmarks[std::size_t(landmark)];
   const Eigen::Vector2d place_m = p_BL_m(pose_, landmark);
-  const auto information = vision::sighting_information(view, p, place_m, edge_noise_px);
+  const auto here_px = pixel(view, place_m, landmark);
+  if (!here_px) return std::nullopt;
+  const auto information =
+      vision::sighting_information(view, truth_->landmarks[std::size_t(landmark)], place_m, edge_noise_px);
   if (!information) return std::nullopt;
 
   // Derivative of the near point's pixel by range and bearing, by central differences. The error is (step / range)^2.
@@ -85,14 +76,10 @@ std::optional<Viewpoint::View> Viewpoint::look(const vision::MirrorView& view, i
                                                kStep * place_m.norm() * Eigen::Vector2d(-outwards.y(), outwards.x())};
   Eigen::Matrix2d slope;
   for (int i = 0; i < 2; ++i) {
-    std::array<std::optional<Eigen::Vector2d>, 2> ends;
-    for (const int side : {0, 1}) {
-      const Eigen::Vector2d moved_m = place_m + (side == 0 ? -1 : 1) * steps_m[std::size_t(i)];
-      const auto near_m = vision::near_top_point(view, moved_m, p.radius_m, p.top_m);
-      ends[std::size_t(side)] = near_m ? view.project(*near_m) : std::nullopt;
-    }
-    if (!ends[0] || !ends[1]) return std::nullopt;  // at the very edge of the mirror's view
-    slope.col(i) = (*ends[1] - *ends[0]) / (2 * kStep);
+    const auto behind_px = pixel(view, place_m - steps_m[std::size_t(i)], landmark);
+    const auto ahead_px = pixel(view, place_m + steps_m[std::size_t(i)], landmark);
+    if (!behind_px || !ahead_px) return std::nullopt;  // at the very edge of the mirror's view
+    slope.col(i) = (*ahead_px - *behind_px) / (2 * kStep);
   }
   const Eigen::LLT<Eigen::Matrix2d> root(*information);
   if (root.info() != Eigen::Success) return std::nullopt;
@@ -110,15 +97,15 @@ std::optional<Answer> Viewpoint::answer(const World& believed, const vision::Rig
   std::array<std::optional<vision::Sighting>, 2> sightings;
   for (const std::size_t view : {0U, 1U}) {
     if (!views_[k][view]) continue;
-    vision::Sighting& sighting = sightings[view].emplace(scaled(views_[k][view]->sighting, inflation));
+    vision::Sighting& sighting = sightings[view].emplace(views_[k][view]->sighting);
+    sighting.covariance_px2 *= inflation * inflation;
     if (view == 1 && believed.skew_s != 0) {
       const double turn_rad = motion_.turn_rate_radps * believed.skew_s;
       const double way_m = motion_.speed_mps * believed.skew_s;
       const double course_rad = pose_.heading_rad + turn_rad / 2;
-      const auto moved_px = pixel(rig_.upper,
-                                  {pose_.x_m + way_m * std::cos(course_rad), pose_.y_m + way_m * std::sin(course_rad),
-                                   pose_.heading_rad + turn_rad},
-                                  landmark);
+      const localisation::Pose moved{pose_.x_m + way_m * std::cos(course_rad), pose_.y_m + way_m * std::sin(course_rad),
+                                     pose_.heading_rad + turn_rad};
+      const auto moved_px = pixel(rig_.upper, p_BL_m(moved, landmark), landmark);
       if (!moved_px) return std::nullopt;
       sighting.pixel_px = *moved_px;
     }

@@ -7,11 +7,11 @@
 
 #include <Eigen/Core>
 
+#include "apps/behaviours/behaviour.h"
 #include "localisation/fix.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
 #include "vision/sighting.h"
-#include "vision/triangulation.h"
 
 namespace twocone::error_budget {
 
@@ -22,11 +22,6 @@ struct World {
   double skew_s = 0;  ///< time from the lower exposure to the upper one
   /// Noise of each landmark's pixel in each view, in standard deviations along two independent axes; empty: none.
   std::vector<std::array<Eigen::Vector2d, 2>> noise;
-};
-
-struct Motion {
-  double speed_mps = 0;
-  double turn_rate_radps = 0;
 };
 
 /// A robot's answer for one landmark: range and bearing.
@@ -40,13 +35,13 @@ class Viewpoint {
  public:
   /// @param edge_noise_px > 0
   /// @param tops_known whether the robot uses its belief about the tops' heights
-  Viewpoint(const World& truth, const localisation::Pose& pose, const Motion& motion, double edge_noise_px,
+  Viewpoint(const World& truth, const localisation::Pose& pose, const behaviours::Motion& motion, double edge_noise_px,
             bool tops_known);
 
   [[nodiscard]] const localisation::Pose& pose() const { return pose_; }
   /// Returns the indices of the landmarks that can be measured from here.
   [[nodiscard]] const std::vector<int>& seen() const { return seen_; }
-  [[nodiscard]] Eigen::Vector2d true_range_bearing(int landmark) const;
+  [[nodiscard]] double true_range_m(int landmark) const { return p_BL_m(pose_, landmark).norm(); }
 
   /// Returns nothing if the triangulation withholds its range. @param rig the two views of `believed`
   [[nodiscard]] std::optional<Answer> answer(const World& believed, const vision::Rig& rig, int landmark) const;
@@ -59,14 +54,15 @@ class Viewpoint {
     Eigen::Matrix2d root_px;    ///< of the true covariance: noise = root * standard normal variables
   };
   [[nodiscard]] Eigen::Vector2d p_BL_m(const localisation::Pose& pose, int landmark) const;
-  [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const vision::MirrorView& view, const localisation::Pose& pose,
+  /// Returns the pixel of a landmark's near point if its axis is at `p_BL_m`.
+  [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const vision::MirrorView& view, const Eigen::Vector2d& p_BL_m,
                                                      int landmark) const;
   [[nodiscard]] std::optional<View> look(const vision::MirrorView& view, int landmark, double edge_noise_px) const;
 
   const World* truth_;
   vision::Rig rig_;
   localisation::Pose pose_;
-  Motion motion_;
+  behaviours::Motion motion_;
   bool tops_known_;
   std::vector<int> seen_;
   std::vector<std::array<std::optional<View>, 2>> views_;  ///< of each landmark, lower and upper

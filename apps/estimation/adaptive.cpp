@@ -134,29 +134,29 @@ Fix fix_of_outline(const std::vector<RangeMeasurement>& measured, const std::vec
   return fix;
 }
 
-AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
-                                 const std::array<Eigen::Vector2d, 2>& centres_px, const AdaptiveSettings& settings,
-                                 const std::function<double()>& clock_s, double begin_s) {
-  AdaptiveAnswer answer;
+FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                              const std::array<Eigen::Vector2d, 2>& centres_px, const config::EstimatorKeys& keys,
+                              const std::function<double()>& clock_s, double begin_s) {
+  FrameAnswer answer;
   const std::vector<RangeMeasurement> found = observation.measurements();
-  const double looked_s = settings.budget_s ? clock_s() : 0;
+  const double looked_s = keys.budget_s ? clock_s() : 0;
   const auto locate = [&](bool use_bearings) {
     const double from_s = thread_time_s();
     Fix fix = fix_of_outline(answer.ranges, landmarks_m, use_bearings);
-    answer.localisation_s += thread_time_s() - from_s;
+    answer.timing.localisation_s += thread_time_s() - from_s;
     return fix;
   };
   answer.ranges = found;
-  answer.fix = locate(settings.use_bearings);
-  const double located_s = settings.budget_s ? clock_s() : 0;
+  answer.fix = locate(keys.bearings);
+  const double located_s = keys.budget_s ? clock_s() : 0;
   const auto is_enough = [&] {
     const Fix& fix = answer.fix;
-    return fix.verdict == FixVerdict::kOk && fix.outliers.empty() && position_sigma_m(fix) <= settings.enough_m;
+    return fix.verdict == FixVerdict::kOk && fix.outliers.empty() && position_sigma_m(fix) <= keys.enough_m;
   };
   if (is_enough()) return answer;
 
   // Bearings show where to look, even if the answer must not use them.
-  const Fix guide = settings.use_bearings ? answer.fix : locate(true);
+  const Fix guide = keys.bearings ? answer.fix : locate(true);
   std::vector<Unit> left = units_of(found, centres_px);
   const bool is_guided = guide.verdict == FixVerdict::kOk && guide.heading_rad;
   if (is_guided) {
@@ -166,25 +166,23 @@ AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const st
       observation.expect(k, to_m.norm(), std::atan2(to_m.y(), to_m.x()) - *guide.heading_rad);
     }
   }
-  Information information(guide.position_m.value_or(Eigen::Vector2d::Zero()), settings.use_bearings, found.size());
+  Information information(guide.position_m.value_or(Eigen::Vector2d::Zero()), keys.bearings, found.size());
   for (std::size_t k = 0; k < found.size(); ++k) information.set(k, found[k], landmarks_m[k]);
   information.keep_found();
 
   int done = 0;
   // Whether one more refinement and the fix after it are predicted to end within the time budget.
   const auto is_affordable = [&] {
-    if (!settings.budget_s) return true;
+    if (!keys.budget_s) return true;
     const double now_s = clock_s();
     const double next_s = done > 0 ? (now_s - located_s) / done : looked_s - begin_s;
     const double last_fix_s = located_s - looked_s;
-    return now_s - begin_s + next_s + last_fix_s <= *settings.budget_s;
+    return now_s - begin_s + next_s + last_fix_s <= *keys.budget_s;
   };
   bool is_current = true;  // whether the fix uses the latest measurements
   while (!left.empty() && is_affordable()) {
-    const auto better = [&](const Unit& a, const Unit& b) {
-      return information.with_refined_m2(a.landmark, a.share) < information.with_refined_m2(b.landmark, b.share);
-    };
-    const auto next = is_guided ? std::min_element(left.begin(), left.end(), better) : left.begin();
+    const auto refined_m2 = [&](const Unit& unit) { return information.with_refined_m2(unit.landmark, unit.share); };
+    const auto next = is_guided ? std::ranges::min_element(left, {}, refined_m2) : left.begin();
     const auto [k, view, share] = *next;
     left.erase(next);
     observation.take(std::array{k}, vision::Stage::kFine, view);
@@ -197,12 +195,12 @@ AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const st
     is_current = false;
     if (observation.refined() < kLeastRefined || left.empty()) continue;
     // The prediction is cheap and the fix is not. The fix is computed only if the prediction reaches the limit.
-    if (is_guided && !(std::sqrt(information.position_variance_m2()) <= settings.enough_m)) continue;
-    answer.fix = locate(settings.use_bearings);
+    if (is_guided && !(std::sqrt(information.position_variance_m2()) <= keys.enough_m)) continue;
+    answer.fix = locate(keys.bearings);
     is_current = true;
     if (is_enough()) return answer;
   }
-  if (!is_current) answer.fix = locate(settings.use_bearings);
+  if (!is_current) answer.fix = locate(keys.bearings);
   return answer;
 }
 

@@ -3,9 +3,10 @@
 
 #include <array>
 #include <functional>
-#include <optional>
 #include <vector>
 
+#include "apps/config/robot_file.h"
+#include "apps/estimation/estimator.h"
 #include "localisation/fix.h"
 #include "vision/outline_ranging.h"
 
@@ -18,18 +19,6 @@ localisation::Fix fix_of_outline(const std::vector<vision::RangeMeasurement>& me
 
 /// Returns the processor time of the calling thread, seconds; its zero has no meaning.
 double thread_time_s();
-
-struct AdaptiveSettings {
-  bool use_bearings = true;
-  double enough_m = 0.001;
-  std::optional<double> budget_s;
-};
-
-struct AdaptiveAnswer {
-  std::vector<vision::RangeMeasurement> ranges;
-  localisation::Fix fix;
-  double localisation_s = 0;  ///< processor time for the fixes and the order of refinement
-};
 
 /// Refines one frame landmark by landmark until its position is known well enough (stage `adaptive`).
 ///
@@ -50,11 +39,13 @@ struct AdaptiveAnswer {
 /// A time budget can end refinement earlier. A refinement starts only if it and the fix after it are predicted to end
 /// within the time budget. The prediction is the mean time of the refinements in this frame so far. The first one is
 /// assumed to take as long as the finder.
+/// @param keys its `bearings`, `enough_m` and `budget_s`
 /// @param centres_px positions of the tips in the lower and the upper image
 /// @param clock_s seconds, read only with a time budget
 /// @param begin_s time by that clock when the work on the frame began
-AdaptiveAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
-                                 const std::array<Eigen::Vector2d, 2>& centres_px, const AdaptiveSettings& settings,
-                                 const std::function<double()>& clock_s, double begin_s);
+/// @returns the answer; of its timing only localisation_s, which counts the fixes and the order of refinement
+FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                              const std::array<Eigen::Vector2d, 2>& centres_px, const config::EstimatorKeys& keys,
+                              const std::function<double()>& clock_s, double begin_s);
 
 }  // namespace twocone::estimation

@@ -113,19 +113,9 @@ Estimator::Estimator(Method method, const config::Robot& robot, const config::Ma
   std::iota(wanted_.begin(), wanted_.end(), std::size_t(0));
 }
 
-void Estimator::answer_by_paper(const vision::PaperRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
-                                FrameAnswer& answer) const {
-  const double begin_s = thread_time_s();
-  answer.ranges = ranging.measure(lower, upper);
-  const double ranged_s = thread_time_s();
-  answer.fix = fix_of_paper(answer.ranges, landmarks_m_);
-  answer.timing.vision_s = ranged_s - begin_s;
-  answer.timing.localisation_s = thread_time_s() - ranged_s;
-}
-
-void Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
-                                  double begin_s, FrameAnswer& answer) const {
-  const double begin_cpu_s = thread_time_s();
+FrameAnswer Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower,
+                                         const cv::Mat& upper, double begin_s) const {
+  FrameAnswer answer;
   vision::FrameObservation observation = ranging.look(lower, upper);
   if (stage_) {
     observation.take(wanted_, *stage_);
@@ -134,15 +124,11 @@ void Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const c
     answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings);
     answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    AdaptiveAnswer refined = refine_adaptively(observation, landmarks_m_, centres_px_,
-                                               {keys_.bearings, keys_.enough_m, keys_.budget_s}, clock_s_, begin_s);
-    answer.ranges = std::move(refined.ranges);
-    answer.fix = std::move(refined.fix);
-    answer.timing.localisation_s = refined.localisation_s;
+    answer = refine_adaptively(observation, landmarks_m_, centres_px_, keys_, clock_s_, begin_s);
   }
   check_bounds(bounds_, answer.fix);
-  answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;
   answer.timing.refined = observation.refined();
+  return answer;
 }
 
 Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) const {
@@ -155,11 +141,16 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) co
 
   FrameAnswer answer;
   const double begin_s = clock_s_();
+  const double begin_cpu_s = thread_time_s();
   if (const auto* paper = std::get_if<vision::PaperRanging>(&ranging_)) {
-    answer_by_paper(*paper, *below, *above, answer);
+    answer.ranges = paper->measure(*below, *above);
+    const double ranged_s = thread_time_s();
+    answer.fix = fix_of_paper(answer.ranges, landmarks_m_);
+    answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, begin_s, answer);
+    answer = answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, begin_s);
   }
+  answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;
   answer.timing.wall_s = clock_s_() - begin_s;
   const bool is_bound = std::holds_alternative<vision::OutlineRanging>(ranging_) && !stage_ && keys_.budget_s;
   answer.timing.is_over_budget = is_bound && answer.timing.wall_s > *keys_.budget_s;

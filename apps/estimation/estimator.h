@@ -51,10 +51,8 @@ class Estimator {
   [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper) const;
 
  private:
-  void answer_by_paper(const vision::PaperRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
-                       FrameAnswer& answer) const;
-  void answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower, const cv::Mat& upper,
-                         double begin_s, FrameAnswer& answer) const;
+  [[nodiscard]] FrameAnswer answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower,
+                                              const cv::Mat& upper, double begin_s) const;
 
   std::vector<Eigen::Vector2d> landmarks_m_;
   config::Bounds bounds_;

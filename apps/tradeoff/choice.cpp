@@ -74,10 +74,8 @@ class Reasons {
 
   [[nodiscard]] std::string none() const {
     if (!choice_.validations.empty()) {
-      const Validation& nearest = *std::min_element(
-          choice_.validations.begin(), choice_.validations.end(), [this](const Validation& a, const Validation& b) {
-            return upper_limit(a, requirement_) < upper_limit(b, requirement_);
-          });
+      const Validation& nearest = *std::ranges::min_element(
+          choice_.validations, {}, [this](const Validation& v) { return upper_limit(v, requirement_); });
       return fmt::format(
           "no setting is confirmed: of {}, the nearest is {}: {}; no other setting that answers often enough meets the "
           "requirement in the sweep",

@@ -2,16 +2,16 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
-#include <array>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include "apps/tradeoff/axis_groups.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -22,21 +22,8 @@ constexpr double kLeastPairs = 0.25;
 /// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
 constexpr double kLeastEffect = 0.8;
 
-struct AxisWords {
-  std::string_view title, cost;
-  bool is_sized;  ///< larger values are "beyond" a smaller one
-};
-const AxisWords& words(Axis axis) {
-  static constexpr std::array<AxisWords, 8> kWords{{{"image size", "simulation time", true},
-                                                    {"anti-aliasing", "simulation time", true},
-                                                    {"effects", "simulation time", false},
-                                                    {"estimator", "robot time", false},
-                                                    {"landmarks", "robot time", true},
-                                                    {"bearings", "robot time", false},
-                                                    {"frame rate", "robot time", true},
-                                                    {"frames fused", "robot time", true}}};
-  return kWords.at(std::size_t(axis));
-}
+/// The name of the time that a step on the axis costs.
+std::string_view cost_name(Axis axis) { return facts_of(axis).costs_rendering ? "simulation time" : "robot time"; }
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;
 
@@ -115,7 +102,7 @@ std::vector<Step> steps_of(const Sweep& sweep, Axis axis) {
   std::vector<AxisPlace> places;
   places.reserve(examples.size());
   for (const auto& [place, setting] : examples) places.push_back(place);
-  const bool is_simulated = words(axis).cost == "simulation time";
+  const bool is_simulated = facts_of(axis).costs_rendering;
   std::vector<Step> steps;
   for (std::size_t to = 1; to < places.size(); ++to) {
     std::size_t most = 0;
@@ -157,11 +144,11 @@ std::string times(const Ratio& ratio) { return fmt::format("{} times ({})", numb
 /// " at 3.7 times the simulation time"; empty without times.
 std::string at_cost(const Step& step, Axis axis) {
   if (step.cost.pairs == 0) return "";
-  return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), words(axis).cost);
+  return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), cost_name(axis));
 }
 
 std::string from_to(const Step& step, Axis axis) {
-  return fmt::format("from {} to {}", value(*step.from, axis), value(*step.to, axis));
+  return fmt::format("from {} to {}", facts_of(axis).value(*step.from), facts_of(axis).value(*step.to));
 }
 
 std::string phrase(const Step& step, Axis axis) {
@@ -188,8 +175,8 @@ std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
   };
   std::map<AxisPlace, Value> values;
   for (const SettingResult& s : sweep.settings) {
-    Value& v = values[axis_place(s.setting, axis)];
-    v.text = value(s.setting, axis);
+    Value& v = values[facts_of(axis).place(s.setting)];
+    v.text = facts_of(axis).value(s.setting);
     v.frames += s.frames;
     v.answered += s.answered;
     v.is_left = v.is_left || answers_enough(s);
@@ -207,7 +194,7 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
   const std::vector<Step> steps = steps_of(sweep, axis);
   std::size_t last = steps.size();
   while (last > 0 && steps[last - 1].gains_nothing()) --last;
-  if (!words(axis).is_sized || last == 0) last = steps.size();
+  if (!facts_of(axis).is_sized || last == 0) last = steps.size();
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i < last) {
@@ -215,24 +202,126 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
       continue;
     }
     const std::string beyond =
-        i == last ? fmt::format("beyond {} no gain in accuracy was found: ", value(*steps[i].from, axis)) : "";
+        i == last ? fmt::format("beyond {} no gain in accuracy was found: ", facts_of(axis).value(*steps[i].from)) : "";
     parts.push_back(fmt::format("{}{} the error is {}{}", beyond, from_to(steps[i], axis), times(steps[i].error),
                                 at_cost(steps[i], axis)));
   }
   for (std::string& lost : lost_values(sweep, axis)) parts.push_back(std::move(lost));
   if (steps.empty()) parts.insert(parts.begin(), "no two settings that answer often enough differ in this axis only");
-  return fmt::format("{}: {}", words(axis).title, fmt::join(parts, "; "));
+  return fmt::format("{}: {}", facts_of(axis).title, fmt::join(parts, "; "));
+}
+
+// ---- growth
+
+/// Added to each point's own sigma. No law is more accurate, and a time that is always the same would otherwise
+/// outweigh all other points.
+constexpr double kLeastSigma = 0.01;
+
+struct Point {
+  double x = 0, y = 0;  ///< logarithms
+  double weight = 0;
+};
+
+std::vector<Point> points_of(const AxisGroup& group, const std::function<Interval(const SettingResult&)>& figure) {
+  const double z = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2);
+  std::vector<Point> points;
+  for (const auto& [place, result] : group) {
+    const Interval f = figure(*result);
+    if (!(f.low > 0 && std::isfinite(f.high) && place.first > 0)) continue;
+    const double sigma = std::log(f.high / f.low) / (2 * z);
+    points.push_back({std::log(place.first), std::log(f.value), 1 / (sigma * sigma + kLeastSigma * kLeastSigma)});
+  }
+  return points;
+}
+
+/// Fits one exponent to all groups, each with its own factor.
+std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
+  double xx = 0, xy = 0, yy = 0;
+  int points = 0, used = 0;
+  for (const auto& group : groups) {
+    const auto differs = [&group](const Point& p) { return p.x != group.front().x; };
+    if (std::none_of(group.begin(), group.end(), differs)) continue;
+    double weights = 0, x = 0, y = 0;
+    for (const Point& p : group) {
+      weights += p.weight;
+      x += p.weight * p.x;
+      y += p.weight * p.y;
+    }
+    x /= weights;
+    y /= weights;
+    for (const Point& p : group) {
+      xx += p.weight * (p.x - x) * (p.x - x);
+      xy += p.weight * (p.x - x) * (p.y - y);
+      yy += p.weight * (p.y - y) * (p.y - y);
+    }
+    points += int(group.size());
+    ++used;
+  }
+  if (used == 0) return std::nullopt;
+  Growth growth;
+  growth.exponent = xy / xx;
+  growth.points = points;
+  double half = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2) / std::sqrt(xx);
+  if (const int freedom = points - used - 1; freedom > 0) {
+    // Where the growth is no power law, points scatter about it by more than their own intervals.
+    const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
+    const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kConfidence) / 2);
+    half = std::max(half, t * std::sqrt(scatter / xx));
+  }
+  growth.low = growth.exponent - half;
+  growth.high = growth.exponent + half;
+  return growth;
+}
+
+/// Returns the first setting of each set of images, reduced to the images, because rendering is timed once for all
+/// settings of them.
+Sweep of_images(const Sweep& sweep) {
+  Sweep images;
+  std::set<Images> seen;
+  for (SettingResult result : sweep.settings) {
+    if (!answers_enough(result) || !seen.insert(result.setting.images).second) continue;
+    result.setting = {.images = result.setting.images};
+    images.settings.push_back(result);
+  }
+  return images;
 }
 
 }  // namespace
 
 std::map<Axis, std::string> conclusions(const Sweep& sweep) {
   std::map<Axis, std::string> all;
-  for (const Axis axis : all_axes()) {
+  for (const Axis axis : kAllAxes) {
     const auto differs = [&](const SettingResult& s) {
-      return axis_place(s.setting, axis) != axis_place(sweep.settings.front().setting, axis);
+      return facts_of(axis).place(s.setting) != facts_of(axis).place(sweep.settings.front().setting);
     };
     if (std::any_of(sweep.settings.begin(), sweep.settings.end(), differs)) all[axis] = sentence_of(sweep, axis);
+  }
+  return all;
+}
+
+std::vector<Growth> growth(const Sweep& sweep) {
+  const auto error = [](const SettingResult& s) { return s.position_m->mean; };
+  const auto vision = [](const SettingResult& s) { return s.vision.median_s; };
+  const auto rendering = [](const SettingResult& s) { return s.render_cpu.median_s; };
+  const Sweep images = of_images(sweep);
+  struct Law {
+    const Sweep& sweep;
+    Axis axis;
+    const char* of;
+    std::function<Interval(const SettingResult&)> figure;
+  };
+  std::vector<Growth> all;
+  for (const Law& law :
+       {Law{sweep, Axis::kSize, "position error", error}, Law{sweep, Axis::kSize, "vision time", vision},
+        Law{images, Axis::kSize, "rendering time", rendering}, Law{sweep, Axis::kLandmarks, "position error", error},
+        Law{sweep, Axis::kLandmarks, "vision time", vision}, Law{sweep, Axis::kFrames, "position error", error}}) {
+    std::vector<std::vector<Point>> points;
+    for (const AxisGroup& group : axis_groups(law.sweep, law.axis)) points.push_back(points_of(group, law.figure));
+    if (auto found = fit(points)) {
+      found->axis = law.axis;
+      found->of = law.of;
+      all.push_back(*found);
+    }
   }
   return all;
 }

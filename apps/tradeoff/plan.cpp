@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -123,15 +122,9 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
   };
   std::vector<std::string> last_first;
   while (!kept.empty()) {
-    auto least = kept.begin();
-    double least_m2 = std::numeric_limits<double>::infinity();
-    for (auto at = kept.begin(); at != kept.end(); ++at) {
-      const double cost_m2 = cost_without(*at);
-      if (cost_m2 < least_m2) {
-        least_m2 = cost_m2;
-        least = at;
-      }
-    }
+    std::vector<double> costs_m2;
+    for (const std::size_t out : kept) costs_m2.push_back(cost_without(out));
+    const auto least = kept.begin() + (std::min_element(costs_m2.begin(), costs_m2.end()) - costs_m2.begin());
     last_first.push_back(map.landmarks[*least].name);
     kept.erase(least);
   }
@@ -152,12 +145,13 @@ std::optional<Images> images_of(const config::Robot& robot, Fraction k, int anti
   return Images{robot.lower.width_px * k.over / k.under, robot.lower.height_px * k.over / k.under, antialias, effects};
 }
 
-struct Step {
+/// Images of a size of the sweep, by their anti-aliasing.
+struct SizeStep {
   Fraction size;
   std::vector<int> antialias;
 };
 
-std::vector<Step> steps_of(bool is_fine) {
+std::vector<SizeStep> sizes_of(bool is_fine) {
   if (!is_fine) {
     return {{{1, 4}, {1, 2}},    {{3, 8}, {1, 2}}, {{1, 2}, {1, 2, 3}}, {{3, 4}, {1, 2}},
             {{1, 1}, {1, 2, 3}}, {{3, 2}, {2}},    {{2, 1}, {2}}};
@@ -290,7 +284,7 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
     if (std::find(all.begin(), all.end(), *images) == all.end()) all.push_back(*images);
     (settings.*add)(*images);
   };
-  for (const Step& step : steps_of(options.fine)) {
+  for (const SizeStep& step : sizes_of(options.fine)) {
     for (const int antialias : step.antialias) {
       with(images_of(robot, step.size, antialias, Effects::kScene), &Settings::add_levels);
     }

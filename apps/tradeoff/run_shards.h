@@ -11,6 +11,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/plan.h"
+#include "apps/tradeoff/shard.h"
 #include "apps/tradeoff/sweep.h"
 #include "apps/tradeoff/sweep_folder.h"
 #include "hal/result.h"
@@ -37,6 +38,15 @@ struct Watch {
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
                                const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop);
+
+/// Returns the figures of each setting from the frames of all shards, with 95 % intervals; frontiers are marked. The
+/// caller fills the header fields of the result. A setting without rows has no figures, and its times are 0.
+/// @throws std::invalid_argument for a row of a setting that is not in the plan, for a negative episode, and for
+/// numbers that statistics.h rejects
+Sweep merge(const Plan& plan, const ShardRecord& all);
+
+/// Returns a setting's errors and times from the frames of all shards. @throws as merge
+Check check_of(const Plan& plan, const ShardRecord& all, std::size_t setting);
 
 /// Merges a complete folder and writes errors.csv, tradeoff.csv and tradeoff.txt into it.
 /// @throws config::FileError as SweepFolder::read_all; runlog::DiskError

@@ -2,7 +2,6 @@
 #include "apps/tradeoff/setting.h"
 
 #include <array>
-#include <cassert>
 
 #include <fmt/format.h>
 
@@ -11,21 +10,41 @@
 namespace twocone::tradeoff {
 namespace {
 
-constexpr std::array kAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, Axis::kLevel,
-                           Axis::kLandmarks, Axis::kBearings,  Axis::kRate,    Axis::kFrames};
-
 /// Method paper has no stage of its own.
 std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Level::kFine : level); }
 
+std::string level_words(const Setting& s) {
+  if (s.level == Level::kPaper) return "paper";
+  if (s.level == Level::kAdaptive) return fmt::format("adaptive to {:g} mm", 1000 * s.enough_m);
+  return fmt::format("outline, {}", stage_of(s.level));
+}
+
+/// In the order of Axis.
+constexpr std::array<AxisFacts, kAllAxes.size()> kAxisFacts{{
+    {"size", "image size", true, true,
+     [](const Setting& s) { return fmt::format("{}x{}", s.images.width_px, s.images.height_px); },
+     [](const Setting& s) { return AxisPlace(double(s.images.width_px) * s.images.height_px, s.images.width_px); }},
+    {"antialias", "anti-aliasing", true, true,
+     [](const Setting& s) { return s.images.antialias > 1 ? fmt::format("+R{}", s.images.antialias) : "none"; },
+     [](const Setting& s) { return AxisPlace(s.images.antialias, 0); }},
+    {"effects", "effects", true, false, [](const Setting& s) { return std::string(name(s.images.effects)); },
+     [](const Setting& s) { return AxisPlace(int(s.images.effects), 0); }},
+    {"estimator", "estimator", false, false, level_words,
+     [](const Setting& s) { return AxisPlace(int(s.level), s.enough_m); }},
+    {"landmarks", "landmarks", false, true, [](const Setting& s) { return fmt::to_string(s.landmarks); },
+     [](const Setting& s) { return AxisPlace(s.landmarks, 0); }},
+    {"bearings", "bearings", false, false,
+     [](const Setting& s) { return std::string(s.uses_bearings() ? "ranges and bearings" : "ranges"); },
+     [](const Setting& s) { return AxisPlace(s.bearings ? 1 : 0, 0); }},
+    {"rate", "frame rate", false, true, [](const Setting& s) { return fmt::format("{:g} Hz", s.rate_hz); },
+     [](const Setting& s) { return AxisPlace(s.rate_hz, 0); }},
+    {"frames", "frames fused", false, true, [](const Setting& s) { return fmt::to_string(s.frames); },
+     [](const Setting& s) { return AxisPlace(s.frames, 0); }},
+}};
+
 }  // namespace
 
-std::span<const Axis> all_axes() { return kAxes; }
-
-std::string_view name(Axis axis) {
-  constexpr std::array<std::string_view, kAxes.size()> kNames{"size",      "antialias", "effects", "estimator",
-                                                              "landmarks", "bearings",  "rate",    "frames"};
-  return kNames.at(std::size_t(axis));
-}
+const AxisFacts& facts_of(Axis axis) { return kAxisFacts.at(std::size_t(axis)); }
 
 std::string_view name(Level level) {
   constexpr std::array<std::string_view, 5> kNames{"paper", "found", "coarse", "fine", "adaptive"};
@@ -37,35 +56,11 @@ std::string_view name(Effects effects) {
   return kNames.at(std::size_t(effects));
 }
 
-std::string value(const Setting& setting, Axis axis) {
-  switch (axis) {
-    case Axis::kSize:
-      return fmt::format("{}x{}", setting.images.width_px, setting.images.height_px);
-    case Axis::kAntialias:
-      return setting.images.antialias > 1 ? fmt::format("+R{}", setting.images.antialias) : "none";
-    case Axis::kEffects:
-      return std::string(name(setting.images.effects));
-    case Axis::kLevel:
-      if (setting.level == Level::kPaper) return "paper";
-      if (setting.level == Level::kAdaptive) return fmt::format("adaptive to {:g} mm", 1000 * setting.enough_m);
-      return fmt::format("outline, {}", stage_of(setting.level));
-    case Axis::kLandmarks:
-      return fmt::format("{}", setting.landmarks);
-    case Axis::kBearings:
-      return setting.uses_bearings() ? "ranges and bearings" : "ranges";
-    case Axis::kRate:
-      return fmt::format("{:g} Hz", setting.rate_hz);
-    case Axis::kFrames:
-      return fmt::format("{}", setting.frames);
-  }
-  assert(false);
-  return "";
-}
-
 std::string describe(const Setting& setting) {
-  return fmt::format("{}, anti-aliasing {}, {}, {}, {} landmarks, {}, {}, {}", value(setting, Axis::kSize),
-                     value(setting, Axis::kAntialias), value(setting, Axis::kEffects), value(setting, Axis::kLevel),
-                     setting.landmarks, value(setting, Axis::kBearings), value(setting, Axis::kRate),
+  const auto value = [&](Axis axis) { return facts_of(axis).value(setting); };
+  return fmt::format("{}, anti-aliasing {}, {}, {}, {} landmarks, {}, {}, {}", value(Axis::kSize),
+                     value(Axis::kAntialias), value(Axis::kEffects), value(Axis::kLevel), setting.landmarks,
+                     value(Axis::kBearings), value(Axis::kRate),
                      setting.frames == 1 ? "single frames" : fmt::format("{} frames", setting.frames));
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <compare>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
@@ -60,16 +62,26 @@ struct Setting {
 
 /// The properties in which settings differ, one at a time.
 enum class Axis { kSize, kAntialias, kEffects, kLevel, kLandmarks, kBearings, kRate, kFrames };
-std::span<const Axis> all_axes();
-/// As in tables and files: size, antialias, effects, estimator, landmarks, bearings, rate, frames.
-std::string_view name(Axis axis);
+inline constexpr std::array kAllAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, Axis::kLevel,
+                                     Axis::kLandmarks, Axis::kBearings,  Axis::kRate,    Axis::kFrames};
+/// The place of a setting on an axis. Places sort as conclusions.h states (levels: by Level, then by enough_m). The
+/// first number is the size, for an axis that has one (pixels of an image, landmarks, frames, ...).
+using AxisPlace = std::pair<double, double>;
+struct AxisFacts {
+  std::string_view name;   ///< as in tables and files: size, antialias, effects, estimator, ...
+  std::string_view title;  ///< in a sentence
+  bool costs_rendering;    ///< its cost is the simulation time, otherwise the robot time
+  bool is_sized;           ///< larger values are "beyond" a smaller one
+  /// Returns the setting's value on the axis, in words: "640x480", "+R2" ("none" for 1), "scene", "outline, fine", "6",
+  /// "ranges and bearings", "15 Hz", "4".
+  std::string (*value)(const Setting& setting);
+  AxisPlace (*place)(const Setting& setting);
+};
+const AxisFacts& facts_of(Axis axis);
 /// scene, flat, noise.
 std::string_view name(Effects effects);
 /// paper, found, coarse, fine, adaptive.
 std::string_view name(Level level);
-/// Returns the setting's value on an axis, in words: "640x480", "+R2" ("none" for 1), "scene", "outline, fine", "6",
-/// "ranges and bearings", "15 Hz", "4".
-std::string value(const Setting& setting, Axis axis);
 /// Returns all values in one line: "640x480, +R2, scene, outline fine, 6 landmarks, ranges and bearings, 15 Hz, 4
 /// frames".
 std::string describe(const Setting& setting);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +19,7 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
+#include "base/process.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "localisation/odometry.h"
@@ -62,15 +65,8 @@ class PeakMemory {
     mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
     is_fresh_ = bool(mark);
   }
-  /// Returns nothing where the kernel does not report the peak or does not allow its reset.
-  [[nodiscard]] std::optional<double> bytes() const {
-    std::ifstream status("/proc/self/status");
-    for (std::string word; is_fresh_ && status >> word;) {
-      double kibibytes = 0;
-      if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
-    }
-    return std::nullopt;
-  }
+  /// Returns 0 where the kernel does not report the peak or does not allow its reset.
+  [[nodiscard]] double bytes() const { return is_fresh_ ? double(base::peak_memory_bytes(::getpid())) : 0; }
 
  private:
   bool is_fresh_ = false;
@@ -121,7 +117,7 @@ class ShardRunner {
     auto shots = take(shard, progress, stop);
     if (!shots) return shots.error();
     ShardRecord record;
-    const int first = first_setting_of(shard.images);
+    const auto first = int(std::ranges::find(plan_.settings, shard.images, &Setting::images) - plan_.settings.begin());
     {
       const std::lock_guard lock(costs_->mutex);
       for (const auto& [place, cpu_s] : costs_->cpu_s) {
@@ -157,11 +153,6 @@ class ShardRunner {
  private:
   static Error stopped() { return {ErrorCode::kCancelled, "stopped from outside"}; }
 
-  [[nodiscard]] int first_setting_of(const Images& images) const {
-    const auto at = std::find_if(plan_.settings.begin(), plan_.settings.end(),
-                                 [&](const Setting& s) { return s.images == images; });
-    return int(at - plan_.settings.begin());
-  }
   /// Returns the most accurate setting, whose outlines give the bound its noise.
   [[nodiscard]] Setting finest_of(const Images& images) const {
     return {.images = images, .landmarks = int(plan_.landmarks.size()), .rate_hz = plan_.robot_rate_hz};
@@ -257,7 +248,9 @@ class ShardRunner {
     }
     // A robot has one pair of images in memory.
     const double pair_bytes = double(shots[0].lower_image->bytes.size() + shots[0].upper_image->bytes.size());
-    if (const auto bytes = memory.bytes()) answers.peak_bytes = *bytes - double(shots.size() - 1) * pair_bytes;
+    if (const double bytes = memory.bytes(); bytes > 0) {
+      answers.peak_bytes = bytes - double(shots.size() - 1) * pair_bytes;
+    }
     return answers;
   }
 
@@ -344,13 +337,11 @@ class ShardRunner {
   }
 
   static FrameRow row_of(int setting, const Shot& shot, const estimation::FrameAnswer& answer) {
-    FrameRow row;
-    row.setting = setting;
-    row.episode = shot.episode;
-    row.step = shot.step;
-    row.vision_s = answer.timing.vision_s;
-    row.localisation_s = answer.timing.localisation_s;
-    return row;
+    return {.setting = setting,
+            .episode = shot.episode,
+            .step = shot.step,
+            .vision_s = answer.timing.vision_s,
+            .localisation_s = answer.timing.localisation_s};
   }
 
   const config::Robot robot_;

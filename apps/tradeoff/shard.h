@@ -20,10 +20,10 @@ struct FrameRow {
   int step = 0;  ///< within the episode, 0 to kStepsOfEpisode - 1; for several frames together, the last one's
   /// localisation::FixVerdict, or `no_estimate` of the filter. Empty for an intermediate frame of an answer from
   /// several frames, of which only the times count.
-  std::string verdict;
-  std::optional<double> error_m, heading_error_rad;  ///< absolute; none without exactly one position
-  std::optional<bool> in_ellipse;                    ///< none without a covariance
-  std::optional<double> bound_m;
+  std::string verdict{};
+  std::optional<double> error_m{}, heading_error_rad{};  ///< absolute; none without exactly one position
+  std::optional<bool> in_ellipse{};                      ///< none without a covariance
+  std::optional<double> bound_m{};
   double vision_s = 0, localisation_s = 0;  ///< processor time
 };
 struct RangeRow {

@@ -14,7 +14,7 @@
 namespace twocone::tradeoff {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// Rounding can put a share times a count this far above a whole number.
 constexpr double kRankSlack = 1e-9;
 
@@ -37,14 +37,14 @@ ByEpisode checked(const char* who, const ByEpisode& values, double level, bool z
 }
 
 /// The mean of all values as a ratio of two sums over episodes, with its scatter. The scatter requires kLeastEpisodes.
-struct Ratio {
+struct RatioOfSums {
   double mean = 0;
   double standard_error = 0;
   double c = 0;  ///< as in the header file
   double values = 0;
   std::size_t episodes = 0;
 
-  explicit Ratio(const ByEpisode& by_episode) : episodes(by_episode.size()) {
+  explicit RatioOfSums(const ByEpisode& by_episode) : episodes(by_episode.size()) {
     std::vector<std::pair<double, double>> sums;
     double sum = 0;
     for (const auto& episode : by_episode) {
@@ -83,8 +83,8 @@ double students_t(std::size_t episodes, double probability) {
 }
 
 Interval mean_of(const ByEpisode& episodes, double level) {
-  const Ratio ratio(episodes);
-  if (episodes.size() < kLeastEpisodes) return {ratio.mean, 0, kInfinity};
+  const RatioOfSums ratio(episodes);
+  if (episodes.size() < kLeastEpisodes) return {ratio.mean, 0, kNoLimit};
   const double t = students_t(episodes.size(), (1 + level) / 2);
   return {ratio.mean, std::max(0.0, ratio.mean_at(t)), ratio.mean_at(-t)};
 }
@@ -94,7 +94,7 @@ std::size_t nearest_rank(double q, double count) {
 }
 
 /// Returns the number of independent trials that a share is worth; for zeros or ones only, the number of episodes.
-double effective_trials(const Ratio& share) {
+double effective_trials(const RatioOfSums& share) {
   const double p = share.mean;
   if (!(p > 0 && p < 1)) return double(share.episodes);
   const double binomial = p * (1 - p) / (share.values - 1);
@@ -109,8 +109,8 @@ Interval mean_interval(const ByEpisode& values, double level) {
 
 double mean_upper_limit(const ByEpisode& values, double level) {
   const ByEpisode episodes = checked("mean_upper_limit", values, level);
-  if (episodes.size() < kLeastEpisodes) return kInfinity;
-  return Ratio(episodes).mean_at(students_t(episodes.size(), 1 - level));
+  if (episodes.size() < kLeastEpisodes) return kNoLimit;
+  return RatioOfSums(episodes).mean_at(students_t(episodes.size(), 1 - level));
 }
 
 Interval rmse_interval(const ByEpisode& values, double level) {
@@ -132,14 +132,14 @@ Interval quantile_interval(const ByEpisode& values, double q, double level) {
   std::sort(sorted.begin(), sorted.end());
   const double count = double(sorted.size());
   const double value = sorted[nearest_rank(q, count) - 1];
-  if (episodes.size() < kLeastEpisodes) return {value, 0, kInfinity};
+  if (episodes.size() < kLeastEpisodes) return {value, 0, kNoLimit};
 
   ByEpisode is_up_to = episodes;
   for (auto& episode : is_up_to) {
     for (double& x : episode) x = x <= value ? 1 : 0;
   }
   const double half =
-      students_t(episodes.size(), (1 + level) / 2) * std::sqrt(q * (1 - q) / effective_trials(Ratio(is_up_to)));
+      students_t(episodes.size(), (1 + level) / 2) * std::sqrt(q * (1 - q) / effective_trials(RatioOfSums(is_up_to)));
   const double low = std::max(1.0, std::floor((q - half) * count));
   const double high = std::min(count, std::ceil((q + half) * count) + 1);
   return {value, sorted[std::size_t(low) - 1], sorted[std::size_t(high) - 1]};
@@ -147,7 +147,7 @@ Interval quantile_interval(const ByEpisode& values, double q, double level) {
 
 Interval share_interval(const ByEpisode& zero_or_one, double level) {
   const ByEpisode episodes = checked("share_interval", zero_or_one, level, true);
-  const Ratio ratio(episodes);
+  const RatioOfSums ratio(episodes);
   const double p = ratio.mean;
   if (episodes.size() < kLeastEpisodes) return {p, 0, 1};
   const double trials = effective_trials(ratio);

@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,7 +19,6 @@ inline constexpr double kConfidence = 0.95;
 
 /// Absolute errors of a setting, with 95 % confidence intervals over episodes (statistics.h).
 struct ErrorFigures {
-  int count = 0;  ///< answers
   Interval mean, rmse, p95;
   double max = 0;
 };
@@ -82,9 +83,24 @@ struct Sweep {
 
 /// The paper's own result: "to within 30 mm" at about 2 s for a stereo frame (Burbridge & Spacek 2006, sections 4 and
 /// 5).
-struct PaperPoint {
-  double mean_error_m = 0.02997;
-  double time_s = 2;
+constexpr double kPaperMeanError_m = 0.02997, kPaperTime_s = 2;
+
+/// A point of the plane; smaller is better in both.
+struct CostAndError {
+  double cost = 0, error = 0;
 };
+/// Returns the indices of the points that no other point dominates (as good in both numbers and better in one), by
+/// rising cost. Points that are not finite are on no frontier; of equal points the first one is.
+std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points);
+
+/// Sets SettingResult::on_robot_frontier and on_simulation_frontier. They use the mean position error against
+/// robot_time_s() and simulation_time_s(), over the settings that answer often enough (kLeastAnswered); the robot's
+/// frontier uses Effects::kScene only.
+void mark_frontiers(std::vector<SettingResult>& settings);
+
+/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
+/// (kLeastAnswered) are included. The pointers refer to `sweep`.
+using AxisGroup = std::map<AxisPlace, const SettingResult*>;
+std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis);
 
 }  // namespace twocone::tradeoff

@@ -15,6 +15,7 @@
 #include "apps/config/scaled_robot.h"
 #include "apps/runs/run.h"
 #include "base/child_process.h"
+#include "base/process.h"
 #include "bench/growth/growth.h"
 
 namespace twocone::bench {
@@ -34,12 +35,9 @@ double cpu_s(int processes) {
 
 /// Peak memory of this process since it started this program.
 double peak_mib() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kib = 0;
-    if (word == "VmHWM:" && status >> kib) return kib / 1024;
-  }
-  throw std::runtime_error("/proc/self/status has no VmHWM");
+  const std::uint64_t bytes = base::peak_memory_bytes(::getpid());
+  if (bytes == 0) throw std::runtime_error("/proc/self/status has no VmHWM");
+  return double(bytes) / (1024 * 1024);
 }
 
 struct RunFigures {

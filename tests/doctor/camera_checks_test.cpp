@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/camera_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/doctor/checks/pair_checks.h"
 #include "drivers/memory/memory_camera.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_camera.h"

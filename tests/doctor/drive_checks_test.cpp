@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/drive_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/doctor/advice.h"
-#include "apps/doctor/checks/turn_tests.h"
+#include "apps/doctor/checks/wheel_bench.h"
 #include "drivers/memory/memory_diffdrive.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_diffdrive.h"

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "apps/doctor/checks/drive_checks.h"
+#include "apps/doctor/checks/checks.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/emulator/arduino_emulator.h"
 #include "tests/emulator/fd_bench.h"

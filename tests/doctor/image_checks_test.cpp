@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/image_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 
-#include "apps/tradeoff/frontier.h"
 #include "apps/tradeoff/sweep.h"
 
 /// An invented sweep with numbers like the lab's: 82 settings, frontiers marked.
@@ -57,12 +55,11 @@ inline SettingResult a_result(const Setting& setting, std::size_t number) {
   result.frames = 96;
   result.answered = setting.landmarks < 4 ? 80 : 96;
   const Interval mean = around(error_m, 0.09);
-  result.position_m =
-      ErrorFigures{result.answered, mean, around(1.2 * error_m, 0.1), around(2.3 * error_m, 0.15), 3.4 * error_m};
-  result.heading_rad = ErrorFigures{result.answered, around(error_m / 2, 0.1), around(error_m / 1.6, 0.1),
-                                    around(error_m, 0.15), 1.6 * error_m};
-  result.range_m = ErrorFigures{result.answered * setting.landmarks, around(1.3 * error_m, 0.07),
-                                around(1.6 * error_m, 0.07), around(3 * error_m, 0.1), 5 * error_m};
+  result.position_m = ErrorFigures{mean, around(1.2 * error_m, 0.1), around(2.3 * error_m, 0.15), 3.4 * error_m};
+  result.heading_rad =
+      ErrorFigures{around(error_m / 2, 0.1), around(error_m / 1.6, 0.1), around(error_m, 0.15), 1.6 * error_m};
+  result.range_m =
+      ErrorFigures{around(1.3 * error_m, 0.07), around(1.6 * error_m, 0.07), around(3 * error_m, 0.1), 5 * error_m};
   if (setting.level != Level::kPaper) {
     result.coverage = Interval{0.94, 0.88, 0.97};
     result.bound_m = 0.8 *

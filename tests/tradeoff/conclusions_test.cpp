@@ -43,7 +43,7 @@ Setting with_effects(Effects effects) {
   return s;
 }
 std::string from_to(const Setting& from, const Setting& to, Axis axis) {
-  return fmt::format("from {} to {} ", value(from, axis), value(to, axis));
+  return fmt::format("from {} to {} ", facts_of(axis).value(from), facts_of(axis).value(to));
 }
 
 /// Returns the sentence of an axis; empty without one.
@@ -76,10 +76,10 @@ TEST(Conclusions, StateTheEffectAndTheCostOfSizeAndAntialiasing) {
   EXPECT_THAT(antialias,
               StartsWith("anti-aliasing: " + from_to(with_antialias(1), with_antialias(2), Axis::kAntialias) +
                          "the error falls to 0.41 times (0."));
-  EXPECT_THAT(
-      antialias,
-      HasSubstr(fmt::format("; beyond {} no gain in accuracy was found: ", value(with_antialias(2), Axis::kAntialias)) +
-                from_to(with_antialias(2), with_antialias(3), Axis::kAntialias) + "the error is 1.0"));
+  EXPECT_THAT(antialias,
+              HasSubstr(fmt::format("; beyond {} no gain in accuracy was found: ",
+                                    facts_of(Axis::kAntialias).value(with_antialias(2))) +
+                        from_to(with_antialias(2), with_antialias(3), Axis::kAntialias) + "the error is 1.0"));
   EXPECT_THAT(antialias, EndsWith(", 3 pairs) at 2.0 times the simulation time"));
   // Every other axis has one value.
   EXPECT_EQ(sentence(all, Axis::kLevel), "");
@@ -150,7 +150,8 @@ TEST(Conclusions, LeaveOutSettingsThatSeldomAnswerAndNameThem) {
   all[0].answered = 40;
   const std::string text = sentence(all, Axis::kSize);
   EXPECT_THAT(text, StartsWith("image size: " + from_to(with_size(320), with_size(640), Axis::kSize)));
-  EXPECT_THAT(text, EndsWith("; " + value(with_size(160), Axis::kSize) + " answers in only 40 % of the frames"));
+  EXPECT_THAT(text,
+              EndsWith("; " + facts_of(Axis::kSize).value(with_size(160)) + " answers in only 40 % of the frames"));
   EXPECT_EQ(text.find("no gain"), std::string::npos);
   all[1].answered = 0;
   all[1].position_m.reset();

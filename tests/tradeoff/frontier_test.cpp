@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/frontier.h"
+#include "apps/tradeoff/sweep.h"
 
-#include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>

@@ -27,10 +27,10 @@ TEST(Plan, OfTheLabHasTheRequestedSettingsAndNothingTwice) {
   EXPECT_GE(plan.settings.size(), 60U);
   const std::set<Setting> different(plan.settings.begin(), plan.settings.end());
   EXPECT_EQ(different.size(), plan.settings.size());
-  for (const Axis axis : all_axes()) {
+  for (const Axis axis : kAllAxes) {
     std::set<std::string> values;
-    for (const Setting& setting : plan.settings) values.insert(value(setting, axis));
-    EXPECT_GE(values.size(), 2U) << name(axis);
+    for (const Setting& setting : plan.settings) values.insert(facts_of(axis).value(setting));
+    EXPECT_GE(values.size(), 2U) << facts_of(axis).name;
   }
 }
 

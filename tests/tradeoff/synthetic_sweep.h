@@ -26,7 +26,6 @@ inline SettingResult result_of(const Setting& setting, double error_m, double ro
   r.setting = setting;
   r.frames = r.answered = 100;
   r.position_m.emplace();
-  r.position_m->count = 100;
   r.position_m->mean = about(error_m, percent);
   r.robot.p95_s = r.vision.median_s = about(robot_s, percent);
   r.render_cpu.median_s = about(render_s, percent);

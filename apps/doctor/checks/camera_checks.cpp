@@ -1,17 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/camera_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/doctor/advice.h"
-#include "apps/doctor/checks/image_checks.h"
-#include "apps/doctor/statistics.h"
+#include "base/quantile.h"
 
 namespace twocone::doctor {
 namespace {
+
+using std::chrono::milliseconds;
+
+// In this time of a stream, a camera adjusts its exposure.
+constexpr double kSettling_s = 0.5;
+// Some cameras need seconds for the first frame.
+constexpr milliseconds kFirstFrame{5'000};
+constexpr milliseconds kNextFrame{1'000};
+constexpr double kPatientPeriods = 10;
+constexpr milliseconds kMostPatience{60'000};
+constexpr int kTroublesInARow = 3;
+constexpr double kMostTime = 4;
+constexpr double kSpare_s = 10;
+constexpr double kSpareGrabs = 100;
+// A simulated image may still be rendering.
+constexpr milliseconds kImageTime{150'000};
+
+/// Measurements of a streaming camera over some time.
+struct Footage {
+  /// Seconds of capture time from exposure to exposure; where frames were lost between them, their mean.
+  std::vector<double> periods_s;
+  /// The same, only for consecutive exposures.
+  std::vector<double> neighbours_s;
+  /// Age of frames when they were handed out; empty where their times come from another clock than the doctor's.
+  std::vector<double> ages_s;
+  std::uint64_t frames = 0;   ///< handed out
+  std::uint64_t lost = 0;     ///< never received
+  std::uint64_t skipped = 0;  ///< received, but skipped for a newer one
+  std::uint64_t damaged = 0;  ///< reported as kBadData
+  std::optional<Error> ended_by;
+  std::optional<Result<Image>> image;  ///< the last one, kRgb8
+};
+
+/// Adds a frame after `before` to the stream.
+void count(const Frame::Header& before, const Frame::Header& now, const Clock& clock, Footage& stream) {
+  ++stream.frames;
+  stream.skipped += std::min(now.skipped_before, now.lost_before);
+  stream.lost += now.lost_before - std::min(now.skipped_before, now.lost_before);
+  const double time_s = now.captured.seconds() - before.captured.seconds();
+  const auto steps = now.sequence > before.sequence ? now.sequence - before.sequence : 1;
+  stream.periods_s.push_back(time_s / double(steps));
+  if (steps == 1) stream.neighbours_s.push_back(time_s);
+  const Timestamp here = clock.now();
+  if (here.clock == now.captured.clock) stream.ages_s.push_back(here.seconds() - now.captured.seconds());
+}
+
+/// Takes frames for `seconds` of their own time, after a short time in which the camera adjusts its exposure. Gives up
+/// after a few consecutive time-outs, and when frames come so slowly, or with such times, that it would take several
+/// times as long.
+/// @param camera streaming. @param what for the progress. @throws Interrupted
+Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
+  FrameWait wait(seconds, camera.facts().settings.rate_hz, kNextFrame, surroundings);
+  Footage stream;
+  std::optional<Frame> last;
+  while (wait.goes_on()) {
+    auto frame = camera.grab(last ? wait.patience() : std::max(wait.patience(), kFirstFrame));
+    if (frame) {
+      const Frame::Header& header = frame->header();
+      if (wait.came(header.captured.seconds())) count(last->header(), header, surroundings.clock, stream);
+      last = *std::move(frame);
+      surroundings.progress(what, wait.done_s() / seconds);
+      continue;
+    }
+    if (frame.error().code == ErrorCode::kBadData) ++stream.damaged;
+    if (!wait.outlasts(frame.error())) {
+      stream.ended_by = frame.error();
+      break;
+    }
+  }
+  if (last) {
+    const auto pixels = last->image(kImageTime);
+    stream.image = pixels ? to_rgb8(**pixels) : Result<Image>(pixels.error());
+  }
+  return stream;
+}
 
 // The device returns controls as they were set, except for rounding.
 constexpr double kControlShare = 1e-3;
@@ -42,7 +115,7 @@ Row judge_rate(double period_s, double asked_hz) {
 
 Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
   if (neighbours_s.empty()) return {"", "jitter", "no two consecutive frames", Verdict::kNotRun, "see lost frames"};
-  const double middle_s = median(neighbours_s);
+  const double middle_s = base::quantile(neighbours_s, 0.5);
   std::vector<double> off_s;
   off_s.reserve(neighbours_s.size());
   for (const double time_s : neighbours_s) off_s.push_back(std::abs(time_s - middle_s));
@@ -73,18 +146,18 @@ Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
     return {"", "age", "its times come from another clock", Verdict::kNotRun,
             "nothing: a real camera uses the steady clock"};
   }
-  Row row{"", "age", fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median(ages_s), 1e3 * greatest(ages_s))};
-  if (median(ages_s) > kAgePeriods / asked_hz) {
+  const double median_s = base::quantile(ages_s, 0.5);
+  Row row{"", "age",
+          fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median_s, 1e3 * std::ranges::max(ages_s))};
+  if (median_s > kAgePeriods / asked_hz) {
     row.judge(
         Verdict::kWarning,
         fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods));
-  } else if (median(ages_s) < 0) {
+  } else if (median_s < 0) {
     row.judge(Verdict::kWarning, "frames from the future: its capture times are wrong");
   }
   return row;
 }
-
-}  // namespace
 
 Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   const CameraSettings& want = asked.settings;
@@ -108,6 +181,7 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   return row;
 }
 
+/// Returns a row for each control that the robot file sets.
 std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>>& asked,
                                 const std::vector<std::pair<std::string, double>>& applied) {
   std::vector<Row> rows;
@@ -129,9 +203,41 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
   return rows;
 }
 
+/// Returns rate, jitter, lost frames and age. @param stream with frames
 std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked) {
-  return {judge_rate(median(stream.periods_s), asked.rate_hz), judge_jitter(stream.neighbours_s, asked.rate_hz),
-          judge_losses(stream), judge_age(stream.ages_s, asked.rate_hz)};
+  return {judge_rate(base::quantile(stream.periods_s, 0.5), asked.rate_hz),
+          judge_jitter(stream.neighbours_s, asked.rate_hz), judge_losses(stream),
+          judge_age(stream.ages_s, asked.rate_hz)};
+}
+
+}  // namespace
+
+FrameWait::FrameWait(double seconds, double rate_hz, milliseconds least, const Surroundings& surroundings)
+    : surroundings_(surroundings),
+      patience_(std::max(least, std::min(milliseconds(std::int64_t(1000 * kPatientPeriods / rate_hz)), kMostPatience))),
+      seconds_(seconds),
+      give_up_s_(surroundings.now_s() + kMostTime * seconds + kSpare_s),
+      most_grabs_(kMostTime * (seconds + kSettling_s) * rate_hz + kSpareGrabs) {}
+
+bool FrameWait::goes_on() {
+  if (done_s() >= seconds_) return false;
+  if (grabs_++ >= most_grabs_ || surroundings_.now_s() >= give_up_s_) return false;
+  end_if_asked(surroundings_);
+  return true;
+}
+
+bool FrameWait::came(double captured_s) {
+  troubles_ = 0;
+  const bool counts = begin_s_.has_value();
+  if (!first_s_) first_s_ = captured_s;
+  if (!counts && captured_s - *first_s_ >= kSettling_s) begin_s_ = captured_s;
+  last_s_ = captured_s;
+  return counts;
+}
+
+bool FrameWait::outlasts(const Error& error) {
+  const bool may_pass = error.code == ErrorCode::kTimeout || error.code == ErrorCode::kBadData;
+  return may_pass && ++troubles_ < kTroublesInARow;
 }
 
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,

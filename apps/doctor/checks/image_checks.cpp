@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/image_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <cmath>
 #include <cstdint>
@@ -9,8 +9,9 @@
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/doctor/statistics.h"
 #include "apps/estimation/image_as_mat.h"
+#include "base/quantile.h"
+#include "vision/bilinear.h"
 
 namespace twocone::doctor {
 namespace {
@@ -41,26 +42,16 @@ constexpr double kClearStep = 16;
 // The edge ends where the slope is a tenth of the steepest one.
 constexpr double kEdgeEnd = 0.1;
 
-double sample(const cv::Mat& grey, double x, double y) {
-  const int column = int(std::floor(x));
-  const int row = int(std::floor(y));
-  const double fx = x - column;
-  const double fy = y - row;
-  const auto at = [&grey](int r, int c) { return double(grey.at<std::uint8_t>(r, c)); };
-  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
-         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
-}
-
 /// Returns the brightness across the rim; empty where the image does not contain all of it.
 std::vector<double> profile_across(const cv::Mat& grey, const vision::RimCircle& rim, double angle_rad) {
   std::vector<double> profile;
   const int half = int(kReach_px * kSamplesPerPixel);
   for (int i = -half; i <= half; ++i) {
     const double r = rim.radius_px + double(i) / kSamplesPerPixel;
-    const double x = rim.centre_px.x() + r * std::cos(angle_rad);
-    const double y = rim.centre_px.y() + r * std::sin(angle_rad);
-    if (!(x >= 0 && y >= 0 && x < grey.cols - 1 && y < grey.rows - 1)) return {};
-    profile.push_back(sample(grey, x, y));
+    const auto brightness = vision::bilinear<std::uint8_t>(
+        grey, {rim.centre_px.x() + r * std::cos(angle_rad), rim.centre_px.y() + r * std::sin(angle_rad)});
+    if (!brightness) return {};
+    profile.push_back(*brightness);
   }
   return profile;
 }
@@ -95,8 +86,13 @@ std::string rig_key(const vision::RimCircle& rim, const std::string& view) {
                      rim.centre_px.y(), rim.radius_px);
 }
 
-}  // namespace
-
+/// Brightness in the mirror, or in the whole image if no circle is given.
+struct Exposure {
+  double mean_grey = 0;    ///< 0 to 255
+  double black_share = 0;  ///< share of pixels with all channels at the lower end: no hue is left
+  double white_share = 0;  ///< share of pixels with all channels at the upper end
+};
+/// @param rgb CV_8UC3, not empty
 Exposure exposure_of(const cv::Mat& rgb, const std::optional<vision::RimCircle>& circle) {
   Exposure exposure;
   double count = 0;
@@ -119,19 +115,6 @@ Exposure exposure_of(const cv::Mat& rgb, const std::optional<vision::RimCircle>&
   return exposure;
 }
 
-std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle& rim) {
-  cv::Mat grey;
-  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
-  std::vector<double> widths;
-  for (int i = 0; i < kDirections; ++i) {
-    if (const auto width = width_of_edge(profile_across(grey, rim, 2 * std::numbers::pi * i / kDirections))) {
-      widths.push_back(*width);
-    }
-  }
-  if (int(widths.size()) < kLeastDirections) return std::nullopt;
-  return median(widths);
-}
-
 Row judge_exposure(const Exposure& e) {
   Row row{"", "exposure",
           fmt::format("mean grey {:.0f}, {:.0f} % black, {:.0f} % white", e.mean_grey, 100 * e.black_share,
@@ -146,6 +129,35 @@ Row judge_exposure(const Exposure& e) {
     row.judge(Verdict::kWarning, "bright: white areas have no colour; use a shorter exposure in controls:");
   }
   return row;
+}
+
+Row judge_focus(const std::optional<double>& width_px) {
+  if (!width_px) {
+    return {"", "focus", "the rim has too little contrast", Verdict::kNotRun,
+            "put an object of another brightness around it"};
+  }
+  Row row{"", "focus", fmt::format("the rim's edge is {:.1f} px wide", *width_px)};
+  if (*width_px > kSharp_px) {
+    row.judge(
+        *width_px > kBlurred_px ? Verdict::kFailed : Verdict::kWarning,
+        fmt::format("turn the lens until the edge is below {:.0f} px; clean it; switch autofocus off", kSharp_px));
+  }
+  return row;
+}
+
+}  // namespace
+
+std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle& rim) {
+  cv::Mat grey;
+  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+  std::vector<double> widths;
+  for (int i = 0; i < kDirections; ++i) {
+    if (const auto width = width_of_edge(profile_across(grey, rim, 2 * std::numbers::pi * i / kDirections))) {
+      widths.push_back(*width);
+    }
+  }
+  if (int(widths.size()) < kLeastDirections) return std::nullopt;
+  return base::quantile(widths, 0.5);
 }
 
 Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
@@ -170,20 +182,6 @@ Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, c
   } else if (off_px > kRimRight_px) {
     row.judge(Verdict::kWarning,
               fmt::format("ranges will be wrong; {}, then twocone calibrate", rig_key(*found, view)));
-  }
-  return row;
-}
-
-Row judge_focus(const std::optional<double>& width_px) {
-  if (!width_px) {
-    return {"", "focus", "the rim has too little contrast", Verdict::kNotRun,
-            "put an object of another brightness around it"};
-  }
-  Row row{"", "focus", fmt::format("the rim's edge is {:.1f} px wide", *width_px)};
-  if (*width_px > kSharp_px) {
-    row.judge(
-        *width_px > kBlurred_px ? Verdict::kFailed : Verdict::kWarning,
-        fmt::format("turn the lens until the edge is below {:.0f} px; clean it; switch autofocus off", kSharp_px));
   }
   return row;
 }

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/pair_checks.h"
+#include "apps/doctor/checks/checks.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/doctor/advice.h"
-#include "apps/doctor/statistics.h"
-#include "apps/doctor/stream.h"
+#include "base/quantile.h"
 
 namespace twocone::doctor {
 namespace {
@@ -31,7 +29,7 @@ double period_s(const PairUnderTest& test) { return 1 / test.lower.rate_hz; }
 Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, const Surroundings& surroundings) {
   FrameWait wait(seconds, test.lower.rate_hz, kPairTime, surroundings);
   Pairs pairs;
-  std::optional<double> first_s, begin_s, last_s;
+  double last_s = 0;
   std::uint64_t unpaired_before = 0;
   while (wait.goes_on()) {
     const auto pair = rig.grab(wait.patience());
@@ -40,19 +38,15 @@ Pairs take_pairs(StereoRig& rig, const PairUnderTest& test, double seconds, cons
       pairs.ended_by = pair.error();
       break;
     }
-    wait.came();
     const double now_s = pair->lower.header().captured.seconds();
-    if (!first_s) first_s = now_s;
-    if (begin_s) {
+    if (wait.came(now_s)) {
       pairs.skews_s.push_back(seconds_of(pair->skew()));
-      pairs.intervals_s.push_back(now_s - *last_s);
-    } else if (now_s - *first_s >= kSettling_s) {
-      begin_s = now_s;
+      pairs.intervals_s.push_back(now_s - last_s);
+    } else {
       unpaired_before = rig.unpaired();
     }
     last_s = now_s;
-    surroundings.progress("pair", begin_s ? (now_s - *begin_s) / seconds : 0);
-    if (begin_s && now_s - *begin_s >= seconds) break;
+    surroundings.progress("pair", wait.done_s() / seconds);
   }
   pairs.unpaired = rig.unpaired() - unpaired_before;
   return pairs;
@@ -79,12 +73,9 @@ std::string as_key(double seconds) { return fmt::format("max_skew_s: {:g}", std:
 }  // namespace
 
 std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
-  std::vector<Row> rows;
   const double limit_ms = 1e3 * seconds_of(test.max_skew);
   if (pairs.intervals_s.empty()) {
-    rows.push_back(
-        {kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"});
-    return rows;
+    return {{kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"}};
   }
   double time_s = 0;
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
@@ -94,7 +85,6 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
     rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
                "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }
-  rows.push_back(std::move(rate));
 
   const double share = unpaired_share(pairs);
   Row unpaired{kPairPart, "unpaired",
@@ -102,9 +92,8 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   if (share > kFewUnpaired) {
     unpaired.judge(share > kPoorShare ? Verdict::kFailed : Verdict::kWarning, "see skew");
   }
-  rows.push_back(std::move(unpaired));
 
-  const double longest_s = greatest(pairs.intervals_s);
+  const double longest_s = std::ranges::max(pairs.intervals_s);
   const double timeout_s = seconds_of(test.command_timeout);
   Row wait{kPairPart, "longest wait",
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
@@ -112,8 +101,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
     wait.judge(Verdict::kWarning,
                "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s");
   }
-  rows.push_back(std::move(wait));
-  return rows;
+  return {rate, unpaired, wait};
 }
 
 Row judge_skew(const Pairs& any, const PairUnderTest& test) {
@@ -122,13 +110,11 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
     return {kPairPart, "skew", "no pairs at all", Verdict::kFailed,
             "check that both rates are equal; see the cameras' rows"};
   }
-  std::vector<double> sizes_s;
-  sizes_s.reserve(any.skews_s.size());
-  for (const double skew_s : any.skews_s) sizes_s.push_back(std::abs(skew_s));
-  const double most_s = greatest(sizes_s);
+  double most_s = 0;
+  for (const double skew_s : any.skews_s) most_s = std::max(most_s, std::abs(skew_s));
   Row row{kPairPart, "skew",
-          fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * median(any.skews_s), 1e3 * most_s,
-                      1e3 * limit_s)};
+          fmt::format("median {:.1f} ms, at most {:.1f} ms; limit {:g} ms", 1e3 * base::quantile(any.skews_s, 0.5),
+                      1e3 * most_s, 1e3 * limit_s)};
   const double free_s = StereoRig::kFreeSkew * period_s(test);
   if (most_s <= kTogether * period_s(test)) {
     if (most_s > limit_s) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/checks/turn_tests.h"
+#include "apps/doctor/checks/wheel_bench.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,8 +7,6 @@
 #include <numbers>
 
 #include <fmt/format.h>
-
-#include "apps/doctor/advice.h"
 
 namespace twocone::doctor {
 namespace {
@@ -58,12 +56,10 @@ std::string which_advice(Side commanded, const Turning& counted, const std::opti
 /// Returns what to do about the direction; empty if it is forward.
 std::string way_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_reversed) {
   const char* const side = to_string(commanded).data();
+  if (!seen && counted.is_forward) return "";
   if (!seen) {
-    return counted.is_forward ? ""
-                              : fmt::format(
-                                    "exchange the {0} motor's two leads, or the {0} encoder's A and B: watch in which "
-                                    "direction it turns",
-                                    side);
+    return fmt::format(
+        "exchange the {0} motor's two leads, or the {0} encoder's A and B: watch in which direction it turns", side);
   }
   if (!counted.is_forward && !seen->is_forward) return fmt::format("exchange the {} motor's two leads", side);
   if (!counted.is_forward) return fmt::format("exchange the {} encoder's A and B", side);
@@ -82,11 +78,20 @@ std::optional<Turning> ask_what_was_seen(const Surroundings& surroundings) {
 /// Returns the speed in radians per second after the spin-up; nothing if there are too few samples.
 std::optional<double> speed_of(const Course& course, double WheelSample::*angle) {
   const double from_s = course.samples.front().t_s + kSpinUp_s;
-  const auto first = std::find_if(course.samples.begin(), course.samples.end(),
-                                  [from_s](const WheelSample& s) { return s.t_s >= from_s; });
+  const auto first = std::ranges::find_if(course.samples, [from_s](const WheelSample& s) { return s.t_s >= from_s; });
   if (first == course.samples.end() || course.samples.back().t_s <= first->t_s) return std::nullopt;
   const WheelSample& last = course.samples.back();
   return (last.*angle - (*first).*angle) / (last.t_s - first->t_s);
+}
+
+Row judge_speed(Side side, double measured_radps, double commanded_radps) {
+  Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
+  const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
+  if (off > kSpeedShare) {
+    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
+              "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
+  }
+  return row;
 }
 
 /// Tests one wheel. @return whether it obeyed, according to its encoder
@@ -137,15 +142,48 @@ std::optional<double> parse_turns(const std::string& text) {
   return turns;
 }
 
+/// The least speed from standstill, of both wheels, as far as it was tested.
+struct LeastSpeed {
+  double believed_radps = 0;           ///< according to the robot file or the protocol; 0: unknown
+  std::optional<double> turns_radps;   ///< the lowest tested speed at which both turned
+  std::optional<double> stands_radps;  ///< the greatest at which one did not
+};
+Row judge_least_speed(const LeastSpeed& measured) {
+  Row row{kDrivePart, kLeastSpeed, ""};
+  if (!measured.turns_radps) {
+    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
+    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
+    return row;
+  }
+  row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
+  if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
+  // Half of the believed speed need not turn them.
+  if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
+    row.verdict = Verdict::kWarning;
+    // The rounded value must not be below a speed that was seen to turn them.
+    row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
+                             std::ceil(100 * *measured.turns_radps) / 100);
+  }
+  return row;
+}
+
+/// @param counted,seen turns of the wheel, > 0. @param counts_per_turn as believed
+Row judge_counts(double counted, double seen, double counts_per_turn) {
+  Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
+  if (std::abs(seen - counted) > kReading_turns) {
+    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
+                                            counts_per_turn));
+  }
+  return row;
+}
+
 }  // namespace
 
 std::string_view to_string(Side side) { return side == Side::kLeft ? "left" : "right"; }
 
 std::optional<Turning> parse_turning(std::string_view text) {
-  std::string letters;
-  for (const char c : text) {
-    if (c != ' ' && c != ',') letters += c;
-  }
+  std::string letters(text);
+  std::erase_if(letters, [](char c) { return c == ' ' || c == ','; });
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const std::string_view name = to_string(side);
     for (const std::string_view begin : {name, name.substr(0, 1)}) {
@@ -191,44 +229,6 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
         way_advice(commanded, *turning, seen, commanded == Side::kLeft ? as_is.reverse_left : as_is.reverse_right);
   }
   if (!row.advice.empty()) row.verdict = Verdict::kFailed;
-  return row;
-}
-
-Row judge_speed(Side side, double measured_radps, double commanded_radps) {
-  Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
-  const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
-  if (off > kSpeedShare) {
-    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
-              "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
-  }
-  return row;
-}
-
-Row judge_least_speed(const LeastSpeed& measured) {
-  Row row{kDrivePart, kLeastSpeed, ""};
-  if (!measured.turns_radps) {
-    row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
-    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
-    return row;
-  }
-  row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
-  if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
-  // Half of the believed speed need not turn them.
-  if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
-    row.verdict = Verdict::kWarning;
-    // The rounded value must not be below a speed that was seen to turn them.
-    row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
-                             std::ceil(100 * *measured.turns_radps) / 100);
-  }
-  return row;
-}
-
-Row judge_counts(double counted, double seen, double counts_per_turn) {
-  Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
-  if (std::abs(seen - counted) > kReading_turns) {
-    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
-                                            counts_per_turn));
-  }
   return row;
 }
 

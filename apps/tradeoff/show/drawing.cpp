@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/show/drawing.h"
+#include "apps/tradeoff/show/page.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "apps/report/kit/palette.h"
-#include "apps/tradeoff/show/placing.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {
@@ -206,16 +205,10 @@ void put_words(Script& script, Placing& placing, Pixel point, double radius_px, 
                 "front lw 0.8 lc rgb '#9a9a9a'");
   }
   // Fonts differ in width, so the text is anchored at the end that is nearer to the mark.
-  const bool right_of = at.x - width / 2 > point.x, left_of = at.x + width / 2 < point.x;
-  script.words({at.x + (right_of  ? -width / 2
-                        : left_of ? width / 2
-                                  : 0),
-                at.y},
-               words,
-               right_of  ? "left"
-               : left_of ? "right"
-                         : "center",
-               kInk, kSize);
+  const double left = at.x - width / 2, right = at.x + width / 2;
+  if (left > point.x) return script.words({left, at.y}, words, "left", kInk, kSize);
+  if (right < point.x) return script.words({right, at.y}, words, "right", kInk, kSize);
+  script.words(at, words, "center", kInk, kSize);
 }
 
 /// Draws the paper's star, the numbers of the frontier, the ring of the choice, and labels beside settings that the
@@ -233,9 +226,8 @@ void draw_words(Script& script, const Plane& plane, const Named& named, const Ch
     }
     if (mark.on_frontier) put_words(script, placing, plane.pixel(mark.at), kMark_px, fmt::to_string(++number));
   }
-  const PaperPoint point;
   put_words(script, placing, paper, kStar_px,
-            fmt::format("the paper, 2006: {:.0f} mm, about {:g} s{}", point.mean_error_m / kMm, point.time_s,
+            fmt::format("the paper, 2006: {:.0f} mm, about {:g} s{}", kPaperMeanError_m / kMm, kPaperTime_s,
                         plane.cost == Cost::kRobotTime ? " a stereo frame" : ""));
   for (const Mark& mark : plane.marks) {
     const Pixel at = plane.pixel(mark.at);
@@ -269,9 +261,7 @@ void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choi
   entry("from several frames");
   script.symbol({right, y}, fine.filled, fine.size, fine.faint);
   entry("dominated");
-  const bool silent =
-      std::any_of(plane.marks.begin(), plane.marks.end(), [](const Mark& m) { return !m.answers_enough; });
-  if (silent) {
+  if (!std::ranges::all_of(plane.marks, &Mark::answers_enough)) {
     script.symbol({right, y}, kCross, 0.5, "#999999", 1.2);
     entry(fmt::format("answers under {:.0f} %", kLeastAnswered * 100));
   }

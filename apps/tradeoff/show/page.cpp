@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/show/page.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +12,7 @@
 #include "apps/report/kit/markup.h"
 #include "apps/report/kit/style.h"
 #include "apps/tradeoff/conclusions.h"
-#include "apps/tradeoff/show/page_style.h"
+#include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {
@@ -32,9 +34,26 @@ std::string headline(const Sweep& sweep) {
       span->settings);
 }
 
+/// An image for the page.
+struct PageImage {
+  std::string id;       ///< in the page's HTML
+  std::string caption;  ///< plain text
+  std::string svg;      ///< stand-alone, with spots
+};
+
 std::string image_html(const PageImage& image) {
   return html::element("figure", report::inline_svg(image.svg, image.id) + html::text("figcaption", image.caption),
                        fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
+}
+
+/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
+/// finite. @param pattern of the interval
+std::string with_interval(const Interval& interval, double unit, const char* pattern = " ({} to {})") {
+  std::string text = significant(interval.value / unit);
+  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
+    text += fmt::format(fmt::runtime(pattern), significant(interval.low / unit), significant(interval.high / unit));
+  }
+  return text;
 }
 
 /// Returns a table cell that is sorted by a number.
@@ -45,12 +64,8 @@ std::string number(std::optional<double> value, double unit) {
 
 std::string number(const std::optional<Interval>& interval, double unit) {
   if (!interval || !std::isfinite(interval->value)) return std::string(kNone);
-  std::string text = significant(interval->value / unit);
-  if (std::isfinite(interval->low) && std::isfinite(interval->high)) {
-    text += fmt::format(" <small>{}\u2013{}</small>", significant(interval->low / unit),
-                        significant(interval->high / unit));
-  }
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value, text);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value,
+                     with_interval(*interval, unit, " <small>{}\u2013{}</small>"));
 }
 
 std::string words(double order, std::string_view text) {
@@ -127,19 +142,17 @@ std::string table_html(const Sweep& sweep) {
 }
 
 std::string facts_html(const Sweep& sweep) {
-  std::string rows;
-  const auto add = [&](std::string_view name, const std::string& value) {
-    if (!value.empty()) rows += html::text("dt", name) + html::text("dd", value);
-  };
-  add("twocone", fmt::format("{}, commit {}", sweep.version, sweep.commit));
-  add("compiler", sweep.compiler);
-  add("machine", sweep.machine);
-  add("robot", sweep.robot);
-  add("map", sweep.map);
-  add("seed", fmt::to_string(sweep.seed));
-  add("episodes", fmt::to_string(sweep.episodes));
-  add("landmarks, the most important first", fmt::format("{}", fmt::join(sweep.landmarks, ", ")));
-  return html::element("dl", rows);
+  std::vector<std::pair<std::string, std::string>> facts{
+      {"twocone", fmt::format("{}, commit {}", sweep.version, sweep.commit)},
+      {"compiler", sweep.compiler},
+      {"machine", sweep.machine},
+      {"robot", sweep.robot},
+      {"map", sweep.map},
+      {"seed", fmt::to_string(sweep.seed)},
+      {"episodes", fmt::to_string(sweep.episodes)},
+      {"landmarks, the most important first", fmt::format("{}", fmt::join(sweep.landmarks, ", "))}};
+  std::erase_if(facts, [](const auto& fact) { return fact.second.empty(); });
+  return html::facts(facts);
 }
 
 std::string files_html() {
@@ -157,34 +170,8 @@ std::string frontiers(const SettingResult& result) {
   return answers_enough(result) ? "dominated" : "does not answer often enough for a frontier";
 }
 
-}  // namespace
-
-std::string tooltip(const SettingResult& result) {
-  std::string text = describe(result.setting) + "\n";
-  if (const auto& error = result.position_m) {
-    text += fmt::format("error: mean {} mm; 95 % below {} mm; max {} mm\n", with_interval(error->mean, kMm),
-                        significant(error->p95.value / kMm), significant(error->max / kMm));
-  }
-  if (result.heading_rad)
-    text += fmt::format("heading: mean {} deg\n", with_interval(result.heading_rad->mean, kDegree));
-  text += fmt::format("answered: {} of {} frames", result.answered, result.frames);
-  if (result.coverage) {
-    text += fmt::format("; 95 % ellipses contain the truth in {:.0f} %", result.coverage->value * 100);
-    if (std::isfinite(result.coverage->low) && std::isfinite(result.coverage->high)) {
-      text += fmt::format(" ({:.0f} to {:.0f})", result.coverage->low * 100, result.coverage->high * 100);
-    }
-  }
-  text += "\n";
-  if (result.bound_m) text += fmt::format("bound (Cram\u00e9r-Rao), rms: {} mm\n", significant(*result.bound_m / kMm));
-  text += fmt::format("robot: {} ms (95 % quantile); medians: vision {} ms, localisation {} ms\n",
-                      with_interval(result.robot_time_s(), kMs), significant(result.vision.median_s.value / kMs),
-                      significant(result.localisation.median_s.value / kMs));
-  text += fmt::format("rendering: {} s; simulation: {} s\n", with_interval(result.render_cpu.median_s, 1),
-                      significant(result.simulation_time_s().value));
-  text += fmt::format("memory: {:.0f} MiB, POV-Ray {:.0f} MiB\n", result.peak_bytes / kMiB, result.render_bytes / kMiB);
-  return text + frontiers(result);
-}
-
+/// Returns the SVG of drawing_of(plane) with an invisible circle over each mark, whose <title> is its tooltip. The Tab
+/// key reaches those of the frontier. Each is written as `<circle class="spot" cx= cy= data-setting="index">`.
 std::string with_spots(std::string_view svg, const Sweep& sweep, const Plane& plane) {
   std::string spots = "<g class=\"spots\" fill=\"#000000\" fill-opacity=\"0\" pointer-events=\"all\">\n";
   for (const Mark& mark : plane.marks) {
@@ -201,6 +188,25 @@ std::string with_spots(std::string_view svg, const Sweep& sweep, const Plane& pl
   return text.insert(end == std::string::npos ? text.size() : end, spots + "</g>\n");
 }
 
+std::string caption_of(const Sweep& sweep, const Plane& plane) {
+  std::string text = plane.cost == Cost::kRobotTime
+                         ? "Robot time: vision and localisation of one frame on one core, 95 % quantile. --budget-ms "
+                           "limits this time. The paper's star is for a whole stereo frame on the computer of its day, "
+                           "ranging included."
+                         : "Simulation time: robot time plus the median processor time of rendering both images.";
+  text +=
+      " Solid marks are on the frontier, with 95 % intervals; no swept setting is below the staircase line. The dashed "
+      "line connects the smallest Cram\u00e9r-Rao bounds of settings fine and adaptive, with all landmarks of the map "
+      "and, for several frames, with wheels that measure their motion exactly. Bounds are root mean squares; a mean "
+      "error can be as small as 0.8 times its own root mean square.";
+  const auto silent = std::ranges::count_if(sweep.settings, [](const SettingResult& r) { return !r.position_m; });
+  if (silent > 0)
+    text += fmt::format(" {} of {} settings never answered and are not drawn.", silent, sweep.settings.size());
+  return text + " Point at a mark, or select it with Tab and the arrow keys, to see its setting.";
+}
+
+/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param choice shown with its
+/// reason; may be null
 std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
   std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");
@@ -231,6 +237,49 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
   return html::document(title, std::string(report::style()) + std::string(page_style()),
                         html::element("main", main) + "<div id=\"tip\" role=\"status\" hidden=\"hidden\"></div>\n",
                         page_script());
+}
+
+}  // namespace
+
+std::string tooltip(const SettingResult& result) {
+  std::string text = describe(result.setting) + "\n";
+  if (const auto& error = result.position_m) {
+    text += fmt::format("error: mean {} mm; 95 % below {} mm; max {} mm\n", with_interval(error->mean, kMm),
+                        significant(error->p95.value / kMm), significant(error->max / kMm));
+  }
+  if (result.heading_rad)
+    text += fmt::format("heading: mean {} deg\n", with_interval(result.heading_rad->mean, kDegree));
+  text += fmt::format("answered: {} of {} frames", result.answered, result.frames);
+  if (result.coverage) {
+    text += fmt::format("; 95 % ellipses contain the truth in {:.0f} %", result.coverage->value * 100);
+    if (std::isfinite(result.coverage->low) && std::isfinite(result.coverage->high)) {
+      text += fmt::format(" ({:.0f} to {:.0f})", result.coverage->low * 100, result.coverage->high * 100);
+    }
+  }
+  text += "\n";
+  if (result.bound_m) text += fmt::format("bound (Cram\u00e9r-Rao), rms: {} mm\n", significant(*result.bound_m / kMm));
+  text += fmt::format("robot: {} ms (95 % quantile); medians: vision {} ms, localisation {} ms\n",
+                      with_interval(result.robot_time_s(), kMs), significant(result.vision.median_s.value / kMs),
+                      significant(result.localisation.median_s.value / kMs));
+  text += fmt::format("rendering: {} s; simulation: {} s\n", with_interval(result.render_cpu.median_s, 1),
+                      significant(result.simulation_time_s().value));
+  text += fmt::format("memory: {:.0f} MiB, POV-Ray {:.0f} MiB\n", result.peak_bytes / kMiB, result.render_bytes / kMiB);
+  return text + frontiers(result);
+}
+
+Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder) {
+  const report::Gnuplot gnuplot("gnuplot", folder / "figures");
+  if (Status ready = gnuplot.prepare(); !ready) return ready;
+
+  std::vector<PageImage> images;
+  for (const Cost cost : {Cost::kSimulationTime, Cost::kRobotTime}) {
+    const Plane plane = plane_of(sweep, cost);
+    const report::Plot plot = drawing_of(sweep, plane, choice);
+    const Result<std::string> svg = gnuplot.draw(plot);
+    if (!svg) return svg.error();
+    images.push_back({plot.stem, caption_of(sweep, plane), with_spots(*svg, sweep, plane)});
+  }
+  return report::write_file(folder / "index.html", page(sweep, images, choice));
 }
 
 }  // namespace twocone::tradeoff

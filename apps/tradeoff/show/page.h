@@ -3,30 +3,26 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "apps/report/kit/gnuplot.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/show/plane.h"
 #include "apps/tradeoff/sweep.h"
 
+/// The parts of the page with the images. Private to apps/tradeoff.
 namespace twocone::tradeoff {
 
 /// Returns a setting with its accuracy and costs, in lines of plain text.
 std::string tooltip(const SettingResult& result);
 
-/// Returns the SVG of drawing_of(plane) with an invisible circle over each mark, whose <title> is its tooltip. The Tab
-/// key reaches those of the frontier. Each is written as `<circle class="spot" cx= cy= data-setting="index">`.
-std::string with_spots(std::string_view svg, const Sweep& sweep, const Plane& plane);
+/// Returns the image as a plot for gnuplot. @param choice marked; may be null
+report::Plot drawing_of(const Sweep& sweep, const Plane& plane, const Choice* choice);
 
-/// An image for the page.
-struct PageImage {
-  std::string id;       ///< in the page's HTML
-  std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone, with spots
-};
+/// Returns the styles that the page needs in addition to the report's.
+std::string_view page_style();
 
-/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param choice shown with its
-/// reason; may be null
-std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice);
+/// Returns the page's script: a tooltip beside the pointer or the focus, arrow keys from point to point, sorting by a
+/// click on a column head. Without it the circles' own titles are shown.
+std::string_view page_script();
 
 }  // namespace twocone::tradeoff

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/show/page_style.h"
+#include "apps/tradeoff/show/page.h"
 
 namespace twocone::tradeoff {
 

@@ -11,7 +11,6 @@ namespace twocone::tradeoff {
 
 /// The cost on the horizontal axis.
 enum class Cost { kRobotTime, kSimulationTime };
-Interval cost_s(const SettingResult& result, Cost cost);
 
 /// A point of an image, in pixels from its upper left corner.
 struct Pixel {
@@ -50,12 +49,44 @@ struct Plane {
   std::vector<Mark> marks;           ///< those on the frontier come last, by rising cost
   std::vector<PlanePoint> frontier;  ///< by rising cost
   std::vector<PlanePoint> bound;     ///< the lowest bound among settings of at most this cost, by rising cost
-  PlanePoint paper;                  ///< PaperPoint
+  PlanePoint paper;                  ///< the paper's own result
 
   [[nodiscard]] Pixel pixel(PlanePoint point) const { return {x.px(point.x), y.px(point.y)}; }
 };
 
 /// Returns the image's content. Settings whose error or cost is not a positive number are left out.
 Plane plane_of(const Sweep& sweep, Cost cost);
+
+// ---- where words cover nothing
+
+/// A rectangle, in pixels.
+struct Box {
+  double left = 0, top = 0, right = 0, bottom = 0;
+};
+
+/// Records the areas that are drawn already, and finds free space beside a point.
+class Placing {
+ public:
+  /// Nothing is put outside `frame`.
+  explicit Placing(Box frame) : frame_(frame) {}
+
+  /// @param weight penalty for covering this area
+  void keep_clear(Box box, double weight);
+  /// Records a line, as boxes along it.
+  void keep_clear(Pixel from, Pixel to, double weight);
+
+  /// Returns the middle of the best place for `width` by `height` pixels beside `point`, and records that place as
+  /// occupied. Of two places that cover equally little it takes the nearer one, of equally near ones the one below and
+  /// to the left.
+  Pixel place(Pixel point, double width, double height);
+
+ private:
+  struct Kept {
+    Box box;
+    double weight;
+  };
+  Box frame_;
+  std::vector<Kept> kept_;
+};
 
 }  // namespace twocone::tradeoff

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -46,14 +45,6 @@ std::string fitting(double value, std::size_t width) {
   return text.size() <= width ? text : std::string(width, '*');
 }
 
-std::string with_interval(const Interval& interval, double unit) {
-  std::string text = significant(interval.value / unit);
-  if (std::isfinite(interval.low) && std::isfinite(interval.high)) {
-    text += fmt::format(" ({} to {})", significant(interval.low / unit), significant(interval.high / unit));
-  }
-  return text;
-}
-
 Usual usual_of(const Sweep& sweep) {
   if (sweep.settings.empty()) return {};
   return {most_common(sweep.settings, [](const Setting& s) { return s.landmarks; }),
@@ -92,29 +83,16 @@ std::optional<std::size_t> baseline_of(const Sweep& sweep) {
 }
 
 std::optional<Span> span_of(const Sweep& sweep) {
-  std::optional<Span> span;
+  std::vector<double> errors_m, times_s;
   for (const SettingResult& result : sweep.settings) {
     if (!result.on_simulation_frontier || !result.position_m) continue;
-    const double error_m = result.position_m->mean.value;
-    const double time_s = result.simulation_time_s().value;
-    if (!span) span = Span{0, error_m, error_m, time_s, time_s};
-    ++span->settings;
-    span->least_error_m = std::min(span->least_error_m, error_m);
-    span->most_error_m = std::max(span->most_error_m, error_m);
-    span->least_time_s = std::min(span->least_time_s, time_s);
-    span->most_time_s = std::max(span->most_time_s, time_s);
+    errors_m.push_back(result.position_m->mean.value);
+    times_s.push_back(result.simulation_time_s().value);
   }
-  return span;
-}
-
-std::vector<Axis> swept_axes(const Sweep& sweep) {
-  std::vector<Axis> axes;
-  for (const Axis axis : all_axes()) {
-    std::set<std::string> values;
-    for (const SettingResult& result : sweep.settings) values.insert(value(result.setting, axis));
-    if (values.size() > 1) axes.push_back(axis);
-  }
-  return axes;
+  if (errors_m.empty()) return std::nullopt;
+  const auto [least_m, most_m] = std::ranges::minmax(errors_m);
+  const auto [least_s, most_s] = std::ranges::minmax(times_s);
+  return Span{int(errors_m.size()), least_m, most_m, least_s, most_s};
 }
 
 std::vector<std::string> rule_sentences() {
@@ -131,8 +109,8 @@ std::vector<std::string> growth_sentences(const Sweep& sweep) {
   std::vector<std::string> sentences;
   for (const Growth& g : growth(sweep)) {
     sentences.push_back(fmt::format("{} by {}: exponent {:.2f} ({:.2f} to {:.2f}, {} points)", g.of,
-                                    g.axis == Axis::kSize ? "pixels of an image" : name(g.axis), g.exponent, g.low,
-                                    g.high, g.points));
+                                    g.axis == Axis::kSize ? "pixels of an image" : facts_of(g.axis).name, g.exponent,
+                                    g.low, g.high, g.points));
   }
   return sentences;
 }

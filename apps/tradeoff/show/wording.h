@@ -22,9 +22,6 @@ std::string antialias_name(int antialias);
 std::string significant(double value, int digits = 3);
 /// Formats like significant(), with fewer digits where the text would exceed `width` columns.
 std::string fitting(double value, std::size_t width);
-/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
-/// finite.
-std::string with_interval(const Interval& interval, double unit);
 
 /// The values that most settings of a sweep have, so that a short name can omit them.
 struct Usual {
@@ -47,8 +44,6 @@ struct Span {
 };
 /// Returns nothing without a frontier.
 std::optional<Span> span_of(const Sweep& sweep);
-/// Returns the axes on which the sweep has at least two values.
-std::vector<Axis> swept_axes(const Sweep& sweep);
 
 /// Returns the rule of a frontier, the precision of the truth, and the meaning of the intervals: a sentence each.
 std::vector<std::string> rule_sentences();

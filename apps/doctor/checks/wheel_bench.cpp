@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/doctor/wheel_bench.h"
+#include "apps/doctor/checks/wheel_bench.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,10 +71,6 @@ Course WheelBench::drive(const WheelSpeeds& speeds, double seconds, const std::s
   Course course;
   const double begin_s = surroundings_.now_s();
   int troubles = 0;
-  const auto note = [&](const Error& error) {
-    const bool may_pass = error.code == ErrorCode::kTimeout || error.code == ErrorCode::kBadData;
-    if (!may_pass || ++troubles >= kWheelTroublesInARow) course.error = error;
-  };
   while (surroundings_.now_s() - begin_s < seconds && !course.error) {
     end_if_asked(surroundings_);
     surroundings_.progress(what, (surroundings_.now_s() - begin_s) / seconds);
@@ -90,7 +86,9 @@ Course WheelBench::drive(const WheelSpeeds& speeds, double seconds, const std::s
       }
       if (is_far_enough && is_far_enough(*sample)) break;
     } else {
-      note(set ? sample.error() : set.error());
+      const Error& error = set ? sample.error() : set.error();
+      const bool may_pass = error.code == ErrorCode::kTimeout || error.code == ErrorCode::kBadData;
+      if (!may_pass || ++troubles >= kWheelTroublesInARow) course.error = error;
     }
     surroundings_.sleep(nanoseconds_of(kStep_s));
   }

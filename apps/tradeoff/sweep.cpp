@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/frontier.h"
+#include "apps/tradeoff/sweep.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,7 @@ std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (std::isfinite(points[i].cost) && std::isfinite(points[i].error)) order.push_back(i);
   }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::tie(points[a].cost, points[a].error, a) < std::tie(points[b].cost, points[b].error, b);
-  });
+  std::ranges::sort(order, {}, [&](std::size_t i) { return std::tuple(points[i].cost, points[i].error, i); });
   double least = std::numeric_limits<double>::infinity();
   std::erase_if(order, [&](std::size_t i) {
     if (points[i].error >= least) return true;
@@ -26,17 +24,34 @@ std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points) {
 }
 
 void mark_frontiers(std::vector<SettingResult>& settings) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
   std::vector<CostAndError> robot, simulation;
   for (SettingResult& s : settings) {
     s.on_robot_frontier = s.on_simulation_frontier = false;
-    const double error = answers_enough(s) ? s.position_m->mean.value : kNone;
+    const double error = answers_enough(s) ? s.position_m->mean.value : kNoFigure;
     // A robot cannot choose its light or the noise of its sensor.
-    robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNone});
+    robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNoFigure});
     simulation.push_back({s.simulation_time_s().value, error});
   }
   for (const std::size_t i : pareto_frontier(robot)) settings[i].on_robot_frontier = true;
   for (const std::size_t i : pareto_frontier(simulation)) settings[i].on_simulation_frontier = true;
+}
+
+std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
+  std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
+  for (const SettingResult& result : sweep.settings) {
+    if (!answers_enough(result)) continue;
+    std::vector<AxisPlace> others;
+    for (const Axis other : kAllAxes) {
+      if (other != axis) others.push_back(facts_of(other).place(result.setting));
+    }
+    groups[others].emplace(facts_of(axis).place(result.setting), &result);
+  }
+  std::vector<AxisGroup> of_two_or_more;
+  for (auto& [others, group] : groups) {
+    if (group.size() > 1) of_two_or_more.push_back(std::move(group));
+  }
+  return of_two_or_more;
 }
 
 }  // namespace twocone::tradeoff

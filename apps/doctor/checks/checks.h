@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "apps/doctor/report.h"
+#include "apps/doctor/surroundings.h"
+#include "drivers/backends.h"
+#include "hal/camera.h"
+#include "hal/diff_drive.h"
+#include "hal/image.h"
+#include "hal/stereo_rig.h"
+#include "vision/rim.h"
+
+namespace twocone::doctor {
+
+// ---- frames
+
+/// A rate that differs by at most this share is the requested one.
+inline constexpr double kRateShare = 0.05;
+
+/// Bounds the wait for `seconds` of frames, so that a broken camera cannot hold up the doctor: gives up after a few
+/// failures in a row, and when frames come so slowly, or with such times, that it would take several times as long. The
+/// seconds begin after a short time of the stream, in which a camera adjusts its exposure.
+class FrameWait {
+ public:
+  /// @param seconds of the frames' own time, > 0. @param least of patience for one frame
+  FrameWait(double seconds, double rate_hz, std::chrono::milliseconds least, const Surroundings& surroundings);
+
+  /// How long to wait for the next frame.
+  [[nodiscard]] std::chrono::milliseconds patience() const { return patience_; }
+  /// Returns whether to grab once more. @throws Interrupted
+  [[nodiscard]] bool goes_on();
+  /// Notes a frame, and returns whether it counts: the seconds began with an earlier one.
+  bool came(double captured_s);
+  /// Returns the time from the frame with which the seconds began to the latest one.
+  [[nodiscard]] double done_s() const { return begin_s_ ? last_s_ - *begin_s_ : 0; }
+  /// Notes a failure, and returns whether it may pass.
+  [[nodiscard]] bool outlasts(const Error& error);
+
+ private:
+  const Surroundings& surroundings_;
+  const std::chrono::milliseconds patience_;
+  const double seconds_, give_up_s_, most_grabs_;
+  double grabs_ = 0;
+  int troubles_ = 0;
+  std::optional<double> first_s_, begin_s_;
+  double last_s_ = 0;
+};
+
+// ---- a camera
+
+struct CameraUnderTest {
+  std::string name;  ///< as after `cameras:`
+  drivers::CameraPart asked;
+  std::optional<vision::RimCircle> rim{};  ///< rim of the mirror according to `rig:`; none: a camera without mirror
+};
+
+/// Configures the camera, streams for `seconds` and checks the frames; leaves the camera stopped.
+/// @throws Interrupted; the camera is stopped then, too
+void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
+                  Report& report);
+
+// ---- an image
+
+/// Returns the blur of the rim's edge in pixels: the step of brightness over its steepest slope, the median over all
+/// directions in which the step is clear. The sharpest possible edge has 1 to 2; a Gaussian blur of sigma gives sqrt(2
+/// pi) sigma. It measures the focus at the rim's distance, which is a little nearer than the mirror's image. Returns
+/// nothing where the rim is visible in too few directions.
+std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle& rim);
+
+/// Returns the measurement and the advice; the caller sets the part.
+/// @param found nothing: there is no rim near the believed one; the robot file is then wrong only if `may_show`
+/// (vision::rim_may_show)
+/// @param view as in `rig:`
+Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
+                 const std::string& view);
+
+/// Adds the rows exposure, mirror and focus of an image; without a believed rim, only exposure.
+/// @param image kRgb8
+void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
+                 Report& report);
+
+// ---- the pair of cameras
+
+struct PairUnderTest {
+  CameraSettings lower, upper;
+  std::chrono::nanoseconds max_skew{0};
+  std::chrono::nanoseconds command_timeout{0};
+};
+
+/// Opens both cameras again, with another limit of the skew.
+using OpenPair = std::function<Result<StereoRig>(std::chrono::nanoseconds max_skew)>;
+
+/// Measurements of a pair of cameras over some time.
+struct Pairs {
+  std::vector<double> skews_s{};      ///< from the lower camera's exposure to the upper one's
+  std::vector<double> intervals_s{};  ///< from pair to pair
+  std::uint64_t unpaired = 0;         ///< frames without a partner
+  std::optional<Error> ended_by{};
+};
+
+/// Returns the rate of pairs, the frames without a partner and the longest wait, with the limit of the robot file.
+std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test);
+/// Returns the skew, and whether the limit suits these cameras. @param any their skews with a limit that pairs every
+/// frame
+Row judge_skew(const Pairs& any, const PairUnderTest& test);
+
+/// Opens the pair, and again with a wide limit where that of the robot file leaves frames unpaired.
+/// @throws Interrupted
+void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
+                Report& report);
+
+// ---- the drive
+
+/// Whether the wheels may be turned.
+enum class Permission { kGiven, kRefused };
+
+struct DriveUnderTest {
+  drivers::DrivePart asked;
+  double period_s = 0;  ///< period of the frames: the angles are read once in each
+};
+
+/// Checks controller, time-out, reading, and whether the wheels stand still without a command. No command is given.
+/// @return whether the moving tests make sense. @throws Interrupted
+bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings,
+                          Report& report);
+
+/// Asks whether both wheels are off the ground, unless the user has stated it before; only "yes" permits the moving
+/// tests. Otherwise adds a row `not run`.
+Permission ask_off_the_ground(bool was_said, const Surroundings& surroundings, Report& report);
+
+/// The moving tests: which wheel turns in which direction, speed, the least speed, counts per turn, the two ways of
+/// stopping. The wheels must be off the ground. They are stopped afterwards, in every case. @throws Interrupted
+void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report);
+
+}  // namespace twocone::doctor
