@@ -11,7 +11,7 @@
 #include <Eigen/Core>
 
 #include "vision/mirror_view.h"
-#include "vision/rig_circles.h"
+#include "vision/rim.h"
 #include "vision/sighting.h"
 
 namespace twocone::vision {
