@@ -10,7 +10,6 @@
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
 #include "vision/calibration/problem_rows.h"
-#include "vision/calibration/start_pose.h"
 
 namespace twocone::vision {
 

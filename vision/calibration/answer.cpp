@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "vision/calibration/projection.h"
+#include "vision/calibration/bundle_rows.h"
 
 namespace twocone::vision::calibration {
 namespace {

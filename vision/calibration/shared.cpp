@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "vision/calibration/projection.h"
+#include "vision/calibration/bundle_rows.h"
 
 namespace twocone::vision::calibration {
 namespace {
