@@ -22,7 +22,7 @@ namespace twocone::localisation {
 /// landmarks with range and bearing each need no heap.
 ///
 /// Where two landmarks with range and bearing do not determine the minimum, and there is a range and a bearing, all
-/// places where chi-squared may be low enough are searched by branch and bound (least_squares/search.h). So each local
+/// places where chi-squared may be low enough are searched by branch and bound (least_squares/starts.h). So each local
 /// minimum within kRival = 27 of the lowest is found: tests/localisation/fix_rivals_test.cpp compares with an
 /// exhaustive search. Where the search cannot be completed (sigmas that differ by many orders of magnitude), there is
 /// no answer: kTooFew. Such a set costs 11 to 18 times as much as a determined one of six landmarks; one range with two

@@ -9,7 +9,6 @@
 #include <boost/container/static_vector.hpp>
 
 #include "localisation/chi_squared.h"
-#include "localisation/least_squares/search.h"
 #include "localisation/least_squares/starts.h"
 
 namespace twocone::localisation::least_squares {

@@ -2,8 +2,11 @@
 #include "localisation/least_squares/problem.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <functional>
 #include <utility>
+
+#include <boost/container/static_vector.hpp>
 
 #include "localisation/covariance.h"
 
@@ -34,6 +37,22 @@ bool is_usable(const LandmarkMeasurement& m) {
 
 double weight(const Landmark& l) {
   return std::max(l.has_range ? l.range_weight : 0, l.has_bearing ? l.bearing_weight : 0);
+}
+
+/// Counts the distinct places of the chosen landmarks, up to three.
+template <typename Chosen>
+int count_places(std::span<const Landmark> landmarks, double rounding, Chosen is_chosen) {
+  boost::container::static_vector<Eigen::Vector2d, 3> seen;
+  for (const Landmark& l : landmarks) {
+    // Each coordinate was rounded twice: where it was written, and when it was recentred.
+    const auto is_here = [&](const Eigen::Vector2d& p) {
+      return (l.place() - p).cwiseAbs().maxCoeff() <= 2 * rounding;
+    };
+    if (!std::invoke(is_chosen, l) || std::any_of(seen.begin(), seen.end(), is_here)) continue;
+    seen.push_back(l.place());
+    if (seen.size() == seen.capacity()) break;
+  }
+  return int(seen.size());
 }
 
 }  // namespace
@@ -102,45 +121,13 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
   return kept;
 }
 
-namespace {
-
-/// Counts distinct places up to three.
-class PlaceCounter {
- public:
-  explicit PlaceCounter(double rounding) : rounding_(rounding) {}
-  void add(const Landmark& l) {
-    if (count_ == 3) return;
-    for (int i = 0; i < count_; ++i) {
-      const Landmark& seen = *seen_[std::size_t(i)];
-      // Each coordinate was rounded twice: where it was written, and when it was recentred.
-      if (std::abs(l.x - seen.x) <= 2 * rounding_ && std::abs(l.y - seen.y) <= 2 * rounding_) return;
-    }
-    seen_[std::size_t(count_++)] = &l;
-  }
-  [[nodiscard]] int count() const { return count_; }
-
- private:
-  double rounding_;
-  std::array<const Landmark*, 3> seen_{};
-  int count_ = 0;
-};
-
-}  // namespace
-
 Problem make_problem(std::span<const Landmark> landmarks, double rounding) {
   Problem p{.landmarks = landmarks, .rounding = rounding};
-  PlaceCounter all(rounding);
-  PlaceCounter ranged(rounding);
-  PlaceCounter bearing(rounding);
-  PlaceCounter both(rounding);
-  for (const Landmark& l : landmarks) {
-    all.add(l);
-    if (l.has_range) ranged.add(l);
-    if (l.has_bearing) bearing.add(l);
-    if (l.has_range && l.has_bearing) both.add(l);
-    p.numbers += l.numbers();
-  }
-  p.places = {.all = all.count(), .ranged = ranged.count(), .bearing = bearing.count(), .both = both.count()};
+  for (const Landmark& l : landmarks) p.numbers += l.numbers();
+  p.places.all = count_places(landmarks, rounding, [](const Landmark& /*l*/) { return true; });
+  p.places.ranged = count_places(landmarks, rounding, &Landmark::has_range);
+  p.places.bearing = count_places(landmarks, rounding, &Landmark::has_bearing);
+  p.places.both = count_places(landmarks, rounding, [](const Landmark& l) { return l.has_range && l.has_bearing; });
   p.has_heading = p.places.bearing > 0;
   return p;
 }

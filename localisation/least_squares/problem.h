@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <span>
 
 #include <Eigen/Core>
 
-#include "localisation/least_squares_fix.h"
+#include "localisation/fix.h"
 
 namespace twocone::localisation::least_squares {
 
