@@ -12,7 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "vision/method_arguments.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::vision {
 namespace {

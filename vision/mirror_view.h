@@ -103,8 +103,6 @@ class MirrorView {
   /// Positions of the lens and of the tip, body frame.
   [[nodiscard]] Eigen::Vector3d lens_m() const;
   [[nodiscard]] Eigen::Vector3d tip_m() const;
-  /// From unit directions to body directions: R_y(tilt.y) R_x(tilt.x).
-  [[nodiscard]] const Eigen::Matrix3d& rotation() const { return rotation_; }
   /// Returns whether a lens distorts the image, that is, whether not all coefficients are 0.
   [[nodiscard]] bool has_distortion() const { return lens_.has_value(); }
 
@@ -121,8 +119,8 @@ class MirrorView {
 
   MirrorViewSettings settings_;
   std::optional<Lens> lens_;
-  bool is_moved_;  ///< tilted or off the axis
-  Eigen::Matrix3d rotation_;
+  bool is_moved_;             ///< tilted or off the axis
+  Eigen::Matrix3d rotation_;  ///< from unit directions to body directions: R_y(tilt.y) R_x(tilt.x)
   double sin_apex_;
   double cos_apex_;
   double tan_half_;

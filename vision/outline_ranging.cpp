@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <Eigen/Dense>
 
 #include "base/plane.h"
 #include "vision/method_arguments.h"

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+
+#include "localisation/odometry.h"
 
 namespace twocone::localisation::least_squares {
 namespace {

@@ -12,8 +12,6 @@
 namespace twocone::vision {
 namespace {
 
-using image_quality::code_of;
-using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;
 
@@ -120,7 +118,7 @@ struct Line {
 };
 
 double grey_at_noise_level(double variance) {
-  return std::sqrt(std::max(variance, 0.)) / light_per_grey(code_of(kNoiseLevel));
+  return std::sqrt(std::max(variance, 0.)) / light_per_grey(linear_to_srgb(kNoiseLevel));
 }
 
 /// Weighted least squares of shot and read2, each >= 0.
@@ -132,7 +130,7 @@ Line fit(const Bins& bins) {
     for (const Bin& bin : bins) {
       if (bin.tiles == 0) continue;
       const double level = bin.level / bin.tiles;
-      const double rounding = kRounding_grey2 * std::pow(light_per_grey(code_of(level)), 2);
+      const double rounding = kRounding_grey2 * std::pow(light_per_grey(linear_to_srgb(level)), 2);
       // In the first round any guess will do: shot noise.
       const double expected = (iteration == 0 ? level * rounding : line.at(level)) + rounding;
       const double weight = bin.tiles * kFreedom / 2 / (expected * expected);
@@ -187,7 +185,7 @@ NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
       if (!image_quality::is_within(region, column + kHalfTile_px, row + kHalfTile_px, kHalfTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
         const Tile tile = measure(rgb, column, row, channel, kSlopes);
-        const double bin = std::floor(code_of(tile.level) / 256 * NoiseSamples::kBins);
+        const double bin = std::floor(linear_to_srgb(tile.level) / 256 * NoiseSamples::kBins);
         levels[std::size_t(std::clamp(bin, 0., NoiseSamples::kBins - 1.))].push_back(tile);
       }
     }
@@ -239,7 +237,7 @@ std::optional<NoiseModel> fit_noise(const NoiseSamples& samples) {
   const double common = std::hypot(kNoiseFloor_grey, kNoiseShare * model.noise_grey);
   model.sigma_noise_grey = std::hypot(std::max(jackknife.z(), counted), common);
   // The error that images share may be of either kind.
-  const double grey = light_per_grey(code_of(kNoiseLevel));
+  const double grey = light_per_grey(linear_to_srgb(kNoiseLevel));
   const double common_variance = common * (2 * model.noise_grey + common) * grey * grey;
   model.sigma_shot = std::hypot(std::max(jackknife.x(), line.sigma.x()), common_variance / kNoiseLevel);
   const double read_variance = std::hypot(line.sigma.y(), common_variance);

@@ -8,15 +8,6 @@
 
 namespace twocone::vision::image_quality {
 
-double code_of(double light) {
-  return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
-}
-
-double light_per_grey(double code) {
-  const double coded = code / 255;
-  return (coded <= 0.04045 ? 1 / 12.92 : 2.4 / 1.055 * std::pow((coded + 0.055) / 1.055, 1.4)) / 255;
-}
-
 void check(const char* function, const cv::Mat& rgb, const ImageRegion& region) {
   if (rgb.type() != CV_8UC3 || rgb.empty())
     throw std::invalid_argument(fmt::format("{}: wants an image of r g b", function));

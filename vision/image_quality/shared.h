@@ -7,11 +7,6 @@
 
 namespace twocone::vision::image_quality {
 
-/// The sRGB code, 0 to 255 and not rounded, of linear light.
-double code_of(double light);
-/// Linear light per grey level at a code, 0 to 255.
-double light_per_grey(double code);
-
 /// @throws std::invalid_argument as image_quality.h states; `function` begins the message
 void check(const char* function, const cv::Mat& rgb, const ImageRegion& region);
 

@@ -1,19 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/outline/colour_table.h"
 
-#include <cmath>
-
 namespace twocone::vision {
-namespace {
-
-/// d linear / d code at the linear light `linear`.
-double decode_slope(double linear) {
-  if (linear <= 0.0031308) return 1 / (12.92 * 255);
-  const double coded = 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-  return 2.4 / 1.055 * std::pow((coded + 0.055) / 1.055, 1.4) / 255;
-}
-
-}  // namespace
 
 ColourTable::ColourTable(const std::vector<Eigen::Vector3d>& colours) : hues_(colours) {
   constexpr int kSteps = 1 << kBits;
@@ -27,7 +15,7 @@ ColourTable::ColourTable(const std::vector<Eigen::Vector3d>& colours) : hues_(co
   const cv::Mat labels = hues_.label(cells);
   labels_.assign(labels.datastart, labels.dataend);
   for (int step = 0; step <= kLinearSteps; ++step) {
-    const double slope = decode_slope(double(step) / kLinearSteps);
+    const double slope = light_per_grey(linear_to_srgb(double(step) / kLinearSteps));
     weight_of_linear_[std::size_t(step)] = static_cast<float>(1 / (slope * slope));
   }
 }

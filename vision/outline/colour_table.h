@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <opencv2/core.hpp>
 
 #include "vision/hue_labels.h"
 #include "vision/srgb.h"

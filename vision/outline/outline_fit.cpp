@@ -7,8 +7,6 @@
 
 #include <Eigen/Dense>
 
-#include "vision/outline/coverage.h"
-
 namespace twocone::vision {
 namespace {
 

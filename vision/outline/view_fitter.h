@@ -6,7 +6,7 @@
 
 #include "vision/outline/finder.h"
 #include "vision/outline/outline_fit.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::vision {
 
