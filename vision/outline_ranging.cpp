@@ -262,17 +262,10 @@ class FrameObservation::Impl {
     const OutlineVerdict& lower = judged[0];
     const OutlineVerdict& upper = judged[1];
     if (!ranging_.wanted[k]) return m;
-    if (ranging_.table.is_ambiguous(k)) {
-      m.verdict = RangeVerdict::kSameColour;
-      return m;
-    }
-    if (seen.has_rivals) {
-      m.verdict = RangeVerdict::kTwoCandidates;
-      return m;
-    }
+    if (ranging_.table.is_ambiguous(k)) return with_verdict(m, RangeVerdict::kSameColour);
+    if (seen.has_rivals) return with_verdict(m, RangeVerdict::kTwoCandidates);
     if (seen.is_too_wide) {
-      m.verdict = shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates;
-      return m;
+      return with_verdict(m, shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates);
     }
     m.lower_sighting = lower.sighting;
     m.upper_sighting = upper.sighting;
@@ -285,36 +278,25 @@ class FrameObservation::Impl {
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     // An outline is missing or not whole: either something hides it, or the map is wrong.
     if ((!lower.sighting || !upper.sighting || is_narrow) && shows_another_top(k, seen)) {
-      m.verdict = RangeVerdict::kInconsistent;
       m.disparity_px = t.disparity_px;
-      return m;
+      return with_verdict(m, RangeVerdict::kInconsistent);
     }
     if (t.verdict == RangeVerdict::kNotSeen) {
-      const auto any = [&](auto what) { return what(seen.looks[0]) || what(seen.looks[1]); };
-      if (any([](const OutlineSearch& l) { return l.is_saturated; })) {
-        m.verdict = RangeVerdict::kSaturated;
-      } else if (lower.is_occluded || upper.is_occluded) {
-        m.verdict = RangeVerdict::kOccluded;
-      } else if (any([](const OutlineSearch& l) { return l.is_truncated; })) {
-        m.verdict = RangeVerdict::kTruncated;
-      } else if (any([](const OutlineSearch& l) { return l.candidate.has_value(); })) {
-        m.verdict = RangeVerdict::kNoMatch;
-      }
-      return m;
+      const auto any = [&](auto what) { return bool(seen.looks[0].*what) || bool(seen.looks[1].*what); };
+      if (any(&OutlineSearch::is_saturated)) return with_verdict(m, RangeVerdict::kSaturated);
+      if (lower.is_occluded || upper.is_occluded) return with_verdict(m, RangeVerdict::kOccluded);
+      if (any(&OutlineSearch::is_truncated)) return with_verdict(m, RangeVerdict::kTruncated);
+      return any(&OutlineSearch::candidate) ? with_verdict(m, RangeVerdict::kNoMatch) : m;
     }
     if (t.verdict == RangeVerdict::kOneView) {
       // No occlusion makes a landmark wider than it is at its range: the top is not at the height of the map.
-      if (lower.sighting ? lower.is_wide : upper.is_wide) {
-        m.verdict = RangeVerdict::kInconsistent;
-        return m;
-      }
+      if (lower.sighting ? lower.is_wide : upper.is_wide) return with_verdict(m, RangeVerdict::kInconsistent);
       // No other view shows whether the top is whole.
       const std::size_t shown = lower.sighting ? 0 : 1;
       const auto& fit = seen.looks[shown].fit;
       if (is_narrow ||
           (is_part_hidden(seen.looks[1 - shown], judged[1 - shown]) && fit && rim_width_px(*fit) < kTellingWidth_px)) {
-        m.verdict = RangeVerdict::kOccluded;
-        return m;
+        return with_verdict(m, RangeVerdict::kOccluded);
       }
     }
     m.range_m = t.range_m;
@@ -354,10 +336,7 @@ int FrameObservation::refined() const { return impl_->refined(); }
 
 OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
                                cv::Size upper_size, const std::vector<std::size_t>& wanted)
-    : impl_(std::make_unique<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
-OutlineRanging::~OutlineRanging() = default;
-OutlineRanging::OutlineRanging(OutlineRanging&&) noexcept = default;
-OutlineRanging& OutlineRanging::operator=(OutlineRanging&&) noexcept = default;
+    : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper) const {
   return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper));

@@ -69,4 +69,9 @@ struct RangeMeasurement {
   std::optional<Sighting> upper_sighting;
 };
 
+inline RangeMeasurement with_verdict(RangeMeasurement measurement, RangeVerdict verdict) {
+  measurement.verdict = verdict;
+  return measurement;
+}
+
 }  // namespace twocone::vision
