@@ -14,7 +14,6 @@
 #include "base/quantile.h"
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
-#include "localisation/least_squares/outliers.h"
 #include "localisation/least_squares/problem.h"
 
 namespace twocone::localisation {

@@ -57,7 +57,7 @@ class FrameObservation {
 
  private:
   friend class OutlineRanging;
-  class Impl;
+  struct Impl;
   explicit FrameObservation(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

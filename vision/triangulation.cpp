@@ -176,7 +176,6 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.degrees_of_freedom = degrees_of_freedom;
   if (!fit.evaluate(x, residual, rows)) {
     answer.verdict = degrees_of_freedom > 0 ? RangeVerdict::kInconsistent : RangeVerdict::kImpossible;
-    answer.bearing_rad.reset();
     answer.top_m.reset();
     return;
   }
@@ -210,7 +209,6 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.chi_squared = residual.squaredNorm();
   if (degrees_of_freedom > 0 && answer.chi_squared > kMostChiSquared[std::size_t(degrees_of_freedom)]) {
     answer.verdict = RangeVerdict::kInconsistent;
-    answer.bearing_rad.reset();
     answer.top_m.reset();
     return;
   }

@@ -117,16 +117,15 @@ std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& star
 std::optional<Mode> only_mode(const Whitened& posterior) {
   auto best = climb(posterior, Eigen::Vector3d::Zero());
   if (!best) return std::nullopt;
-  std::array<std::optional<Mode>, 26> modes;
-  std::size_t count = 0;
+  std::vector<Mode> modes;
   for (const Eigen::Vector3d& direction : directions_of_sphere()) {
-    modes[count] = climb(posterior, kStartSigmas * direction);
-    if (modes[count] && modes[count]->cost < best->cost) best = modes[count];
-    ++count;
+    const auto mode = climb(posterior, kStartSigmas * direction);
+    if (mode && mode->cost < best->cost) best = mode;
+    if (mode) modes.push_back(*mode);
   }
-  for (const auto& mode : modes) {
-    if (!mode || mode->cost > best->cost - 2 * std::log(kOtherPlace)) continue;
-    const Eigen::Vector3d apart = mode->z - best->z;
+  for (const Mode& mode : modes) {
+    if (mode.cost > best->cost - 2 * std::log(kOtherPlace)) continue;
+    const Eigen::Vector3d apart = mode.z - best->z;
     if ((best->rows * apart).squaredNorm() + apart.squaredNorm() > kApart * kApart) return std::nullopt;
   }
   return best;

@@ -115,9 +115,8 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
     landmarks[kept++] = l;
   }
   // Equal weights keep their order. (std::stable_sort would take memory from the heap.)
-  std::sort(landmarks, landmarks + kept, [](const Landmark& a, const Landmark& b) {
-    return std::pair(weight(b), a.index) < std::pair(weight(a), b.index);
-  });
+  const auto rank = [](const Landmark& l) { return std::pair(-weight(l), l.index); };
+  std::ranges::sort(landmarks, landmarks + kept, {}, rank);
   return kept;
 }
 

@@ -114,8 +114,6 @@ struct Sector {
   double half_turn_rad;
   double radius;
   double half_radius;
-  bool is_small = false;
-  bool is_fine = false;
 };
 
 /// The weight of each number of a landmark by itself, whatever its other number is: chi-squared of two correlated
@@ -173,17 +171,15 @@ class Search {
     for (int k = 0; k < kSectors; ++k) {
       open.push_back({2 * kPi * (k + 0.5) / kSectors, kPi / kSectors, (inner + outer) / 2, (outer - inner) / 2});
     }
-    std::vector<Sector> small;
+    std::vector<Cell> cells;
     std::vector<Sector> halves;
-    while (!open.empty() && open.size() + small.size() <= std::size_t(kMostCells)) {
+    while (!open.empty() && open.size() + cells.size() <= std::size_t(kMostCells)) {
       halves.clear();
       for (const Sector& s : open) {
         const Candidate judged = judge(s);
         if (judged.least > limit_) continue;
         if (judged.is_small) {
-          small.push_back(s);
-          small.back().is_small = true;
-          small.back().is_fine = judged.is_fine;
+          cells.push_back(cell_of(s, true, judged.is_fine));
           continue;
         }
         Sector a = s;
@@ -202,10 +198,7 @@ class Search {
       }
       open.swap(halves);
     }
-    small.insert(small.end(), open.begin(), open.end());
-    std::vector<Cell> cells;
-    cells.reserve(small.size());
-    for (const Sector& s : small) cells.push_back(middle_of(s));
+    for (const Sector& s : open) cells.push_back(cell_of(s, false, false));
     std::stable_sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.cost < b.cost; });
     return cells;
   }
@@ -273,10 +266,10 @@ class Search {
     return judged;
   }
 
-  [[nodiscard]] Cell middle_of(const Sector& sector) const {
+  [[nodiscard]] Cell cell_of(const Sector& sector, bool is_small, bool is_fine) const {
     const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
     const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
-    Cell cell{with_heading(problem_, x, y), reach_of(sector), 0, sector.is_small, sector.is_fine};
+    Cell cell{with_heading(problem_, x, y), reach_of(sector), 0, is_small, is_fine};
     cell.cost = cost_at(problem_, cell.middle);
     return cell;
   }

@@ -69,9 +69,8 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
 void keep_plain(std::vector<Tile>& tiles) {
   const std::size_t all = tiles.size();
   if (all < kLeastNoiseTiles) return tiles.clear();
-  const auto less = [](const Tile& a, const Tile& b) { return a.scatter_grey2 < b.scatter_grey2; };
   const auto quarter = tiles.begin() + std::ptrdiff_t(all / 4);
-  std::nth_element(tiles.begin(), quarter, tiles.end(), less);
+  std::ranges::nth_element(tiles, quarter, {}, &Tile::scatter_grey2);
   double variance = quarter->scatter_grey2 / kLowerQuartile;
   const auto is_plain = [&variance](const Tile& tile) {
     return tile.scatter_grey2 <= kScatterCut * variance &&

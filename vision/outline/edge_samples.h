@@ -7,7 +7,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "vision/outline/colour_table.h"
+#include "vision/hue_labels.h"
 #include "vision/outline/outline.h"
 
 namespace twocone::vision {
