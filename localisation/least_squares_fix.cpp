@@ -125,12 +125,10 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
 Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   Fix fix;
   Frame frame;
-  double rounding = 0;
-  boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size(),
-                                                                                boost::container::default_init);
-  const int count = least_squares::prepare(measurements, frame, rounding, room.data());
+  boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size());
+  const int count = least_squares::prepare(measurements, frame, room.data());
   fix.unusable = int(measurements.size()) - count;
-  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, rounding);
+  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, frame.rounding);
   const Answer answer = least_squares::solve(problem);
   if (answer.is_consistent || answer.verdict == FixVerdict::kTooFew) {
     fill(fix, problem, answer, frame);
@@ -147,7 +145,7 @@ Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
         }
       }
       std::sort(fix.outliers.begin(), fix.outliers.end());
-      fill(fix, least_squares::make_problem(kept, rounding), cleaned->answer, frame);
+      fill(fix, least_squares::make_problem(kept, frame.rounding), cleaned->answer, frame);
     } else if (is_mild(answer)) {
       fill(fix, problem, answer, frame);
     } else {

@@ -57,7 +57,7 @@ int count_places(std::span<const Landmark> landmarks, double rounding, Chosen is
 
 }  // namespace
 
-int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, double& rounding, Landmark* landmarks) {
+int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, Landmark* landmarks) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Eigen::Vector2d low(kInf, kInf);
   Eigen::Vector2d high(-kInf, -kInf);
@@ -79,28 +79,24 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
   frame.unit_m = std::ldexp(1, exponent);
   const double per_m = std::ldexp(1, -exponent);
   const double farthest_m = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-  rounding = kEps * (farthest_m * per_m + 1);
+  frame.rounding = kEps * (farthest_m * per_m + 1);
 
   int kept = 0;
   for (int k = 0; k < count; ++k) {
-    Landmark l = landmarks[k];
+    Landmark l{.index = landmarks[k].index};
     const LandmarkMeasurement& m = measurements[std::size_t(l.index)];
     l.has_range = m.range_m.has_value();
     l.has_bearing = m.bearing_rad.has_value() && m.covariance(1, 1) < kAnyDirection_rad * kAnyDirection_rad;
     if (l.numbers() == 0) continue;
     l.x = (m.landmark_m.x() - frame.origin_m.x()) * per_m;
     l.y = (m.landmark_m.y() - frame.origin_m.y()) * per_m;
-    l.range = 0;
-    l.range_weight = l.bearing_weight = l.bearing_on_range = l.sigma_bearing_rad = 0;
-    l.cos_bearing = 1;
-    l.sin_bearing = 0;
     double stated = 0;
     double sigma = 0;
     if (l.has_range) {
       l.range = *m.range_m * per_m;
       // No range is more accurate than the doubles that hold it and its landmark.
       stated = std::sqrt(m.covariance(0, 0)) * per_m;
-      sigma = std::sqrt(stated * stated + rounding * rounding);
+      sigma = std::sqrt(stated * stated + frame.rounding * frame.rounding);
       l.range_weight = 1 / sigma;
     }
     if (l.has_bearing) {

@@ -140,7 +140,7 @@ double wheel_chi_squared(const BundleData& data, const BundleState& state) {
     Eigen::Matrix<double, 5, 1> residual;
     wheel_residual(data.model, row, state.unknowns.data(), state.poses[row.frame - 1].data(),
                    state.poses[row.frame].data(), row.follows ? state.slips[i - 1].data() : none.data(),
-                   state.slips[i].data(), residual.data(), [](double x) { return x; });
+                   state.slips[i].data(), residual.data());
     sum += residual.squaredNorm();
   }
   return sum;

@@ -16,14 +16,6 @@ namespace {
 
 constexpr int kSolverIterations = 100;
 
-struct Plain {
-  double operator()(double x) const { return x; }
-  template <int n>
-  double operator()(const ceres::Jet<double, n>& x) const {
-    return x.a;
-  }
-};
-
 template <typename T>
 void whiten(const Eigen::Matrix2d& whitener, const T* error, T* residual) {
   for (int i = 0; i < 2; ++i) residual[i] = whitener(i, 0) * error[0] + whitener(i, 1) * error[1];
@@ -54,7 +46,7 @@ void add_wheels(const BundleData& data, const BundleSettings& settings, BundleSt
     const auto cost = [&model = data.model, &row, scale = settings.wheel_scale]<typename T>(
                           const T* unknowns, const T* from, const T* to, const T* last_slips, const T* slips,
                           T* residual) {
-      wheel_residual(model, row, unknowns, from, to, last_slips, slips, residual, Plain{});
+      wheel_residual(model, row, unknowns, from, to, last_slips, slips, residual);
       for (int k = 0; k < 5; ++k) residual[k] /= T(scale);
       return true;
     };

@@ -156,9 +156,16 @@ Numbers<T> numbers_of(const SharedModel& model, const T* unknowns) {
   return numbers;
 }
 
+/// The value of a number without its derivatives. Jet is that of Ceres.
+inline double plain(double number) { return number; }
+template <typename Jet>
+double plain(const Jet& number) {
+  return number.a;
+}
+
 /// Subtracts whole turns from an angle. Whole turns matter only here.
-template <typename T, typename Plain>
-T within_half_a_turn(const T& angle, Plain plain) {
+template <typename T>
+T within_half_a_turn(const T& angle) {
   return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
 }
 
@@ -201,9 +208,9 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
 
 /// Residuals of the motion, (x, y, heading), then of both slips; all whitened. `seen_from` and `seen_to` are the
 /// images' poses.
-template <typename T, typename Plain>
+template <typename T>
 void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* seen_from,
-                    const T* seen_to, const T* last_slips, const T* slips, T* residual, Plain plain) {
+                    const T* seen_to, const T* last_slips, const T* slips, T* residual) {
   const Numbers<T> numbers = numbers_of(model, unknowns);
   T from[3];
   T to[3];
@@ -215,7 +222,7 @@ void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unkn
   const T dx = to[0] - from[0];
   const T dy = to[1] - from[1];
   const T error[3] = {cos(from[2]) * dx + sin(from[2]) * dy - way[0], cos(from[2]) * dy - sin(from[2]) * dx - way[1],
-                      within_half_a_turn<T>(to[2] - from[2] - way[2], plain)};
+                      within_half_a_turn<T>(to[2] - from[2] - way[2])};
   for (int i = 0; i < 3; ++i) {
     residual[i] = T(0);
     for (int j = 0; j < 3; ++j) residual[i] += row.whitener(i, j) * error[j];
