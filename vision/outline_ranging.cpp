@@ -315,7 +315,6 @@ std::vector<RangeMeasurement> FrameObservation::measurements() const {
   const std::array<std::vector<OutlineVerdict>, 2> judged{ViewFitter::judge(impl_->looks(0)),
                                                           ViewFitter::judge(impl_->looks(1))};
   std::vector<RangeMeasurement> measurements;
-  measurements.reserve(impl_->all.size());
   for (std::size_t k = 0; k < impl_->all.size(); ++k) {
     std::array<OutlineVerdict, 2> both;
     for (std::size_t view = 0; view < 2; ++view) {

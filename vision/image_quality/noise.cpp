@@ -40,7 +40,7 @@ struct Tile {
 };
 
 /// Measures one channel of the tile whose upper left pixel is given.
-Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::array<double, 256>& slopes) {
+Tile measure(const cv::Mat& rgb, int column, int row, int channel) {
   const std::array<float, 256>& light = light_of_code();
   const float middle = light[rgb.ptr(row + kHalfTile_px)[3 * (column + kHalfTile_px) + channel]];
   float sum = 0, squares = 0, along_column = 0, along_row = 0;
@@ -60,7 +60,7 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
   }
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
-  const double per_grey = slopes[std::size_t((codes + kPixels / 2) / kPixels)];
+  const double per_grey = light_per_grey((codes + kPixels / 2) / kPixels);
   const double per_grey2 = per_grey * per_grey;
   return {double(middle + sum / kPixels), scatter / per_grey2, slope / per_grey2, per_grey2};
 }
@@ -173,17 +173,12 @@ void NoiseSamples::merge(const NoiseSamples& later) {
 
 NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
   image_quality::check("noise_samples", rgb, region);
-  static const std::array<double, 256> kSlopes = [] {
-    std::array<double, 256> slopes{};
-    for (std::size_t code = 0; code < slopes.size(); ++code) slopes[code] = light_per_grey(double(code));
-    return slopes;
-  }();
   std::array<std::vector<Tile>, NoiseSamples::kBins> levels;
   for (int row = 0; row + kNoiseTile_px <= rgb.rows; row += kNoiseTile_px) {
     for (int column = 0; column + kNoiseTile_px <= rgb.cols; column += kNoiseTile_px) {
       if (!image_quality::is_within(region, column + kHalfTile_px, row + kHalfTile_px, kHalfTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
-        const Tile tile = measure(rgb, column, row, channel, kSlopes);
+        const Tile tile = measure(rgb, column, row, channel);
         const double bin = std::floor(linear_to_srgb(tile.level) / 256 * NoiseSamples::kBins);
         levels[std::size_t(std::clamp(bin, 0., NoiseSamples::kBins - 1.))].push_back(tile);
       }
