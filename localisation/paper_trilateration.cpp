@@ -137,7 +137,6 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
   std::vector<Eigen::Vector2d> first;
   std::vector<Eigen::Vector2d> second;
   bool tied = false;
-  bool gap = false;
   for (const Corner& corner : corners) {
     Eigen::Vector2d mine = corner.chosen_m;
     Eigen::Vector2d theirs = corner.other_m;
@@ -145,11 +144,10 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     first.push_back(mine);
     second.push_back(theirs);
     tied = tied || corner.tied;
-    gap = gap || corner.gap;
   }
   fix.used = 3;
   fix.position_m = origin + mean(first) * unit_m;
-  fix.verdict = gap ? FixVerdict::kGap : FixVerdict::kOk;
+  fix.verdict = std::ranges::any_of(corners, &Corner::gap) ? FixVerdict::kGap : FixVerdict::kOk;
   if (tied) {
     fix.other_position_m = origin + mean(second) * unit_m;
     fix.verdict = FixVerdict::kAmbiguous;

@@ -306,9 +306,8 @@ void FrameObservation::take(std::span<const std::size_t> landmarks, Stage stage,
 }
 
 int FrameObservation::refined() const {
-  return static_cast<int>(std::count_if(impl_->all.begin(), impl_->all.end(), [](const Seen& seen) {
-    return seen.looks[0].is_fine || seen.looks[1].is_fine;
-  }));
+  const auto is_fine = [](const Seen& seen) { return seen.looks[0].is_fine || seen.looks[1].is_fine; };
+  return static_cast<int>(std::ranges::count_if(impl_->all, is_fine));
 }
 
 std::vector<RangeMeasurement> FrameObservation::measurements() const {

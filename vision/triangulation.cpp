@@ -32,7 +32,7 @@ constexpr double kLastStepInSigmas = 1e-6;
 constexpr double kRoundings = 64;
 
 /// A view with its sighting and the whitener W, W^T W = covariance^-1.
-struct Seen {
+struct ViewSighting {
   const MirrorView* view;
   const Sighting* sighting;
   Eigen::Matrix2d whiten;
@@ -57,7 +57,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
 }
 
 /// The sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
-std::optional<double> radius_of(const Seen& seen) {
+std::optional<double> radius_of(const ViewSighting& seen) {
   const MirrorViewSettings& s = seen.view->settings();
   const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
   if (!undistorted || !undistorted->allFinite()) return std::nullopt;
@@ -85,7 +85,7 @@ struct Fit {
   using Residual = Eigen::Vector4d;
   using Step = Eigen::Matrix<double, n, 1>;
 
-  std::span<const Seen> views;
+  std::span<const ViewSighting> views;
   double radius_m;
   double offset_m;     ///< d of the inverse range
   double reference_m;  ///< height to which slopes refer
@@ -109,7 +109,7 @@ struct Fit {
     residual.setZero();
     rows.setZero();
     Eigen::Index row = 0;
-    for (const Seen& seen : views) {
+    for (const ViewSighting& seen : views) {
       const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m, top);
       if (!near_m) return false;
       const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
@@ -145,7 +145,7 @@ struct Fit {
   /// Rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
-    for (const Seen& seen : views) {
+    for (const ViewSighting& seen : views) {
       most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
     }
     return kRoundings * kEpsilon * most;
@@ -231,7 +231,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
 struct FarBearing {
   double bearing_rad, variance_rad2;
 };
-std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
+std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray) {
   constexpr double kStep_px = 1e-3;  // small against a pixel's distance from the tip, large against rounding
   const auto bearing_of = [](const Ray& r) { return std::atan2(r.direction.y(), r.direction.x()); };
   const double bearing_rad = bearing_of(ray);
@@ -254,7 +254,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
   if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
 
-  std::array<Seen, 2> seen{};
+  std::array<ViewSighting, 2> seen{};
   std::size_t count = 0;
   const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
     if (sighting != nullptr) seen[count++] = {&view, sighting, whitener(*sighting, name)};
