@@ -69,9 +69,11 @@ struct RangeMeasurement {
   std::optional<Sighting> upper_sighting;
 };
 
-inline RangeMeasurement with_verdict(RangeMeasurement measurement, RangeVerdict verdict) {
-  measurement.verdict = verdict;
-  return measurement;
+/// An answer, of one method or of a part of it, with that verdict.
+template <typename Answer>
+Answer with_verdict(Answer answer, RangeVerdict verdict) {
+  answer.verdict = verdict;
+  return answer;
 }
 
 }  // namespace twocone::vision

@@ -301,10 +301,8 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   // agree.
   const Eigen::Vector2d mean = rays[0].direction.head<2>().normalized() + rays[1].direction.head<2>().normalized();
   answer.degrees_of_freedom = 1;
-  if (!(mean.norm() > kRoundings * kEpsilon)) {
-    answer.verdict = RangeVerdict::kInconsistent;  // the rays point in opposite directions
-    return answer;
-  }
+  // Nothing is left of the mean where the rays point in opposite directions.
+  if (!(mean.norm() > kRoundings * kEpsilon)) return with_verdict(answer, RangeVerdict::kInconsistent);
   const Eigen::Vector2d outwards = mean.normalized();
   std::array<double, 2> height_m{};
   std::array<double, 2> steepness{};
@@ -321,13 +319,9 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     if (!below || !above) return answer;
     const double off_rad = base::wrap_angle_rad(below->bearing_rad - above->bearing_rad);
     answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
-    if (answer.chi_squared > kMostChiSquared[1]) {
-      answer.verdict = RangeVerdict::kInconsistent;
-      return answer;
-    }
-    answer.verdict = RangeVerdict::kBeyondLimit;
+    if (answer.chi_squared > kMostChiSquared[1]) return with_verdict(answer, RangeVerdict::kInconsistent);
     answer.bearing_rad = bearing_rad;
-    return answer;
+    return with_verdict(answer, RangeVerdict::kBeyondLimit);
   }
   const double start_top_m = height_m[0] + steepness[0] * near_m;
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
