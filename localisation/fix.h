@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -20,7 +22,11 @@ enum class FixVerdict {
   kOutOfBounds,    ///< given for information, but the robot cannot be there: outside the map's bounds
 };
 /// Returns the name in fixes.csv: ok, gap, ambiguous, too_few, weak, contradictory, out_of_bounds.
-std::string_view to_string(FixVerdict verdict);
+inline std::string_view to_string(FixVerdict verdict) {
+  constexpr std::array<std::string_view, 7> kNames{"ok",   "gap",           "ambiguous",    "too_few",
+                                                   "weak", "contradictory", "out_of_bounds"};
+  return kNames.at(std::size_t(verdict));
+}
 
 /// The measurement of one landmark whose axis is at a known place in the world.
 struct LandmarkMeasurement {
@@ -60,6 +66,9 @@ struct Fix {
 
 /// Returns whether the position is taken as the robot's, so that a behaviour may steer by it. It is not for kWeak,
 /// whose position may be anywhere along its unseen direction, nor for kOutOfBounds, nor for one of two answers.
-bool is_place(const Fix& fix);
+inline bool is_place(const Fix& fix) {
+  const bool is_given = fix.verdict == FixVerdict::kOk || fix.verdict == FixVerdict::kGap;
+  return is_given && fix.position_m && !fix.other_position_m;
+}
 
 }  // namespace twocone::localisation

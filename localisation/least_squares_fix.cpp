@@ -4,15 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <stdexcept>
 #include <vector>
 
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
 #include <boost/container/small_vector.hpp>
 
 #include "base/quantile.h"
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
-#include "localisation/least_squares/outliers.h"
 #include "localisation/least_squares/problem.h"
 
 namespace twocone::localisation {
@@ -124,12 +125,10 @@ std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
 Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   Fix fix;
   Frame frame;
-  double rounding = 0;
-  boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size(),
-                                                                                boost::container::default_init);
-  const int count = least_squares::prepare(measurements, frame, rounding, room.data());
+  boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size());
+  const int count = least_squares::prepare(measurements, frame, room.data());
   fix.unusable = int(measurements.size()) - count;
-  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, rounding);
+  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, frame.rounding);
   const Answer answer = least_squares::solve(problem);
   if (answer.is_consistent || answer.verdict == FixVerdict::kTooFew) {
     fill(fix, problem, answer, frame);
@@ -146,7 +145,7 @@ Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
         }
       }
       std::sort(fix.outliers.begin(), fix.outliers.end());
-      fill(fix, least_squares::make_problem(kept, rounding), cleaned->answer, frame);
+      fill(fix, least_squares::make_problem(kept, frame.rounding), cleaned->answer, frame);
     } else if (is_mild(answer)) {
       fill(fix, problem, answer, frame);
     } else {
@@ -235,6 +234,39 @@ Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements) {
     if (const auto fix = fix_without_far(measurements)) return *fix;
   }
   return fix_of(measurements);
+}
+
+std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eigen::Vector2d> landmarks_m,
+                                          std::span<const Eigen::Matrix2d> information) {
+  if (landmarks_m.size() != information.size()) {
+    throw std::invalid_argument(
+        fmt::format("pose_bound: {} landmarks, but information of {}", landmarks_m.size(), information.size()));
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < landmarks_m.size(); ++i) {
+    const double dx_m = landmarks_m[i].x() - pose.x_m;
+    const double dy_m = landmarks_m[i].y() - pose.y_m;
+    const double range_m = std::hypot(dx_m, dy_m);
+    if (range_m == 0) continue;  // no gradient there
+    const double ux = dx_m / range_m;
+    const double uy = dy_m / range_m;
+    Eigen::Matrix<double, 2, 3> j;
+    j << -ux, -uy, 0, uy / range_m, -ux / range_m, -1;
+    sum += j.transpose() * information[i] * j;
+  }
+  if (!sum.allFinite() || !(sum.diagonal().minCoeff() > 0)) return std::nullopt;
+  // Scale to unit diagonal first, since metres and radians are mixed.
+  const Eigen::Vector3d scale = sum.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix3d scaled = scale.asDiagonal() * sum * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::Matrix3d> ldlt(scaled);
+  // Each of the sum's terms was rounded by a few units.
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * double(landmarks_m.size() + 3);
+  if (!(ldlt.vectorD().minCoeff() > rounding)) return std::nullopt;
+  const Eigen::Matrix3d inverse = ldlt.solve(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d symmetric = (inverse + inverse.transpose()) / 2;
+  const Eigen::Matrix3d bound = scale.asDiagonal() * symmetric * scale.asDiagonal();
+  if (!bound.allFinite()) return std::nullopt;  // too large for a double
+  return bound;
 }
 
 }  // namespace twocone::localisation

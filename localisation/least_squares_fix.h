@@ -22,7 +22,7 @@ namespace twocone::localisation {
 /// landmarks with range and bearing each need no heap.
 ///
 /// Where two landmarks with range and bearing do not determine the minimum, and there is a range and a bearing, all
-/// places where chi-squared may be low enough are searched by branch and bound (least_squares/search.h). So each local
+/// places where chi-squared may be low enough are searched by branch and bound (least_squares/starts.h). So each local
 /// minimum within kRival = 27 of the lowest is found: tests/localisation/fix_rivals_test.cpp compares with an
 /// exhaustive search. Where the search cannot be completed (sigmas that differ by many orders of magnitude), there is
 /// no answer: kTooFew. Such a set costs 11 to 18 times as much as a determined one of six landmarks; one range with two
@@ -43,7 +43,7 @@ namespace twocone::localisation {
 ///   that miss by no more than noise explains are such a case: the position is the middle of the gap.
 /// * Outliers: where noise causes a chi-squared as large as that of the fit, or of one landmark against the forecast of
 ///   the others, less often than 1e-4, the smallest set of landmarks is searched whose removal explains the rest
-///   (least_squares/outliers.h). With up to 8 landmarks each one or two are tried in turn; otherwise any number is
+///   (least_squares/answer.h). With up to 8 landmarks each one or two are tried in turn; otherwise any number is
 ///   found by consensus of samples in a fixed order, at a cost linear in the landmarks, 17 to 30 times the fix without
 ///   outliers (FixWithOutliers compared with FixByLeastSquares in bench/localisation_bench, and fix_outliers_test).
 ///   Fewer are left out than believed, and three or more are believed: two against one cannot be decided. If two such

@@ -42,19 +42,17 @@ const Pose& Odometry::update(double left_rad, double right_rad) {
     throw std::invalid_argument(
         fmt::format("Odometry::update: left {} rad, right {} rad: must be finite", left_rad, right_rad));
   }
-  if (started_) {
-    const Pose next = drive_arc(pose_, wheels_.radius_m * (left_rad - left_rad_),
-                                wheels_.radius_m * (right_rad - right_rad_), wheels_.separation_m);
+  if (last_) {
+    const Pose next = drive_arc(pose_, wheels_.radius_m * (left_rad - last_->left_rad),
+                                wheels_.radius_m * (right_rad - last_->right_rad), wheels_.separation_m);
     if (!std::isfinite(next.x_m) || !std::isfinite(next.y_m) || !std::isfinite(next.heading_rad)) {
       throw std::invalid_argument(
           fmt::format("Odometry::update: from left {} rad, right {} rad to {} rad, {} rad exceeds the range of numbers",
-                      left_rad_, right_rad_, left_rad, right_rad));
+                      last_->left_rad, last_->right_rad, left_rad, right_rad));
     }
     pose_ = next;
   }
-  started_ = true;
-  left_rad_ = left_rad;
-  right_rad_ = right_rad;
+  last_ = {left_rad, right_rad};
   return pose_;
 }
 

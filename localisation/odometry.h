@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "base/plane.h"
 
 namespace twocone::localisation {
@@ -56,9 +58,7 @@ class Odometry {
  private:
   WheelGeometry wheels_;
   Pose pose_;
-  bool started_ = false;
-  double left_rad_ = 0;
-  double right_rad_ = 0;
+  std::optional<WheelTurns> last_;  ///< the wheels' total angles of the last update
 };
 
 }  // namespace twocone::localisation

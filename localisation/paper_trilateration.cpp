@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -27,26 +28,18 @@ struct Meeting {
   bool gap;
 };
 
-enum class Contact { kApart, kTouch, kCross };
-
-/// The contact of two circles and the area of the triangle whose sides are the radii and the distance of the centres.
-struct Triangle {
-  Contact contact;
-  double area_m2;
-};
-
-/// Uses Kahan's form of Heron's formula: every bracket is a difference of given numbers or a sum of positive ones, so
-/// near-degenerate triangles keep the digits of their sides.
-Triangle triangle(double a, double b, double c) {
+/// The area of a triangle from its sides, by Kahan's form of Heron's formula: every bracket is a difference of given
+/// numbers or a sum of positive ones, so near-degenerate triangles keep the digits of their sides. Nothing where the
+/// sides close no triangle.
+std::optional<double> area_of(double a, double b, double c) {
   std::array<double, 3> s{a, b, c};
   std::sort(s.begin(), s.end(), std::greater<>());
-  const double closing = s[2] - (s[0] - s[1]);  // < 0: the sides close no triangle
+  const double closing = s[2] - (s[0] - s[1]);  // < 0: they close none
   // Each side was rounded once, and so was the inner difference: below this, "touch" and "just not" are the same.
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * s[0];
-  if (std::abs(closing) <= rounding) return {Contact::kTouch, 0};
-  if (closing < 0) return {Contact::kApart, 0};
-  return {Contact::kCross,
-          std::sqrt((s[0] + (s[1] + s[2])) * closing * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]))) / 4};
+  if (std::abs(closing) <= rounding) return 0;
+  if (closing < 0) return std::nullopt;
+  return std::sqrt((s[0] + (s[1] + s[2])) * closing * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]))) / 4;
 }
 
 /// Returns nothing for circles with one centre.
@@ -56,8 +49,8 @@ std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
   if (distance == 0) return std::nullopt;
   const Eigen::Vector2d along = between / distance;
 
-  const Triangle sides = triangle(distance, a.radius_m, b.radius_m);
-  if (sides.contact == Contact::kApart) {
+  const auto area_m2 = area_of(distance, a.radius_m, b.radius_m);
+  if (!area_m2) {
     // The circles are side by side, or one is inside the other: take the two points on the line of centres where they
     // are nearest to each other.
     const bool outside = a.radius_m + b.radius_m < distance;
@@ -67,7 +60,7 @@ std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
     return Meeting{middle, middle, true};
   }
   const double reach = (distance + (a.radius_m - b.radius_m) * ((a.radius_m + b.radius_m) / distance)) / 2;
-  const double height = 2 * sides.area_m2 / distance;
+  const double height = 2 * *area_m2 / distance;
   const Eigen::Vector2d foot = a.centre_m + along * reach;
   const Eigen::Vector2d across(-along.y() * height, along.x() * height);
   return Meeting{foot + across, foot - across, false};
@@ -117,8 +110,7 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     }
   }
   if (usable.size() < 3) return fix;  // kTooFew
-  std::stable_sort(usable.begin(), usable.end(),
-                   [](const LandmarkRange& a, const LandmarkRange& b) { return a.range_m < b.range_m; });
+  std::ranges::stable_sort(usable, {}, &LandmarkRange::range_m);
   const Eigen::Vector2d origin = usable.front().landmark_m;
   std::array<CircleOfRange, 3> circles;
   double largest_m = 0;
@@ -145,7 +137,6 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
   std::vector<Eigen::Vector2d> first;
   std::vector<Eigen::Vector2d> second;
   bool tied = false;
-  bool gap = false;
   for (const Corner& corner : corners) {
     Eigen::Vector2d mine = corner.chosen_m;
     Eigen::Vector2d theirs = corner.other_m;
@@ -153,11 +144,10 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     first.push_back(mine);
     second.push_back(theirs);
     tied = tied || corner.tied;
-    gap = gap || corner.gap;
   }
   fix.used = 3;
   fix.position_m = origin + mean(first) * unit_m;
-  fix.verdict = gap ? FixVerdict::kGap : FixVerdict::kOk;
+  fix.verdict = std::ranges::any_of(corners, &Corner::gap) ? FixVerdict::kGap : FixVerdict::kOk;
   if (tied) {
     fix.other_position_m = origin + mean(second) * unit_m;
     fix.verdict = FixVerdict::kAmbiguous;

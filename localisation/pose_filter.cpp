@@ -9,12 +9,24 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 
 #include "localisation/chi_squared.h"
 #include "localisation/covariance.h"
+#include "localisation/least_squares/posterior.h"
 
 namespace twocone::localisation {
 namespace {
+
+// Indices into the state.
+enum Index : int { kX, kY, kHeading, kLeftSlip, kRightSlip, kLeftReading, kRightReading, kBendState };
+
+/// d sinc(u) / du = (u cos u - sin u) / u^2. Below 0.02 three terms of its series are accurate to 1e-17, where the
+/// quotient would lose eps / u by cancellation.
+double sinc_slope(double u) {
+  if (std::abs(u) < 0.02) return u * (-1 / 3.0 + u * u * (1 / 30.0 - u * u / 840));
+  return (u * std::cos(u) - std::sin(u)) / (u * u);
+}
 
 /// A consistent fix with at least this many more numbers than unknowns is checked by itself; two landmarks never have
 /// them.
@@ -43,6 +55,157 @@ std::string_view to_string(FixUse use) {
                                                     "no_sigma",     "out_of_bounds", "unexpected", "undecided",
                                                     "not_gaussian", "cannot_start"};
   return kNames.at(std::size_t(use));
+}
+
+PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise) {
+  state_.head<3>() << start.pose.x_m, start.pose.y_m, start.pose.heading_rad;
+  if (!state_.allFinite() || !is_covariance<3>(start.covariance)) {
+    throw std::invalid_argument(
+        fmt::format("PoseHypothesis: x {} m, y {} m, heading {} rad with the variances {} m2, {} m2, {} rad2: must be "
+                    "finite, with a "
+                    "symmetric and positive definite covariance",
+                    start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0),
+                    start.covariance(1, 1), start.covariance(2, 2)));
+  }
+  covariance_.setZero();
+  covariance_.topLeftCorner<3, 3>() = start.covariance / 2 + start.covariance.transpose() / 2;
+  covariance_(kBendState, kBendState) = 1;
+  covariance_(kLeftSlip, kLeftSlip) = covariance_(kRightSlip, kRightSlip) = noise.slip * noise.slip;
+  covariance_(kLeftReading, kLeftReading) = covariance_(kRightReading, kRightReading) =
+      noise.angle_rad * noise.angle_rad;
+}
+
+void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels,
+                             const OdometryNoise& noise) {
+  const double r = wheels.radius_m;
+  // A reading is the angle plus its error. The travel is that of the readings' difference, minus the new error
+  // (expected value 0) and plus the old one.
+  const double left_seen_m = r * (left_rad + state_[kLeftReading]);
+  const double right_seen_m = r * (right_rad + state_[kRightReading]);
+  const double left_m = left_seen_m * (1 + state_[kLeftSlip]);
+  const double right_m = right_seen_m * (1 + state_[kRightSlip]);
+  const Pose before{state_[kX], state_[kY], state_[kHeading]};
+  const Pose after = drive_arc(before, left_m, right_m, wheels.separation_m);
+
+  const double way_m = (left_m + right_m) / 2;
+  const double half_turn = (right_m - left_m) / wheels.separation_m / 2;
+  const double c = std::cos(before.heading_rad + half_turn);
+  const double s = std::sin(before.heading_rad + half_turn);
+  const double chord = sinc(half_turn);
+  const double slope = sinc_slope(half_turn);
+  const Eigen::Vector3d by_way(chord * c, chord * s, 0);
+  const Eigen::Vector3d by_turn(way_m * (slope * c - chord * s) / 2, way_m * (slope * s + chord * c) / 2, 1);
+  const Eigen::Vector3d by_left_m = by_way / 2 - by_turn / wheels.separation_m;
+  const Eigen::Vector3d by_right_m = by_way / 2 + by_turn / wheels.separation_m;
+
+  const double kept = std::exp(-dt_s / noise.correlation_s);
+  Matrix f = Matrix::Zero();
+  f.topLeftCorner<3, 3>().setIdentity();
+  f(kX, kHeading) = -way_m * chord * s;
+  f(kY, kHeading) = way_m * chord * c;
+  f.block<3, 1>(0, kLeftSlip) = by_left_m * left_seen_m;
+  f.block<3, 1>(0, kRightSlip) = by_right_m * right_seen_m;
+  f.block<3, 1>(0, kLeftReading) = by_left_m * r * (1 + state_[kLeftSlip]);
+  f.block<3, 1>(0, kRightReading) = by_right_m * r * (1 + state_[kRightSlip]);
+  f(kLeftSlip, kLeftSlip) = f(kRightSlip, kRightSlip) = kept;
+  f(kBendState, kBendState) = 1;
+
+  // The new readings' errors enter the pose with the opposite sign of the old ones, and replace them in the state.
+  Eigen::Matrix<double, 8, 2> g = Eigen::Matrix<double, 8, 2>::Zero();
+  g.block<3, 1>(0, 0) = -f.block<3, 1>(0, kLeftReading);
+  g.block<3, 1>(0, 1) = -f.block<3, 1>(0, kRightReading);
+  g(kLeftReading, 0) = g(kRightReading, 1) = 1;
+
+  // The heading's variance over the path: the mean of both ends, which is more than an evenly growing error has.
+  const double reading2 = noise.angle_rad * noise.angle_rad;
+  const double heading2 =
+      (covariance_(kHeading, kHeading) + f.row(kHeading).dot(covariance_ * f.row(kHeading).transpose()) +
+       reading2 * g.row(kHeading).squaredNorm()) /
+      2;
+  f.block<3, 1>(0, kBendState) = -kBend * heading2 * way_m * by_way;
+
+  Matrix p = f * covariance_ * f.transpose() + reading2 * g * g.transpose();
+  // This is 1 - kept^2 without cancellation.
+  const double renewed = -std::expm1(-2 * dt_s / noise.correlation_s) * noise.slip * noise.slip;
+  p(kLeftSlip, kLeftSlip) += renewed;
+  p(kRightSlip, kRightSlip) += renewed;
+  // Information from fixes on the bend belongs to an earlier heading error, so it is discarded.
+  p(kBendState, kBendState) = 1;
+  Vector next;
+  next << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0,
+      state_[kBendState];
+  next.head<3>() += f.block<3, 1>(0, kBendState) * state_[kBendState];
+  if (!next.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
+    throw std::invalid_argument(
+        fmt::format("PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s exceed the "
+                    "range of numbers",
+                    left_rad, right_rad, dt_s));
+  }
+  covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
+  state_ = next;
+}
+
+PoseHypothesis::Difference PoseHypothesis::difference(const Measurement& m) const {
+  Difference d{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  Eigen::Vector3d apart = m.pose - state_.head<3>();
+  apart.z() = wrap_angle_rad(apart.z());
+  const int n = m.rows();
+  d.value.head(n) = apart.head(n);
+  d.covariance.topLeftCorner(n, n) = (covariance_.topLeftCorner<3, 3>() + m.covariance).topLeftCorner(n, n);
+  return d;
+}
+
+bool PoseHypothesis::expects(const Measurement& m) const {
+  const Difference d = difference(m);
+  const Eigen::LLT<Eigen::Matrix3d> llt(d.covariance);
+  if (llt.info() != Eigen::Success) return false;
+  return chi_squared_tail(d.value.dot(llt.solve(d.value)), m.rows()) >= PoseFilter::kGate;
+}
+
+bool PoseHypothesis::correct(const Measurement& m) {
+  const Difference d = difference(m);
+  Eigen::Matrix<double, 3, 8> h = Eigen::Matrix<double, 3, 8>::Zero();
+  h.topLeftCorner(m.rows(), m.rows()).setIdentity();
+  Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
+  r.topLeftCorner(m.rows(), m.rows()) = m.covariance.topLeftCorner(m.rows(), m.rows());
+  const Eigen::Matrix<double, 8, 3> gain = d.covariance.llt().solve(h * covariance_).transpose();
+  const Matrix left = Matrix::Identity() - gain * h;
+  const Matrix p = left * covariance_ * left.transpose() + gain * r * gain.transpose();
+  return become(state_ + gain * d.value, p);
+}
+
+bool PoseHypothesis::become(const Vector& state, const Matrix& covariance) {
+  const Matrix symmetric = covariance / 2 + covariance.transpose() / 2;
+  if (!state.allFinite() || !symmetric.allFinite() || !(symmetric.diagonal().minCoeff() >= 0) ||
+      !is_covariance<3>(symmetric.topLeftCorner<3, 3>())) {
+    return false;
+  }
+  covariance_ = symmetric;
+  state_ = state;
+  state_[kHeading] = wrap_angle_rad(state_[kHeading]);
+  return true;
+}
+
+FixUse PoseHypothesis::correct(const Fix& weak) {
+  using least_squares::Posterior;
+  const Eigen::Matrix3d prior = covariance_.topLeftCorner<3, 3>();
+  const Posterior posterior = least_squares::update({state_.head<3>(), prior}, weak.measurements, weak.widening);
+  if (posterior.kind == Posterior::Kind::kNothing) return FixUse::kNoSigma;
+  // The contradiction among the measurements does not count against the prior.
+  const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
+  if (chi_squared_tail(against_prior, 3) < PoseFilter::kGate) return FixUse::kUnexpected;
+  if (posterior.kind == Posterior::Kind::kNotGaussian) return FixUse::kNotGaussian;
+  // The other states follow by their correlation with the pose. The form is Joseph's, so the covariance stays positive.
+  const Eigen::Matrix<double, 8, 3> gain = prior.llt().solve(covariance_.topRows<3>()).transpose();
+  Matrix left = Matrix::Identity();
+  left.leftCols<3>() -= gain;
+  const Matrix p = left * covariance_ * left.transpose() + gain * posterior.pose.covariance * gain.transpose();
+  const Vector state = state_ + gain * (posterior.pose.mean - state_.head<3>());
+  return become(state, p) ? FixUse::kTaken : FixUse::kNoSigma;
+}
+
+PoseEstimate PoseHypothesis::estimate() const {
+  return {{state_[kX], state_[kY], state_[kHeading]}, covariance_.topLeftCorner<3, 3>()};
 }
 
 PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) : wheels_(wheels), noise_(noise) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -53,7 +52,6 @@ Pose seen_from(const Pose& frame, const Pose& pose) {
 
 std::optional<TrajectoryError> absolute_error(std::span<const PosePair> pairs) {
   std::vector<Pose> errors;
-  errors.reserve(pairs.size());
   for (const PosePair& pair : pairs) errors.push_back(seen_from(pair.reference, pair.estimate));
   return summed(errors);
 }

@@ -12,7 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "vision/method_arguments.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::vision {
 namespace {
@@ -43,9 +43,9 @@ void integrate(double from, double to, const Function& add) {
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The outline of the landmark in one view.
-class Outline {
+class LandmarkOutline {
  public:
-  Outline(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m, double top_m)
+  LandmarkOutline(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m, double top_m)
       : view_(view), p_BL_m_(p_BL_m), radius_m_(radius_m), top_m_(top_m) {
     const Eigen::Vector2d outwards = p_BL_m.normalized();
     by_parameters_.col(0) << outwards.x(), outwards.y(), 0;
@@ -179,7 +179,7 @@ std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, cons
 
   const auto near_m = near_top_point(view, p_BL_m, target.radius_m, target.top_m);
   if (!near_m || !view.project(*near_m) || !(p_BL_m.norm() > 0)) return std::nullopt;
-  const Outline outline(view, p_BL_m, target.radius_m, target.top_m);
+  const LandmarkOutline outline(view, p_BL_m, target.radius_m, target.top_m);
   return outline.information_px2() / (edge_noise_px * edge_noise_px);
 }
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "base/landmark.h"
 #include "vision/mirror_view.h"
-#include "vision/ranging.h"
 
 namespace twocone::vision {
 

@@ -8,9 +8,7 @@
 #include "base/quantile.h"
 #include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
-#include "vision/calibration/bundle_rows.h"
 #include "vision/calibration/problem_rows.h"
-#include "vision/calibration/start_pose.h"
 
 namespace twocone::vision {
 
@@ -163,53 +161,25 @@ std::optional<CalibrationProblem> without_lost_frames(const CalibrationProblem& 
 
 }  // namespace
 
-namespace calibration {
-
-Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
-  Eigen::Vector2d residual;
-  sighting_residual(data.model, row, state.unknowns.data(), state.poses[row.frame].data(),
-                    state.landmarks[row.landmark_index].data(), residual.data());
-  return residual;
-}
-
-double wheel_chi_squared(const BundleData& data, const BundleState& state) {
-  double sum = 0;
-  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < data.wheels.size(); ++i) {
-    const WheelRow& row = data.wheels[i];
-    Eigen::Matrix<double, 5, 1> residual;
-    wheel_residual(data.model, row, state.unknowns.data(), state.poses[row.frame - 1].data(),
-                   state.poses[row.frame].data(), row.follows ? state.slips[i - 1].data() : none.data(),
-                   state.slips[i].data(), residual.data(), [](double x) { return x; });
-    sum += residual.squaredNorm();
-  }
-  return sum;
-}
-
-}  // namespace calibration
-
 CalibrationResult calibrate(const CalibrationProblem& problem) {
   check(problem);
   CalibrationResult result;
-  if (!has_solver()) {
-    result.verdict = CalibrationVerdict::kNoSolver;
+  const auto refused = [&result](CalibrationVerdict verdict) {
+    result.verdict = verdict;
     return result;
-  }
+  };
+  if (!has_solver()) return refused(CalibrationVerdict::kNoSolver);
   std::vector<LandmarkSighting> all;
   for (const CalibrationFrame& frame : problem.frames)
     all.insert(all.end(), frame.sightings.begin(), frame.sightings.end());
   if (!all.empty() && !show_two_landmarks(all, &LandmarkSighting::landmark)) {
-    result.verdict = CalibrationVerdict::kTooFewLandmarks;
-    return result;
+    return refused(CalibrationVerdict::kTooFewLandmarks);
   }
   Bundle bundle = bundle_of(problem);
   BundleData& data = bundle.data;
   result.frames_used = bundle.start.poses.size();
   result.frames_dropped = problem.frames.size() - result.frames_used;
-  if (result.frames_used < CalibrationResult::kMinFrames) {
-    result.verdict = CalibrationVerdict::kTooFewFrames;
-    return result;
-  }
+  if (result.frames_used < CalibrationResult::kMinFrames) return refused(CalibrationVerdict::kTooFewFrames);
   result.verdict = CalibrationVerdict::kContradictory;
 
   BundleState state = bundle.start;

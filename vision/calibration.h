@@ -11,8 +11,8 @@
 #include <Eigen/Core>
 
 #include "vision/mirror_view.h"
-#include "vision/rig_circles.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
+#include "vision/rim.h"
 
 namespace twocone::vision {
 

@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "vision/srgb.h"
-
 namespace twocone::vision {
 namespace {
 
@@ -51,16 +49,10 @@ HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
 }
 
 std::uint8_t HueLabels::label_of(double hue_rad) const {
-  std::uint8_t best = 0;
-  double best_distance = kHueWindow_rad;
-  for (std::size_t k = 0; k < hues_rad_.size(); ++k) {
-    const double distance = hue_distance(hue_rad, hues_rad_[k]);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = static_cast<std::uint8_t>(k + 1);
-    }
-  }
-  return best;
+  const auto distance = [hue_rad](double other_rad) { return hue_distance(hue_rad, other_rad); };
+  const auto best = std::ranges::min_element(hues_rad_, {}, distance);
+  if (best == hues_rad_.end() || !(distance(*best) < kHueWindow_rad)) return 0;
+  return static_cast<std::uint8_t>(best - hues_rad_.begin() + 1);
 }
 
 cv::Mat HueLabels::label(const cv::Mat& rgb) const {
@@ -80,6 +72,23 @@ cv::Mat HueLabels::label(const cv::Mat& rgb) const {
     }
   }
   return labels;
+}
+
+ColourTable::ColourTable(const std::vector<Eigen::Vector3d>& colours) : hues_(colours) {
+  constexpr int kSteps = 1 << kBits;
+  cv::Mat cells(kSteps * kSteps, kSteps, CV_8UC3);
+  const auto middle = [](int step) { return static_cast<std::uint8_t>((step << kDropped) + (1 << kDropped) / 2); };
+  for (int r = 0; r < kSteps; ++r) {
+    for (int g = 0; g < kSteps; ++g) {
+      for (int b = 0; b < kSteps; ++b) cells.at<cv::Vec3b>(r * kSteps + g, b) = {middle(r), middle(g), middle(b)};
+    }
+  }
+  const cv::Mat labels = hues_.label(cells);
+  labels_.assign(labels.datastart, labels.dataend);
+  for (int step = 0; step <= kLinearSteps; ++step) {
+    const double slope = light_per_grey(linear_to_srgb(double(step) / kLinearSteps));
+    weight_of_linear_[std::size_t(step)] = static_cast<float>(1 / (slope * slope));
+  }
 }
 
 }  // namespace twocone::vision

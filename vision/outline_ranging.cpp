@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <Eigen/Dense>
 
 #include "base/plane.h"
 #include "vision/method_arguments.h"
@@ -84,78 +83,36 @@ struct OutlineRanging::Impl {
   std::vector<std::array<double, 2>> least_px;  ///< least_area_px() of each target in each view
 };
 
-class FrameObservation::Impl {
- public:
-  Impl(const OutlineRanging::Impl& ranging, const cv::Mat& lower, const cv::Mat& upper)
-      : ranging_(ranging), images_{lower, upper}, all_(ranging.targets.size()) {
+struct FrameObservation::Impl {
+  Impl(const OutlineRanging::Impl& the_ranging, const cv::Mat& lower, const cv::Mat& upper)
+      : ranging(the_ranging), images{lower, upper}, all(ranging.targets.size()) {
     check_image("OutlineRanging", "lower", lower, ranging.views[0].size());
     check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
     std::array<std::vector<Found>, 2> found;
     for (std::size_t view = 0; view < 2; ++view) {
-      found[view] = ranging.views[view].finder().find(images_[view], ranging.table, ranging.wanted);
+      found[view] = ranging.views[view].finder().find(images[view], ranging.table, ranging.wanted);
     }
-    for (std::size_t k = 0; k < all_.size(); ++k) choose(k, {&found[0][k], &found[1][k]});
+    for (std::size_t k = 0; k < all.size(); ++k) choose(k, {&found[0][k], &found[1][k]});
   }
 
-  void expect(std::size_t k, double range_m, double bearing_rad) {
-    Seen& seen = all_.at(k);
-    const Landmark& target = ranging_.targets[k];
-    if (range_m > target.radius_m) seen.expected = Cylinder{range_m, bearing_rad, target.radius_m, target.top_m};
-  }
-
-  void take(std::span<const std::size_t> landmarks, Stage stage, Views views) {
-    if (stage == Stage::kFound) return;
-    const auto is_asked = [views](std::size_t view) {
-      return views == Views::kBoth || (view == 0) == (views == Views::kLower);
-    };
-    for (const std::size_t k : landmarks) {
-      for (std::size_t view = 0; view < 2; ++view) {
-        if (is_asked(view)) take_to_coarse(k, view, stage);
-      }
-    }
-    for (std::size_t view = 0; view < 2; ++view) {
-      if (stage == Stage::kFine && is_asked(view)) take_to_fine(view, landmarks);
-    }
-  }
-
-  [[nodiscard]] int refined() const {
-    return static_cast<int>(std::count_if(
-        all_.begin(), all_.end(), [](const Seen& seen) { return seen.looks[0].is_fine || seen.looks[1].is_fine; }));
-  }
-
-  [[nodiscard]] std::vector<RangeMeasurement> measurements() const {
-    const std::array<std::vector<OutlineVerdict>, 2> judged{ViewFitter::judge(looks(0)), ViewFitter::judge(looks(1))};
-    std::vector<RangeMeasurement> measurements;
-    measurements.reserve(all_.size());
-    for (std::size_t k = 0; k < all_.size(); ++k) {
-      std::array<OutlineVerdict, 2> both;
-      for (std::size_t view = 0; view < 2; ++view) {
-        both[view] = all_[k].stages[view] == Stage::kFound ? OutlineVerdict{all_[k].found[view]} : judged[view][k];
-      }
-      measurements.push_back(conclude(k, all_[k], both));
-    }
-    return measurements;
-  }
-
- private:
   [[nodiscard]] std::vector<const OutlineSearch*> looks(std::size_t view) const {
     std::vector<const OutlineSearch*> looks;
-    looks.reserve(all_.size());
-    for (const Seen& seen : all_) looks.push_back(&seen.looks[view]);
+    looks.reserve(all.size());
+    for (const Seen& seen : all) looks.push_back(&seen.looks[view]);
     return looks;
   }
 
   /// Chooses the candidates of both views that may be one landmark.
   void choose(std::size_t k, const std::array<const Found*, 2>& found) {
-    Seen& seen = all_[k];
-    if (ranging_.table.is_ambiguous(k)) return;
+    Seen& seen = all[k];
+    if (ranging.table.is_ambiguous(k)) return;
     std::array<const Candidate*, 2> chosen{};
-    const auto& views = ranging_.views;
-    const Landmark& target = ranging_.targets[k];
+    const auto& views = ranging.views;
+    const Landmark& target = ranging.targets[k];
     for (std::size_t view = 0; view < 2; ++view) {
       if (found[view]->candidates.empty()) continue;
       chosen[view] = &found[view]->candidates.front();
-      const Rivals rivals = rivals_of(views[view], target, *found[view], ranging_.least_px[k][view]);
+      const Rivals rivals = rivals_of(views[view], target, *found[view], ranging.least_px[k][view]);
       seen.has_rivals = seen.has_rivals || rivals == Rivals::kApart;
       seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
     }
@@ -176,14 +133,14 @@ class FrameObservation::Impl {
   }
 
   void take_to_coarse(std::size_t k, std::size_t view, Stage stage) {
-    Seen& seen = all_.at(k);
+    Seen& seen = all.at(k);
     if (seen.stages[view] != Stage::kFound) return;
     seen.stages[view] = Stage::kCoarse;
     OutlineSearch& look = seen.looks[view];
     if (!look.candidate || look.is_truncated) return;
-    const Landmark& target = ranging_.targets[k];
-    const ViewFitter& fitter = ranging_.views[view];
-    const OutlineTask task{k, images_[view], look, edge_samples_};
+    const Landmark& target = ranging.targets[k];
+    const ViewFitter& fitter = ranging.views[view];
+    const OutlineTask task{k, images[view], look, edge_samples};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
       const bool is_there =
@@ -197,10 +154,10 @@ class FrameObservation::Impl {
   void take_to_fine(std::size_t view, std::span<const std::size_t> landmarks) {
     const auto common = ViewFitter::common(looks(view));
     for (const std::size_t k : landmarks) {
-      all_[k].stages[view] = Stage::kFine;
-      OutlineSearch& look = all_[k].looks[view];
+      all[k].stages[view] = Stage::kFine;
+      OutlineSearch& look = all[k].looks[view];
       if (common && look.fit && !look.is_fine) {
-        ranging_.views[view].fit_fine({k, images_[view], look, edge_samples_}, *common);
+        ranging.views[view].fit_fine({k, images[view], look, edge_samples}, *common);
       }
     }
   }
@@ -215,19 +172,19 @@ class FrameObservation::Impl {
   /// the outline is fitted again with an unknown height. A top that is hidden in one view gives a height as well, but a
   /// range that contradicts the landmark's width.
   [[nodiscard]] bool shows_another_top(std::size_t k, const Seen& seen) const {
-    const Landmark& target = ranging_.targets[k];
+    const Landmark& target = ranging.targets[k];
     std::array<OutlineSearch, 2> looks;
     std::array<Sighting, 2> sightings;
     for (std::size_t view = 0; view < 2; ++view) {
       const OutlineSearch& look = seen.looks[view];
       if (!look.candidate || look.candidate->at_rim || look.is_saturated) return false;
       looks[view].candidate = look.candidate;
-      sightings[view].pixel_px = ranging_.views[view].pixel_of(*look.candidate);
+      sightings[view].pixel_px = ranging.views[view].pixel_of(*look.candidate);
     }
     const auto place = [&](const std::optional<double>& top_m) {
-      return triangulate(ranging_.rig, sightings.data(), &sightings[1], target.radius_m, top_m);
+      return triangulate(ranging.rig, sightings.data(), &sightings[1], target.radius_m, top_m);
     };
-    EdgeSamples edge_samples;
+    EdgeSamples own_samples;
     // The first height is as accurate as the finder's pixels, the second as accurate as the outlines.
     for (int round = 0; round < 2; ++round) {
       const Triangulation free = place(std::nullopt);
@@ -235,9 +192,9 @@ class FrameObservation::Impl {
       const Cylinder start{*free.range_m, *free.bearing_rad, target.radius_m, *free.top_m};
       bool is_telling = false;
       for (std::size_t view = 0; view < 2; ++view) {
-        const ViewFitter& fitter = ranging_.views[view];
+        const ViewFitter& fitter = ranging.views[view];
         const Candidate& candidate = *looks[view].candidate;
-        fitter.fit_coarse({k, images_[view], looks[view], edge_samples}, start);
+        fitter.fit_coarse({k, images[view], looks[view], own_samples}, start);
         const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
         if (judged.sighting) {
           if (judged.is_narrow || judged.is_wide) return false;
@@ -262,60 +219,42 @@ class FrameObservation::Impl {
     RangeMeasurement m;
     const OutlineVerdict& lower = judged[0];
     const OutlineVerdict& upper = judged[1];
-    if (!ranging_.wanted[k]) return m;
-    if (ranging_.table.is_ambiguous(k)) {
-      m.verdict = RangeVerdict::kSameColour;
-      return m;
-    }
-    if (seen.has_rivals) {
-      m.verdict = RangeVerdict::kTwoCandidates;
-      return m;
-    }
+    if (!ranging.wanted[k]) return m;
+    if (ranging.table.is_ambiguous(k)) return with_verdict(m, RangeVerdict::kSameColour);
+    if (seen.has_rivals) return with_verdict(m, RangeVerdict::kTwoCandidates);
     if (seen.is_too_wide) {
-      m.verdict = shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates;
-      return m;
+      return with_verdict(m, shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates);
     }
     m.lower_sighting = lower.sighting;
     m.upper_sighting = upper.sighting;
     if (lower.sighting) m.lower_px = lower.sighting->pixel_px;
     if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
-    const Landmark& target = ranging_.targets[k];
-    const Triangulation t = triangulate(ranging_.rig, lower.sighting ? &*lower.sighting : nullptr,
+    const Landmark& target = ranging.targets[k];
+    const Triangulation t = triangulate(ranging.rig, lower.sighting ? &*lower.sighting : nullptr,
                                         upper.sighting ? &*upper.sighting : nullptr, target.radius_m, target.top_m);
     m.verdict = t.verdict;
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     // An outline is missing or not whole: either something hides it, or the map is wrong.
     if ((!lower.sighting || !upper.sighting || is_narrow) && shows_another_top(k, seen)) {
-      m.verdict = RangeVerdict::kInconsistent;
       m.disparity_px = t.disparity_px;
-      return m;
+      return with_verdict(m, RangeVerdict::kInconsistent);
     }
     if (t.verdict == RangeVerdict::kNotSeen) {
-      const auto any = [&](auto what) { return what(seen.looks[0]) || what(seen.looks[1]); };
-      if (any([](const OutlineSearch& l) { return l.is_saturated; })) {
-        m.verdict = RangeVerdict::kSaturated;
-      } else if (lower.is_occluded || upper.is_occluded) {
-        m.verdict = RangeVerdict::kOccluded;
-      } else if (any([](const OutlineSearch& l) { return l.is_truncated; })) {
-        m.verdict = RangeVerdict::kTruncated;
-      } else if (any([](const OutlineSearch& l) { return l.candidate.has_value(); })) {
-        m.verdict = RangeVerdict::kNoMatch;
-      }
-      return m;
+      const auto any = [&](auto what) { return bool(seen.looks[0].*what) || bool(seen.looks[1].*what); };
+      if (any(&OutlineSearch::is_saturated)) return with_verdict(m, RangeVerdict::kSaturated);
+      if (lower.is_occluded || upper.is_occluded) return with_verdict(m, RangeVerdict::kOccluded);
+      if (any(&OutlineSearch::is_truncated)) return with_verdict(m, RangeVerdict::kTruncated);
+      return any(&OutlineSearch::candidate) ? with_verdict(m, RangeVerdict::kNoMatch) : m;
     }
     if (t.verdict == RangeVerdict::kOneView) {
       // No occlusion makes a landmark wider than it is at its range: the top is not at the height of the map.
-      if (lower.sighting ? lower.is_wide : upper.is_wide) {
-        m.verdict = RangeVerdict::kInconsistent;
-        return m;
-      }
+      if (lower.sighting ? lower.is_wide : upper.is_wide) return with_verdict(m, RangeVerdict::kInconsistent);
       // No other view shows whether the top is whole.
       const std::size_t shown = lower.sighting ? 0 : 1;
       const auto& fit = seen.looks[shown].fit;
       if (is_narrow ||
           (is_part_hidden(seen.looks[1 - shown], judged[1 - shown]) && fit && rim_width_px(*fit) < kTellingWidth_px)) {
-        m.verdict = RangeVerdict::kOccluded;
-        return m;
+        return with_verdict(m, RangeVerdict::kOccluded);
       }
     }
     m.range_m = t.range_m;
@@ -334,31 +273,61 @@ class FrameObservation::Impl {
     return m;
   }
 
-  const OutlineRanging::Impl& ranging_;
-  std::array<cv::Mat, 2> images_;
-  std::vector<Seen> all_;
-  EdgeSamples edge_samples_;  // shared by all fits, so that its memory is allocated once
+  const OutlineRanging::Impl& ranging;
+  std::array<cv::Mat, 2> images;
+  std::vector<Seen> all;
+  EdgeSamples edge_samples;  // shared by all fits, so that its memory is allocated once
 };
 
 FrameObservation::FrameObservation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 FrameObservation::~FrameObservation() = default;
 FrameObservation::FrameObservation(FrameObservation&&) noexcept = default;
 FrameObservation& FrameObservation::operator=(FrameObservation&&) noexcept = default;
+
 void FrameObservation::expect(std::size_t landmark, double range_m, double bearing_rad) {
-  impl_->expect(landmark, range_m, bearing_rad);
+  Seen& seen = impl_->all.at(landmark);
+  const Landmark& target = impl_->ranging.targets[landmark];
+  if (range_m > target.radius_m) seen.expected = Cylinder{range_m, bearing_rad, target.radius_m, target.top_m};
 }
+
 void FrameObservation::take(std::span<const std::size_t> landmarks, Stage stage, Views views) {
-  impl_->take(landmarks, stage, views);
+  if (stage == Stage::kFound) return;
+  const auto is_asked = [views](std::size_t view) {
+    return views == Views::kBoth || (view == 0) == (views == Views::kLower);
+  };
+  for (const std::size_t k : landmarks) {
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (is_asked(view)) impl_->take_to_coarse(k, view, stage);
+    }
+  }
+  for (std::size_t view = 0; view < 2; ++view) {
+    if (stage == Stage::kFine && is_asked(view)) impl_->take_to_fine(view, landmarks);
+  }
 }
-std::vector<RangeMeasurement> FrameObservation::measurements() const { return impl_->measurements(); }
-int FrameObservation::refined() const { return impl_->refined(); }
+
+int FrameObservation::refined() const {
+  const auto is_fine = [](const Seen& seen) { return seen.looks[0].is_fine || seen.looks[1].is_fine; };
+  return static_cast<int>(std::ranges::count_if(impl_->all, is_fine));
+}
+
+std::vector<RangeMeasurement> FrameObservation::measurements() const {
+  const std::array<std::vector<OutlineVerdict>, 2> judged{ViewFitter::judge(impl_->looks(0)),
+                                                          ViewFitter::judge(impl_->looks(1))};
+  std::vector<RangeMeasurement> measurements;
+  for (std::size_t k = 0; k < impl_->all.size(); ++k) {
+    std::array<OutlineVerdict, 2> both;
+    for (std::size_t view = 0; view < 2; ++view) {
+      both[view] =
+          impl_->all[k].stages[view] == Stage::kFound ? OutlineVerdict{impl_->all[k].found[view]} : judged[view][k];
+    }
+    measurements.push_back(impl_->conclude(k, impl_->all[k], both));
+  }
+  return measurements;
+}
 
 OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
                                cv::Size upper_size, const std::vector<std::size_t>& wanted)
-    : impl_(std::make_unique<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
-OutlineRanging::~OutlineRanging() = default;
-OutlineRanging::OutlineRanging(OutlineRanging&&) noexcept = default;
-OutlineRanging& OutlineRanging::operator=(OutlineRanging&&) noexcept = default;
+    : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper) const {
   return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper));

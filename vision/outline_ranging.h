@@ -57,7 +57,7 @@ class FrameObservation {
 
  private:
   friend class OutlineRanging;
-  class Impl;
+  struct Impl;
   explicit FrameObservation(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
@@ -97,9 +97,6 @@ class OutlineRanging {
   /// range is not greater than the radius; std::out_of_range for a wanted index that is not a target
   OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                  const std::vector<std::size_t>& wanted = {});
-  ~OutlineRanging();
-  OutlineRanging(OutlineRanging&&) noexcept;
-  OutlineRanging& operator=(OutlineRanging&&) noexcept;
 
   /// Runs the finder on both images. @param lower,upper as for measure()
   [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper) const;
@@ -113,7 +110,7 @@ class OutlineRanging {
  private:
   friend class FrameObservation;
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 }  // namespace twocone::vision

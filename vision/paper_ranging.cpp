@@ -98,6 +98,33 @@ std::optional<cv::Point> middle_of_first_run(const std::vector<cv::Point>& ring,
   return hits[(begin + (length - 1) / 2) % hits.size()];
 }
 
+/// The lower match.
+struct Match {
+  cv::Point pixel;
+  std::size_t ring;
+};
+
+std::optional<Match> find_outermost(const std::vector<std::vector<cv::Point>>& rings, const cv::Mat& labels,
+                                    int label) {
+  for (std::size_t k = rings.size(); k-- > 0;) {
+    if (const auto pixel = middle_of_first_run(rings[k], labels, label)) return Match{*pixel, k};
+  }
+  return std::nullopt;
+}
+
+std::optional<cv::Point> find_on_line(const cv::Mat& labels, int label, const Eigen::Vector2d& from,
+                                      const Eigen::Vector2d& to) {
+  const Eigen::Vector2d along = to - from;
+  const int steps = static_cast<int>(std::ceil(along.cwiseAbs().maxCoeff()));
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::Vector2d p = steps == 0 ? from : Eigen::Vector2d(from + along * (double(i) / steps));
+    const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+    if (!cv::Rect({0, 0}, labels.size()).contains(pixel)) continue;
+    if (labels.at<std::uint8_t>(pixel) == label) return pixel;
+  }
+  return std::nullopt;
+}
+
 Eigen::Vector2d to_vector(const cv::Point& p) { return {p.x, p.y}; }
 
 }  // namespace
@@ -115,26 +142,6 @@ PaperRanging::PaperRanging(const Rig& rig, const std::vector<Landmark>& targets,
   for (const std::size_t i : wanted) wanted_.at(i) = true;
 }
 
-std::optional<PaperRanging::Match> PaperRanging::find_outermost(const cv::Mat& labels, int label) const {
-  for (std::size_t k = lower_rings_.size(); k-- > 0;) {
-    if (const auto pixel = middle_of_first_run(lower_rings_[k], labels, label)) return Match{*pixel, k};
-  }
-  return std::nullopt;
-}
-
-std::optional<cv::Point> PaperRanging::find_on_line(const cv::Mat& labels, int label,
-                                                    const Eigen::Vector2d& from) const {
-  const Eigen::Vector2d along = rig_.upper.settings().centre_px - from;
-  const int steps = static_cast<int>(std::ceil(along.cwiseAbs().maxCoeff()));
-  for (int i = 0; i <= steps; ++i) {
-    const Eigen::Vector2d p = steps == 0 ? from : Eigen::Vector2d(from + along * (double(i) / steps));
-    const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
-    if (!cv::Rect({0, 0}, upper_size_).contains(pixel)) continue;
-    if (labels.at<std::uint8_t>(pixel) == label) return pixel;
-  }
-  return std::nullopt;
-}
-
 std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
   check_image("PaperRanging", "lower", lower, lower_size_);
   check_image("PaperRanging", "upper", upper, upper_size_);
@@ -150,48 +157,35 @@ std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const 
 RangeMeasurement PaperRanging::measure_one(std::size_t target, const cv::Mat& lower_labels,
                                            const cv::Mat& upper_labels) const {
   RangeMeasurement m;
-  if (hues_.is_ambiguous(target)) {
-    m.verdict = RangeVerdict::kSameColour;
-    return m;
-  }
+  if (hues_.is_ambiguous(target)) return with_verdict(m, RangeVerdict::kSameColour);
   const int label = static_cast<int>(target) + 1;
   const MirrorView& lower = rig_.lower;
   const MirrorView& upper = rig_.upper;
 
-  const auto lower_match = find_outermost(lower_labels, label);
+  const auto lower_match = find_outermost(lower_rings_, lower_labels, label);
   if (!lower_match) return m;  // kNotSeen
   m.lower_px = to_vector(lower_match->pixel);
   const Eigen::Vector2d lower_offset = *m.lower_px - lower.settings().centre_px;
   const double bearing = lower.bearing_rad(lower_offset);
   m.bearing_rad = bearing;
-  if (lower_match->ring + 1 == lower_rings_.size()) {
-    m.verdict = RangeVerdict::kTruncated;
-    return m;
-  }
+  if (lower_match->ring + 1 == lower_rings_.size()) return with_verdict(m, RangeVerdict::kTruncated);
 
   const double upper_per_lower = upper.focal_length_px() / lower.focal_length_px();
   const Eigen::Vector2d from =
       upper.settings().centre_px + upper.offset_px(bearing, lower_offset.norm() * upper_per_lower);
-  const auto upper_match = find_on_line(upper_labels, label, from);
-  if (!upper_match) {
-    m.verdict = RangeVerdict::kNoMatch;
-    return m;
-  }
+  const auto upper_match = find_on_line(upper_labels, label, from, upper.settings().centre_px);
+  if (!upper_match) return with_verdict(m, RangeVerdict::kNoMatch);
   m.upper_px = to_vector(*upper_match);
   const Eigen::Vector2d upper_offset = *m.upper_px - upper.settings().centre_px;
   const Eigen::Vector2d upper_in_lower =
       lower.offset_px(upper.bearing_rad(upper_offset), upper_offset.norm() / upper_per_lower);
   const double disparity_px = (lower_offset - upper_in_lower).norm();
   m.disparity_px = disparity_px;
-  if (!(lower_offset.norm() > upper_in_lower.norm())) {
-    m.verdict = RangeVerdict::kBeyondLimit;
-    return m;
-  }
+  if (!(lower_offset.norm() > upper_in_lower.norm())) return with_verdict(m, RangeVerdict::kBeyondLimit);
   const double near_edge_m = lower.focal_length_px() * rig_.mirror_separation_m() / disparity_px -
                              lower.settings().cone.lens_to_tip_m;  // equation 1
   m.range_m = near_edge_m + targets_[target].radius_m;
-  m.verdict = RangeVerdict::kOk;
-  return m;
+  return with_verdict(m, RangeVerdict::kOk);
 }
 
 }  // namespace twocone::vision

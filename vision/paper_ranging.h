@@ -51,15 +51,8 @@ class PaperRanging {
   [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper) const;
 
  private:
-  struct Match {
-    cv::Point pixel;
-    std::size_t ring;
-  };
   [[nodiscard]] RangeMeasurement measure_one(std::size_t target, const cv::Mat& lower_labels,
                                              const cv::Mat& upper_labels) const;
-  [[nodiscard]] std::optional<Match> find_outermost(const cv::Mat& labels, int label) const;
-  [[nodiscard]] std::optional<cv::Point> find_on_line(const cv::Mat& labels, int label,
-                                                      const Eigen::Vector2d& from) const;
 
   Rig rig_;
   std::vector<Landmark> targets_;

@@ -2,8 +2,26 @@
 #include "vision/ranging.h"
 
 #include <array>
+#include <cmath>
 
 namespace twocone::vision {
+
+std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m,
+                                              double top_m) {
+  const Eigen::Vector2d from_axis = p_BL_m - view.settings().axis_offset_m;
+  const double distance_m = std::hypot(from_axis.x(), from_axis.y());
+  if (!std::isfinite(distance_m) || !std::isfinite(top_m) || !(distance_m > radius_m)) return std::nullopt;
+  const Eigen::Vector2d near_m = p_BL_m - from_axis * (radius_m / distance_m);
+  return Eigen::Vector3d(near_m.x(), near_m.y(), top_m);
+}
+
+std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m) {
+  const double along_m = (top_m - ray.origin_m.z()) / ray.direction.z();
+  if (!(along_m > 0) || !std::isfinite(along_m)) return std::nullopt;
+  const Eigen::Vector2d near_m = (ray.origin_m + along_m * ray.direction).head<2>();
+  const Eigen::Vector2d from_axis = near_m - view.settings().axis_offset_m;
+  return Eigen::Vector2d(near_m + radius_m * from_axis.normalized());
+}
 
 std::string_view to_string(RangeVerdict verdict) {
   constexpr std::array<std::string_view, 12> kNames{"ok",           "not_seen",       "truncated",    "no_match",

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -12,22 +13,35 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/quantile.h"
-#include "vision/bilinear.h"
+#include "vision/srgb.h"
 
 namespace twocone::vision {
 namespace {
 
-constexpr int kDirections = 360;
+constexpr int kRimDirections = 360;
 constexpr double kSearch = 0.2;  // share of the expected radius, to either side
 constexpr int kSamplesPerPixel = 4;
 constexpr double kMinStep = 4;     // grey levels: a smaller step is noise
 constexpr double kClearStep = 12;  // grey levels: three times a noise of 4, which is strong
-constexpr double kDark = 6;        // grey levels: black with such noise on it
+constexpr double kDarkGrey = 6;    // grey levels: black with such noise on it
 constexpr double kInlier_px = 1.0;
 constexpr double kLeastRimSupport = 1.0 / 3;
 constexpr int kRimIterations = 30;
 // The interpolation spreads the step from the last lit pixel over the diagonals of two pixels.
 constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
+
+/// Interpolates between the centres of a grey image's pixels; nothing outside them.
+template <typename Pixel>
+std::optional<double> bilinear(const cv::Mat& grey, const Eigen::Vector2d& p) {
+  if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
+  const int column = static_cast<int>(p.x());
+  const int row = static_cast<int>(p.y());
+  const double fx = p.x() - column;
+  const double fy = p.y() - row;
+  const auto at = [&grey](int r, int c) { return double(grey.at<Pixel>(r, c)); };
+  return (1 - fy) * ((1 - fx) * at(row, column) + fx * at(row, column + 1)) +
+         fy * ((1 - fx) * at(row + 1, column) + fx * at(row + 1, column + 1));
+}
 
 /// Brightness along one direction, outwards.
 struct Profile {
@@ -54,7 +68,8 @@ Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::
 /// The number of samples of the search before the image gets dark and stays dark. An image may hold only the mirror and
 /// its nearest surroundings, and the end of these is not the rim.
 std::size_t lit(const Profile& profile) {
-  const auto last = std::find_if(profile.grey.rbegin(), profile.grey.rend(), [](double grey) { return grey > kDark; });
+  const auto last =
+      std::find_if(profile.grey.rbegin(), profile.grey.rend(), [](double grey) { return grey > kDarkGrey; });
   const auto lit = std::size_t(profile.grey.rend() - last);
   if (profile.grey.size() - lit <= kSpread) return profile.searched;
   return std::min(lit > kSpread ? lit - kSpread : 0, profile.searched);
@@ -92,8 +107,8 @@ enum class Edges {
 std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircle& about, Edges which,
                                              double least = kMinStep) {
   std::vector<Eigen::Vector2d> edges;
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle_rad = 2 * std::numbers::pi * i / kDirections;
+  for (int i = 0; i < kRimDirections; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * i / kRimDirections;
     const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
     const Profile profile = profile_along(grey, about, out);
     const auto step = strongest_step(profile.grey, which == Edges::kAll ? profile.searched : lit(profile), least);
@@ -104,7 +119,7 @@ std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircl
 }
 
 bool are_enough(const std::vector<Eigen::Vector2d>& edges) {
-  return double(edges.size()) >= kDirections * kLeastRimSupport;
+  return double(edges.size()) >= kRimDirections * kLeastRimSupport;
 }
 
 cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
@@ -122,7 +137,6 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   if (!are_enough(edges)) return std::nullopt;
   RimCircle circle = expected;
   std::vector<double> radii;
-  radii.reserve(edges.size());
   for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
   circle.radius_px = base::median(std::move(radii));
 
@@ -147,9 +161,63 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   const auto inliers = std::count_if(edges.begin(), edges.end(), [&circle](const Eigen::Vector2d& e) {
     return std::abs((e - circle.centre_px).norm() - circle.radius_px) <= kInlier_px;
   });
-  circle.support = double(inliers) / kDirections;
+  circle.support = double(inliers) / kRimDirections;
   if (circle.support < kLeastRimSupport || !(circle.radius_px > 0)) return std::nullopt;
   return circle;
+}
+
+// Distances from the rim: of the samples for the level of each side, and of the window summed for the edge.
+constexpr double kLevelFrom_px = 1.5;
+constexpr double kLevelTo_px = 4.0;  // a simulated image ends 6 px behind the rim
+constexpr double kEdge_px = 2.0;
+constexpr double kSample_px = 0.125;
+constexpr double kLeastRimContrast = 0.05;  // share of white, linear light
+constexpr int kCircleIterations = 20;
+
+/// Radius of the edge in one direction.
+std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
+  double inside = 0;
+  double outside = 0;
+  double edge = 0;
+  int level_samples = 0;
+  int edge_samples = 0;
+  for (int sample = 0; (sample + 0.5) * kSample_px < kLevelTo_px; ++sample) {
+    const double r = (sample + 0.5) * kSample_px;
+    const auto before = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px - r));
+    const auto behind = bilinear<float>(grey, circle.centre_px + out * (circle.radius_px + r));
+    if (!before || !behind) return std::nullopt;
+    if (r < kEdge_px) {
+      edge += *before + *behind;
+      ++edge_samples;
+    }
+    if (r < kLevelFrom_px) continue;
+    // Only pixels that were not recorded are fully black.
+    if (*behind <= 0) return std::nullopt;
+    inside += *before;
+    outside += *behind;
+    ++level_samples;
+  }
+  inside /= level_samples;
+  outside /= level_samples;
+  if (std::abs(inside - outside) < kLeastRimContrast) return std::nullopt;
+  const double share = (edge / edge_samples / 2 - outside) / (inside - outside);  // share of the window on the mirror
+  if (!(share > 0.05 && share < 0.95)) return std::nullopt;
+  return circle.radius_px + (2 * share - 1) * kEdge_px;
+}
+
+struct Edge {
+  Eigen::Vector2d out;
+  double radius_px;
+};
+
+std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int directions) {
+  std::vector<Edge> edges;
+  for (int i = 0; i < directions; ++i) {
+    const double angle = 2 * std::numbers::pi * i / directions;
+    const Eigen::Vector2d out(std::cos(angle), std::sin(angle));
+    if (const auto radius = edge_radius(grey, circle, out)) edges.push_back({out, *radius});
+  }
+  return edges;
 }
 
 }  // namespace
@@ -163,6 +231,132 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected)
 
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected) {
   return are_enough(strongest_edges(checked_grey(rgb, expected), expected, Edges::kLit, kClearStep));
+}
+
+cv::Mat median_image(std::span<const cv::Mat> images) {
+  if (images.empty()) throw std::invalid_argument("median_image: wants at least one image");
+  const cv::Size size = images.front().size();
+  for (const cv::Mat& image : images) {
+    if (image.type() != CV_8UC3 || image.size() != size)
+      throw std::invalid_argument("median_image: wants images of r g b of one size");
+  }
+  cv::Mat median(size, CV_8UC3);
+  std::vector<const std::uint8_t*> rows(images.size());
+  std::vector<std::uint8_t> values(images.size());
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  for (int row = 0; row < size.height; ++row) {
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = images[i].ptr<std::uint8_t>(row);
+    auto* const out = median.ptr<std::uint8_t>(row);
+    for (int k = 0; k < 3 * size.width; ++k) {
+      for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i][k];
+      std::nth_element(values.begin(), middle, values.end());
+      out[k] = *middle;
+    }
+  }
+  return median;
+}
+
+std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected) {
+  auto circle = find_rim(rgb, expected);
+  if (!circle) return std::nullopt;
+  // Coded values would move an edge by a quarter of a pixel.
+  const cv::Mat grey = linear_grey(rgb);
+  const int directions = std::max(8, static_cast<int>(2 * std::numbers::pi * circle->radius_px));
+  std::vector<Edge> edges;
+  RimMeasurement rim;
+  Eigen::Matrix3d normal;
+  double weights = 0;
+  for (int iteration = 0; iteration < kCircleIterations; ++iteration) {
+    edges = edges_about(grey, *circle, directions);
+    if (double(edges.size()) < kLeastRimSupport * directions) return std::nullopt;
+    std::vector<double> off;
+    for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
+    const double scale = std::max(0.02, 1.4826 * base::median(std::move(off)));
+    normal.setZero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double squares = 0;
+    weights = 0;
+    for (const Edge& e : edges) {
+      const double residual = e.radius_px - circle->radius_px;
+      const double weight = std::abs(residual) < 3 * scale ? 1 : 0;
+      const Eigen::Vector3d row(e.out.x(), e.out.y(), 1);
+      normal += weight * row * row.transpose();
+      right += weight * residual * row;
+      squares += weight * residual * residual;
+      weights += weight;
+    }
+    if (!(weights > kLeastRimSupport * directions)) return std::nullopt;
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    circle->centre_px += step.head<2>();
+    circle->radius_px += step.z();
+    rim.scatter_px = std::sqrt(squares / weights);
+    if (step.norm() < 1e-4) break;
+  }
+  // Factor 2: directions are a pixel apart and share pixels with their neighbours.
+  const Eigen::Matrix3d covariance = 2 * rim.scatter_px * rim.scatter_px * normal.inverse();
+  rim.centre_px = circle->centre_px;
+  rim.radius_px = circle->radius_px;
+  rim.sigma_centre_px = std::max(kLeastRimSigma_px, std::sqrt(std::max(covariance(0, 0), covariance(1, 1))));
+  rim.sigma_radius_px = std::max(kLeastRimSigma_px, std::sqrt(covariance(2, 2)));
+  rim.support = weights / directions;
+  return rim;
+}
+
+std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
+                                          double reach_px) {
+  constexpr double kNearest_px = 8;  // closer in, a gradient's own window sees the other side of the tip
+  constexpr double kLeastGradient = 0.04;
+  constexpr std::size_t kLeastEdges = 100;
+  if (!(reach_px > kNearest_px)) throw std::invalid_argument("measure_tip: reach_px must be > 8");
+  struct Line {
+    Eigen::Vector2d at;
+    Eigen::Vector2d normal;
+  };
+  std::vector<Line> lines;
+  for (const cv::Mat& image : images) {
+    if (image.type() != CV_8UC3) throw std::invalid_argument("measure_tip: wants images of r g b");
+    const cv::Mat grey = linear_grey(image);
+    cv::Mat dx;
+    cv::Mat dy;
+    cv::Scharr(grey, dx, CV_32F, 1, 0, 1.0 / 32);
+    cv::Scharr(grey, dy, CV_32F, 0, 1, 1.0 / 32);
+    const double far_px = reach_px + kNearest_px;
+    for (int row = std::max(1, static_cast<int>(expected_px.y() - far_px));
+         row < std::min(grey.rows - 1, static_cast<int>(expected_px.y() + far_px)); ++row) {
+      for (int column = std::max(1, static_cast<int>(expected_px.x() - far_px));
+           column < std::min(grey.cols - 1, static_cast<int>(expected_px.x() + far_px)); ++column) {
+        const Eigen::Vector2d gradient(dx.at<float>(row, column), dy.at<float>(row, column));
+        if (gradient.norm() >= kLeastGradient) lines.push_back({{double(column), double(row)}, gradient.normalized()});
+      }
+    }
+  }
+  TipMeasurement tip{expected_px, 0, 0};
+  double scale = 0.5;  // limit of the sine of a line's angle off the radius; it shrinks to 0.15
+  for (int iteration = 0; iteration < kCircleIterations; ++iteration) {
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    double squares = 0;
+    tip.edges = 0;
+    for (const Line& line : lines) {
+      const Eigen::Vector2d from = line.at - tip.centre_px;
+      const double radius = from.norm();
+      if (radius < kNearest_px || radius > reach_px) continue;
+      const double sine = line.normal.dot(from) / radius;
+      if (std::abs(sine) > scale) continue;
+      normal += line.normal * line.normal.transpose() / (radius * radius);
+      right += line.normal * sine / radius;
+      squares += sine * sine;
+      ++tip.edges;
+    }
+    if (tip.edges < kLeastEdges) return std::nullopt;
+    tip.centre_px += normal.ldlt().solve(right);
+    // Factor 10: pixels of one edge are not independent; an edge is some three pixels wide, and images are much alike.
+    const Eigen::Matrix2d covariance = 10 * squares / double(tip.edges) * normal.inverse();
+    tip.sigma_px = std::max(kLeastTipSigma_px, std::sqrt(std::max(covariance(0, 0), covariance(1, 1))));
+    scale = std::max(0.15, 0.8 * scale);
+  }
+  if ((tip.centre_px - expected_px).norm() > reach_px) return std::nullopt;
+  return tip;
 }
 
 }  // namespace twocone::vision

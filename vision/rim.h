@@ -2,10 +2,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+/// The circles of a mirror in the camera's image: its rim, roughly and to sub-pixels, and its tip.
 namespace twocone::vision {
 
 /// The rim of a mirror as a circle in the image.
@@ -34,5 +36,54 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected)
 /// means nothing: it may be there without contrast to its background.
 /// @throws as find_rim()
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected);
+
+/// The rim's circle in the camera's image, with its accuracy.
+struct RimMeasurement {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double radius_px = 0;
+  double sigma_centre_px = 0;  ///< of column and of row
+  double sigma_radius_px = 0;
+  double scatter_px = 0;  ///< standard deviation of the single edges about the circle
+  double support = 0;     ///< share of the directions whose edge lies on the circle, 0 to 1
+};
+
+/// Each pixel's median over the images of a drive, channel by channel: the surroundings blur, rim and mountings remain.
+/// @param images CV_8UC3 of one size, at least one. @throws std::invalid_argument otherwise
+cv::Mat median_image(std::span<const cv::Mat> images);
+
+/// Measures the rim to sub-pixels. find_rim() gives the approximate circle. Then, along each direction (one for each
+/// pixel of the circumference), the edge is placed so that a sharp step between the levels of both sides has the
+/// observed mean brightness (linear light). This is correct for pixels that are means over their area, and unbiased
+/// over many directions for pixels that hold the colour of one point. Directions without contrast, or where the image
+/// ends close behind the rim, are left out.
+///
+/// Sigmas are those of the edges' scatter, two neighbouring edges counted as one, but not below kLeastRimSigma_px: a
+/// camera that is slightly off the mirror's axis shows the rim a little off the tip, and no image can distinguish that
+/// from noise.
+/// @param rgb median_image(), sRGB-coded. Nothing where find_rim() gives nothing. @throws std::invalid_argument as
+/// find_rim()
+std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected);
+constexpr double kLeastRimSigma_px = 0.05;
+
+constexpr double kLeastTipSigma_px = 0.1;
+
+/// The position of the mirror's tip in the image.
+struct TipMeasurement {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double sigma_px = 0;  ///< of column and of row
+  std::size_t edges = 0;
+};
+
+/// Measures the tip as the point where the images of upright edges meet. These images are radial lines, so an edge
+/// pixel p with brightness gradient g has g . (p - tip) = 0. The answer is the least-squares solution for all such
+/// pixels within `reach_px` of the tip; pixels whose line misses the tip are left out. Horizontal edges are arcs about
+/// the tip and are left out by their direction.
+///
+/// A tilt t bends the lines: the answer is off by about t reach^2 / v (0.02 px for half a degree, 40 px and v 700 px).
+/// In images without anti-aliasing edges are stairs, and the answer is off by up to 0.2 px: kLeastTipSigma_px.
+/// It checks the result of calibrate() and is not a part of it. Nothing where fewer than 100 edge pixels agree.
+/// @param images CV_8UC3. @throws std::invalid_argument for another type or a reach that is not > 8
+std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
+                                          double reach_px);
 
 }  // namespace twocone::vision

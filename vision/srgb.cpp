@@ -10,6 +10,15 @@ double srgb_to_linear(double code) {
   return coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4);
 }
 
+double linear_to_srgb(double light) {
+  return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
+double light_per_grey(double code) {
+  const double coded = code / 255;
+  return (coded <= 0.04045 ? 1 / 12.92 : 2.4 / 1.055 * std::pow((coded + 0.055) / 1.055, 1.4)) / 255;
+}
+
 const std::array<float, 256>& light_of_code() {
   static const std::array<float, 256> kLight = [] {
     std::array<float, 256> light{};

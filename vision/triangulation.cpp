@@ -32,7 +32,7 @@ constexpr double kLastStepInSigmas = 1e-6;
 constexpr double kRoundings = 64;
 
 /// A view with its sighting and the whitener W, W^T W = covariance^-1.
-struct Seen {
+struct ViewSighting {
   const MirrorView* view;
   const Sighting* sighting;
   Eigen::Matrix2d whiten;
@@ -57,7 +57,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
 }
 
 /// The sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
-std::optional<double> radius_of(const Seen& seen) {
+std::optional<double> radius_of(const ViewSighting& seen) {
   const MirrorViewSettings& s = seen.view->settings();
   const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
   if (!undistorted || !undistorted->allFinite()) return std::nullopt;
@@ -85,7 +85,7 @@ struct Fit {
   using Residual = Eigen::Vector4d;
   using Step = Eigen::Matrix<double, n, 1>;
 
-  std::span<const Seen> views;
+  std::span<const ViewSighting> views;
   double radius_m;
   double offset_m;     ///< d of the inverse range
   double reference_m;  ///< height to which slopes refer
@@ -109,7 +109,7 @@ struct Fit {
     residual.setZero();
     rows.setZero();
     Eigen::Index row = 0;
-    for (const Seen& seen : views) {
+    for (const ViewSighting& seen : views) {
       const auto near_m = near_top_point(*seen.view, p_BL_m, radius_m, top);
       if (!near_m) return false;
       const auto shown = seen.view->project_with_jacobian(*near_m, Rim::kGoesOn);
@@ -145,7 +145,7 @@ struct Fit {
   /// Rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
-    for (const Seen& seen : views) {
+    for (const ViewSighting& seen : views) {
       most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
     }
     return kRoundings * kEpsilon * most;
@@ -176,7 +176,6 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.degrees_of_freedom = degrees_of_freedom;
   if (!fit.evaluate(x, residual, rows)) {
     answer.verdict = degrees_of_freedom > 0 ? RangeVerdict::kInconsistent : RangeVerdict::kImpossible;
-    answer.bearing_rad.reset();
     answer.top_m.reset();
     return;
   }
@@ -210,7 +209,6 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   answer.chi_squared = residual.squaredNorm();
   if (degrees_of_freedom > 0 && answer.chi_squared > kMostChiSquared[std::size_t(degrees_of_freedom)]) {
     answer.verdict = RangeVerdict::kInconsistent;
-    answer.bearing_rad.reset();
     answer.top_m.reset();
     return;
   }
@@ -233,7 +231,7 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
 struct FarBearing {
   double bearing_rad, variance_rad2;
 };
-std::optional<FarBearing> far_bearing(const Seen& seen, const Ray& ray) {
+std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray) {
   constexpr double kStep_px = 1e-3;  // small against a pixel's distance from the tip, large against rounding
   const auto bearing_of = [](const Ray& r) { return std::atan2(r.direction.y(), r.direction.x()); };
   const double bearing_rad = bearing_of(ray);
@@ -256,7 +254,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
   if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
 
-  std::array<Seen, 2> seen{};
+  std::array<ViewSighting, 2> seen{};
   std::size_t count = 0;
   const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
     if (sighting != nullptr) seen[count++] = {&view, sighting, whitener(*sighting, name)};
@@ -303,10 +301,8 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   // agree.
   const Eigen::Vector2d mean = rays[0].direction.head<2>().normalized() + rays[1].direction.head<2>().normalized();
   answer.degrees_of_freedom = 1;
-  if (!(mean.norm() > kRoundings * kEpsilon)) {
-    answer.verdict = RangeVerdict::kInconsistent;  // the rays point in opposite directions
-    return answer;
-  }
+  // Nothing is left of the mean where the rays point in opposite directions.
+  if (!(mean.norm() > kRoundings * kEpsilon)) return with_verdict(answer, RangeVerdict::kInconsistent);
   const Eigen::Vector2d outwards = mean.normalized();
   std::array<double, 2> height_m{};
   std::array<double, 2> steepness{};
@@ -323,13 +319,9 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     if (!below || !above) return answer;
     const double off_rad = base::wrap_angle_rad(below->bearing_rad - above->bearing_rad);
     answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
-    if (answer.chi_squared > kMostChiSquared[1]) {
-      answer.verdict = RangeVerdict::kInconsistent;
-      return answer;
-    }
-    answer.verdict = RangeVerdict::kBeyondLimit;
+    if (answer.chi_squared > kMostChiSquared[1]) return with_verdict(answer, RangeVerdict::kInconsistent);
     answer.bearing_rad = bearing_rad;
-    return answer;
+    return with_verdict(answer, RangeVerdict::kBeyondLimit);
   }
   const double start_top_m = height_m[0] + steepness[0] * near_m;
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);

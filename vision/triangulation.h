@@ -7,7 +7,6 @@
 
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
-#include "vision/sighting.h"
 
 namespace twocone::vision {
 

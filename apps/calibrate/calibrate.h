@@ -11,7 +11,7 @@
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "vision/calibration.h"
-#include "vision/rig_circles.h"
+#include "vision/rim.h"
 
 namespace twocone::calibrate {
 

@@ -11,7 +11,7 @@
 #include "localisation/fix.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::error_budget {
 

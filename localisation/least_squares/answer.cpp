@@ -9,7 +9,6 @@
 #include <boost/container/static_vector.hpp>
 
 #include "localisation/chi_squared.h"
-#include "localisation/least_squares/search.h"
 #include "localisation/least_squares/starts.h"
 
 namespace twocone::localisation::least_squares {
@@ -176,8 +175,7 @@ bool add_searched(const Problem& problem, Minima& minima) {
       const double rise = (m.factor.r * step_between(m.state, cell.middle)).squaredNorm();
       return m.converged && std::abs(m.cost + rise - cell.cost) <= kExplained * (1 + rise);
     };
-    const std::span<const Minimum> known = minima.all();
-    if (std::any_of(known.begin(), known.end(), is_explained_by)) continue;
+    if (std::ranges::any_of(minima.all(), is_explained_by)) continue;
     if (cell.is_small && !may_hold_minimum(problem, cell.middle, cell.reach, cell.is_fine)) continue;
     if (!cell.is_small && ++coarse > kMostCoarse) {
       is_all = false;

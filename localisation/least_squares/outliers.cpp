@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "localisation/least_squares/outliers.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "localisation/chi_squared.h"
+#include "localisation/least_squares/answer.h"
 #include "localisation/least_squares/starts.h"
 
 namespace twocone::localisation::least_squares {
@@ -31,11 +30,9 @@ bool agree(const Answer& a, const Answer& b) {
 
 /// The best of the explanations that leave out equally many; nothing where another one gives another place.
 std::optional<Cleaned> choose(const std::vector<Cleaned>& found) {
-  const auto best = std::min_element(found.begin(), found.end(), [](const Cleaned& a, const Cleaned& b) {
-    return a.answer.chi_squared < b.answer.chi_squared;
-  });
-  for (auto it = found.begin(); it != found.end(); ++it) {
-    if (it != best && !agree(it->answer, best->answer)) return std::nullopt;
+  const auto best = std::ranges::min_element(found, {}, [](const Cleaned& c) { return c.answer.chi_squared; });
+  for (const Cleaned& c : found) {
+    if (&c != &*best && !agree(c.answer, best->answer)) return std::nullopt;
   }
   return *best;
 }

@@ -39,13 +39,9 @@ constexpr double kMostRise = 1.7;
 /// Directions to the sphere's points: along the axes, and between two or three of them, with both signs.
 std::array<Eigen::Vector3d, 26> directions_of_sphere() {
   std::array<Eigen::Vector3d, 26> all;
-  std::size_t count = 0;
-  for (int i = -1; i <= 1; ++i) {
-    for (int j = -1; j <= 1; ++j) {
-      for (int k = -1; k <= 1; ++k) {
-        if (i != 0 || j != 0 || k != 0) all[count++] = Eigen::Vector3d(i, j, k).normalized();
-      }
-    }
+  for (int i = 0; i < 26; ++i) {
+    const int cell = i < 13 ? i : i + 1;  // of the 27 cells of a cube, without the middle one
+    all[std::size_t(i)] = Eigen::Vector3d(cell / 9 - 1, cell / 3 % 3 - 1, cell % 3 - 1).normalized();
   }
   return all;
 }
@@ -117,16 +113,15 @@ std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& star
 std::optional<Mode> only_mode(const Whitened& posterior) {
   auto best = climb(posterior, Eigen::Vector3d::Zero());
   if (!best) return std::nullopt;
-  std::array<std::optional<Mode>, 26> modes;
-  std::size_t count = 0;
+  std::vector<Mode> modes;
   for (const Eigen::Vector3d& direction : directions_of_sphere()) {
-    modes[count] = climb(posterior, kStartSigmas * direction);
-    if (modes[count] && modes[count]->cost < best->cost) best = modes[count];
-    ++count;
+    const auto mode = climb(posterior, kStartSigmas * direction);
+    if (mode && mode->cost < best->cost) best = mode;
+    if (mode) modes.push_back(*mode);
   }
-  for (const auto& mode : modes) {
-    if (!mode || mode->cost > best->cost - 2 * std::log(kOtherPlace)) continue;
-    const Eigen::Vector3d apart = mode->z - best->z;
+  for (const Mode& mode : modes) {
+    if (mode.cost > best->cost - 2 * std::log(kOtherPlace)) continue;
+    const Eigen::Vector3d apart = mode.z - best->z;
     if ((best->rows * apart).squaredNorm() + apart.squaredNorm() > kApart * kApart) return std::nullopt;
   }
   return best;
@@ -138,10 +133,9 @@ Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> mea
   Posterior result;
   std::vector<Landmark> room(measurements.size());
   Frame frame;
-  double rounding = 0;
-  const int count = prepare(measurements, frame, rounding, room.data());
+  const int count = prepare(measurements, frame, room.data());
   if (count == 0 || !(widening > 0) || !prior.mean.allFinite() || !is_covariance<3>(prior.covariance)) return result;
-  const Problem problem = make_problem({room.data(), std::size_t(count)}, rounding);
+  const Problem problem = make_problem({room.data(), std::size_t(count)}, frame.rounding);
 
   const Eigen::Vector3d per_unit(1 / frame.unit_m, 1 / frame.unit_m, 1);
   const Eigen::Matrix3d lower =

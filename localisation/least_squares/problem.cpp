@@ -2,8 +2,11 @@
 #include "localisation/least_squares/problem.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <functional>
 #include <utility>
+
+#include <boost/container/static_vector.hpp>
 
 #include "localisation/covariance.h"
 
@@ -36,9 +39,25 @@ double weight(const Landmark& l) {
   return std::max(l.has_range ? l.range_weight : 0, l.has_bearing ? l.bearing_weight : 0);
 }
 
+/// Counts the distinct places of the chosen landmarks, up to three.
+template <typename Chosen>
+int count_places(std::span<const Landmark> landmarks, double rounding, Chosen is_chosen) {
+  boost::container::static_vector<Eigen::Vector2d, 3> seen;
+  for (const Landmark& l : landmarks) {
+    // Each coordinate was rounded twice: where it was written, and when it was recentred.
+    const auto is_here = [&](const Eigen::Vector2d& p) {
+      return (l.place() - p).cwiseAbs().maxCoeff() <= 2 * rounding;
+    };
+    if (!std::invoke(is_chosen, l) || std::any_of(seen.begin(), seen.end(), is_here)) continue;
+    seen.push_back(l.place());
+    if (seen.size() == seen.capacity()) break;
+  }
+  return int(seen.size());
+}
+
 }  // namespace
 
-int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, double& rounding, Landmark* landmarks) {
+int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, Landmark* landmarks) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Eigen::Vector2d low(kInf, kInf);
   Eigen::Vector2d high(-kInf, -kInf);
@@ -60,28 +79,24 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
   frame.unit_m = std::ldexp(1, exponent);
   const double per_m = std::ldexp(1, -exponent);
   const double farthest_m = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-  rounding = kEps * (farthest_m * per_m + 1);
+  frame.rounding = kEps * (farthest_m * per_m + 1);
 
   int kept = 0;
   for (int k = 0; k < count; ++k) {
-    Landmark l = landmarks[k];
+    Landmark l{.index = landmarks[k].index};
     const LandmarkMeasurement& m = measurements[std::size_t(l.index)];
     l.has_range = m.range_m.has_value();
     l.has_bearing = m.bearing_rad.has_value() && m.covariance(1, 1) < kAnyDirection_rad * kAnyDirection_rad;
     if (l.numbers() == 0) continue;
     l.x = (m.landmark_m.x() - frame.origin_m.x()) * per_m;
     l.y = (m.landmark_m.y() - frame.origin_m.y()) * per_m;
-    l.range = 0;
-    l.range_weight = l.bearing_weight = l.bearing_on_range = l.sigma_bearing_rad = 0;
-    l.cos_bearing = 1;
-    l.sin_bearing = 0;
     double stated = 0;
     double sigma = 0;
     if (l.has_range) {
       l.range = *m.range_m * per_m;
       // No range is more accurate than the doubles that hold it and its landmark.
       stated = std::sqrt(m.covariance(0, 0)) * per_m;
-      sigma = std::sqrt(stated * stated + rounding * rounding);
+      sigma = std::sqrt(stated * stated + frame.rounding * frame.rounding);
       l.range_weight = 1 / sigma;
     }
     if (l.has_bearing) {
@@ -96,51 +111,18 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, dou
     landmarks[kept++] = l;
   }
   // Equal weights keep their order. (std::stable_sort would take memory from the heap.)
-  std::sort(landmarks, landmarks + kept, [](const Landmark& a, const Landmark& b) {
-    return std::pair(weight(b), a.index) < std::pair(weight(a), b.index);
-  });
+  const auto rank = [](const Landmark& l) { return std::pair(-weight(l), l.index); };
+  std::ranges::sort(landmarks, landmarks + kept, {}, rank);
   return kept;
 }
 
-namespace {
-
-/// Counts distinct places up to three.
-class PlaceCounter {
- public:
-  explicit PlaceCounter(double rounding) : rounding_(rounding) {}
-  void add(const Landmark& l) {
-    if (count_ == 3) return;
-    for (int i = 0; i < count_; ++i) {
-      const Landmark& seen = *seen_[std::size_t(i)];
-      // Each coordinate was rounded twice: where it was written, and when it was recentred.
-      if (std::abs(l.x - seen.x) <= 2 * rounding_ && std::abs(l.y - seen.y) <= 2 * rounding_) return;
-    }
-    seen_[std::size_t(count_++)] = &l;
-  }
-  [[nodiscard]] int count() const { return count_; }
-
- private:
-  double rounding_;
-  std::array<const Landmark*, 3> seen_{};
-  int count_ = 0;
-};
-
-}  // namespace
-
 Problem make_problem(std::span<const Landmark> landmarks, double rounding) {
   Problem p{.landmarks = landmarks, .rounding = rounding};
-  PlaceCounter all(rounding);
-  PlaceCounter ranged(rounding);
-  PlaceCounter bearing(rounding);
-  PlaceCounter both(rounding);
-  for (const Landmark& l : landmarks) {
-    all.add(l);
-    if (l.has_range) ranged.add(l);
-    if (l.has_bearing) bearing.add(l);
-    if (l.has_range && l.has_bearing) both.add(l);
-    p.numbers += l.numbers();
-  }
-  p.places = {.all = all.count(), .ranged = ranged.count(), .bearing = bearing.count(), .both = both.count()};
+  for (const Landmark& l : landmarks) p.numbers += l.numbers();
+  p.places.all = count_places(landmarks, rounding, [](const Landmark& /*l*/) { return true; });
+  p.places.ranged = count_places(landmarks, rounding, &Landmark::has_range);
+  p.places.bearing = count_places(landmarks, rounding, &Landmark::has_bearing);
+  p.places.both = count_places(landmarks, rounding, [](const Landmark& l) { return l.has_range && l.has_bearing; });
   p.has_heading = p.places.bearing > 0;
   return p;
 }

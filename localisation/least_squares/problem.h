@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <span>
 
 #include <Eigen/Core>
 
-#include "localisation/least_squares_fix.h"
+#include "localisation/fix.h"
 
 namespace twocone::localisation::least_squares {
 
@@ -23,6 +22,7 @@ inline double square(double x) { return x * x; }
 struct Frame {
   Eigen::Vector2d origin_m = Eigen::Vector2d::Zero();
   double unit_m = 1;
+  double rounding = 0;  ///< of a coordinate, in units
 };
 
 /// The unknowns, in a Frame.
@@ -36,18 +36,18 @@ struct State {
 ///   w_r = e_r * range_weight,     w_b = (e_b - bearing_on_range * w_r) * bearing_weight
 /// for the range residual e_r and the bearing residual e_b.
 struct Landmark {
-  double x;
-  double y;
-  double range;
-  double cos_bearing;
-  double sin_bearing;
-  double range_weight;  // in 1 / unit
-  double bearing_weight;
-  double bearing_on_range;  // rad per whitened range
-  double sigma_bearing_rad;
-  int index;  // of the measurement
-  bool has_range;
-  bool has_bearing;
+  double x = 0;
+  double y = 0;
+  double range = 0;
+  double cos_bearing = 1;
+  double sin_bearing = 0;
+  double range_weight = 0;  // in 1 / unit
+  double bearing_weight = 0;
+  double bearing_on_range = 0;  // rad per whitened range
+  double sigma_bearing_rad = 0;
+  int index = 0;  // of the measurement
+  bool has_range = false;
+  bool has_bearing = false;
 
   [[nodiscard]] Eigen::Vector2d place() const { return {x, y}; }
   [[nodiscard]] int numbers() const { return int(has_range) + int(has_bearing); }
@@ -77,7 +77,7 @@ struct Problem {
 
 /// Writes the usable ones of `measurements` into `landmarks` (which has room for all), the most accurate first: then
 /// Householder's QR keeps each row's own digits however much their sigmas differ. @returns their number
-int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, double& rounding, Landmark* landmarks);
+int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, Landmark* landmarks);
 
 /// Makes a problem: counts the places and numbers of landmarks in their frame.
 Problem make_problem(std::span<const Landmark> landmarks, double rounding);

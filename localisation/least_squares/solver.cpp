@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <boost/container/small_vector.hpp>
+
+#include "localisation/odometry.h"
 
 namespace twocone::localisation::least_squares {
 namespace {
@@ -64,8 +66,13 @@ inline Rows rows_of(const Landmark& l, const PoseTerms& at, double nearest) {
 /// Within the rounding of coordinates there is no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 
-/// Room for the whitened rows of a problem.
-using Workspace = Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, 4>>;
+/// Room for the whitened rows of a problem: on the stack for the usual sizes, on the heap beyond.
+struct Workspace {
+  explicit Workspace(const Problem& problem)
+      : room(4 * std::size_t(problem.numbers), boost::container::default_init), rows(room.data(), problem.numbers, 4) {}
+  boost::container::small_vector<double, 4 * 2 * kStackLandmarks> room;
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4>> rows;
+};
 
 /// Householder's QR in place, of the first `unknowns` columns of `rows` rows; it is applied to the fourth column too.
 void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor& f) {
@@ -107,15 +114,15 @@ double linearise_in(const Problem& problem, const State& state, double nearest, 
   for (const Landmark& l : problem.landmarks) {
     const Rows rows = rows_of(l, at, nearest);
     if (l.has_range) {
-      work.row(n++) = rows.range;
+      work.rows.row(n++) = rows.range;
       cost += square(rows.range[3]);
     }
     if (l.has_bearing) {
-      work.row(n++) = rows.bearing;
+      work.rows.row(n++) = rows.bearing;
       cost += square(rows.bearing[3]);
     }
   }
-  factorise(work.data(), work.outerStride(), n, problem.unknowns(), factor);
+  factorise(work.rows.data(), work.rows.outerStride(), n, problem.unknowns(), factor);
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
@@ -279,7 +286,31 @@ void continue_by_newton(const Problem& problem, Workspace& work, Minimum& now) {
   }
 }
 
-Minimum minimise_in(const Problem& problem, const State& start, double worth, Workspace& work) {
+}  // namespace
+
+State moved(const State& state, const Eigen::Vector3d& step) {
+  return {state.x + step.x(), state.y + step.y(), wrap_angle_rad(state.heading_rad + step.z())};
+}
+
+Eigen::Vector3d step_between(const State& a, const State& b) {
+  return {b.x - a.x, b.y - a.y, wrap_angle_rad(b.heading_rad - a.heading_rad)};
+}
+
+double cost_at(const Problem& problem, const State& state) {
+  const PoseTerms at(state);
+  const double nearest = nearest_by_rounding(problem);
+  double cost = 0;
+  for (const Landmark& l : problem.landmarks) cost += rows_of(l, at, nearest).chi_squared();
+  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
+}
+
+double linearise(const Problem& problem, const State& state, double nearest, Factor& factor) {
+  Workspace work(problem);
+  return linearise_in(problem, state, std::max(nearest, nearest_by_rounding(problem)), work, factor);
+}
+
+Minimum minimise(const Problem& problem, const State& start, double worth) {
+  Workspace work(problem);
   const int unknowns = problem.unknowns();
   const double nearest = nearest_by_rounding(problem);
   Minimum now{.state = start};
@@ -320,44 +351,6 @@ Minimum minimise_in(const Problem& problem, const State& start, double worth, Wo
     continue_by_newton(problem, work, now);
   }
   return now;
-}
-
-/// Calls `use` with a workspace for the rows of a problem: on the stack for the usual sizes, on the heap beyond.
-template <class Use>
-auto with_workspace(const Problem& problem, Use use) {
-  if (problem.landmarks.size() <= std::size_t(kStackLandmarks)) {
-    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, 2 * kStackLandmarks, 4> work(problem.numbers, 4);
-    return use(Workspace(work));
-  }
-  Eigen::Matrix<double, Eigen::Dynamic, 4> work(problem.numbers, 4);
-  return use(Workspace(work));
-}
-
-}  // namespace
-
-State moved(const State& state, const Eigen::Vector3d& step) {
-  return {state.x + step.x(), state.y + step.y(), wrap_angle_rad(state.heading_rad + step.z())};
-}
-
-Eigen::Vector3d step_between(const State& a, const State& b) {
-  return {b.x - a.x, b.y - a.y, wrap_angle_rad(b.heading_rad - a.heading_rad)};
-}
-
-double cost_at(const Problem& problem, const State& state) {
-  const PoseTerms at(state);
-  const double nearest = nearest_by_rounding(problem);
-  double cost = 0;
-  for (const Landmark& l : problem.landmarks) cost += rows_of(l, at, nearest).chi_squared();
-  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
-}
-
-double linearise(const Problem& problem, const State& state, double nearest, Factor& factor) {
-  const double at_least = std::max(nearest, nearest_by_rounding(problem));
-  return with_workspace(problem, [&](Workspace work) { return linearise_in(problem, state, at_least, work, factor); });
-}
-
-Minimum minimise(const Problem& problem, const State& start, double worth) {
-  return with_workspace(problem, [&](Workspace work) { return minimise_in(problem, start, worth, work); });
 }
 
 bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine) {

@@ -2,10 +2,11 @@
 #include "localisation/least_squares/starts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
+
+#include "localisation/least_squares/solver.h"
 
 namespace twocone::localisation::least_squares {
 namespace {
@@ -98,6 +99,188 @@ void add_resection(const Problem& problem, Starts& starts) {
   }
 }
 
+constexpr double kPi = std::numbers::pi;
+
+/// A direction that turns within a cell by no more than this counts as constant.
+constexpr double kEvenDirection_rad = 0.1;
+/// A landmark within this many sigmas of the most accurate range is near.
+constexpr double kNear = 8;
+/// A place within this many sigmas of a landmark cannot be distinguished from the landmark's own place.
+constexpr double kSpeck = 0.01;
+
+/// A cell in polar coordinates about one landmark: its middle and half of its extents.
+struct Sector {
+  double turn_rad;
+  double half_turn_rad;
+  double radius;
+  double half_radius;
+};
+
+/// The weight of each number of a landmark by itself, whatever its other number is: chi-squared of two correlated
+/// numbers is at least the sum of their own squares over 1 + |correlation|.
+struct Sure {
+  double range;    // 1 / sigma; 0 for none
+  double bearing;  // 1 / sigma; 0 for none
+};
+
+Sure sure_of(const Landmark& l) {
+  Sure sure{0, 0};
+  double share = 1;
+  if (l.has_range && l.has_bearing) share = 1 + std::min(1.0, std::abs(l.bearing_on_range) / l.sigma_bearing_rad);
+  if (l.has_range) sure.range = l.range_weight / std::sqrt(share);
+  if (l.has_bearing) sure.bearing = 1 / (l.sigma_bearing_rad * std::sqrt(share));
+  return sure;
+}
+
+/// The heading that follows from a bearing, anywhere in a sector.
+struct Vote {
+  double c;  // cosine and sine of the heading, times the distance
+  double s;
+  double spread_rad;  // to either side, within the sector
+  double sigma_rad;
+};
+
+/// Greatest distance from the middle to a place of the sector; its square is (radius - radius')^2 + 4 radius radius'
+/// sin^2(turn / 2).
+double reach_of(const Sector& s) {
+  return std::sqrt(s.half_radius * s.half_radius +
+                   s.radius * (s.radius + s.half_radius) * s.half_turn_rad * s.half_turn_rad);
+}
+
+class Search {
+ public:
+  Search(const Problem& problem, double limit) : problem_(problem), limit_(limit) {
+    for (const Landmark& l : problem.landmarks) {
+      sure_.push_back(sure_of(l));
+      if (!l.has_range) continue;
+      if (centre_ == nullptr || sure_.back().range > sure_[centre_index_].range) {
+        centre_ = &l;
+        centre_index_ = sure_.size() - 1;
+      }
+    }
+    votes_.resize(problem.landmarks.size());
+  }
+
+  std::vector<Cell> run() {
+    constexpr int kSectors = 16;
+    const double reach = std::sqrt(limit_) / sure_[centre_index_].range;
+    const double inner = std::max(0.0, centre_->range - reach);
+    const double outer = centre_->range + reach;
+    std::vector<Sector> open;
+    for (int k = 0; k < kSectors; ++k) {
+      open.push_back({2 * kPi * (k + 0.5) / kSectors, kPi / kSectors, (inner + outer) / 2, (outer - inner) / 2});
+    }
+    std::vector<Cell> cells;
+    std::vector<Sector> halves;
+    while (!open.empty() && open.size() + cells.size() <= std::size_t(kMostCells)) {
+      halves.clear();
+      for (const Sector& s : open) {
+        const Candidate judged = judge(s);
+        if (judged.least > limit_) continue;
+        if (judged.is_small) {
+          cells.push_back(cell_of(s, true, judged.is_fine));
+          continue;
+        }
+        Sector a = s;
+        Sector b = s;
+        if (s.half_radius > s.radius * s.half_turn_rad) {
+          a.half_radius = b.half_radius = s.half_radius / 2;
+          a.radius -= a.half_radius;
+          b.radius += b.half_radius;
+        } else {
+          a.half_turn_rad = b.half_turn_rad = s.half_turn_rad / 2;
+          a.turn_rad -= a.half_turn_rad;
+          b.turn_rad += b.half_turn_rad;
+        }
+        halves.push_back(a);
+        halves.push_back(b);
+      }
+      open.swap(halves);
+    }
+    for (const Sector& s : open) cells.push_back(cell_of(s, false, false));
+    std::stable_sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.cost < b.cost; });
+    return cells;
+  }
+
+ private:
+  struct Candidate {
+    double least;   // lower bound of chi-squared in the sector
+    bool is_small;  // it need not be halved
+    bool is_fine;   // no whitened residual in it changes by more than kCellSigmas
+  };
+
+  Candidate judge(const Sector& sector) {
+    const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
+    const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
+    const double reach = reach_of(sector);
+    // Within a landmark's own sigma, the search need not be finer than the direction to the landmark requires.
+    const bool is_within_sigma = reach * sure_[centre_index_].range <= kCellSigmas;
+    const bool is_speck = reach * sure_[centre_index_].range <= kSpeck;
+    Candidate judged{0, true, true};
+    int votes = 0;
+    const auto off = [](double error, double change) { return std::max(0.0, std::abs(error) - change); };
+    for (std::size_t i = 0; i < sure_.size(); ++i) {
+      const Landmark& l = problem_.landmarks[i];
+      const bool is_centre = i == centre_index_;
+      const double dx = l.x - x;
+      const double dy = l.y - y;
+      const double distance = is_centre ? sector.radius : std::sqrt(dx * dx + dy * dy);
+      if (l.has_range) {
+        const double change = (is_centre ? sector.half_radius : reach) * sure_[i].range;
+        const double e = off((l.range - distance) * sure_[i].range, change);
+        judged.least += e * e;
+        if (change > kCellSigmas) judged.is_small = judged.is_fine = false;
+      }
+      if (!l.has_bearing) continue;
+      double spread_rad = kPi;
+      if (is_centre && sector.half_radius < sector.radius) {
+        spread_rad = sector.half_turn_rad;
+      } else if (reach < distance) {
+        // asin(a) <= a / sqrt(1 - a^2)
+        spread_rad = std::min(kPi, reach / std::sqrt((distance - reach) * (distance + reach)));
+      }
+      if (spread_rad * sure_[i].bearing > kCellSigmas) {
+        const bool is_near = distance * sure_[centre_index_].range <= kNear;
+        judged.is_fine = false;
+        if (!(is_within_sigma && is_near && spread_rad <= kEvenDirection_rad) && !is_speck) judged.is_small = false;
+      }
+      votes_[std::size_t(votes++)] = {dx * l.cos_bearing + dy * l.sin_bearing, dy * l.cos_bearing - dx * l.sin_bearing,
+                                      spread_rad, 1 / sure_[i].bearing};
+    }
+    if (judged.least > limit_ || votes < 2) return judged;
+    // Compare the most accurate bearing here with each other one: their difference does not depend on the heading.
+    const auto surest = std::min_element(votes_.begin(), votes_.begin() + votes, [](const Vote& a, const Vote& b) {
+      return a.spread_rad + a.sigma_rad < b.spread_rad + b.sigma_rad;
+    });
+    double worst = 0;
+    for (auto v = votes_.begin(); v != votes_.begin() + votes; ++v) {
+      if (v == surest) continue;
+      const double change = v->spread_rad + surest->spread_rad;
+      if (change >= kPi) continue;
+      const double e =
+          off(std::atan2(v->s * surest->c - v->c * surest->s, v->c * surest->c + v->s * surest->s), change);
+      worst = std::max(worst, e * e / (v->sigma_rad * v->sigma_rad + surest->sigma_rad * surest->sigma_rad));
+    }
+    judged.least += worst;
+    return judged;
+  }
+
+  [[nodiscard]] Cell cell_of(const Sector& sector, bool is_small, bool is_fine) const {
+    const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
+    const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
+    Cell cell{with_heading(problem_, x, y), reach_of(sector), 0, is_small, is_fine};
+    cell.cost = cost_at(problem_, cell.middle);
+    return cell;
+  }
+
+  const Problem& problem_;
+  double limit_;
+  std::vector<Sure> sure_;
+  const Landmark* centre_ = nullptr;
+  std::size_t centre_index_ = 0;
+  std::vector<Vote> votes_;
+};
+
 }  // namespace
 
 State with_heading(const Problem& problem, double x, double y) {
@@ -155,5 +338,7 @@ void add_starts(const Problem& problem, Starts& starts) {
   if (problem.places.ranged >= 2) add_ranged(problem, starts);
   if (problem.places.bearing >= 3) add_resection(problem, starts);
 }
+
+std::vector<Cell> cells_below(const Problem& problem, double limit) { return Search(problem, limit).run(); }
 
 }  // namespace twocone::localisation::least_squares

@@ -11,7 +11,7 @@
 #include "tests/support/disparity_range.h"
 #include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 #include "vision/triangulation.h"
 
 namespace twocone::exact {

@@ -21,7 +21,7 @@
 #include "apps/runlog/summary/bounds.h"
 #include "tests/support/lab_robot.h"
 #include "tests/support/temporary_folder.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::report {
 

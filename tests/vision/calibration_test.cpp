@@ -16,8 +16,8 @@
 
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration/bundle.h"
-#include "vision/calibration/projection.h"
-#include "vision/calibration/wheel_rows.h"
+#include "vision/calibration/bundle_rows.h"
+#include "vision/calibration/problem_rows.h"
 
 namespace twocone::vision {
 namespace {

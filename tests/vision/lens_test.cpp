@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/lens.h"
+#include "vision/mirror_view.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/rig_circles.h"
+#include "vision/rim.h"
 
 #include <cmath>
 #include <random>

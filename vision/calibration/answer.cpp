@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
 #include <Eigen/Cholesky>
 
-#include "vision/calibration/projection.h"
+#include "vision/calibration/bundle_rows.h"
 
 namespace twocone::vision::calibration {
 namespace {
@@ -163,14 +164,11 @@ ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, c
 }
 
 std::vector<std::size_t> seen_landmarks(const BundleData& data) {
-  std::vector<std::size_t> seen;
+  std::set<std::size_t> seen;
   for (const SightingRow& row : data.sightings) {
-    if (row.used) seen.push_back(row.landmark_index);
+    if (row.used) seen.insert(row.landmark_index);
   }
-  std::ranges::sort(seen);
-  // Clang 14 does not compile libstdc++'s std::ranges::unique.
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  return seen;
+  return {seen.begin(), seen.end()};
 }
 
 void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,

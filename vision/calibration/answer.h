@@ -7,7 +7,6 @@
 
 #include "vision/calibration.h"
 #include "vision/calibration/bundle.h"
-#include "vision/calibration/shared.h"
 
 namespace twocone::vision::calibration {
 

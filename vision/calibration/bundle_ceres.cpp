@@ -4,7 +4,7 @@
 // nevertheless.
 #include <ceres/ceres.h>
 
-#include <numeric>
+#include <algorithm>
 
 #include <Eigen/Sparse>
 
@@ -16,103 +16,10 @@ namespace {
 
 constexpr int kSolverIterations = 100;
 
-struct Plain {
-  double operator()(double x) const { return x; }
-  template <int n>
-  double operator()(const ceres::Jet<double, n>& x) const {
-    return x.a;
-  }
-};
-
-struct SightingCost {
-  const SharedModel* model;
-  const SightingRow* row;
-  Eigen::Matrix2d whitener;
-
-  template <typename T>
-  bool operator()(const T* unknowns, const T* pose, const T* shift, T* residual) const {
-    T error[2];
-    sighting_residual(*model, *row, unknowns, pose, shift, error);
-    for (int i = 0; i < 2; ++i) residual[i] = whitener(i, 0) * error[0] + whitener(i, 1) * error[1];
-    return true;
-  }
-};
-
-struct BiasedSightingCost {
-  SightingCost cost;
-
-  template <typename T>
-  bool operator()(const T* unknowns, const T* pose, const T* shift, const T* of_landmark, const T* of_ring,
-                  const T* of_both, T* residual) const {
-    T error[2];
-    sighting_residual(*cost.model, *cost.row, unknowns, pose, shift, error);
-    const T bias[2] = {of_landmark[0] + of_ring[0] + of_both[0], of_landmark[1] + of_ring[1] + of_both[1]};
-    const Eigen::Matrix2d& axes = cost.row->axes;
-    for (int i = 0; i < 2; ++i) error[i] -= axes(i, 0) * bias[0] + axes(i, 1) * bias[1];
-    for (int i = 0; i < 2; ++i) residual[i] = cost.whitener(i, 0) * error[0] + cost.whitener(i, 1) * error[1];
-    return true;
-  }
-};
-
-/// Prior of a bias, px, or of a landmark's shift, in units of its sigma.
-struct CentredCost {
-  double sigma;
-
-  template <typename T>
-  bool operator()(const T* number, T* residual) const {
-    for (int i = 0; i < 2; ++i) residual[i] = number[i] / T(sigma);
-    return true;
-  }
-};
-
-struct WheelCost {
-  const SharedModel* model;
-  const WheelRow* row;
-  double scale;
-
-  template <typename T>
-  bool operator()(const T* unknowns, const T* from, const T* to, const T* last_slips, const T* slips,
-                  T* residual) const {
-    wheel_residual(*model, *row, unknowns, from, to, last_slips, slips, residual, Plain{});
-    for (int i = 0; i < 5; ++i) residual[i] /= T(scale);
-    return true;
-  }
-};
-
-struct FirstWheelCost {
-  WheelCost cost;
-
-  template <typename T>
-  bool operator()(const T* unknowns, const T* from, const T* to, const T* slips, T* residual) const {
-    const T none[2] = {T(0), T(0)};
-    return cost(unknowns, from, to, none, slips, residual);
-  }
-};
-
-struct RimCost {
-  const SharedModel* model;
-  const RimRow* row;
-
-  template <typename T>
-  bool operator()(const T* unknowns, T* residual) const {
-    const Numbers<T> numbers = numbers_of(*model, unknowns);
-    T circle[3];
-    rim_circle(view_numbers(numbers.data(), row->side), model->views[row->side == Side::kLower ? 0 : 1], circle);
-    residual[0] = (circle[0] - row->rim.centre_px.x()) / row->rim.sigma_centre_px;
-    residual[1] = (circle[1] - row->rim.centre_px.y()) / row->rim.sigma_centre_px;
-    residual[2] = (circle[2] - row->rim.radius_px) / row->rim.sigma_radius_px;
-    return true;
-  }
-};
-
-/// Prior of the unknowns: each is in sigmas of its prior, with mean 0.
-struct PriorCost {
-  template <typename T>
-  bool operator()(const T* unknowns, T* residual) const {
-    for (int i = 0; i < kSharedNumbers; ++i) residual[i] = unknowns[i];
-    return true;
-  }
-};
+template <typename T>
+void whiten(const Eigen::Matrix2d& whitener, const T* error, T* residual) {
+  for (int i = 0; i < 2; ++i) residual[i] = whitener(i, 0) * error[0] + whitener(i, 1) * error[1];
+}
 
 /// Adds a cost of `residuals` numbers by unknowns of these `sizes`, with derivatives by automatic differentiation.
 template <int residuals, int... sizes, typename Cost, typename... Blocks>
@@ -124,14 +31,30 @@ bool moves_landmarks(const BundleData& data) { return data.model.landmark_sigma_
 
 bool has_biases(const BundleSettings& settings) { return settings.systematic_px > 0 && !settings.hold_all; }
 
+/// Adds the priors of biases, px, or of landmarks' shifts, in units of their sigma.
 void add_centred(std::vector<Eigen::Vector2d>& numbers, double sigma, ceres::Problem& problem) {
-  for (Eigen::Vector2d& number : numbers) add<2, 2>(problem, CentredCost{sigma}, nullptr, number.data());
+  const auto cost = [sigma]<typename T>(const T* number, T* residual) {
+    for (int i = 0; i < 2; ++i) residual[i] = number[i] / T(sigma);
+    return true;
+  };
+  for (Eigen::Vector2d& number : numbers) add<2, 2>(problem, cost, nullptr, number.data());
 }
 
 void add_wheels(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
   for (std::size_t i = 0; i < data.wheels.size(); ++i) {
     const WheelRow& row = data.wheels[i];
-    const WheelCost cost{&data.model, &row, settings.wheel_scale};
+    const auto cost = [&model = data.model, &row, scale = settings.wheel_scale]<typename T>(
+                          const T* unknowns, const T* from, const T* to, const T* last_slips, const T* slips,
+                          T* residual) {
+      wheel_residual(model, row, unknowns, from, to, last_slips, slips, residual);
+      for (int k = 0; k < 5; ++k) residual[k] /= T(scale);
+      return true;
+    };
+    const auto first_cost = [cost]<typename T>(const T* unknowns, const T* from, const T* to, const T* slips,
+                                               T* residual) {
+      const T none[2] = {T(0), T(0)};
+      return cost(unknowns, from, to, none, slips, residual);
+    };
     double* const from = state.poses[row.frame - 1].data();
     double* const to = state.poses[row.frame].data();
     double* const slips = state.slips[i].data();
@@ -139,41 +62,85 @@ void add_wheels(const BundleData& data, const BundleSettings& settings, BundleSt
       add<5, kSharedNumbers, 3, 3, 2, 2>(problem, cost, nullptr, state.unknowns.data(), from, to,
                                          state.slips[i - 1].data(), slips);
     } else {
-      add<5, kSharedNumbers, 3, 3, 2>(problem, FirstWheelCost{cost}, nullptr, state.unknowns.data(), from, to, slips);
+      add<5, kSharedNumbers, 3, 3, 2>(problem, first_cost, nullptr, state.unknowns.data(), from, to, slips);
     }
   }
 }
 
-void build(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
-  problem.AddParameterBlock(state.unknowns.data(), kSharedNumbers);
-  for (Eigen::Vector3d& pose : state.poses) problem.AddParameterBlock(pose.data(), 3);
+void add_sightings(const BundleData& data, const BundleSettings& settings, BundleState& state,
+                   ceres::Problem& problem) {
   for (const SightingRow& row : data.sightings) {
     if (!row.used) continue;
-    const SightingCost cost{&data.model, &row, row.whitener / settings.sighting_scale};
+    const Eigen::Matrix2d whitener = row.whitener / settings.sighting_scale;
+    const auto cost = [&model = data.model, &row, whitener]<typename T>(const T* unknowns, const T* pose,
+                                                                        const T* shift, T* residual) {
+      T error[2];
+      sighting_residual(model, row, unknowns, pose, shift, error);
+      whiten(whitener, error, residual);
+      return true;
+    };
+    const auto biased_cost = [&model = data.model, &row, whitener]<typename T>(
+                                 const T* unknowns, const T* pose, const T* shift, const T* of_landmark,
+                                 const T* of_ring, const T* of_both, T* residual) {
+      T error[2];
+      sighting_residual(model, row, unknowns, pose, shift, error);
+      const T bias[2] = {of_landmark[0] + of_ring[0] + of_both[0], of_landmark[1] + of_ring[1] + of_both[1]};
+      for (int i = 0; i < 2; ++i) error[i] -= row.axes(i, 0) * bias[0] + row.axes(i, 1) * bias[1];
+      whiten(whitener, error, residual);
+      return true;
+    };
     ceres::LossFunction* const loss = settings.cauchy_sigmas ? new ceres::CauchyLoss(*settings.cauchy_sigmas) : nullptr;
     double* const pose = state.poses[row.frame].data();
     double* const shift = state.landmarks[row.landmark_index].data();
     if (has_biases(settings)) {
-      add<2, kSharedNumbers, 3, 2, 2, 2, 2>(problem, BiasedSightingCost{cost}, loss, state.unknowns.data(), pose, shift,
+      add<2, kSharedNumbers, 3, 2, 2, 2, 2>(problem, biased_cost, loss, state.unknowns.data(), pose, shift,
                                             state.biases[row.groups[0]].data(), state.biases[row.groups[1]].data(),
                                             state.biases[row.groups[2]].data());
     } else {
       add<2, kSharedNumbers, 3, 2>(problem, cost, loss, state.unknowns.data(), pose, shift);
     }
   }
+}
+
+void add_rims(const BundleData& data, BundleState& state, ceres::Problem& problem) {
+  for (const RimRow& row : data.rims) {
+    const auto cost = [&model = data.model, &row]<typename T>(const T* unknowns, T* residual) {
+      const Numbers<T> numbers = numbers_of(model, unknowns);
+      T circle[3];
+      rim_circle(view_numbers(numbers.data(), row.side), model.views[row.side == Side::kLower ? 0 : 1], circle);
+      residual[0] = (circle[0] - row.rim.centre_px.x()) / row.rim.sigma_centre_px;
+      residual[1] = (circle[1] - row.rim.centre_px.y()) / row.rim.sigma_centre_px;
+      residual[2] = (circle[2] - row.rim.radius_px) / row.rim.sigma_radius_px;
+      return true;
+    };
+    add<3, kSharedNumbers>(problem, cost, nullptr, state.unknowns.data());
+  }
+}
+
+/// Adds the prior of the unknowns: each is in sigmas of its prior, with mean 0.
+void add_prior(BundleState& state, ceres::Problem& problem) {
+  const auto cost = []<typename T>(const T* unknowns, T* residual) {
+    std::copy_n(unknowns, kSharedNumbers, residual);
+    return true;
+  };
+  add<kSharedNumbers, kSharedNumbers>(problem, cost, nullptr, state.unknowns.data());
+}
+
+void build(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
+  problem.AddParameterBlock(state.unknowns.data(), kSharedNumbers);
+  for (Eigen::Vector3d& pose : state.poses) problem.AddParameterBlock(pose.data(), 3);
+  add_sightings(data, settings, state, problem);
   if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
   add_centred(state.landmarks, 1, problem);
   if (settings.hold_all || !moves_landmarks(data)) {
     for (Eigen::Vector2d& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
   }
-  add<kSharedNumbers, kSharedNumbers>(problem, PriorCost{}, nullptr, state.unknowns.data());
+  add_prior(state, problem);
   if (settings.hold_all) {
     problem.SetParameterBlockConstant(state.unknowns.data());
     return;
   }
-  for (const RimRow& row : data.rims) {
-    add<3, kSharedNumbers>(problem, RimCost{&data.model, &row}, nullptr, state.unknowns.data());
-  }
+  add_rims(data, state, problem);
   add_wheels(data, settings, state, problem);
   if (!settings.held.empty()) {
     problem.SetManifold(state.unknowns.data(), new ceres::SubsetManifold(kSharedNumbers, settings.held));

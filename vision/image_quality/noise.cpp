@@ -12,8 +12,6 @@
 namespace twocone::vision {
 namespace {
 
-using image_quality::code_of;
-using image_quality::light_per_grey;
 using Bin = NoiseSamples::Bin;
 using Bins = std::array<Bin, NoiseSamples::kBins>;
 
@@ -42,7 +40,7 @@ struct Tile {
 };
 
 /// Measures one channel of the tile whose upper left pixel is given.
-Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::array<double, 256>& slopes) {
+Tile measure(const cv::Mat& rgb, int column, int row, int channel) {
   const std::array<float, 256>& light = light_of_code();
   const float middle = light[rgb.ptr(row + kHalfTile_px)[3 * (column + kHalfTile_px) + channel]];
   float sum = 0, squares = 0, along_column = 0, along_row = 0;
@@ -62,7 +60,7 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
   }
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
-  const double per_grey = slopes[std::size_t((codes + kPixels / 2) / kPixels)];
+  const double per_grey = light_per_grey((codes + kPixels / 2) / kPixels);
   const double per_grey2 = per_grey * per_grey;
   return {double(middle + sum / kPixels), scatter / per_grey2, slope / per_grey2, per_grey2};
 }
@@ -71,9 +69,8 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel, const std::ar
 void keep_plain(std::vector<Tile>& tiles) {
   const std::size_t all = tiles.size();
   if (all < kLeastNoiseTiles) return tiles.clear();
-  const auto less = [](const Tile& a, const Tile& b) { return a.scatter_grey2 < b.scatter_grey2; };
   const auto quarter = tiles.begin() + std::ptrdiff_t(all / 4);
-  std::nth_element(tiles.begin(), quarter, tiles.end(), less);
+  std::ranges::nth_element(tiles, quarter, {}, &Tile::scatter_grey2);
   double variance = quarter->scatter_grey2 / kLowerQuartile;
   const auto is_plain = [&variance](const Tile& tile) {
     return tile.scatter_grey2 <= kScatterCut * variance &&
@@ -120,7 +117,7 @@ struct Line {
 };
 
 double grey_at_noise_level(double variance) {
-  return std::sqrt(std::max(variance, 0.)) / light_per_grey(code_of(kNoiseLevel));
+  return std::sqrt(std::max(variance, 0.)) / light_per_grey(linear_to_srgb(kNoiseLevel));
 }
 
 /// Weighted least squares of shot and read2, each >= 0.
@@ -132,7 +129,7 @@ Line fit(const Bins& bins) {
     for (const Bin& bin : bins) {
       if (bin.tiles == 0) continue;
       const double level = bin.level / bin.tiles;
-      const double rounding = kRounding_grey2 * std::pow(light_per_grey(code_of(level)), 2);
+      const double rounding = kRounding_grey2 * std::pow(light_per_grey(linear_to_srgb(level)), 2);
       // In the first round any guess will do: shot noise.
       const double expected = (iteration == 0 ? level * rounding : line.at(level)) + rounding;
       const double weight = bin.tiles * kFreedom / 2 / (expected * expected);
@@ -176,18 +173,13 @@ void NoiseSamples::merge(const NoiseSamples& later) {
 
 NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
   image_quality::check("noise_samples", rgb, region);
-  static const std::array<double, 256> kSlopes = [] {
-    std::array<double, 256> slopes{};
-    for (std::size_t code = 0; code < slopes.size(); ++code) slopes[code] = light_per_grey(double(code));
-    return slopes;
-  }();
   std::array<std::vector<Tile>, NoiseSamples::kBins> levels;
   for (int row = 0; row + kNoiseTile_px <= rgb.rows; row += kNoiseTile_px) {
     for (int column = 0; column + kNoiseTile_px <= rgb.cols; column += kNoiseTile_px) {
       if (!image_quality::is_within(region, column + kHalfTile_px, row + kHalfTile_px, kHalfTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
-        const Tile tile = measure(rgb, column, row, channel, kSlopes);
-        const double bin = std::floor(code_of(tile.level) / 256 * NoiseSamples::kBins);
+        const Tile tile = measure(rgb, column, row, channel);
+        const double bin = std::floor(linear_to_srgb(tile.level) / 256 * NoiseSamples::kBins);
         levels[std::size_t(std::clamp(bin, 0., NoiseSamples::kBins - 1.))].push_back(tile);
       }
     }
@@ -239,7 +231,7 @@ std::optional<NoiseModel> fit_noise(const NoiseSamples& samples) {
   const double common = std::hypot(kNoiseFloor_grey, kNoiseShare * model.noise_grey);
   model.sigma_noise_grey = std::hypot(std::max(jackknife.z(), counted), common);
   // The error that images share may be of either kind.
-  const double grey = light_per_grey(code_of(kNoiseLevel));
+  const double grey = light_per_grey(linear_to_srgb(kNoiseLevel));
   const double common_variance = common * (2 * model.noise_grey + common) * grey * grey;
   model.sigma_shot = std::hypot(std::max(jackknife.x(), line.sigma.x()), common_variance / kNoiseLevel);
   const double read_variance = std::hypot(line.sigma.y(), common_variance);

@@ -23,7 +23,7 @@ constexpr double kPixel_px2 = 1. / 12;
 constexpr double kLeastStep = 0.3;  // share of the region's mean light: noise of 4 levels changes its steepness by 2 %
 constexpr double kPlateau_px = 4;   // distance of plateaus from the edge: 2.5 sigma of the wide smoothing
 constexpr double kLevel = 0.3;      // greatest steepness of a plateau, as a share of the edge's
-constexpr int kClipped = 253;
+constexpr int kClippedCode = 253;
 constexpr int kMargin_px = 6;
 constexpr std::size_t kLeastEdges = 30;
 
@@ -64,7 +64,7 @@ std::optional<double> spread_px2(const cv::Mat& rgb, const cv::Mat_<float>& narr
     const int y = row + int(std::lround(side * across.y() * float(kPlateau_px)));
     if (gradient(narrow, y, x).norm() > float(kLevel) * size) return std::nullopt;
     const cv::Vec3b& code = rgb.at<cv::Vec3b>(y, x);
-    if (code[0] >= kClipped || code[1] >= kClipped || code[2] >= kClipped) return std::nullopt;
+    if (code[0] >= kClippedCode || code[1] >= kClippedCode || code[2] >= kClippedCode) return std::nullopt;
   }
   const auto first = peak(narrow, row, column, down, right);
   const auto second = peak(wide, row, column, down, right);

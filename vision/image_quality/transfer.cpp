@@ -131,9 +131,7 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
       sizes.push_back(std::abs(pair.log_ratio - expected));
       ++answer.tiles[std::size_t(pair.channel)];
     }
-    if (std::any_of(answer.tiles.begin(), answer.tiles.end(), [](std::size_t n) { return n < kLeastTransferTiles; })) {
-      return std::nullopt;
-    }
+    if (std::ranges::min(answer.tiles) < kLeastTransferTiles) return std::nullopt;
     const double reach = kTukey * std::max(1.4826 * base::median(sizes), kLeastScale);
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();

@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "vision/outline/coverage.h"
-
 namespace twocone::vision {
 namespace {
 

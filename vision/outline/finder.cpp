@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace twocone::vision {
@@ -176,8 +177,7 @@ Found Finder::found_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_
     candidates.push_back(*candidate);
   }
   if (candidates.empty()) return found;
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.area_px > b.area_px; });
+  std::ranges::sort(candidates, std::greater{}, &Candidate::area_px);
   found.area_px.assign(Finder::kBins, 0);
   for (const Polar& hit : hits) {
     if (hit.radius_px >= kSureRadius_px) found.area_px[std::size_t(bin_of(hit))] += stride * stride;

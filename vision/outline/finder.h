@@ -7,8 +7,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "vision/hue_labels.h"
 #include "vision/mirror_view.h"
-#include "vision/outline/colour_table.h"
 
 namespace twocone::vision {
 

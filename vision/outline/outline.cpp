@@ -26,25 +26,19 @@ bool chain(const MirrorView& view, const Cylinder& c, double bottom_m, Pixels& p
   const double tangent_rad = std::acos(c.radius_m / distance_m);
 
   int at = 0;
+  bool is_shown = true;
   const auto add = [&](double angle_rad, double height_m) {
     const Eigen::Vector2d p =
         place_m - away * (c.radius_m * std::cos(angle_rad)) + across * (c.radius_m * std::sin(angle_rad));
     const auto pixel = view.project({p.x(), p.y(), height_m});
-    if (!pixel) return false;
-    pixels[std::size_t(at++)] = *pixel;
-    return true;
+    is_shown = is_shown && pixel;
+    if (is_shown) pixels[std::size_t(at++)] = *pixel;
   };
   const auto side_height = [&](int i) { return bottom_m + (c.top_m - bottom_m) * i / Outline::kSideSegments; };
-  for (int i = 0; i < Outline::kSideSegments; ++i) {
-    if (!add(-tangent_rad, side_height(i))) return false;
-  }
-  for (int i = 0; i <= Outline::kArcSegments; ++i) {
-    if (!add(tangent_rad * (2.0 * i / Outline::kArcSegments - 1), c.top_m)) return false;
-  }
-  for (int i = Outline::kSideSegments - 1; i >= 0; --i) {
-    if (!add(tangent_rad, side_height(i))) return false;
-  }
-  return true;
+  for (int i = 0; i < Outline::kSideSegments; ++i) add(-tangent_rad, side_height(i));
+  for (int i = 0; i <= Outline::kArcSegments; ++i) add(tangent_rad * (2.0 * i / Outline::kArcSegments - 1), c.top_m);
+  for (int i = Outline::kSideSegments - 1; i >= 0; --i) add(tangent_rad, side_height(i));
+  return is_shown;
 }
 
 /// The height over the floor that the view shows at `radius_px` at the cylinder's axis, not below the floor.

@@ -7,8 +7,6 @@
 
 #include <Eigen/Dense>
 
-#include "vision/outline/coverage.h"
-
 namespace twocone::vision {
 namespace {
 
@@ -140,9 +138,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       const double bounded = std::clamp(residual / sigma, -kHuber, kHuber);
       score += m.by_out * bounded / sigma;
       information += m.by_out * m.by_out / (sigma * sigma);
-      fit.residual += residual * residual;
-      fit.grey += grey_variance_of(s, p, inner);
-      fit.spread += inner * (1 - inner);
+      fit.edges.residual += residual * residual;
+      fit.edges.grey += grey_variance_of(s, p, inner);
+      fit.edges.spread += inner * (1 - inner);
     }
     Scores& scores = s.part == EdgeSample::kArc ? fit.arc_scores : fit.side_scores;
     scores.found += score * score + 2 * score * previous;
@@ -167,9 +165,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   fit.step = {unknown.x() / range_px, unknown.y() / bearing_px};
   fit.cylinder.range_m += fit.step.x();
   fit.cylinder.bearing_rad += fit.step.y();
-  fit.code_variance = read.code_variance;
+  fit.edges.code_variance = read.code_variance;
   fit.outline = outline;
-  fit.blur = unknown.z();
+  fit.edges.blur = unknown.z();
   fit.left_support = share(EdgeSample::kLeft);
   fit.arc_support = share(EdgeSample::kArc);
   fit.right_support = share(EdgeSample::kRight);

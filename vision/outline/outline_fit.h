@@ -34,13 +34,21 @@ struct Scores {
   double expected = 0;  ///< for the given PixelNoise and no correlation; also the information of the samples, in 1/px^2
 };
 
+/// What a fit shows of the image's noise and blur.
+struct EdgeStatistics {
+  double code_variance = 0;  ///< EdgeSamples::code_variance
+  double residual = 0;       ///< sum over edge pixels of squared coverage residuals
+  double grey = 0;           ///< sum over edge pixels of the coverage variance caused by a noise of one grey level
+  double spread = 0;         ///< sum over edge pixels of c (1 - c)
+  double blur = 1;           ///< width of the edges, in pixels
+};
+
 /// The most likely place of one cylinder in one view.
 struct OutlineFit {
   Cylinder cylinder;
   Outline outline;              ///< of the cylinder from which the fit started
   Eigen::Vector2d step;         ///< from that cylinder to `cylinder`, (range m, bearing rad)
   Eigen::Matrix2d information;  ///< of (range m, bearing rad) for the given PixelNoise
-  double blur = 1;              ///< width of the edges, in pixels
   double length_px = 0;         ///< length of the outline that was used
   double arc_support = 0;       ///< share of the arc, and of each side, that can be used
   double left_support = 0, right_support = 0;
@@ -48,10 +56,7 @@ struct OutlineFit {
   double sigma_narrowness_px = 0;
   // These are pooled over the landmarks of an image:
   Scores arc_scores, side_scores;
-  double code_variance = 0;  ///< EdgeSamples::code_variance
-  double residual = 0;       ///< sum over edge pixels of squared coverage residuals
-  double grey = 0;           ///< sum over edge pixels of the coverage variance caused by a noise of one grey level
-  double spread = 0;         ///< sum over edge pixels of c (1 - c)
+  EdgeStatistics edges;
 };
 
 /// Least squares of the pixels' coverage over range, bearing and blur. Nothing where too little of the outline is

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "vision/outline/view_fitter.h"
-#include "vision/ranging.h"
 
 namespace twocone::vision {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Dense>
 
@@ -186,12 +185,19 @@ Eigen::Vector2d ViewFitter::pixel_of(const Candidate& c) const {
          Eigen::Vector2d(c.top_px * std::cos(c.angle_rad), c.top_px * std::sin(c.angle_rad));
 }
 
-std::optional<Cylinder> ViewFitter::place(const Candidate& c, double radius_m, double top_m) const {
-  const auto ray = mirror_.back_project(pixel_of(c));
+std::optional<Ray> ViewFitter::ray_at(const Candidate& c, double height_m) const {
+  auto ray = mirror_.back_project(pixel_of(c));
   if (!ray || !(ray->direction.z() > 0)) return std::nullopt;
-  const double way = (top_m - ray->origin_m.z()) / ray->direction.z();
+  const double way = (height_m - ray->origin_m.z()) / ray->direction.z();
   if (!(way > 0)) return std::nullopt;
-  const Eigen::Vector3d near = ray->origin_m + way * ray->direction;
+  ray->origin_m += way * ray->direction;
+  return ray;
+}
+
+std::optional<Cylinder> ViewFitter::place(const Candidate& c, double radius_m, double top_m) const {
+  const auto ray = ray_at(c, top_m);
+  if (!ray) return std::nullopt;
+  const Eigen::Vector3d& near = ray->origin_m;
   return Cylinder{near.head<2>().norm() + radius_m, std::atan2(near.y(), near.x()), radius_m, top_m};
 }
 
@@ -202,11 +208,9 @@ double ViewFitter::bearing_of(const Candidate& c) const {
 }
 
 std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, double top_m) const {
-  const auto ray = mirror_.back_project(pixel_of(c));
-  if (!ray || !(ray->direction.z() > 0)) return std::nullopt;
-  const double way = (top_m - ray->origin_m.z()) / ray->direction.z();
-  if (!(way > 0)) return std::nullopt;
-  Eigen::Vector3d top_of_circle = ray->origin_m + way * ray->direction;
+  const auto ray = ray_at(c, top_m);
+  if (!ray) return std::nullopt;
+  Eigen::Vector3d top_of_circle = ray->origin_m;
   top_of_circle.head<2>() -= kBehindNear * radius_m * ray->direction.head<2>().normalized();
   const auto near_px = mirror_.project(top_of_circle);
   if (!near_px) return std::nullopt;
@@ -236,14 +240,6 @@ void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const Sa
   look.fit = fit_outline(edge_samples, cylinder, *outline, noise, limits);
 }
 
-namespace {
-
-void keep_pool(OutlineSearch& look) {
-  if (const auto& fit = look.fit) look.pool = {fit->residual, fit->grey, fit->spread, fit->code_variance, fit->blur};
-}
-
-}  // namespace
-
 void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) const {
   OutlineSearch& look = task.look;
   // The blur of a thin landmark is limited by its width: blurred further, it disappears.
@@ -253,17 +249,17 @@ void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) cons
       {blur_px, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!look.fit) return;
   follow_colour(task.landmark, task.image, *look.fit);
-  fit(task, Cylinder(look.fit->cylinder), reach_of(look.fit->blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
+  fit(task, Cylinder(look.fit->cylinder), reach_of(look.fit->edges.blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
       kCoarseStride);
-  keep_pool(look);
+  if (look.fit) look.pool = look.fit->edges;
 }
 
 bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const {
   OutlineSearch tried = task.look;
   fit({task.landmark, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
       {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
-  if (!tried.fit || tried.fit->blur > kNearBlur_px || step_px(*tried.fit) > kExpectedReach_px) return false;
-  keep_pool(tried);
+  if (!tried.fit || tried.fit->edges.blur > kNearBlur_px || step_px(*tried.fit) > kExpectedReach_px) return false;
+  tried.pool = tried.fit->edges;
   task.look = std::move(tried);
   return true;
 }

@@ -6,7 +6,7 @@
 
 #include "vision/outline/finder.h"
 #include "vision/outline/outline_fit.h"
-#include "vision/sighting.h"
+#include "vision/ranging.h"
 
 namespace twocone::vision {
 
@@ -19,10 +19,7 @@ struct OutlineSearch {
   bool is_fine = false;
   /// The contribution of the coarse fit to the image's noise and blur. Empty for a landmark that was fitted with these
   /// values from the start.
-  struct Pool {
-    double residual, grey, spread, code_variance, blur;
-  };
-  std::optional<Pool> pool;
+  std::optional<EdgeStatistics> pool;
 };
 
 /// What a fit of one landmark in one view reads and changes.
@@ -82,6 +79,8 @@ class ViewFitter {
   [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);
 
  private:
+  /// The candidate's ray, from where it has that height on.
+  [[nodiscard]] std::optional<Ray> ray_at(const Candidate& candidate, double height_m) const;
   void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
   /// Sets `task.look.fit`.
   void fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach, const PixelNoise& noise,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/calibration/shared.h"
+#include "vision/calibration/bundle.h"
 
 #include <algorithm>
 
-#include "vision/calibration/projection.h"
+#include "vision/calibration/bundle_rows.h"
 
 namespace twocone::vision::calibration {
 namespace {
@@ -123,6 +123,27 @@ std::string name_of(int shared_number) {
   if (!is_lower && number == kOffsetX) name = "axis_offset_minus_lower_m.x";
   if (!is_lower && number == kOffsetY) name = "axis_offset_minus_lower_m.y";
   return (is_lower ? "lower." : "upper.") + name;
+}
+
+Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
+  Eigen::Vector2d residual;
+  sighting_residual(data.model, row, state.unknowns.data(), state.poses[row.frame].data(),
+                    state.landmarks[row.landmark_index].data(), residual.data());
+  return residual;
+}
+
+double wheel_chi_squared(const BundleData& data, const BundleState& state) {
+  double sum = 0;
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < data.wheels.size(); ++i) {
+    const WheelRow& row = data.wheels[i];
+    Eigen::Matrix<double, 5, 1> residual;
+    wheel_residual(data.model, row, state.unknowns.data(), state.poses[row.frame - 1].data(),
+                   state.poses[row.frame].data(), row.follows ? state.slips[i - 1].data() : none.data(),
+                   state.slips[i].data(), residual.data());
+    sum += residual.squaredNorm();
+  }
+  return sum;
 }
 
 }  // namespace twocone::vision::calibration
