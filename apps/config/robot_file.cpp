@@ -2,14 +2,14 @@
 #include "apps/config/robot_file.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/camera_info.h"
 #include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 #include "hal/stereo_rig.h"
@@ -142,6 +142,25 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
   return own;
 }
 
+/// Returns the coordinate of a pixel in an image that is scaled by `k`.
+double scaled_px(double place_px, double k) { return (place_px + 0.5) * k - 0.5; }
+
+void scale(CameraEntry& camera, RigView& view, double k) {
+  camera.width_px = static_cast<int>(std::lround(camera.width_px * k));
+  camera.height_px = static_cast<int>(std::lround(camera.height_px * k));
+  for (double& place_px : view.centre_px) place_px = scaled_px(place_px, k);
+  view.rim_radius_px *= k;
+  if (view.distortion_focal_px) {
+    for (double& focal_px : *view.distortion_focal_px) focal_px *= k;
+  }
+  if (view.distortion_principal_px) {
+    for (double& place_px : *view.distortion_principal_px) place_px = scaled_px(place_px, k);
+  }
+  // These values are in pixels of the simulated camera's image.
+  camera.effects.distortion_focal_px *= k;
+  camera.effects.defocus_px *= k;
+}
+
 }  // namespace
 
 Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
@@ -219,6 +238,12 @@ YAML::Node load_robot_node(const Robot& robot) {
   YAML::Node node = load_robot_node(robot.file);
   set_estimator(node, robot.estimator);
   return node;
+}
+
+Robot scaled(Robot robot, double k) {
+  scale(robot.lower, robot.rig.lower, k);
+  scale(robot.upper, robot.rig.upper, k);
+  return robot;
 }
 
 }  // namespace twocone::config

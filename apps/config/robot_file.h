@@ -133,7 +133,7 @@ struct Robot {
   friend bool operator==(const Robot&, const Robot&) = default;
 };
 
-/// Reads a robot file and the files that it names as `camera_info` (apps/config/camera_info.h). It does not check that
+/// Reads a robot file and the files that it names as `camera_info` (read_camera_info). It does not check that
 /// the drivers exist (drivers/backends.h), or that the map exists and fits the robot (apps/config/to_layers.h).
 /// @throws FileError as read_map
 Robot read_robot(const std::filesystem::path& file);
@@ -144,5 +144,10 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
 YAML::Node load_robot_node(const std::filesystem::path& file);
 /// Returns the YAML of `robot.file` with the `estimator:` of `robot`, which a run may override.
 YAML::Node load_robot_node(const Robot& robot);
+
+/// Returns the robot with the images of its pair scaled by `k`, > 0. Width and height are rounded to whole pixels. All
+/// values in pixels of these images, in `rig:` and in the cameras' effects, are scaled too. A coordinate c becomes
+/// (c + 0.5) k - 0.5.
+Robot scaled(Robot robot, double k);
 
 }  // namespace twocone::config

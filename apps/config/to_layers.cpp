@@ -9,8 +9,10 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/yaml_reader.h"
 #include "drivers/sim_povray/outline.h"
 
 namespace twocone::config {
@@ -164,6 +166,17 @@ double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
                     std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
 }
 
+void add_keys(const YAML::Node& node, const std::string& prefix, const std::string& file,
+              sim_povray::KeyPlaces& places) {
+  if (!node.IsMap()) return;
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) continue;  // the reader of the file rejects such a key
+    const std::string key = prefix + pair.first.Scalar();
+    places.emplace(key, fmt::format("{}:{}", file, pair.first.Mark().line + 1));
+    add_keys(pair.second, key + ".", file, places);
+  }
+}
+
 }  // namespace
 
 void check_landmarks(const Robot& robot, const Map& map) {
@@ -225,6 +238,13 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
     views.push_back({other.name, other.part.antialias, other.part.effects});
   }
   return views;
+}
+
+sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map) {
+  sim_povray::KeyPlaces places;
+  add_keys(load_yaml(robot.file), "", robot.file.string(), places);
+  add_keys(load_yaml(map.file), "map.", map.file.string(), places);
+  return places;
 }
 
 vision::Rig to_rig(const Robot& robot) {

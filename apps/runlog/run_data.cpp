@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/results_exchange.h"

@@ -13,7 +13,6 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/key_places.h"
 #include "apps/runlog/storage/new_folder.h"
 #include "apps/runlog/stored_images.h"
 #include "apps/runs/loop/frame_answers.h"

@@ -12,8 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/config/yaml/old_names.h"
-#include "apps/config/yaml/suggestion.h"
+#include "apps/config/yaml/names.h"
 #include "apps/estimation/method.h"
 #include "apps/twocone/commands.h"
 #include "base/log.h"

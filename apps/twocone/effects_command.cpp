@@ -14,7 +14,6 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/key_places.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"

@@ -12,7 +12,7 @@ allowed="old_names|full-scale|--legs|legs:|Room_Pillar|panel legs|resident (size
 
 files() {
   git ls-files -- '*.h' '*.cpp' '*.md' '*.sh' '*.txt' '*.cmake' '*.yaml' '*.in' |
-    grep -v '^docs/evidence/\|^tests/formats/\|^tests/evidence/behaviour\|^tests/layers/words.sh\|^tests/layers/bad/\|^apps/config/yaml/old_names\|^docs/file-formats.md\|^CHANGELOG.md'
+    grep -v '^docs/evidence/\|^tests/formats/\|^tests/evidence/behaviour\|^tests/layers/words.sh\|^tests/layers/bad/\|^apps/config/yaml/names\|^docs/file-formats.md\|^CHANGELOG.md'
 }
 found=$(files | xargs grep -nE -- "$refused" | grep -vE -- "$allowed" || true)
 names=$(git ls-files | grep -v '^tests/formats/\|^docs/evidence/' | grep -E "$refused" || true)

@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/yaml_numbers.h"
 
 namespace twocone::config {
 namespace {

@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/yaml_numbers.h"
-
 namespace twocone::config {
 namespace {
 

@@ -12,7 +12,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/suggestion.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 
 namespace twocone::config {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/camera_info.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
 #include <optional>
@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
-
-#include "apps/config/yaml/yaml_reader.h"
 
 namespace twocone::config {
 namespace {
