@@ -175,7 +175,7 @@ std::filesystem::path camera_image_file(const std::filesystem::path& run, const 
 enum class Tables {
   kAll,
   kFrames,  ///< without ranges, fixes, sightings, timing and track, which are long
-            ///< (apps/runlog/tables/answer_reader.h)
+            ///< (apps/runlog/answer_rows.h: AnswerReader)
 };
 
 /// Reads a finished run, a run that was cut off, or one that is being written. It leaves out an incomplete last line of

@@ -30,7 +30,7 @@ struct RunOptions {
   /// that are there, and goes on where they end.
   runlog::OldLines old = runlog::OldLines::kDrop;
   bool replace = false;  ///< a run that is in `out` goes (new_folder.h) once the robot has been opened
-  bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
+  bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (runlog::write_truth)
   /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< gets each of RunInfo::events at once; may be empty

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "apps/twocone/stop_signals.h"
+#include "apps/twocone/terminal.h"
 #include "hal/result.h"
 
 /// The subcommands. Each function adds a subcommand with its options to the program. The callback runs it.

@@ -12,7 +12,6 @@
 
 #include "apps/report/table.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"

@@ -4,8 +4,6 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
-
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"

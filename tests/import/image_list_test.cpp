@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/import/image_list.h"
+#include "apps/import/images.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads tables row by row: the answers of a run's method, frame by frame.
-#include "apps/runlog/tables/answer_reader.h"
+#include "apps/runlog/answer_rows.h"
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -11,6 +12,7 @@
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/storage/disk.h"
 #include "apps/runlog/tables/csv_fields.h"
 
 namespace twocone::runlog {
@@ -159,6 +161,20 @@ std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
     rows.push_back({v[0], v[1], v[2], nanoradians(heading)});
   }
   return rows;
+}
+
+std::filesystem::path truth_file(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame) {
+  return run / camera / fmt::format("{:06}.truth.csv", frame);
+}
+
+void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
+                 const std::vector<Landmark>& landmarks) {
+  std::string text = "column_px,row_px,landmark,distance_m,height_m\n";
+  for (const sim_povray::TruePixel& pixel : pixels) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{:.5f},{:.5f}\n", pixel.column_px, pixel.row_px,
+                   to_field(landmarks.at(pixel.landmark).name), pixel.distance_m, pixel.height_m);
+  }
+  write_whole(file, text);
 }
 
 }  // namespace twocone::runlog

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runlog/tables/truth_table.h"
+#include "apps/runlog/tables/tables.h"
 
 namespace twocone::runs {
 
