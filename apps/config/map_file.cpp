@@ -172,8 +172,7 @@ Map with_own_folder(Map map) {
 
 Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   if (node.IsDefined() && node.IsMap() && node["rig"] && !node["landmarks"]) {
-    throw FileError(
-        fmt::format("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string()));
+    throw FileError("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string());
   }
   Reading reading(node, file);
   Section& root = reading.root();
@@ -197,9 +196,8 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
 
 Map read_map(const std::filesystem::path& file) {
   if (file.extension() == ".pov" || file.extension() == ".inc") {
-    throw FileError(
-        fmt::format("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
-                    file.string(), file.filename().string()));
+    throw FileError("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
+                    file.string(), file.filename().string());
   }
   return with_own_folder(parse_map(load_yaml(file), file));
 }

@@ -166,8 +166,8 @@ void scale(CameraEntry& camera, RigView& view, double k) {
 Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
   const YAML::Node node = with_present_names(given);
   if (node.IsDefined() && node.IsMap() && node["landmarks"] && !node["rig"]) {
-    throw FileError(fmt::format("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
-                                file.filename().string()));
+    throw FileError("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
+                    file.filename().string());
   }
   Reading reading(node, file);
   Section& root = reading.root();
@@ -219,9 +219,9 @@ Robot read_robot(const std::filesystem::path& file) {
       robot.name.size() > kLongestName) {
     std::replace_if(robot.name.begin(), robot.name.end(), is_control, '?');
     throw FileError(
-        fmt::format("{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
-                    "characters, at most {} bytes",
-                    file.string(), robot.name, kLongestName));
+        "{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
+        "characters, at most {} bytes",
+        file.string(), robot.name, kLongestName);
   }
   return robot;
 }

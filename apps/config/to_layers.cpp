@@ -215,18 +215,18 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
   try {
     drivers::check(settings);
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}", robot.file.string(), error.what()));
+    throw FileError("{}: {}", robot.file.string(), error.what());
   }
   return settings;
 }
 
 sim_povray::PlaceSettings to_place(const Map& map) {
-  if (!map.scene) throw FileError(fmt::format("{}: scene is missing: the POV-Ray file", map.file.string()));
+  if (!map.scene) throw FileError("{}: scene is missing: the POV-Ray file", map.file.string());
   sim_povray::PlaceSettings place = place_of(map);
   try {
     sim_povray::check(place);
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}", map.file.string(), error.what()));
+    throw FileError("{}: {}", map.file.string(), error.what());
   }
   return place;
 }
@@ -257,7 +257,7 @@ vision::Rig to_rig(const Robot& robot) {
     mirror = "rig, upper mirror";
     return {std::move(lower), to_view(rig.upper, upper_lens_m)};
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}: {}", robot.file.string(), mirror, error.what()));
+    throw FileError("{}: {}: {}", robot.file.string(), mirror, error.what());
   }
 }
 

@@ -34,16 +34,14 @@ bool is_image(const fs::path& file) {
 std::set<fs::path> images_in(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw config::FileError(fmt::format("{} is no folder, must be one with PNG or JPEG images", folder.string()));
+    throw config::FileError("{} is no folder, must be one with PNG or JPEG images", folder.string());
   }
   std::set<fs::path> names;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     if (is_image(entry->path()) && entry->is_regular_file()) names.insert(entry->path().filename());
   }
-  if (error) throw config::FileError(fmt::format("{} cannot be read: {}", folder.string(), error.message()));
-  if (names.empty()) {
-    throw config::FileError(fmt::format("{}: no images here, must be files .png, .jpg or .jpeg", folder.string()));
-  }
+  if (error) throw config::FileError("{} cannot be read: {}", folder.string(), error.message());
+  if (names.empty()) throw config::FileError("{}: no images here, must be files .png, .jpg or .jpeg", folder.string());
   return names;
 }
 
@@ -52,8 +50,8 @@ ImageList by_names(const fs::path& folder, StampUnit unit) {
   for (const fs::path& name : images_in(folder)) {
     const auto time = parse_stamp(name.stem().string(), unit);
     if (!time) {
-      throw config::FileError(fmt::format("{}: the name is '{}', must be the time, {}; or name a file of times",
-                                          (folder / name).string(), name.stem().string(), stamp_forms(unit)));
+      throw config::FileError("{}: the name is '{}', must be the time, {}; or name a file of times",
+                              (folder / name).string(), name.stem().string(), stamp_forms(unit));
     }
     list.images.push_back({folder / name, *time});
   }
@@ -62,8 +60,8 @@ ImageList by_names(const fs::path& folder, StampUnit unit) {
   const auto twice =
       std::adjacent_find(images.begin(), images.end(), [](const auto& a, const auto& b) { return a.time == b.time; });
   if (twice != images.end()) {
-    throw config::FileError(
-        fmt::format("{} and {} have the same time, must differ", twice->file.string(), (twice + 1)->file.string()));
+    throw config::FileError("{} and {} have the same time, must differ", twice->file.string(),
+                            (twice + 1)->file.string());
   }
   return list;
 }
@@ -95,7 +93,7 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const Line& line = lines[i];
     const auto refuse = [&](const std::string& what) {
-      throw config::FileError(fmt::format("{}:{}: {}", times_file.string(), line.number, what));
+      throw config::FileError("{}:{}: {}", times_file.string(), line.number, what);
     };
     const bool is_cut = i + 1 == lines.size() && !line.whole;
     const auto leave_out = [&](const std::string& why) {
@@ -130,8 +128,7 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
     list.images.push_back({folder / name, *time});
   }
   if (list.images.empty()) {
-    throw config::FileError(
-        fmt::format("{}: names no image, must have lines TIME NAME or TIME,NAME", times_file.string()));
+    throw config::FileError("{}: names no image, must have lines TIME NAME or TIME,NAME", times_file.string());
   }
   if (const std::size_t others = there.size() - named.size(); others > 0) {
     list.events.push_back(
@@ -183,29 +180,26 @@ std::optional<Image> decode(const fs::path& file, ImageSize wanted) {
     throw UnreadableImage(error.what());
   }
   const bool is_png = bytes.starts_with(kPngBegin);
-  if (!is_png && !bytes.starts_with(kJpegBegin)) {
-    throw UnreadableImage(fmt::format("{} is no PNG or JPEG image", file.string()));
-  }
+  if (!is_png && !bytes.starts_with(kJpegBegin)) throw UnreadableImage("{} is no PNG or JPEG image", file.string());
   const auto size = is_png ? png_size(bytes) : jpeg_size(bytes);
-  if (!size) throw UnreadableImage(fmt::format("{} is cut off", file.string()));
+  if (!size) throw UnreadableImage("{} is cut off", file.string());
   if (size->width_px != wanted.width_px || size->height_px != wanted.height_px) {
-    throw config::FileError(fmt::format("{} has {} x {} pixels, must have {} x {} as the robot file's camera",
-                                        file.string(), size->width_px, size->height_px, wanted.width_px,
-                                        wanted.height_px));
+    throw config::FileError("{} has {} x {} pixels, must have {} x {} as the robot file's camera", file.string(),
+                            size->width_px, size->height_px, wanted.width_px, wanted.height_px);
   }
   if (is_png) {
     // This is checked first, because libpng prints its own message about it.
-    if (!bytes.ends_with(kPngEnd)) throw UnreadableImage(fmt::format("{} is cut off", file.string()));
+    if (!bytes.ends_with(kPngEnd)) throw UnreadableImage("{} is cut off", file.string());
     const cv::Mat encoded(1, int(bytes.size()), CV_8UC1, bytes.data());
     if (cv::imdecode(encoded, cv::IMREAD_COLOR).empty()) {
-      throw UnreadableImage(fmt::format("{} is not an image that can be read", file.string()));
+      throw UnreadableImage("{} is not an image that can be read", file.string());
     }
     return std::nullopt;
   }
   Image image{size->width_px, size->height_px, PixelFormat::kMjpeg, {}};
   image.bytes.assign(bytes.begin(), bytes.end());
   auto rgb = to_rgb8(image);
-  if (!rgb) throw UnreadableImage(fmt::format("{}: {}", file.string(), rgb.error().message));
+  if (!rgb) throw UnreadableImage("{}: {}", file.string(), rgb.error().message);
   return std::move(*rgb);
 }
 

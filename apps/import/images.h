@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "apps/config/yaml/file_error.h"
 #include "apps/import/stamps.h"
 
 namespace twocone::importer {
@@ -35,9 +35,9 @@ struct ImageList {
 ImageList list_images(const std::filesystem::path& folder, const std::filesystem::path& times_file, StampUnit unit);
 
 /// Reports an image that cannot be decoded, because it is incomplete or not an image. The message is one line.
-class UnreadableImage : public std::runtime_error {
+class UnreadableImage : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 struct ImageSize {

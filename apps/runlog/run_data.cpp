@@ -79,8 +79,8 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
   std::filesystem::path results =
       method.empty() ? top_results(run) : present(run / "methods", config::NameOf::kMethod, method);
   if (!std::filesystem::is_directory(results)) {
-    throw config::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
-                                        run.string(), method, run.string(), method));
+    throw config::FileError("{}: no results of method {}; make them with: twocone localise {} --method {}",
+                            run.string(), method, run.string(), method);
   }
   return results;
 }
@@ -114,7 +114,7 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
 
   // frames.csv is written last and therefore read first. For each of its rows, the rows of the other tables exist.
   if (!std::filesystem::exists(folder / "frames.csv")) {
-    throw config::FileError(fmt::format("{}: frames.csv is missing, which lists the frames", folder.string()));
+    throw config::FileError("{}: frames.csv is missing, which lists the frames", folder.string());
   }
   run.frames = read_table<FrameRow>(folder / "frames.csv");
   run.drive = read_table<DriveRow>(folder / "drive.csv");
@@ -138,8 +138,8 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
   const std::size_t count = run.frames.size();
   const bool no_odometry = run.odometry.empty() && run.drive.empty() && run.info.behaviour == kImported;
   if ((run.odometry.size() < count && !no_odometry) || (!run.truth.empty() && run.truth.size() < count)) {
-    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}",
-                                        folder.string(), count, run.odometry.size(), run.truth.size()));
+    throw config::FileError("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}", folder.string(),
+                            count, run.odometry.size(), run.truth.size());
   }
   if (!no_odometry) run.odometry.resize(count);
   if (!run.truth.empty()) run.truth.resize(count);

@@ -21,11 +21,11 @@ std::filesystem::path file_of(const std::filesystem::path& folder) { return fold
 template <typename T>
 T field(const YAML::Node& node, const char* key, const std::filesystem::path& file) {
   if (!node[key])
-    throw config::FileError(fmt::format("{}: key {} is missing: was this written by twocone run?", file.string(), key));
+    throw config::FileError("{}: key {} is missing: was this written by twocone run?", file.string(), key);
   try {
     return node[key].as<T>();
   } catch (const YAML::Exception&) {
-    throw config::FileError(fmt::format("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key));
+    throw config::FileError("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key);
   }
 }
 
@@ -45,7 +45,7 @@ YAML::Node load(const std::filesystem::path& file) {
   try {
     return YAML::Load(config::read_text(file));
   } catch (const YAML::Exception& error) {
-    throw config::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
+    throw config::FileError("{}:{}: {}", file.string(), error.mark.line + 1, error.msg);
   }
 }
 
@@ -172,9 +172,7 @@ std::string changed_since(const std::filesystem::path& folder) {
 
 RunYaml read_run_yaml(const std::filesystem::path& folder) {
   const auto file = file_of(folder);
-  if (!std::filesystem::exists(file)) {
-    throw config::FileError(fmt::format("{}: no run here: there is no run.yaml", folder.string()));
-  }
+  if (!std::filesystem::exists(file)) throw config::FileError("{}: no run here: there is no run.yaml", folder.string());
   const YAML::Node node = load(file);
   RunYaml run;
   run.info.version = field<std::string>(node, "twocone", file);

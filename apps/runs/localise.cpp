@@ -54,10 +54,10 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
   const runlog::RunData run = runlog::read_run(folder);
   const estimation::Estimator estimator(method, run.robot, run.map);
   estimation::Track track(method, run.robot);
-  if (run.frames.empty()) throw config::FileError(fmt::format("{}: the run has no frame", folder.string()));
+  if (run.frames.empty()) throw config::FileError("{}: the run has no frame", folder.string());
   if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", folder.string(),
-                                        run.frames.size(), run.drive.size()));
+    throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", folder.string(), run.frames.size(),
+                            run.drive.size());
   }
   bool is_any_read = false;
   std::vector<runlog::AnswerRows> answers;

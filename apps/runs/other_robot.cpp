@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 
 void refuse_other_robots(const runlog::RunData& run, const config::Robot& robot) {
   const auto refuse = [&](const std::string& what) {
-    throw config::FileError(
-        fmt::format("{}: {} is not that of the robot that made {}", robot.file.string(), what, run.folder.string()));
+    throw config::FileError("{}: {} is not that of the robot that made {}", robot.file.string(), what,
+                            run.folder.string());
   };
   if (robot.start != run.robot.start) refuse("start");
   for (const auto& [name, now, then] :
@@ -42,10 +42,10 @@ void refuse_other_maps(const runlog::RunData& run, const config::Robot& robot) {
   const config::Map map = config::read_map(robot.map);
   if (map.landmarks == run.map.landmarks && map.bounds == run.map.bounds) return;
   throw config::FileError(
-      fmt::format("{}: map: {} has other {} than {}, the map of {}, as it was when the run was made: name a robot file "
-                  "with that map",
-                  robot.file.string(), map.file.string(), map.landmarks == run.map.landmarks ? "bounds" : "landmarks",
-                  run.map.file.string(), run.folder.string()));
+      "{}: map: {} has other {} than {}, the map of {}, as it was when the run was made: name a robot file "
+      "with that map",
+      robot.file.string(), map.file.string(), map.landmarks == run.map.landmarks ? "bounds" : "landmarks",
+      run.map.file.string(), run.folder.string());
 }
 
 std::string odometry_text(const runlog::RunData& run, const config::Robot& robot) {
@@ -68,12 +68,12 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   refuse_other_maps(run, robot);
   config::check_landmarks(robot, run.map);
   if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but drive.csv {}", from.string(),
-                                        run.frames.size(), run.drive.size()));
+    throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", from.string(), run.frames.size(),
+                            run.drive.size());
   }
   std::error_code none_such;
   if (fs::equivalent(from, to, none_such)) {
-    throw runlog::DiskError(fmt::format("{} is the run itself: choose another --out", to.string()));
+    throw runlog::DiskError("{} is the run itself: choose another --out", to.string());
   }
   if (replace) runlog::remove_run(to);
   runlog::NewFolder folder(to);

@@ -64,7 +64,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
                                const std::atomic<bool>& stop) {
   const runlog::RunYaml run = runlog::read_run_yaml(folder);
   if (const std::string reason = why_not(folder, run); !reason.empty()) {
-    throw config::FileError(fmt::format("{} cannot be resumed: {}", folder.string(), reason));
+    throw config::FileError("{} cannot be resumed: {}", folder.string(), reason);
   }
   config::Robot robot = config::read_robot(run.robot.file);
   robot.estimator = run.robot.estimator;  // perhaps of the command line

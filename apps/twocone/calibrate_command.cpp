@@ -56,13 +56,13 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
     std::vector<std::string> names;
     names.reserve(known.size());
     for (const auto& [name, prior] : known) names.emplace_back(name);
-    throw BadUsage(fmt::format("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(names, ", ")));
+    throw BadUsage("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(names, ", "));
   }
   const std::string number = text.substr(equals + 1);
   char* end = nullptr;
   const double sigma = std::strtod(number.c_str(), &end);
   if (*end != '\0' || !(sigma > 0) || !std::isfinite(sigma)) {
-    throw BadUsage(fmt::format("--prior {} is '{}', must be a number > 0", found->first, number));
+    throw BadUsage("--prior {} is '{}', must be a number > 0", found->first, number);
   }
   *found->second = sigma;
 }
@@ -74,12 +74,12 @@ config::Robot robot_of(const CalibrateArguments& options, const runlog::RunData&
   try {
     now = config::read_robot(run.robot.file);
   } catch (const config::FileError&) {
-    throw CommandFailed(fmt::format("{}: its robot file {} cannot be read any more: name one with --robot",
-                                    run.folder.string(), run.robot.file.string()));
+    throw CommandFailed("{}: its robot file {} cannot be read any more: name one with --robot", run.folder.string(),
+                        run.robot.file.string());
   }
   if (!(now.rig == run.robot.rig) || !(now.drive == run.robot.drive)) {
-    throw CommandFailed(fmt::format("{} has another rig or drive now than when {} was made: name one with --robot",
-                                    run.robot.file.string(), run.folder.string()));
+    throw CommandFailed("{} has another rig or drive now than when {} was made: name one with --robot",
+                        run.robot.file.string(), run.folder.string());
   }
   return now;
 }

@@ -101,8 +101,8 @@ const CLI::App& subcommand_named(const CLI::App& program, const std::string& nam
     known.push_back(command->get_name());
   }
   const auto meant = config::nearest(name, known);
-  throw BadUsage(fmt::format("no subcommand '{}'{}; there are: {}", name,
-                             meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", ")));
+  throw BadUsage("no subcommand '{}'{}; there are: {}", name, meant ? fmt::format(", did you mean {}?", *meant) : "",
+                 fmt::join(known, ", "));
 }
 
 void add_help(CLI::App& program) {

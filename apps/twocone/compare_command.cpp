@@ -39,20 +39,17 @@ std::filesystem::path twin_of(const std::filesystem::path& robot) {
 
 void check(const CompareArguments& options) {
   if (options.scene.empty() && options.runs.size() != 2) {
-    throw BadUsage(
-        fmt::format("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
-                    options.runs.size()));
+    throw BadUsage("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
+                   options.runs.size());
   }
   if (!options.scene.empty() && options.runs.size() != 1) {
     throw BadUsage("--scene renders the real run's places again: give one run folder, the real one");
   }
   for (const auto& [key, value] : options.settings.limits) {
-    if (!(std::isfinite(value) && value >= 0)) {
-      throw BadUsage(fmt::format("--max-{} is {}, must be a number >= 0", key, value));
-    }
+    if (!(std::isfinite(value) && value >= 0)) throw BadUsage("--max-{} is {}, must be a number >= 0", key, value);
   }
   if (!(options.settings.false_alarm > 0 && options.settings.false_alarm < 1)) {
-    throw BadUsage(fmt::format("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm));
+    throw BadUsage("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm);
   }
   if (options.write_robot.empty() || options.force) return;
   refuse_overwriting({options.write_robot, twin_of(options.write_robot)});
@@ -95,9 +92,7 @@ void judge(const CompareArguments& options, const compare::Comparison& compariso
     }
   }
   if (!undecided.empty()) undecided = "undecided: " + undecided;
-  if (!beyond.empty()) {
-    throw CommandFailed("beyond its limit: " + beyond + (undecided.empty() ? "" : "\n" + undecided));
-  }
+  if (!beyond.empty()) throw CommandFailed("beyond its limit: " + beyond + (undecided.empty() ? "" : "\n" + undecided));
   if (!undecided.empty()) throw Undecided(undecided);
 }
 

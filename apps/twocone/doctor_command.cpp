@@ -92,9 +92,7 @@ void doctor_with(const DoctorArguments& options) {
   const std::string verdict = doctor::summary(report);
   fmt::print("{}\n{}\n", doctor::table(report), verdict);
   std::fflush(stdout);
-  if (report.has_failed()) {
-    throw CommandFailed(fmt::format("{}: a part failed; the table names what to do", options.robot.string()));
-  }
+  if (report.has_failed()) throw CommandFailed("{}: a part failed; the table names what to do", options.robot.string());
 }
 
 }  // namespace

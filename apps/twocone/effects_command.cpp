@@ -76,8 +76,7 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
 void check_verification(const std::vector<sim_povray::Verification>& results) {
   for (const sim_povray::Verification& result : results) {
     if (result.different > 0 && !result.is_asked_for) {
-      throw CommandFailed(
-          fmt::format("effects of view {} could not be verified: {} pixels differ", result.view, result.different));
+      throw CommandFailed("effects of view {} could not be verified: {} pixels differ", result.view, result.different);
     }
   }
 }
@@ -87,7 +86,7 @@ void effects_with(const EffectsArguments& options) {
   const config::Map map = config::read_map(robot.map);
   const drivers::RobotSettings settings = config::to_robot_settings(robot, map, 1);
   if (!settings.world) {
-    throw CommandFailed(fmt::format("{}: no part has driver sim_povray: nothing is simulated", robot.file.string()));
+    throw CommandFailed("{}: no part has driver sim_povray: nothing is simulated", robot.file.string());
   }
   // For a served world, this is the place of the robot's map.
   const sim_povray::PlaceSettings place =

@@ -41,7 +41,7 @@ config::Robot with_budget(config::Robot robot, const RunArguments& options) {
   try {
     return estimation::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
   } catch (const std::invalid_argument& error) {
-    throw BadUsage(fmt::format("--budget-ms: {}", error.what()));
+    throw BadUsage("--budget-ms: {}", error.what());
   }
 }
 

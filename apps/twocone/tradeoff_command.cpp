@@ -43,9 +43,7 @@ struct TradeoffArguments {
 /// Checks that CLI11 does not make.
 void check(const TradeoffArguments& options) {
   const auto positive = [](const char* name, const std::optional<double>& value) {
-    if (value && !(std::isfinite(*value) && *value > 0)) {
-      throw BadUsage(fmt::format("{} is {}, must be a number > 0", name, *value));
-    }
+    if (value && !(std::isfinite(*value) && *value > 0)) throw BadUsage("{} is {}, must be a number > 0", name, *value);
   };
   positive("--target-mm", options.target_mm);
   positive("--budget-ms", options.budget_ms);
@@ -55,12 +53,12 @@ void check(const TradeoffArguments& options) {
   // A fault is reported now rather than after a sweep.
   const auto folder = options.write_robot.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
-    throw CommandFailed(fmt::format("--write-robot: {} is no folder", folder.string()));
+    throw CommandFailed("--write-robot: {} is no folder", folder.string());
   }
   std::error_code none_such;
   if (std::filesystem::equivalent(options.write_robot, options.robot, none_such)) {
-    throw CommandFailed(
-        fmt::format("--write-robot: {} is the robot that is swept, choose another name", options.write_robot.string()));
+    throw CommandFailed("--write-robot: {} is the robot that is swept, choose another name",
+                        options.write_robot.string());
   }
 }
 
@@ -78,8 +76,8 @@ void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& 
   }
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
-    throw Interrupted(fmt::format("interrupted: {} of {} shards are in {}; next: the same command continues there",
-                                  all - missing.size() + done, all, folder.path().string()));
+    throw Interrupted("interrupted: {} of {} shards are in {}; next: the same command continues there",
+                      all - missing.size() + done, all, folder.path().string());
   }
 }
 
@@ -152,11 +150,11 @@ void tradeoff_with(TradeoffArguments options) {
     return;
   }
   if (options.shard && std::size_t(*options.shard) >= all) {
-    throw BadUsage(fmt::format("--shard is {}, this sweep's are 0 to {}", *options.shard, all - 1));
+    throw BadUsage("--shard is {}, this sweep's are 0 to {}", *options.shard, all - 1);
   }
   if (options.out.empty()) options.out = fmt::format("runs/{}-tradeoff-seed{}", robot.name, options.plan.seed);
   if (options.merge && !std::filesystem::exists(options.out)) {
-    throw CommandFailed(fmt::format("{}: no such folder, so there is nothing to merge", options.out.string()));
+    throw CommandFailed("{}: no such folder, so there is nothing to merge", options.out.string());
   }
   const tradeoff::Subject subject{robot, map, plan};
   const tradeoff::SweepFolder folder(options.out, robot, map, plan);

@@ -199,9 +199,8 @@ void set_camera_effects(YAML::Node& robot, const std::string& name, const Camera
                         const std::filesystem::path& file) {
   if (changed.effects == read.effects) return;
   if (read.driver != drivers::kSimPovray) {
-    throw FileError(
-        fmt::format("{}: cameras.{}.effects cannot be changed, must be absent: driver {} has no such setting",
-                    file.string(), name, read.driver));
+    throw FileError("{}: cameras.{}.effects cannot be changed, must be absent: driver {} has no such setting",
+                    file.string(), name, read.driver);
   }
   const sim_povray::CameraEffects common = common_effects(robot, file);
   YAML::Node camera = robot["cameras"][name];

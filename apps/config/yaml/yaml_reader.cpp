@@ -397,7 +397,7 @@ void Reading::complain(int line, std::string text) {
 }
 
 Section& Reading::root() {
-  if (!node_.IsDefined()) throw FileError(fmt::format("{}: the mapping to be read is missing", file_));
+  if (!node_.IsDefined()) throw FileError("{}: the mapping to be read is missing", file_);
   const int line = line_of(node_, 0);
   if (!node_.IsMap()) {
     complain(line, fmt::format("the file is {}, must be a mapping of keys", show(node_, kNoUnit)));
@@ -417,7 +417,7 @@ void Reading::finish() {
     lines.push_back(complaint.line > 0 ? fmt::format("{}:{}: {}", file_, complaint.line, complaint.text)
                                        : fmt::format("{}: {}", file_, complaint.text));
   }
-  throw FileError(fmt::format("{}", fmt::join(lines, "\n")));
+  throw FileError("{}", fmt::join(lines, "\n"));
 }
 
 YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file) {
@@ -435,16 +435,16 @@ YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file
   } catch (const YAML::Exception& error) {
     const int last_line = error.mark.is_null() ? std::numeric_limits<int>::max() : error.mark.line + 1;
     if (const int line = tab_indented_line(text); line > 0 && line <= last_line) {
-      throw FileError(fmt::format("{}:{}: the line is indented by a tab, must be by spaces", file.string(), line));
+      throw FileError("{}:{}: the line is indented by a tab, must be by spaces", file.string(), line);
     }
     const std::string why = on_one_line(error.msg);  // the message may quote the file
-    if (error.mark.is_null()) throw FileError(fmt::format("{}: {}", file.string(), why));
-    throw FileError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why));
+    if (error.mark.is_null()) throw FileError("{}: {}", file.string(), why);
+    throw FileError("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why);
   }
   if (!has_first || (!has_second && document.IsNull())) {
-    throw FileError(fmt::format("{}: is empty, must be a mapping of keys", file.string()));
+    throw FileError("{}: is empty, must be a mapping of keys", file.string());
   }
-  if (has_second) throw FileError(fmt::format("{}: holds several YAML documents, must be one", file.string()));
+  if (has_second) throw FileError("{}: holds several YAML documents, must be one", file.string());
   return document;
 }
 

@@ -4,8 +4,6 @@
 #include <system_error>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "apps/config/yaml/text_file.h"
 
 namespace twocone::runlog {
@@ -28,8 +26,7 @@ NewFolder::NewFolder(fs::path folder, OldLines old)
   lock_.emplace(folder_);
   if (is_kept_) return;
   if (holds_run(folder_)) {
-    throw DiskError(
-        fmt::format("{} holds a run already: choose another --out, or replace it with --force", folder_.string()));
+    throw DiskError("{} holds a run already: choose another --out, or replace it with --force", folder_.string());
   }
   for (const auto& entry : fs::directory_iterator(folder_)) {
     if (entry.path().filename() != RunLock::kFileName) before_.insert(entry.path());

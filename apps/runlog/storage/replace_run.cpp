@@ -29,7 +29,7 @@ constexpr std::array kRunFiles{"run.yaml",  "run.log",           "frames.csv",  
                                "figures",   "rendered_from.txt", "methods"};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
-  throw DiskError(fmt::format("--force does not replace {}: {}", folder.string(), why));
+  throw DiskError("--force does not replace {}: {}", folder.string(), why);
 }
 
 /// Returns true for the working folder itself, too.

@@ -60,7 +60,7 @@ double nanoradians(double heading_rad) {
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::size_t line, const std::string& what) {
-  throw config::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
+  throw config::FileError("{}:{}: {}", file.string(), line, what);
 }
 
 }  // namespace
