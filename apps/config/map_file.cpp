@@ -109,7 +109,7 @@ bool lies_within(const Point& point, const Bounds& bounds) {
 
 /// Returns the rule that the path breaks, or an empty text.
 std::string fault_of(const Moving& moving, const std::optional<Bounds>& bounds) {
-  const std::vector<Point>& path = moving.path;
+  const std::vector<Point>& path = moving.path_m;
   if (path.size() < 2) return "at least 2 points";
   if (std::adjacent_find(path.begin(), path.end()) != path.end()) return "a path whose neighbouring points differ";
   if (moving.loop && path.front() == path.back()) return "a path whose last point is not its first: loop leads back";
@@ -129,7 +129,7 @@ void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<
         section->complain("name", kNoUnit, "unlike every other moving thing's");
       }
     }
-    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path);
+    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path_m);
     section->number("speed_mps", {"its speed", kMetresPerSecond, kAboveZero}, moving.speed_mps);
     section->flag("loop", "whether it goes round", moving.loop, Need::kOptional);
     section->number("radius_m", {"radius of the disc that stops a robot", kMetres, kAboveZero}, moving.radius_m);

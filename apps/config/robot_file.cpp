@@ -240,6 +240,12 @@ YAML::Node load_robot_node(const Robot& robot) {
   return node;
 }
 
+std::vector<std::string> camera_names(const Robot& robot) {
+  std::vector<std::string> names{"lower", "upper"};
+  for (const NamedCameraEntry& other : robot.others) names.push_back(other.name);
+  return names;
+}
+
 Robot scaled(Robot robot, double k) {
   scale(robot.lower, robot.rig.lower, k);
   scale(robot.upper, robot.rig.upper, k);

@@ -145,6 +145,9 @@ YAML::Node load_robot_node(const std::filesystem::path& file);
 /// Returns the YAML of `robot.file` with the `estimator:` of `robot`, which a run may override.
 YAML::Node load_robot_node(const Robot& robot);
 
+/// Returns the names of all cameras: lower, upper, then the additional ones.
+std::vector<std::string> camera_names(const Robot& robot);
+
 /// Returns the robot with the images of its pair scaled by `k`, > 0. Width and height are rounded to whole pixels. All
 /// values in pixels of these images, in `rig:` and in the cameras' effects, are scaled too. A coordinate c becomes
 /// (c + 0.5) k - 0.5.

@@ -89,13 +89,7 @@ sim_povray::PlaceSettings contents_of(const Map& map) {
     solid.name = fmt::format("obstacle {}", i + 1);
     std::visit([&solid](const auto& shape) { solid.shape = shape; }, map.obstacles[i]);
   }
-  for (const Moving& moving : map.moving) {
-    place.moving.push_back({.name = moving.name,
-                            .path_m = moving.path,
-                            .speed_mps = moving.speed_mps,
-                            .loop = moving.loop,
-                            .radius_m = moving.radius_m});
-  }
+  place.moving = map.moving;
   return place;
 }
 

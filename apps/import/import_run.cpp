@@ -18,7 +18,7 @@
 #include "apps/import/pairing.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 #include "localisation/odometry.h"

@@ -24,6 +24,12 @@ constexpr double kSameTime_s = 0.5e-3;
 
 bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
 
+void check_drive(const RunData& run) {
+  if (!has_odometry(run) || run.drive.size() >= run.frames.size()) return;
+  throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", run.folder.string(), run.frames.size(),
+                          run.drive.size());
+}
+
 bool is_out_of_bounds(const FixRow& row) { return row.verdict == to_string(localisation::FixVerdict::kOutOfBounds); }
 
 std::optional<PoseRow> pose_of(const TrackRow& row) {

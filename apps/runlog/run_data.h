@@ -158,6 +158,8 @@ struct RunData {
 
 /// Returns false if the wheels were not recorded. Then drive and odometry are empty.
 bool has_odometry(const RunData& run);
+/// @throws config::FileError if the wheels were recorded, but not for every frame
+void check_drive(const RunData& run);
 
 /// Returns a line of estimate.tum, or nothing if the track has no pose with a heading.
 std::optional<PoseRow> pose_of(const TrackRow& row);

@@ -16,7 +16,7 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/storage/results_exchange.h"
 #include "hal/image.h"
 

@@ -7,7 +7,7 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 
@@ -55,10 +55,7 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
   const estimation::Estimator estimator(method, run.robot, run.map);
   estimation::Track track(method, run.robot);
   if (run.frames.empty()) throw config::FileError("{}: the run has no frame", folder.string());
-  if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", folder.string(), run.frames.size(),
-                            run.drive.size());
-  }
+  runlog::check_drive(run);
   bool is_any_read = false;
   std::vector<runlog::AnswerRows> answers;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {

@@ -14,7 +14,7 @@
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 
@@ -67,18 +67,14 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   refuse_other_robots(run, robot);
   refuse_other_maps(run, robot);
   config::check_landmarks(robot, run.map);
-  if (runlog::has_odometry(run) && run.drive.size() < run.frames.size()) {
-    throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", from.string(), run.frames.size(),
-                            run.drive.size());
-  }
+  runlog::check_drive(run);
   std::error_code none_such;
   if (fs::equivalent(from, to, none_such)) {
     throw runlog::DiskError("{} is the run itself: choose another --out", to.string());
   }
   if (replace) runlog::remove_run(to);
   runlog::NewFolder folder(to);
-  std::vector<std::string> cameras{"lower", "upper"};
-  for (const config::NamedCameraEntry& other : run.robot.others) cameras.push_back(other.name);
+  const std::vector<std::string> cameras = config::camera_names(run.robot);
   for (const runlog::FrameRow& row : run.frames) {
     for (const std::string& camera : cameras) {
       // A frame that has lost an image stays so: localise() says what becomes of it.

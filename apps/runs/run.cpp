@@ -14,7 +14,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
 #include "apps/runs/loop/pairs.h"

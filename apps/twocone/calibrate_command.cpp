@@ -17,7 +17,7 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/version.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
@@ -131,7 +131,7 @@ void calibrate_with(CalibrateArguments options) {
   const auto lock = lock_around(options.out);
   runlog::write_whole(options.json, calibrate::to_json(*report));
   if (!options.figures.empty()) {
-    make_folder(options.figures);
+    runlog::make_folder(options.figures);
     runlog::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
     runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
   }

@@ -62,13 +62,6 @@ inline void refuse_overwriting(const std::vector<std::filesystem::path>& files) 
   }
 }
 
-/// Makes the folder and those around it, unless it exists. @throws CommandFailed
-inline void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw CommandFailed("cannot make {}: {}", folder.string(), error.message());
-}
-
 void add_run(CLI::App& program);
 void add_localise(CLI::App& program);
 void add_report(CLI::App& program);

@@ -14,7 +14,7 @@
 #include "apps/compare/render_again.h"
 #include "apps/compare/show/page.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -101,7 +101,7 @@ class OutFolder {
  public:
   explicit OutFolder(const std::filesystem::path& folder)
       : folder_(folder), was_there_(std::filesystem::exists(folder)) {
-    make_folder(folder);
+    runlog::make_folder(folder);
     lock_.emplace(folder);
   }
   ~OutFolder() {

@@ -10,7 +10,7 @@
 #include "apps/report/table.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 
 #include <algorithm>
 #include <array>
 #include <optional>
 #include <regex>
-#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -16,7 +16,6 @@
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/results_exchange.h"
-#include "apps/runlog/storage/run_lock.h"
 
 namespace twocone::runlog {
 namespace {
@@ -42,16 +41,12 @@ bool holds_working_folder(const fs::path& folder) {
 }
 
 /// Returns the cameras of the run that have images.
-std::set<std::string> cameras_of(const fs::path& folder) {
-  RunYaml run;
+std::vector<std::string> cameras_of(const fs::path& folder) {
   try {
-    run = read_run_yaml(folder);
+    return config::camera_names(read_run_yaml(folder).robot);
   } catch (const config::FileError& error) {
     refuse(folder, fmt::format("it is no run of twocone ({})", error.what()));
   }
-  std::set<std::string> cameras{"lower", "upper"};
-  for (const config::NamedCameraEntry& other : run.robot.others) cameras.insert(other.name);
-  return cameras;
 }
 
 bool is_of_run(std::string_view name) {
@@ -67,14 +62,14 @@ bool is_of_frame(const std::string& name) {
 }
 
 void refuse_others_files(const fs::path& folder) {
-  const std::set<std::string> cameras = cameras_of(folder);
+  const std::vector<std::string> cameras = cameras_of(folder);
   const auto refuse_file = [&folder](const fs::path& file) {
     refuse(folder, fmt::format("{} does not belong to a run; move it away first", file.string()));
   };
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_symlink()) refuse_file(entry.path());
-    if (!cameras.contains(name)) {
+    if (std::find(cameras.begin(), cameras.end(), name) == cameras.end()) {
       if (!is_of_run(name)) refuse_file(entry.path());
       continue;
     }
