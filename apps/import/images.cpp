@@ -18,7 +18,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/tables/csv_fields.h"
+#include "apps/runlog/tables/tables.h"
 #include "hal/image.h"
 
 namespace twocone::importer {

@@ -15,7 +15,6 @@
 #include "apps/estimation/method.h"
 #include "apps/import/images.h"
 #include "apps/import/motion.h"
-#include "apps/import/pairing.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"

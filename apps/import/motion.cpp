@@ -9,8 +9,6 @@
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
-#include "apps/import/pairing.h"
-#include "apps/runlog/tables/csv_fields.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::importer {

@@ -13,7 +13,7 @@
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/interface/convert.h"
-#include "apps/runs/loop/pairs.h"
+#include "apps/runs/loop/frame_taker.h"
 #include "drivers/backends.h"
 
 namespace twocone {

@@ -14,7 +14,7 @@
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/tables/csv_fields.h"
+#include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::tradeoff {
