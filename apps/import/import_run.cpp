@@ -15,7 +15,7 @@
 #include "apps/estimation/method.h"
 #include "apps/import/images.h"
 #include "apps/import/motion.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/tables/tables.h"

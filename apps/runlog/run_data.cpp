@@ -9,7 +9,6 @@
 #include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/results_exchange.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/fix.h"

@@ -7,7 +7,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {

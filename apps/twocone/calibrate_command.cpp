@@ -13,7 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"

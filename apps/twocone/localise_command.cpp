@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"

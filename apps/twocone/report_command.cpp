@@ -8,8 +8,8 @@
 
 #include "apps/report/report.h"
 #include "apps/report/table.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/output.h"

@@ -11,7 +11,6 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/config/robot_writer.h"
 #include "apps/runs/run.h"
 #include "base/child_process.h"
 #include "bench/growth/growth.h"

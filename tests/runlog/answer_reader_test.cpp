@@ -6,8 +6,8 @@
 
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {

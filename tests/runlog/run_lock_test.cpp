@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/file_error.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runs/run.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 #include "base/log.h"
