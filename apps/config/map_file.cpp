@@ -38,7 +38,7 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   Landmark landmark;
   section.text("name", "the landmark's name", landmark.name);
   if (section.numbers("colour", kColour, landmark.colour)) {
-    const auto [least, greatest] = std::minmax_element(landmark.colour.begin(), landmark.colour.end());
+    const auto [least, greatest] = std::ranges::minmax_element(landmark.colour);
     if (*least == *greatest)
       section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue identifies it");
   }
@@ -60,8 +60,7 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
 void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
   for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
     Landmark landmark = read_landmark(*section, bounds);
-    const auto is_namesake = [&](const Landmark& other) { return other.name == landmark.name; };
-    if (!landmark.name.empty() && std::any_of(landmarks.begin(), landmarks.end(), is_namesake)) {
+    if (!landmark.name.empty() && std::ranges::find(landmarks, landmark.name, &Landmark::name) != landmarks.end()) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
     }
     landmarks.push_back(std::move(landmark));
@@ -112,10 +111,10 @@ bool lies_within(const Point& point, const Bounds& bounds) {
 std::string fault_of(const Moving& moving, const std::optional<Bounds>& bounds) {
   const std::vector<Point>& path = moving.path_m;
   if (path.size() < 2) return "at least 2 points";
-  if (std::adjacent_find(path.begin(), path.end()) != path.end()) return "a path whose neighbouring points differ";
+  if (std::ranges::adjacent_find(path) != path.end()) return "a path whose neighbouring points differ";
   if (moving.loop && path.front() == path.back()) return "a path whose last point is not its first: loop leads back";
   const auto is_out = [&](const Point& point) { return bounds && !lies_within(point, *bounds); };
-  if (std::any_of(path.begin(), path.end(), is_out)) return "within bounds_m";
+  if (std::ranges::any_of(path, is_out)) return "within bounds_m";
   return "";
 }
 
@@ -123,10 +122,9 @@ void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<
   for (Section* section : map.sections("moving", "what moves by itself, a list", Need::kOptional)) {
     Moving moving;
     if (section->text("name", "its name: the scene calls it moving.NAME", moving.name)) {
-      const auto is_namesake = [&](const Moving& other) { return other.name == moving.name; };
       if (!is_name(moving.name, "_")) {
         section->complain("name", kNoUnit, "letters, digits and _");
-      } else if (std::any_of(things.begin(), things.end(), is_namesake)) {
+      } else if (std::ranges::find(things, moving.name, &Moving::name) != things.end()) {
         section->complain("name", kNoUnit, "unlike every other moving thing's");
       }
     }

@@ -214,10 +214,10 @@ Robot read_robot(const std::filesystem::path& file) {
   // Run folders are named after the robot. The check is only here, so that an older run with another name stays
   // readable.
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
-  const bool has_control = std::any_of(robot.name.begin(), robot.name.end(), is_control);
+  const bool has_control = std::ranges::any_of(robot.name, is_control);
   if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||
       robot.name.size() > kLongestName) {
-    std::replace_if(robot.name.begin(), robot.name.end(), is_control, '?');
+    std::ranges::replace_if(robot.name, is_control, '?');
     throw FileError(
         "{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
         "characters, at most {} bytes",

@@ -38,7 +38,7 @@ void check_landmarks(const Robot& robot, const Map& map, std::string& bad) {
   std::vector<std::string> known;
   for (const Landmark& landmark : map.landmarks) known.push_back(landmark.name);
   for (const std::string& name : robot.estimator.landmarks) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    if (std::ranges::find(known, name) != known.end()) continue;
     bad += fmt::format("\n{}: estimator.landmarks names '{}', must be a landmark of {}: {}", robot.file.string(), name,
                        map.file.string(), fmt::join(known, ", "));
   }
@@ -184,8 +184,7 @@ bool is_simulated(const Robot& robot) {
     return other.camera.driver == drivers::kSimPovray;
   };
   return robot.drive.driver == drivers::kSimPovray || robot.lower.driver == drivers::kSimPovray ||
-         robot.upper.driver == drivers::kSimPovray ||
-         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
+         robot.upper.driver == drivers::kSimPovray || std::ranges::any_of(robot.others, is_other_simulated);
 }
 
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {

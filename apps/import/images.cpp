@@ -56,9 +56,8 @@ ImageList by_names(const fs::path& folder, StampUnit unit) {
     list.images.push_back({folder / name, *time});
   }
   auto& images = list.images;
-  std::sort(images.begin(), images.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
-  const auto twice =
-      std::adjacent_find(images.begin(), images.end(), [](const auto& a, const auto& b) { return a.time == b.time; });
+  std::ranges::sort(images, {}, &StampedImage::time);
+  const auto twice = std::ranges::adjacent_find(images, {}, &StampedImage::time);
   if (twice != images.end()) {
     throw config::FileError("{} and {} have the same time, must differ", twice->file.string(),
                             (twice + 1)->file.string());

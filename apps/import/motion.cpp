@@ -47,7 +47,7 @@ std::optional<std::vector<std::size_t>> columns(const std::vector<std::string>& 
                                                 std::initializer_list<const char*> names) {
   std::vector<std::size_t> places;
   for (const char* name : names) {
-    const auto found = std::find(header.begin(), header.end(), name);
+    const auto found = std::ranges::find(header, name);
     if (found == header.end()) return std::nullopt;
     places.push_back(std::size_t(found - header.begin()));
   }

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kDigitsSince1970_ns = 19;  // from 2001 to 2262
 
 bool are_digits(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
 /// Returns how many decimals of the unit are whole nanoseconds.
@@ -100,7 +100,7 @@ std::vector<Pair> pair_images(const std::vector<Stamp>& lower, const std::vector
       candidates.emplace_back(std::chrono::abs(*u - lower[i]), i, std::size_t(u - upper.begin()));
     }
   }
-  std::sort(candidates.begin(), candidates.end());
+  std::ranges::sort(candidates);
   std::map<std::size_t, std::size_t> chosen;
   for (const auto& [skew, l, u] : candidates) {
     const auto next = chosen.lower_bound(l);

@@ -38,11 +38,10 @@ std::optional<PoseRow> pose_of(const TrackRow& row) {
 
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
   std::vector<PoseRow> sorted = poses;
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  std::ranges::sort(sorted, {}, &PoseRow::t_s);
   std::vector<std::optional<PoseRow>> result;
   for (const FrameRow& frame : run.frames) {
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), frame.t_s - kSameTime_s,
-                                        [](const PoseRow& pose, double t_s) { return pose.t_s < t_s; });
+    const auto found = std::ranges::lower_bound(sorted, frame.t_s - kSameTime_s, {}, &PoseRow::t_s);
     const bool there = found != sorted.end() && found->t_s <= frame.t_s + kSameTime_s;
     result.push_back(there ? std::optional(*found) : std::nullopt);
   }

@@ -23,7 +23,7 @@ namespace {
 /// Replaces '-' by '_', because config::nearest() expects an underscore before a unit.
 std::string underscored(std::string_view name) {
   std::string text(name);
-  std::replace(text.begin(), text.end(), '-', '_');
+  std::ranges::replace(text, '-', '_');
   return text;
 }
 
@@ -40,7 +40,7 @@ std::optional<std::string> option_meant(const CLI::App& command, std::string_vie
   }
   const std::optional<std::string> found = config::nearest(underscored(word), known);
   if (!found) return std::nullopt;
-  return "--" + names[std::size_t(std::find(known.begin(), known.end(), *found) - known.begin())];
+  return "--" + names[std::size_t(std::ranges::find(known, *found) - known.begin())];
 }
 
 /// Returns the text of CLI11, except for "--robot: 1 required TEXT missing".

@@ -70,7 +70,7 @@ void read_distortion(Section& root, RigView& view) {
   if (columns && is_good && std::size_t(*columns) != view.distortion.size()) {
     matrix->complain("cols", kNoUnit, fmt::format("{}, as many as data has", view.distortion.size()));
   }
-  const bool is_none = std::all_of(view.distortion.begin(), view.distortion.end(), [](double k) { return k == 0; });
+  const bool is_none = std::ranges::all_of(view.distortion, [](double k) { return k == 0; });
   if (is_none) view.distortion.clear();
 }
 

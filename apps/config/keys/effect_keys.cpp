@@ -169,7 +169,7 @@ void check_camera_effects(const sim_povray::CameraEffects& effects, Section* own
 
 void check_unneeded_keys(std::span<Section* const> sections) {
   const auto any_has = [&](std::string_view key) {
-    return std::any_of(sections.begin(), sections.end(), [&](Section* section) { return section->has(key); });
+    return std::ranges::any_of(sections, [&](Section* section) { return section->has(key); });
   };
   const bool has_distortion = any_has("distortion");
   const bool has_time = any_has("exposure_time_s") || any_has("readout_s");

@@ -148,7 +148,7 @@ bool is_name(std::string_view name, std::string_view further) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            further.find(c) != std::string_view::npos;
   };
-  return !name.empty() && std::all_of(name.begin(), name.end(), is_allowed);
+  return !name.empty() && std::ranges::all_of(name, is_allowed);
 }
 
 Section::Section(Reading& reading, const Item& mapping) : reading_(&reading), path_(mapping.path), line_(mapping.line) {
@@ -161,7 +161,7 @@ Section::Section(Reading& reading, const Item& mapping) : reading_(&reading), pa
       continue;
     }
     const std::string& name = key.Scalar();
-    const auto earlier = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == name; });
+    const auto earlier = std::ranges::find(entries_, name, &Entry::key);
     if (earlier != entries_.end()) {
       reading_->complain(
           line, fmt::format("{} is given twice, the first time in line {}", path_of(name), earlier->item.line));
@@ -176,8 +176,8 @@ std::string Section::path_of(std::string_view key) const {
 }
 
 Section::Entry* Section::find(std::string_view key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
-  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
+  if (std::ranges::find(known_, key) == known_.end()) known_.emplace_back(key);
+  const auto entry = std::ranges::find(entries_, key, &Entry::key);
   if (entry == entries_.end()) return nullptr;
   entry->asked = true;
   return &*entry;
@@ -311,7 +311,7 @@ bool Section::number_list(std::string_view key, const Quantity& quantity, std::s
   const Item* const item = find(key, quantity.what, quantity.unit, need);
   if (item == nullptr) return need == Need::kOptional;
   const std::size_t count = item->node.IsSequence() ? item->node.size() : std::numeric_limits<std::size_t>::max();
-  if (std::find(counts.begin(), counts.end(), count) == counts.end()) {
+  if (std::ranges::find(counts, count) == counts.end()) {
     const std::string rule = fmt::format("a list of {} numbers", fmt::join(counts, " or "));
     return refuse(*item, quantity.unit, with_unit(rule, quantity.unit));
   }
@@ -391,8 +391,8 @@ void Section::complain_unknown() const {
 Reading::Reading(const YAML::Node& root, const std::filesystem::path& file) : file_(file.string()), node_(root) {}
 
 void Reading::complain(int line, std::string text) {
-  const bool is_reported = std::any_of(complaints_.begin(), complaints_.end(),
-                                       [&](const Complaint& c) { return c.line == line && c.text == text; });
+  const bool is_reported =
+      std::ranges::any_of(complaints_, [&](const Complaint& c) { return c.line == line && c.text == text; });
   if (!is_reported) complaints_.push_back({line, std::move(text)});
 }
 
@@ -410,8 +410,7 @@ Section& Reading::root() {
 void Reading::finish() {
   for (const Section& section : sections_) section.complain_unknown();
   if (complaints_.empty()) return;
-  std::stable_sort(complaints_.begin(), complaints_.end(),
-                   [](const Complaint& a, const Complaint& b) { return a.line < b.line; });
+  std::ranges::stable_sort(complaints_, {}, &Complaint::line);
   std::vector<std::string> lines;
   for (const Complaint& complaint : complaints_) {
     lines.push_back(complaint.line > 0 ? fmt::format("{}:{}: {}", file_, complaint.line, complaint.text)

@@ -163,8 +163,8 @@ std::vector<std::string> cameras_of(const fs::path& folder) {
 
 bool is_of_run(std::string_view name) {
   if (name.ends_with(".part")) name.remove_suffix(std::string_view(".part").size());
-  return std::find(kRunFiles.begin(), kRunFiles.end(), name) != kRunFiles.end() ||
-         std::find(kResultFiles.begin(), kResultFiles.end(), name) != kResultFiles.end();
+  return std::ranges::find(kRunFiles, name) != kRunFiles.end() ||
+         std::ranges::find(kResultFiles, name) != kResultFiles.end();
 }
 
 /// Accepts NNNNNN.png and the files beside it that --truth and a killed program leave.
@@ -181,7 +181,7 @@ void refuse_others_files(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_symlink()) refuse_file(entry.path());
-    if (std::find(cameras.begin(), cameras.end(), name) == cameras.end()) {
+    if (std::ranges::find(cameras, name) == cameras.end()) {
       if (!is_of_run(name)) refuse_file(entry.path());
       continue;
     }

@@ -114,7 +114,7 @@ LandmarkSummary summarise_landmark(const RunData& run, std::size_t place, const 
   }
   for (const FixRow& row : run.fixes) {
     const bool second = &row != run.fixes.data() && (&row)[-1].frame == row.frame;  // if ambiguous
-    if (!second) summary.outliers += int(std::count(row.outliers.begin(), row.outliers.end(), name));
+    if (!second) summary.outliers += int(std::ranges::count(row.outliers, name));
   }
   summary.range_bound_m = comparison.result();
   summary.error = statistics(std::move(errors_m));
@@ -233,7 +233,7 @@ void summarise_path(const RunData& run, Summary& summary) {
 
 std::optional<ErrorStatistics> statistics(std::vector<double> errors_m) {
   if (errors_m.empty()) return std::nullopt;
-  std::sort(errors_m.begin(), errors_m.end());
+  std::ranges::sort(errors_m);
   ErrorStatistics s;
   s.count = int(errors_m.size());
   for (const double e : errors_m) {
