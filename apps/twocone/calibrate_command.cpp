@@ -122,26 +122,24 @@ void calibrate_with(CalibrateArguments options) {
   std::vector<runlog::RunData> runs;
   for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
   const config::Robot robot = robot_of(options, runs.front());
-  std::optional<calibrate::Report> report;
-  {
-    ProgressBar bar("calibrate");
-    options.settings.progress = [&bar](double done) { bar.show(done); };
-    report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
-  }
+  ProgressBar bar("calibrate");
+  options.settings.progress = [&bar](double done) { bar.show(done); };
+  const calibrate::Report report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
+  bar.remove();
   const auto lock = lock_around(options.out);
-  runlog::write_whole(options.json, calibrate::to_json(*report));
+  runlog::write_whole(options.json, calibrate::to_json(report));
   if (!options.figures.empty()) {
     runlog::make_folder(options.figures);
-    runlog::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
-    runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
+    runlog::write_whole(results[2], calibrate::residual_figure(report, vision::Side::kLower));
+    runlog::write_whole(results[3], calibrate::residual_figure(report, vision::Side::kUpper));
   }
   // The robot file is written last, so that all files that belong to it exist with it.
   config::Robot calibrated = robot;
-  calibrated.rig = report->rig;
-  calibrated.drive.wheel_separation_m = report->drive.wheel_separation_m;
-  calibrated.drive.wheel_radius_m = report->drive.wheel_radius_m;
-  runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(*report)));
-  fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
+  calibrated.rig = report.rig;
+  calibrated.drive.wheel_separation_m = report.drive.wheel_separation_m;
+  calibrated.drive.wheel_radius_m = report.drive.wheel_radius_m;
+  runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(report)));
+  fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(report), options.out.string(),
              options.json.string());
   if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
 }

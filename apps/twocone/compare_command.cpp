@@ -163,26 +163,24 @@ void compare_with(CompareArguments options) {
     }
   }
   settings.work = options.out / "parts";
-  std::optional<compare::Outcome> outcome;
-  {
-    ProgressBar bar("compare");
-    settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
-    outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
-  }
-  fmt::print("{}\n", compare::table(outcome->comparison));
-  runlog::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
+  ProgressBar bar("compare");
+  settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
+  const compare::Outcome outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
+  bar.remove();
+  fmt::print("{}\n", compare::table(outcome.comparison));
+  runlog::write_whole(options.out / "compare.json", compare::to_json(outcome.comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
-    const Status written = compare::write_page(outcome->comparison, options.out);
+    const Status written = compare::write_page(outcome.comparison, options.out);
     if (written) {
       fmt::print("page    {}\n", (options.out / "compare.html").string());
     } else {
       say(fmt::format("note: no page: {}", written.error().message));
     }
   }
-  if (!options.write_robot.empty()) write_robots(options, *outcome);
+  if (!options.write_robot.empty()) write_robots(options, outcome);
   std::fflush(stdout);
-  judge(options, outcome->comparison);
+  judge(options, outcome.comparison);
 }
 
 }  // namespace

@@ -99,17 +99,16 @@ void effects_with(const EffectsArguments& options) {
   if (!options.verify) return;
 
   std::vector<sim_povray::Verification> results;
-  {
-    ProgressBar bar("verify");
-    std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
-    for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      bar.show(double(results.size()) / double(views.size()));
-      const auto verified =
-          value_or_fail(sim_povray::verify_effects(place, settings.world->session, {views[i]}, sizes[i]));
-      results.insert(results.end(), verified.begin(), verified.end());
-    }
+  ProgressBar bar("verify");
+  std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
+  for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    bar.show(double(results.size()) / double(views.size()));
+    const auto verified =
+        value_or_fail(sim_povray::verify_effects(place, settings.world->session, {views[i]}, sizes[i]));
+    results.insert(results.end(), verified.begin(), verified.end());
   }
+  bar.remove();
   print_verification(results);
   std::fflush(stdout);
   check_verification(results);

@@ -98,6 +98,11 @@ void ProgressBar::clear() {
   if (std::exchange(shown_, false)) std::fputs("\r\x1b[K", stderr);
 }
 
+void ProgressBar::remove() {
+  const std::lock_guard lock(mutex_);
+  clear();
+}
+
 void ProgressBar::say(const std::string& line) {
   const std::lock_guard lock(mutex_);
   clear();

@@ -38,6 +38,8 @@ class ProgressBar {
   void show(double done);
   /// Prints a separate line on stderr, above the bar.
   void say(const std::string& line);
+  /// Removes the bar, before results are printed. A later show() draws it again.
+  void remove();
 
  private:
   void clear();  ///< with mutex_ locked

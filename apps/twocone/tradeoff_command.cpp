@@ -69,11 +69,8 @@ tradeoff::Watch shown_by(ProgressBar& bar) {
 void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
                  const std::vector<std::size_t>& missing, const std::atomic<bool>& stop) {
   if (missing.empty()) return;
-  std::size_t done = 0;
-  {
-    ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
-    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
-  }
+  ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
+  const std::size_t done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
     throw Interrupted("interrupted: {} of {} shards are in {}; next: the same command continues there",
