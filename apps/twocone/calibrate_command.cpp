@@ -19,6 +19,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/version.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -157,9 +158,8 @@ void add_calibrate(CLI::App& program) {
   command->add_option("--json", options->json, "The numbers for programs; default: STEM.calibration.json beside --out");
   command->add_option("--figures", options->figures,
                       "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
-  command->add_option("--frames", options->settings.frames, "Number of frames to use, spread over the runs")
-      ->check(CLI::Range(4, 100'000))
-      ->capture_default_str();
+  add_checked(command, "--frames", options->settings.frames, "Number of frames to use, spread over the runs",
+              CLI::Range(4, 100'000));
   command->add_option("--prior", options->priors,
                       "NAME=SIGMA: prior standard deviation of a number, as length_m=0.001; can be repeated");
   command->add_flag("--distortion", options->settings.fit_distortion, "Also find k1 and k2 of both lenses");

@@ -15,6 +15,7 @@
 #include "apps/compare/show/page.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -204,15 +205,11 @@ void add_compare(CLI::App& program) {
       "Robot file to write: the real one corrected; and FILE_sim.yaml, a simulation that behaves like it");
   command->add_flag("--force", options->force, "Replace robot files that exist");
   command->add_flag("!--no-page", options->page, "Only the table and compare.json");
-  command->add_option("--frames", options->settings.fit_frames, "Frames of each run from which its rig is calculated")
-      ->check(CLI::Range(4, 100'000))
-      ->capture_default_str();
-  command->add_option("--every", options->settings.every, "Measure the images of every Nth real frame")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  command->add_option("--jobs", options->settings.jobs, "Threads that measure images")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  add_checked(command, "--frames", options->settings.fit_frames, "Frames of each run from which its rig is calculated",
+              CLI::Range(4, 100'000));
+  add_checked(command, "--every", options->settings.every, "Measure the images of every Nth real frame",
+              CLI::Range(1, 1'000'000));
+  add_checked(command, "--jobs", options->settings.jobs, "Threads that measure images", CLI::Range(1, 256));
   command
       ->add_option("--false-alarm", options->settings.false_alarm,
                    "Share of comparisons without a difference that may name one")

@@ -179,12 +179,9 @@ void add_tradeoff(CLI::App& program) {
   command->add_option("--out", options->out,
                       "Folder of the sweep; a sweep that it holds in part is continued\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");
-  command->add_option("--seed", options->plan.seed, "Seed of all random numbers of the sweep")
-      ->check(whole_number())
-      ->capture_default_str();
-  command->add_option("--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images")
-      ->check(CLI::Range(3, 100'000))
-      ->capture_default_str();
+  add_checked(command, "--seed", options->plan.seed, "Seed of all random numbers of the sweep", whole_number());
+  add_checked(command, "--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images",
+              CLI::Range(3, 100'000));
   command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the episodes");
   command
       ->add_option_function<std::string>(
@@ -206,10 +203,8 @@ void add_tradeoff(CLI::App& program) {
                           "Choose the most accurate setting whose vision and localisation take less time per frame");
   auto* write = command->add_option("--write-robot", options->write_robot,
                                     "Robot file to write for the choice (default: DIR/chosen.yaml)");
-  auto* episodes =
-      command->add_option("--validation-episodes", options->validation_episodes, "New episodes that test a choice")
-          ->check(CLI::Range(3, 100'000))
-          ->capture_default_str();
+  auto* episodes = add_checked(command, "--validation-episodes", options->validation_episodes,
+                               "New episodes that test a choice", CLI::Range(3, 100'000));
   shard->excludes(shards, merge, target, budget, write, episodes);
   shards->excludes(merge, target, budget, write, episodes);
   target->excludes(budget);
