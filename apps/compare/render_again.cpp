@@ -11,7 +11,6 @@
 #include "apps/compare/residuals.h"
 #include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/import/motion.h"
 #include "apps/runlog/run_data.h"

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 

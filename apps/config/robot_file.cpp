@@ -8,7 +8,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/keys/robot_keys.h"
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/doctor/advice.h"
 #include "apps/doctor/checks/camera_checks.h"
 #include "apps/doctor/checks/drive_checks.h"

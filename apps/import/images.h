@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/import/stamps.h"
 
 namespace twocone::importer {

@@ -11,7 +11,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
 #include "apps/import/images.h"
 #include "apps/import/motion.h"

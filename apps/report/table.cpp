@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
 #include "apps/report/figures/series.h"
 #include "apps/report/kit/plain_text.h"

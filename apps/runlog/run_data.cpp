@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/results_exchange.h"

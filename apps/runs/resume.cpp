@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/version.h"
 

@@ -14,7 +14,7 @@
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/config/robot_file.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"

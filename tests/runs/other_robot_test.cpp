@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"

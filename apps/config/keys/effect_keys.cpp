@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 
 namespace twocone::config {
 namespace {

@@ -5,8 +5,6 @@
 #include <cstring>
 #include <system_error>
 
-#include "apps/config/yaml/file_error.h"
-
 namespace twocone::config {
 
 namespace fs = std::filesystem;

@@ -11,7 +11,6 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string_view>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "base/unique_fd.h"
 

@@ -20,7 +20,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/results_exchange.h"

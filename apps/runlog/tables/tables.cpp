@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/disk.h"
 
