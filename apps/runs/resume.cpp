@@ -42,9 +42,8 @@ std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& 
   if (estimation::time_limit_of(estimation::method_named(info.method), run.robot)) {
     return "it has a time budget, so that the clock took part in its answers; begin a new run";
   }
-  const auto made_by = [](const std::string& what, const std::string& compiler) { return what + ", " + compiler; };
-  const std::string then = made_by(fmt::format("{} ({})", info.version, info.commit), info.compiler);
-  const std::string now = made_by(fmt::format("{} ({})", runlog::version(), runlog::commit()), runlog::compiler());
+  const std::string then = fmt::format("{} ({}), {}", info.version, info.commit, info.compiler);
+  const std::string now = fmt::format("{} ({}), {}", runlog::version(), runlog::commit(), runlog::compiler());
   if (then != now) return fmt::format("twocone {} made it, and this is {}", then, now);
   try {
     if (std::string changed = runlog::changed_since(folder); !changed.empty()) return changed;
