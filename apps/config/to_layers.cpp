@@ -6,7 +6,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

@@ -14,7 +14,6 @@
 #include <boost/algorithm/string.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/tables/tables.h"

@@ -2,7 +2,6 @@
 #include "apps/runlog/answer_rows.h"
 
 #include <cmath>
-#include <string>
 #include <tuple>
 
 namespace twocone::runlog {

@@ -2,12 +2,9 @@
 #include "apps/runlog/run_data.h"
 
 #include <array>
-#include <cstdint>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

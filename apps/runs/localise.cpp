@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/run.h"
 
-#include <string>
 #include <system_error>
 #include <tuple>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/track.h"
-#include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/summary/timing.h"

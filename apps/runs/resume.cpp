@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/run.h"
 
-#include <string>
-
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_data.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {

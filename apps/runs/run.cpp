@@ -3,7 +3,6 @@
 
 #include <sys/resource.h>
 
-#include <chrono>
 #include <deque>
 #include <stdexcept>
 #include <thread>
@@ -13,7 +12,6 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
@@ -21,7 +19,6 @@
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "base/log.h"
-#include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 
 namespace twocone::runs {

@@ -2,11 +2,6 @@
 #include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
-#include <optional>
-#include <span>
-
-#include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 namespace twocone::config {
 namespace {

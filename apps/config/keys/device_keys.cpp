@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "drivers/serial_diffdrive/protocol.h"

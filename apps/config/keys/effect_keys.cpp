@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "apps/config/yaml/text_file.h"
 
 namespace twocone::config {

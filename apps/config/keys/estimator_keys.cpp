@@ -2,11 +2,7 @@
 #include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
-#include <span>
 #include <string_view>
-
-#include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 namespace twocone::config {
 namespace {

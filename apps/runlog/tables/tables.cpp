@@ -5,13 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <string>
-#include <tuple>
 #include <type_traits>
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/disk.h"
 
 namespace twocone::runlog {

@@ -2,7 +2,6 @@
 #include "apps/runs/loop/frame_taker.h"
 
 #include <thread>
-#include <utility>
 
 #include <fmt/format.h>
 
