@@ -151,10 +151,10 @@ Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool
   const Frame::Header& upper = frame.upper.header();
   runlog::FrameRecord record;
   const double skew_s = std::chrono::duration<double>(frame.skew()).count();
-  const double host_t_s = clock_before_s_ + seconds_since(run_begin_);
-  record.frame = {
-      number,  t_s, skew_s, t_s, upper_t_s, lower.sequence, upper.sequence, lower.lost_before, upper.lost_before,
-      host_t_s};
+  record.frame = {number, t_s, skew_s, t_s, upper_t_s, lower.sequence, upper.sequence};
+  record.frame.lower_lost = lower.lost_before;
+  record.frame.upper_lost = upper.lost_before;
+  record.frame.host_t_s = clock_before_s_ + seconds_since(run_begin_);
   record.drive = {t_s, command_.left_radps, command_.right_radps, angles.left_rad, angles.right_rad};
   record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
   if (const auto truth = robot_.true_pose()) {
