@@ -10,7 +10,7 @@
 
 #include "apps/calibrate/sightings.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 
 namespace twocone::calibrate {
 namespace {

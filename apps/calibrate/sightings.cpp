@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
-#include "apps/runlog/rgb_image.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_folder.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::calibrate {

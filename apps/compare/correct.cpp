@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 #include "apps/runlog/version.h"
 #include "vision/image_quality.h"
 

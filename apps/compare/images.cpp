@@ -10,9 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/rgb_image.h"
+#include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
 #include "localisation/odometry.h"
 

@@ -9,7 +9,6 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/estimation/adaptive.h"
-#include "apps/runlog/tables/answer_reader.h"
 #include "localisation/odometry.h"
 #include "vision/calibration.h"
 #include "vision/triangulation.h"

@@ -8,9 +8,9 @@
 
 #include "apps/compare/matching.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::compare {

@@ -2,11 +2,11 @@
 #include "apps/config/map_file.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 
@@ -37,7 +37,7 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   Landmark landmark;
   section.text("name", "the landmark's name", landmark.name);
   if (section.numbers("colour", kColour, landmark.colour)) {
-    const auto [least, greatest] = std::minmax_element(landmark.colour.begin(), landmark.colour.end());
+    const auto [least, greatest] = std::ranges::minmax_element(landmark.colour);
     if (*least == *greatest)
       section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue identifies it");
   }
@@ -59,8 +59,7 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
 void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
   for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
     Landmark landmark = read_landmark(*section, bounds);
-    const auto is_namesake = [&](const Landmark& other) { return other.name == landmark.name; };
-    if (!landmark.name.empty() && std::any_of(landmarks.begin(), landmarks.end(), is_namesake)) {
+    if (!landmark.name.empty() && std::ranges::find(landmarks, landmark.name, &Landmark::name) != landmarks.end()) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
     }
     landmarks.push_back(std::move(landmark));
@@ -109,12 +108,12 @@ bool lies_within(const Point& point, const Bounds& bounds) {
 
 /// Returns the rule that the path breaks, or an empty text.
 std::string fault_of(const Moving& moving, const std::optional<Bounds>& bounds) {
-  const std::vector<Point>& path = moving.path;
+  const std::vector<Point>& path = moving.path_m;
   if (path.size() < 2) return "at least 2 points";
-  if (std::adjacent_find(path.begin(), path.end()) != path.end()) return "a path whose neighbouring points differ";
+  if (std::ranges::adjacent_find(path) != path.end()) return "a path whose neighbouring points differ";
   if (moving.loop && path.front() == path.back()) return "a path whose last point is not its first: loop leads back";
   const auto is_out = [&](const Point& point) { return bounds && !lies_within(point, *bounds); };
-  if (std::any_of(path.begin(), path.end(), is_out)) return "within bounds_m";
+  if (std::ranges::any_of(path, is_out)) return "within bounds_m";
   return "";
 }
 
@@ -122,14 +121,13 @@ void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<
   for (Section* section : map.sections("moving", "what moves by itself, a list", Need::kOptional)) {
     Moving moving;
     if (section->text("name", "its name: the scene calls it moving.NAME", moving.name)) {
-      const auto is_namesake = [&](const Moving& other) { return other.name == moving.name; };
       if (!is_name(moving.name, "_")) {
         section->complain("name", kNoUnit, "letters, digits and _");
-      } else if (std::any_of(things.begin(), things.end(), is_namesake)) {
+      } else if (std::ranges::find(things, moving.name, &Moving::name) != things.end()) {
         section->complain("name", kNoUnit, "unlike every other moving thing's");
       }
     }
-    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path);
+    const bool has_path = section->points("path_m", "the points that it goes to in turn", moving.path_m);
     section->number("speed_mps", {"its speed", kMetresPerSecond, kAboveZero}, moving.speed_mps);
     section->flag("loop", "whether it goes round", moving.loop, Need::kOptional);
     section->number("radius_m", {"radius of the disc that stops a robot", kMetres, kAboveZero}, moving.radius_m);
@@ -168,12 +166,56 @@ Map with_own_folder(Map map) {
   return map;
 }
 
+/// Returns twice the signed area of the triangle: > 0 if it is counter-clockwise.
+double turn(const Point& a, const Point& b, const Point& c) {
+  return (b.x_m - a.x_m) * (c.y_m - a.y_m) - (b.y_m - a.y_m) * (c.x_m - a.x_m);
+}
+
+/// Requires `p` in line with a and b. Returns whether it lies between them, ends included.
+bool is_between(const Point& p, const Point& a, const Point& b) {
+  return std::min(a.x_m, b.x_m) <= p.x_m && p.x_m <= std::max(a.x_m, b.x_m) && std::min(a.y_m, b.y_m) <= p.y_m &&
+         p.y_m <= std::max(a.y_m, b.y_m);
+}
+
+bool meet(const Point& a, const Point& b, const Point& c, const Point& d) {
+  const double abc = turn(a, b, c);
+  const double abd = turn(a, b, d);
+  const double cda = turn(c, d, a);
+  const double cdb = turn(c, d, b);
+  // The signs are compared, because a product of two small areas would underflow.
+  const auto apart = [](double p, double q) { return (p > 0 && q < 0) || (p < 0 && q > 0); };
+  if (apart(abc, abd) && apart(cda, cdb)) return true;
+  return (abc == 0 && is_between(c, a, b)) || (abd == 0 && is_between(d, a, b)) || (cda == 0 && is_between(a, c, d)) ||
+         (cdb == 0 && is_between(b, c, d));
+}
+
+bool is_same(const Point& a, const Point& b) { return a.x_m == b.x_m && a.y_m == b.y_m; }
+
+/// Returns whether the edge b-c runs back over a-b.
+bool folds_back(const Point& a, const Point& b, const Point& c) {
+  const double along = (a.x_m - b.x_m) * (c.x_m - b.x_m) + (a.y_m - b.y_m) * (c.y_m - b.y_m);
+  return turn(a, b, c) == 0 && along > 0;
+}
+
 }  // namespace
+
+bool is_simple(const Polygon& corners) {
+  const std::size_t count = corners.size();
+  if (count < 3) return false;
+  const auto corner = [&](std::size_t i) -> const Point& { return corners[i % count]; };
+  for (std::size_t i = 0; i < count; ++i) {
+    if (is_same(corner(i), corner(i + 1)) || folds_back(corner(i), corner(i + 1), corner(i + 2))) return false;
+    // Skips the edges next to edge i. The last edge is next to edge 0.
+    for (std::size_t j = i + 2; j < count && j - i < count - 1; ++j) {
+      if (meet(corner(i), corner(i + 1), corner(j), corner(j + 1))) return false;
+    }
+  }
+  return true;
+}
 
 Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   if (node.IsDefined() && node.IsMap() && node["rig"] && !node["landmarks"]) {
-    throw FileError(
-        fmt::format("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string()));
+    throw FileError("{}: is a robot file; a map is wanted, the file that its key `map:` names", file.string());
   }
   Reading reading(node, file);
   Section& root = reading.root();
@@ -197,9 +239,8 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
 
 Map read_map(const std::filesystem::path& file) {
   if (file.extension() == ".pov" || file.extension() == ".inc") {
-    throw FileError(
-        fmt::format("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
-                    file.string(), file.filename().string()));
+    throw FileError("{0}: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: {1}`",
+                    file.string(), file.filename().string());
   }
   return with_own_folder(parse_map(load_yaml(file), file));
 }

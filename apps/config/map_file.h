@@ -29,16 +29,10 @@ using Obstacle = std::variant<Polygon, Disc>;
 /// points are in line to within rounding, the result may be either.
 bool is_simple(const Polygon& corners);
 
-/// An object that moves along a path at constant speed. In simulation it is the scene object `moving.NAME`.
-struct Moving {
-  std::string name;         ///< letters, digits, _; unique
-  std::vector<Point> path;  ///< at least two points inside the bounds; neighbours must differ
-  double speed_mps = 0;     ///< > 0
-  bool loop = false;        ///< true: from the last point straight to the first; false: stops at the last point
-  double radius_m = 0;      ///< > 0
-
-  friend bool operator==(const Moving&, const Moving&) = default;
-};
+/// An object that moves along a path at constant speed, the scene object `moving.NAME`. The name has letters, digits
+/// and
+/// _, and is unique; the path is inside the bounds.
+using Moving = sim_povray::MovingThing;
 
 /// Effects of the scene that the map may switch off (`effects:`), although the scene uses them.
 using SceneEffects = sim_povray::SceneSwitches;

@@ -2,14 +2,13 @@
 #include "apps/config/robot_file.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/camera_info.h"
 #include "apps/config/keys/robot_keys.h"
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 #include "hal/stereo_rig.h"
@@ -142,13 +141,32 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
   return own;
 }
 
+/// Returns the coordinate of a pixel in an image that is scaled by `k`.
+double scaled_px(double place_px, double k) { return (place_px + 0.5) * k - 0.5; }
+
+void scale(CameraEntry& camera, RigView& view, double k) {
+  camera.width_px = static_cast<int>(std::lround(camera.width_px * k));
+  camera.height_px = static_cast<int>(std::lround(camera.height_px * k));
+  for (double& place_px : view.centre_px) place_px = scaled_px(place_px, k);
+  view.rim_radius_px *= k;
+  if (view.distortion_focal_px) {
+    for (double& focal_px : *view.distortion_focal_px) focal_px *= k;
+  }
+  if (view.distortion_principal_px) {
+    for (double& place_px : *view.distortion_principal_px) place_px = scaled_px(place_px, k);
+  }
+  // These values are in pixels of the simulated camera's image.
+  camera.effects.distortion_focal_px *= k;
+  camera.effects.defocus_px *= k;
+}
+
 }  // namespace
 
 Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
   const YAML::Node node = with_present_names(given);
   if (node.IsDefined() && node.IsMap() && node["landmarks"] && !node["rig"]) {
-    throw FileError(fmt::format("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
-                                file.filename().string()));
+    throw FileError("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
+                    file.filename().string());
   }
   Reading reading(node, file);
   Section& root = reading.root();
@@ -195,14 +213,14 @@ Robot read_robot(const std::filesystem::path& file) {
   // Run folders are named after the robot. The check is only here, so that an older run with another name stays
   // readable.
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
-  const bool has_control = std::any_of(robot.name.begin(), robot.name.end(), is_control);
+  const bool has_control = std::ranges::any_of(robot.name, is_control);
   if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||
       robot.name.size() > kLongestName) {
-    std::replace_if(robot.name.begin(), robot.name.end(), is_control, '?');
+    std::ranges::replace_if(robot.name, is_control, '?');
     throw FileError(
-        fmt::format("{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
-                    "characters, at most {} bytes",
-                    file.string(), robot.name, kLongestName));
+        "{}: name is '{}', must be fit for a folder's name: no / in it, no . before it, no control "
+        "characters, at most {} bytes",
+        file.string(), robot.name, kLongestName);
   }
   return robot;
 }
@@ -219,6 +237,18 @@ YAML::Node load_robot_node(const Robot& robot) {
   YAML::Node node = load_robot_node(robot.file);
   set_estimator(node, robot.estimator);
   return node;
+}
+
+std::vector<std::string> camera_names(const Robot& robot) {
+  std::vector<std::string> names{"lower", "upper"};
+  for (const NamedCameraEntry& other : robot.others) names.push_back(other.name);
+  return names;
+}
+
+Robot scaled(Robot robot, double k) {
+  scale(robot.lower, robot.rig.lower, k);
+  scale(robot.upper, robot.rig.upper, k);
+  return robot;
 }
 
 }  // namespace twocone::config

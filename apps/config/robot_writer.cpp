@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 
 #include <string_view>
 #include <system_error>
@@ -8,9 +8,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/keys/robot_keys.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/config/yaml/yaml_numbers.h"
 #include "apps/config/yaml/yaml_reader.h"
 
 namespace twocone::config {

@@ -6,11 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/config/yaml/yaml_reader.h"
 #include "drivers/sim_povray/outline.h"
 
 namespace twocone::config {
@@ -36,7 +37,7 @@ void check_landmarks(const Robot& robot, const Map& map, std::string& bad) {
   std::vector<std::string> known;
   for (const Landmark& landmark : map.landmarks) known.push_back(landmark.name);
   for (const std::string& name : robot.estimator.landmarks) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    if (std::ranges::find(known, name) != known.end()) continue;
     bad += fmt::format("\n{}: estimator.landmarks names '{}', must be a landmark of {}: {}", robot.file.string(), name,
                        map.file.string(), fmt::join(known, ", "));
   }
@@ -87,13 +88,7 @@ sim_povray::PlaceSettings contents_of(const Map& map) {
     solid.name = fmt::format("obstacle {}", i + 1);
     std::visit([&solid](const auto& shape) { solid.shape = shape; }, map.obstacles[i]);
   }
-  for (const Moving& moving : map.moving) {
-    place.moving.push_back({.name = moving.name,
-                            .path_m = moving.path,
-                            .speed_mps = moving.speed_mps,
-                            .loop = moving.loop,
-                            .radius_m = moving.radius_m});
-  }
+  place.moving = map.moving;
   return place;
 }
 
@@ -164,6 +159,17 @@ double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
                     std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
 }
 
+void add_keys(const YAML::Node& node, const std::string& prefix, const std::string& file,
+              sim_povray::KeyPlaces& places) {
+  if (!node.IsMap()) return;
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) continue;  // the reader of the file rejects such a key
+    const std::string key = prefix + pair.first.Scalar();
+    places.emplace(key, fmt::format("{}:{}", file, pair.first.Mark().line + 1));
+    add_keys(pair.second, key + ".", file, places);
+  }
+}
+
 }  // namespace
 
 void check_landmarks(const Robot& robot, const Map& map) {
@@ -177,8 +183,7 @@ bool is_simulated(const Robot& robot) {
     return other.camera.driver == drivers::kSimPovray;
   };
   return robot.drive.driver == drivers::kSimPovray || robot.lower.driver == drivers::kSimPovray ||
-         robot.upper.driver == drivers::kSimPovray ||
-         std::any_of(robot.others.begin(), robot.others.end(), is_other_simulated);
+         robot.upper.driver == drivers::kSimPovray || std::ranges::any_of(robot.others, is_other_simulated);
 }
 
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {
@@ -202,18 +207,18 @@ drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std
   try {
     drivers::check(settings);
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}", robot.file.string(), error.what()));
+    throw FileError("{}: {}", robot.file.string(), error.what());
   }
   return settings;
 }
 
 sim_povray::PlaceSettings to_place(const Map& map) {
-  if (!map.scene) throw FileError(fmt::format("{}: scene is missing: the POV-Ray file", map.file.string()));
+  if (!map.scene) throw FileError("{}: scene is missing: the POV-Ray file", map.file.string());
   sim_povray::PlaceSettings place = place_of(map);
   try {
     sim_povray::check(place);
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}", map.file.string(), error.what()));
+    throw FileError("{}: {}", map.file.string(), error.what());
   }
   return place;
 }
@@ -227,6 +232,13 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
   return views;
 }
 
+sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map) {
+  sim_povray::KeyPlaces places;
+  add_keys(load_yaml(robot.file), "", robot.file.string(), places);
+  add_keys(load_yaml(map.file), "map.", map.file.string(), places);
+  return places;
+}
+
 vision::Rig to_rig(const Robot& robot) {
   const Rig& rig = robot.rig;
   const double lower_tip_m = rig.lens_height_m + rig.lower.lens_to_tip_m;
@@ -237,7 +249,7 @@ vision::Rig to_rig(const Robot& robot) {
     mirror = "rig, upper mirror";
     return {std::move(lower), to_view(rig.upper, upper_lens_m)};
   } catch (const std::invalid_argument& error) {
-    throw FileError(fmt::format("{}: {}: {}", robot.file.string(), mirror, error.what()));
+    throw FileError("{}: {}: {}", robot.file.string(), mirror, error.what());
   }
 }
 

@@ -10,6 +10,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "drivers/backends.h"
+#include "drivers/sim_povray/effects.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
@@ -38,6 +39,11 @@ sim_povray::PlaceSettings to_place(const Map& map);
 
 /// Returns the views that the simulated world must render: lower, upper, then the additional cameras.
 std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& settings);
+
+/// Returns the line of each key of the robot file, "effects.slip" -> "robots/lab_sim.yaml:58", and of its map, with a
+/// prefix: "map.effects.shadows" -> "scenes/lab.map.yaml:53". It contains the key of a list but no keys inside a list.
+/// Both files are read again. @throws FileError as read_robot for files that cannot be read
+sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map);
 
 /// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a view
 vision::Rig to_rig(const Robot& robot);

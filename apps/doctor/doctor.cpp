@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/doctor/checks/checks.h"
 
 namespace twocone::doctor {

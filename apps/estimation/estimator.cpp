@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/adaptive.h"
 #include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/map_bounds.h"

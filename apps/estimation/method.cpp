@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 
 namespace twocone::estimation {
 namespace {

@@ -11,15 +11,13 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
-#include "apps/import/image_file.h"
-#include "apps/import/image_list.h"
+#include "apps/import/images.h"
 #include "apps/import/motion.h"
-#include "apps/import/pairing.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 #include "localisation/odometry.h"
@@ -44,8 +42,7 @@ Camera open_camera(const fs::path& folder, const fs::path& times_file, StampUnit
     camera.list.events.push_back(fmt::format("the last image is left out: {}", bad.what()));
     camera.list.images.pop_back();
   }
-  if (camera.list.images.empty())
-    throw config::FileError(fmt::format("{}: no image that can be read", folder.string()));
+  if (camera.list.images.empty()) throw config::FileError("{}: no image that can be read", folder.string());
   for (const StampedImage& image : camera.list.images) camera.times.push_back(image.time);
   return camera;
 }
@@ -59,8 +56,8 @@ Stamp skew_limit(const Recording& recording, const Camera& lower, const Camera& 
   if (!recording.max_skew_s) return period / 2;
   const double limit_s = *recording.max_skew_s;
   if (!(limit_s > 0) || limit_s > to_seconds(period)) {
-    throw config::FileError(fmt::format("--max-skew-ms is {}, must be > 0 and at most the images' period of {:.3f} ms",
-                                        limit_s * 1e3, ms(period)));
+    throw config::FileError("--max-skew-ms is {}, must be > 0 and at most the images' period of {:.3f} ms",
+                            limit_s * 1e3, ms(period));
   }
   return Stamp(std::llround(limit_s * 1e9));
 }
@@ -76,10 +73,9 @@ std::string span(Stamp first, Stamp last) {
 std::vector<Pair> find_pairs(const Recording& recording, const Camera& lower, const Camera& upper, Stamp limit) {
   auto pairs = pair_images(lower.times, upper.times, limit);
   if (pairs.empty()) {
-    throw config::FileError(
-        fmt::format("no image of {} ({}) is within {:.3f} ms of one of {} ({}): both must be of one clock",
-                    recording.lower.string(), span(lower.times.front(), lower.times.back()), ms(limit),
-                    recording.upper.string(), span(upper.times.front(), upper.times.back())));
+    throw config::FileError("no image of {} ({}) is within {:.3f} ms of one of {} ({}): both must be of one clock",
+                            recording.lower.string(), span(lower.times.front(), lower.times.back()), ms(limit),
+                            recording.upper.string(), span(upper.times.front(), upper.times.back()));
   }
   return pairs;
 }
@@ -93,8 +89,8 @@ void keep_covered(const Source& source, const fs::path& file, const Camera& lowe
       std::erase_if(pairs, [&](const Pair& pair) { return !source.at(lower.times[pair.lower]).has_value(); });
   const std::string covered = span(source.timeline().first(), source.timeline().last());
   if (pairs.empty()) {
-    throw config::FileError(
-        fmt::format("{} covers {}, the images are of {}: both must be of one clock", file.string(), covered, images));
+    throw config::FileError("{} covers {}, the images are of {}: both must be of one clock", file.string(), covered,
+                            images);
   }
   if (uncovered > 0) {
     events.push_back(
@@ -135,7 +131,7 @@ void store_images(const std::vector<Pair>& pairs, const Camera& lower, const Cam
       store_image(lower.list.images[pairs[i].lower].file, lower.size, runlog::lower_image_file(out, i));
       store_image(upper.list.images[pairs[i].upper].file, upper.size, runlog::upper_image_file(out, i));
     } catch (const UnreadableImage& bad) {
-      throw config::FileError(fmt::format("{}; only the last image of a folder may be so", bad.what()));
+      throw config::FileError("{}; only the last image of a folder may be so", bad.what());
     }
     progress(double(i + 1) / double(pairs.size()));
   }
@@ -240,8 +236,8 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   std::error_code error;
   if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out, error))) {
     const bool is_run = fs::exists(out / "run.yaml");
-    throw runlog::DiskError(fmt::format("{} {}: choose another --out, or remove it first", out.string(),
-                                        is_run ? "holds a run already" : "is not an empty folder"));
+    throw runlog::DiskError("{} {}: choose another --out, or remove it first", out.string(),
+                            is_run ? "holds a run already" : "is not an empty folder");
   }
   runlog::NewFolder folder(out);
   store_images(pairs, lower, upper, out, progress);

@@ -8,9 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
-#include "apps/import/pairing.h"
-#include "apps/runlog/tables/csv_fields.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::importer {
@@ -21,12 +19,11 @@ constexpr int kHolePeriods = 5;
 constexpr Stamp kLeastHole = std::chrono::seconds(1);
 
 std::vector<runlog::PoseRow> read_trajectory(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) throw config::FileError(fmt::format("{}: no such file", file.string()));
+  if (!std::filesystem::exists(file)) throw config::FileError("{}: no such file", file.string());
   std::vector<runlog::PoseRow> poses = runlog::read_poses(file);
   for (const runlog::PoseRow& pose : poses) {
     if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.heading_rad)) {
-      throw config::FileError(
-          fmt::format("{}: the pose at {} s has a number that is not finite", file.string(), pose.t_s));
+      throw config::FileError("{}: the pose at {} s has a number that is not finite", file.string(), pose.t_s);
     }
   }
   return poses;
@@ -39,10 +36,7 @@ std::vector<Stamp> times_in(const std::filesystem::path& file) {
     if (!line.whole) break;
     const std::string first = line.text.substr(0, line.text.find(' '));
     const auto time = parse_seconds(first);
-    if (!time) {
-      throw config::FileError(
-          fmt::format("{}:{}: the time is '{}', must be seconds", file.string(), line.number, first));
-    }
+    if (!time) throw config::FileError("{}:{}: the time is '{}', must be seconds", file.string(), line.number, first);
     times.push_back(*time);
   }
   return times;
@@ -53,7 +47,7 @@ std::optional<std::vector<std::size_t>> columns(const std::vector<std::string>& 
                                                 std::initializer_list<const char*> names) {
   std::vector<std::size_t> places;
   for (const char* name : names) {
-    const auto found = std::find(header.begin(), header.end(), name);
+    const auto found = std::ranges::find(header, name);
     if (found == header.end()) return std::nullopt;
     places.push_back(std::size_t(found - header.begin()));
   }
@@ -63,13 +57,11 @@ std::optional<std::vector<std::size_t>> columns(const std::vector<std::string>& 
 }  // namespace
 
 Timeline::Timeline(std::vector<Stamp> times, const std::string& name) : times_(std::move(times)) {
-  if (times_.size() < 2) {
-    throw config::FileError(fmt::format("{}: has {} times, must have 2 or more", name, times_.size()));
-  }
+  if (times_.size() < 2) throw config::FileError("{}: has {} times, must have 2 or more", name, times_.size());
   for (std::size_t i = 1; i < times_.size(); ++i) {
     if (times_[i] <= times_[i - 1]) {
-      throw config::FileError(fmt::format("{}: the time {:.9f} s stands after {:.9f} s, times must rise", name,
-                                          to_seconds(times_[i]), to_seconds(times_[i - 1])));
+      throw config::FileError("{}: the time {:.9f} s stands after {:.9f} s, times must rise", name,
+                              to_seconds(times_[i]), to_seconds(times_[i - 1]));
     }
   }
   widest_ = std::max(kLeastHole, kHolePeriods * *median_period(times_));
@@ -123,7 +115,7 @@ WheelsOfPoses wheels_of(const std::vector<localisation::Pose>& poses, const loca
 WheelFile::WheelFile(const std::filesystem::path& file, const localisation::WheelGeometry& wheels) {
   const std::vector<Line> lines = read_lines(file);
   const auto refuse = [&](std::size_t line, const std::string& what) {
-    throw config::FileError(fmt::format("{}:{}: {}", file.string(), line, what));
+    throw config::FileError("{}:{}: {}", file.string(), line, what);
   };
   if (lines.empty()) refuse(1, "is empty, must begin with a header line of columns");
   const std::vector<std::string> header = runlog::split_fields(lines[0].text);

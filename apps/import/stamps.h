@@ -4,13 +4,14 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-/// Reads the times and lines of another program's files.
+/// Reads the lines and times of another program's files, and pairs images by their times.
 namespace twocone::importer {
 
 /// Time on the recording's own clock, whatever its zero is.
@@ -50,5 +51,27 @@ struct Line {
 };
 /// @throws config::FileError
 std::vector<Line> read_lines(const std::filesystem::path& file);
+
+/// Returns the median time between neighbours, or nothing for fewer than two times. @param times increasing
+std::optional<Stamp> median_period(const std::vector<Stamp>& times);
+
+/// A stereo frame: indices into the two cameras' images.
+struct Pair {
+  std::size_t lower = 0, upper = 0;
+  friend bool operator==(const Pair&, const Pair&) = default;
+};
+
+/// Pairs the images of two cameras. The two images that are nearest in time form the first pair, then the nearest of
+/// those that remain, and so on within `max_skew`. Each image is in one pair at most, and the pairs have the same order
+/// in both cameras.
+/// @param lower,upper increasing
+/// @param max_skew >= 0, at most a period
+std::vector<Pair> pair_images(const std::vector<Stamp>& lower, const std::vector<Stamp>& upper, Stamp max_skew);
+
+/// Returns, for each of `used`, the number of exposures since the previous one that are in no frame. `used` has
+/// increasing indices into `times`. The number counts the images between them. Where stamps are k periods apart,
+/// rounded to the nearest whole number, it also counts k - 1 exposures that were never stored. For the first, it counts
+/// the images before it.
+std::vector<std::uint64_t> lost_before(const std::vector<Stamp>& times, const std::vector<std::size_t>& used);
 
 }  // namespace twocone::importer

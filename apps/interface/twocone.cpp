@@ -13,7 +13,7 @@
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/interface/convert.h"
-#include "apps/runs/loop/pairs.h"
+#include "apps/runs/loop/frame_taker.h"
 #include "drivers/backends.h"
 
 namespace twocone {
@@ -61,10 +61,9 @@ struct RobotDescription::Impl {
 };
 
 RobotDescription::RobotDescription(const std::filesystem::path& robot_file) {
-  auto impl = std::make_shared<Impl>();
-  impl->robot = config::read_robot(robot_file);
-  impl->map = config::read_map(impl->robot.map);
-  impl_ = std::move(impl);
+  config::Robot robot = config::read_robot(robot_file);
+  config::Map map = config::read_map(robot.map);
+  impl_ = std::make_shared<Impl>(Impl{std::move(robot), std::move(map)});
 }
 
 std::vector<RobotDescription::Landmark> RobotDescription::landmarks() const {
@@ -196,7 +195,6 @@ Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file) { r
 
 struct Localiser::Impl {
   RobotDescription description;
-  estimation::Method method;
   estimation::Estimator estimator;
   estimation::Track track;
 };
@@ -204,7 +202,7 @@ struct Localiser::Impl {
 Localiser::Localiser(const RobotDescription& description) {
   const config::Robot& robot = description.impl_->robot;
   const auto method = estimation::method_of(robot);
-  impl_ = std::make_unique<Impl>(Impl{description, method, estimation::Estimator(method, robot, description.impl_->map),
+  impl_ = std::make_unique<Impl>(Impl{description, estimation::Estimator(method, robot, description.impl_->map),
                                       estimation::Track(method, robot)});
 }
 Localiser::Localiser(Localiser&&) noexcept = default;

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
 #include "apps/report/figures/series.h"
 #include "apps/report/kit/plain_text.h"
@@ -47,12 +47,11 @@ std::string columns(const std::optional<runlog::ErrorStatistics>& error, std::in
 
 std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
   using runlog::ErrorStatistics;
-  return columns(
-      error, {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
+  return columns(error, {&ErrorStatistics::mean, &ErrorStatistics::rmse, &ErrorStatistics::p95, &ErrorStatistics::max});
 }
 
 std::string baseline_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  return " |" + columns(error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
+  return " |" + columns(error, {&runlog::ErrorStatistics::mean, &runlog::ErrorStatistics::max});
 }
 
 std::string paper_columns(double mean_mm, double max_mm) { return fmt::format(" |{:>7}{:>6}", mean_mm, max_mm); }
@@ -172,11 +171,11 @@ std::string searched_for(const config::Robot& robot) {
   return words.empty() ? "" : wrapped(kWidth, "Only these landmarks were searched for: ", "  ", listed(words));
 }
 
-std::string heading_row(std::string_view name, const std::optional<runlog::AngleStatistics>& error, int frames) {
+std::string heading_row(std::string_view name, const std::optional<runlog::ErrorStatistics>& error, int frames) {
   if (!error) return "";
   return fmt::format("{}{:9.4f}{:9.4f}{:9.4f}{:9.4f}\n", row_head(name, error->count, frames),
-                     error->mean_rad * kDegreesPerRad, error->rmse_rad * kDegreesPerRad,
-                     error->p95_rad * kDegreesPerRad, error->max_rad * kDegreesPerRad);
+                     error->mean * kDegreesPerRad, error->rmse * kDegreesPerRad, error->p95 * kDegreesPerRad,
+                     error->max * kDegreesPerRad);
 }
 
 std::string headings(const runlog::Summary& summary) {

@@ -2,7 +2,6 @@
 #include "apps/runlog/answer_rows.h"
 
 #include <cmath>
-#include <string>
 #include <tuple>
 
 namespace twocone::runlog {
@@ -92,6 +91,28 @@ TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, c
   }
   set_covariance(answer.covariance, true, row);
   return row;
+}
+
+AnswerReader::AnswerReader(const std::filesystem::path& run, const std::string& method)
+    : ranges_(results_folder(run, method) / "ranges.csv"),
+      fixes_(results_folder(run, method) / "fixes.csv"),
+      sightings_(results_folder(run, method) / "sightings.csv") {}
+
+template <typename Row>
+std::vector<Row> AnswerReader::take(Table<Row>& table, std::uint64_t frame) {
+  std::vector<Row> rows;
+  for (; table.row && table.row->frame <= frame; table.row = table.reader.next()) {
+    if (table.row->frame == frame) rows.push_back(*std::move(table.row));
+  }
+  return rows;
+}
+
+AnswerRows AnswerReader::of(std::uint64_t frame) {
+  AnswerRows rows;
+  rows.ranges = take(ranges_, frame);
+  rows.fixes = take(fixes_, frame);
+  rows.sightings = take(sightings_, frame);
+  return rows;
 }
 
 }  // namespace twocone::runlog

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/config/map_file.h"
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_data.h"
+#include "apps/runlog/tables/tables.h"
 
 namespace twocone::runlog {
 
@@ -29,5 +32,30 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
 
 /// Returns a row of track.csv. @param fix the fix from which `answer` was made
 TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, const estimation::TrackAnswer& answer);
+
+/// Reads the answers of a run's method from its tables, frame by frame. One frame is in memory at a time.
+class AnswerReader {
+ public:
+  /// @param method as read_run. @throws config::FileError as read_run
+  AnswerReader(const std::filesystem::path& run, const std::string& method);
+
+  /// Returns ranges, fixes and sightings of `frame`; the lists are empty where the tables have none. The caller must
+  /// ask for frames in rising order and may skip frames. @throws config::FileError as TableReader
+  AnswerRows of(std::uint64_t frame);
+
+ private:
+  template <typename Row>
+  struct Table {
+    explicit Table(const std::filesystem::path& file) : reader(file), row(reader.next()) {}
+    TableReader<Row> reader;
+    std::optional<Row> row;  ///< the next one
+  };
+  template <typename Row>
+  static std::vector<Row> take(Table<Row>& table, std::uint64_t frame);
+
+  Table<RangeRow> ranges_;
+  Table<FixRow> fixes_;
+  Table<SightingRow> sightings_;
+};
 
 }  // namespace twocone::runlog

@@ -6,10 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/results_exchange.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/fix.h"
@@ -24,6 +22,12 @@ constexpr double kSameTime_s = 0.5e-3;
 
 bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
 
+void check_drive(const RunData& run) {
+  if (!has_odometry(run) || run.drive.size() >= run.frames.size()) return;
+  throw config::FileError("{}: frames.csv has {} frames, but drive.csv {}", run.folder.string(), run.frames.size(),
+                          run.drive.size());
+}
+
 bool is_out_of_bounds(const FixRow& row) { return row.verdict == to_string(localisation::FixVerdict::kOutOfBounds); }
 
 std::optional<PoseRow> pose_of(const TrackRow& row) {
@@ -33,11 +37,10 @@ std::optional<PoseRow> pose_of(const TrackRow& row) {
 
 std::vector<std::optional<PoseRow>> at_frames(const RunData& run, const std::vector<PoseRow>& poses) {
   std::vector<PoseRow> sorted = poses;
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  std::ranges::sort(sorted, {}, &PoseRow::t_s);
   std::vector<std::optional<PoseRow>> result;
   for (const FrameRow& frame : run.frames) {
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), frame.t_s - kSameTime_s,
-                                        [](const PoseRow& pose, double t_s) { return pose.t_s < t_s; });
+    const auto found = std::ranges::lower_bound(sorted, frame.t_s - kSameTime_s, {}, &PoseRow::t_s);
     const bool there = found != sorted.end() && found->t_s <= frame.t_s + kSameTime_s;
     result.push_back(there ? std::optional(*found) : std::nullopt);
   }
@@ -79,8 +82,8 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
   std::filesystem::path results =
       method.empty() ? top_results(run) : present(run / "methods", config::NameOf::kMethod, method);
   if (!std::filesystem::is_directory(results)) {
-    throw config::FileError(fmt::format("{}: no results of method {}; make them with: twocone localise {} --method {}",
-                                        run.string(), method, run.string(), method));
+    throw config::FileError("{}: no results of method {}; make them with: twocone localise {} --method {}",
+                            run.string(), method, run.string(), method);
   }
   return results;
 }
@@ -114,7 +117,7 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
 
   // frames.csv is written last and therefore read first. For each of its rows, the rows of the other tables exist.
   if (!std::filesystem::exists(folder / "frames.csv")) {
-    throw config::FileError(fmt::format("{}: frames.csv is missing, which lists the frames", folder.string()));
+    throw config::FileError("{}: frames.csv is missing, which lists the frames", folder.string());
   }
   run.frames = read_table<FrameRow>(folder / "frames.csv");
   run.drive = read_table<DriveRow>(folder / "drive.csv");
@@ -138,8 +141,8 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
   const std::size_t count = run.frames.size();
   const bool no_odometry = run.odometry.empty() && run.drive.empty() && run.info.behaviour == kImported;
   if ((run.odometry.size() < count && !no_odometry) || (!run.truth.empty() && run.truth.size() < count)) {
-    throw config::FileError(fmt::format("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}",
-                                        folder.string(), count, run.odometry.size(), run.truth.size()));
+    throw config::FileError("{}: frames.csv has {} frames, but odometry.tum {} and truth.tum {}", folder.string(),
+                            count, run.odometry.size(), run.truth.size());
   }
   if (!no_odometry) run.odometry.resize(count);
   if (!run.truth.empty()) run.truth.resize(count);

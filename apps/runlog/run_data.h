@@ -158,6 +158,8 @@ struct RunData {
 
 /// Returns false if the wheels were not recorded. Then drive and odometry are empty.
 bool has_odometry(const RunData& run);
+/// @throws config::FileError if the wheels were recorded, but not for every frame
+void check_drive(const RunData& run);
 
 /// Returns a line of estimate.tum, or nothing if the track has no pose with a heading.
 std::optional<PoseRow> pose_of(const TrackRow& row);
@@ -175,7 +177,7 @@ std::filesystem::path camera_image_file(const std::filesystem::path& run, const 
 enum class Tables {
   kAll,
   kFrames,  ///< without ranges, fixes, sightings, timing and track, which are long
-            ///< (apps/runlog/tables/answer_reader.h)
+            ///< (apps/runlog/answer_rows.h: AnswerReader)
 };
 
 /// Reads a finished run, a run that was cut off, or one that is being written. It leaves out an incomplete last line of
@@ -191,5 +193,35 @@ RunData read_run_with(const std::filesystem::path& folder, const std::filesystem
 
 /// Returns the folder of a method's tables, methods/METHOD; empty: the top. @throws config::FileError if there are none
 std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method);
+
+// ---- run.yaml
+
+/// Writes run.yaml of `folder` with the robot file and the map as they are on disk, with absolute paths. `estimator:`
+/// is that of `robot`, because the command line may change it.
+/// @throws DiskError, config::FileError
+void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const config::Robot& robot,
+                    const std::filesystem::path& map_file);
+
+/// Writes run.yaml of `to` as that of `from`, with the robot of `robot_file` and an event that reports the change.
+/// @throws DiskError, config::FileError
+void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
+                              const std::filesystem::path& to);
+
+/// Writes run.yaml of `to` as that of `from`, with the map of `map_file` and the event `event`.
+/// @throws DiskError, config::FileError
+void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
+                            const std::string& event, const std::filesystem::path& to);
+
+/// The content of run.yaml: info, robot and map.
+struct RunYaml {
+  RunInfo info;
+  config::Robot robot;
+  config::Map map;
+};
+RunYaml read_run_yaml(const std::filesystem::path& folder);
+
+/// Returns the first difference between the robot file and map in run.yaml and the present files, for example
+/// "robots/lab_sim.yaml: drive.wheel_radius_m was 0.05, and is 0.06". Empty: no difference. @throws config::FileError
+std::string changed_since(const std::filesystem::path& folder);
 
 }  // namespace twocone::runlog

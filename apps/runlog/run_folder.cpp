@@ -124,6 +124,14 @@ Result<Image> read_image(const std::filesystem::path& file) {
   return image;
 }
 
+Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
+  const auto image = read_image(file);
+  if (!image) return image.error();
+  const auto rgb = to_rgb8(*image);
+  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
+  return estimation::as_mat(*rgb).clone();
+}
+
 void write_image(const std::filesystem::path& file, const Image& image) {
   const bool is_grey = image.format == PixelFormat::kGrey8;
   const auto rgb = is_grey ? Result<Image>(image) : to_rgb8(image);
@@ -138,6 +146,23 @@ void write_image(const std::filesystem::path& file, const Image& image) {
   // The fastest compression is used, because a run writes 30 images per second of its time. It still halves their size.
   cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
   write_whole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+}
+
+StoredImages::StoredImages(std::filesystem::path folder) : folder_(std::move(folder)) {
+  TableReader<FrameRow> rows(folder_ / "frames.csv");
+  while (const auto row = rows.next()) {
+    frame_of_[{"lower", row->lower_sequence}] = row->frame;
+    frame_of_[{"upper", row->upper_sequence}] = row->frame;
+    last_host_t_s_ = row->host_t_s.value_or(0);
+    ++frames_;
+  }
+}
+
+std::shared_ptr<const Image> StoredImages::operator()(const std::string& camera, std::uint64_t sequence) const {
+  const auto frame = frame_of_.find({camera, sequence});
+  if (frame == frame_of_.end()) return nullptr;
+  auto image = read_image(camera_image_file(folder_, camera, frame->second));
+  return image ? std::make_shared<const Image>(*std::move(image)) : nullptr;
 }
 
 }  // namespace twocone::runlog

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/storage/results_exchange.h"
 #include "hal/image.h"
 
@@ -89,7 +94,31 @@ void write_summary(const RunData& run);
 
 /// Reads a stored image. Errors: kNotFound, kBadData.
 Result<Image> read_image(const std::filesystem::path& file);
+/// Reads a stored image in the form that vision takes, CV_8UC3 r g b. The cv::Mat owns its pixels. Errors: kNotFound,
+/// kBadData.
+Result<cv::Mat> read_rgb(const std::filesystem::path& file);
 /// Writes an image completely or not at all. @throws DiskError
 void write_image(const std::filesystem::path& file, const Image& image);
+
+/// The images of a run folder by camera and sequence number, for simulated cameras
+/// (sim_povray::SessionSettings::stored).
+class StoredImages {
+ public:
+  /// Takes the frames in frames.csv. @throws config::FileError
+  explicit StoredImages(std::filesystem::path folder);
+
+  [[nodiscard]] int frames() const { return frames_; }
+  /// Returns FrameRow::host_t_s of the last frame; 0: none.
+  [[nodiscard]] double last_host_t_s() const { return last_host_t_s_; }
+
+  /// Returns null if the image is missing or unreadable. The camera then renders it again.
+  [[nodiscard]] std::shared_ptr<const Image> operator()(const std::string& camera, std::uint64_t sequence) const;
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::pair<std::string, std::uint64_t>, std::uint64_t> frame_of_;
+  int frames_ = 0;
+  double last_host_t_s_ = 0;
+};
 
 }  // namespace twocone::runlog

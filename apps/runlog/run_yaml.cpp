@@ -1,31 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/run_yaml.h"
+#include "apps/runlog/run_data.h"
 
 #include <array>
-#include <cstdint>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/disk.h"
+#include "base/hash.h"
 
 namespace twocone::runlog {
 namespace {
 
-std::filesystem::path file_of(const std::filesystem::path& folder) { return folder / "run.yaml"; }
+namespace fs = std::filesystem;
+
+fs::path file_of(const fs::path& folder) { return folder / "run.yaml"; }
 
 template <typename T>
-T field(const YAML::Node& node, const char* key, const std::filesystem::path& file) {
+T field(const YAML::Node& node, const char* key, const fs::path& file) {
   if (!node[key])
-    throw config::FileError(fmt::format("{}: key {} is missing: was this written by twocone run?", file.string(), key));
+    throw config::FileError("{}: key {} is missing: was this written by twocone run?", file.string(), key);
   try {
     return node[key].as<T>();
   } catch (const YAML::Exception&) {
-    throw config::FileError(fmt::format("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key));
+    throw config::FileError("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key);
   }
 }
 
@@ -37,19 +40,17 @@ constexpr std::array<std::pair<const char*, std::uint64_t CaptureCounts::*>, 4> 
 
 constexpr const char* kComment = "A run of twocone: what it was made from. Tables and images lie beside this file.";
 
-std::string absolute_text(const std::filesystem::path& file) {
-  return std::filesystem::absolute(file).lexically_normal().string();
-}
+std::string absolute_text(const fs::path& file) { return fs::absolute(file).lexically_normal().string(); }
 
-YAML::Node load(const std::filesystem::path& file) {
+YAML::Node load(const fs::path& file) {
   try {
     return YAML::Load(config::read_text(file));
   } catch (const YAML::Exception& error) {
-    throw config::FileError(fmt::format("{}:{}: {}", file.string(), error.mark.line + 1, error.msg));
+    throw config::FileError("{}:{}: {}", file.string(), error.mark.line + 1, error.msg);
   }
 }
 
-void write_again(const std::filesystem::path& folder, const YAML::Node& node) {
+void write_again(const fs::path& folder, const YAML::Node& node) {
   YAML::Emitter out;
   out << YAML::Comment(kComment) << node;
   write_whole(file_of(folder), std::string(out.c_str()) + '\n');
@@ -57,8 +58,7 @@ void write_again(const std::filesystem::path& folder, const YAML::Node& node) {
 
 }  // namespace
 
-void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const config::Robot& robot,
-                    const std::filesystem::path& map_file) {
+void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::Robot& robot, const fs::path& map_file) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
   out << YAML::Comment(kComment);
@@ -101,8 +101,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, co
   write_whole(file_of(folder), std::string(out.c_str()) + '\n');
 }
 
-void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
-                              const std::filesystem::path& to) {
+void write_run_yaml_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
   YAML::Node node = load(file_of(from));  // all scalars keep their text
   node["robot_file"] = absolute_text(robot_file);
   node["robot"] = config::load_robot_node(robot_file);
@@ -111,8 +110,8 @@ void write_run_yaml_for_robot(const std::filesystem::path& from, const std::file
   write_again(to, node);
 }
 
-void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
-                            const std::string& event, const std::filesystem::path& to) {
+void write_run_yaml_for_map(const fs::path& from, const fs::path& map_file, const std::string& event,
+                            const fs::path& to) {
   YAML::Node node = load(file_of(from));
   node["map_file"] = absolute_text(map_file);
   node["map"] = config::load_map_node(map_file);
@@ -133,7 +132,7 @@ std::string difference(const std::string& path, const YAML::Node& then, const YA
   if (then.Type() != now.Type() || !(then.IsMap() || then.IsSequence())) {
     const std::string before = text(then), after = text(now);
     // Paths are kept as they were written, so robots/../scenes/lab.pov equals scenes/lab.pov.
-    const auto normal = [](const std::string& value) { return std::filesystem::path(value).lexically_normal(); };
+    const auto normal = [](const std::string& value) { return fs::path(value).lexically_normal(); };
     return normal(before) == normal(after) ? "" : fmt::format("{} was {}, and is {}", path, before, after);
   }
   if (then.IsSequence()) {
@@ -157,7 +156,7 @@ std::string difference(const std::string& path, const YAML::Node& then, const YA
 
 }  // namespace
 
-std::string changed_since(const std::filesystem::path& folder) {
+std::string changed_since(const fs::path& folder) {
   const auto file = file_of(folder);
   const YAML::Node node = load(file);
   config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file));
@@ -170,11 +169,9 @@ std::string changed_since(const std::filesystem::path& folder) {
   return found.empty() ? "" : fmt::format("{}: {}", map_file, found);
 }
 
-RunYaml read_run_yaml(const std::filesystem::path& folder) {
+RunYaml read_run_yaml(const fs::path& folder) {
   const auto file = file_of(folder);
-  if (!std::filesystem::exists(file)) {
-    throw config::FileError(fmt::format("{}: no run here: there is no run.yaml", folder.string()));
-  }
+  if (!fs::exists(file)) throw config::FileError("{}: no run here: there is no run.yaml", folder.string());
   const YAML::Node node = load(file);
   RunYaml run;
   run.info.version = field<std::string>(node, "twocone", file);
@@ -215,6 +212,53 @@ RunYaml read_run_yaml(const std::filesystem::path& folder) {
   run.map = config::parse_map(node["map"], file);
   run.map.file = field<std::string>(node, "map_file", file);
   return run;
+}
+
+namespace {
+
+std::string digest_of(std::string_view bytes) { return fmt::format("{:016x}", base::fnv1a(bytes)); }
+
+/// Returns the texts between quotation marks that may be names of files. Those in comments do no harm.
+std::vector<std::string> quoted_in(const std::string& text) {
+  std::vector<std::string> names;
+  for (std::size_t open = text.find('"'); open != std::string::npos;) {
+    const std::size_t close = text.find('"', open + 1);
+    if (close == std::string::npos) break;
+    std::string name = text.substr(open + 1, close - open - 1);
+    // A single quotation mark, for example in a comment, must not hide the names after it.
+    const bool is_name = !name.empty() && name.size() < 256 && name.find('\n') == std::string::npos;
+    if (is_name) names.push_back(std::move(name));
+    open = is_name ? text.find('"', close + 1) : close;
+  }
+  return names;
+}
+
+/// Adds a file, and those that it names in one of the folders.
+void add(const fs::path& path, const std::vector<fs::path>& folders, FileDigests& digests) {
+  const fs::path file = fs::absolute(path).lexically_normal();
+  std::error_code none;
+  if (!fs::is_regular_file(file, none) || digests.contains(file.string())) return;
+  std::string text;
+  try {
+    text = config::read_text(file);
+  } catch (const config::FileError&) {
+    return;
+  }
+  digests[file.string()] = digest_of(text);
+  if (file.extension() != ".pov" && file.extension() != ".inc") return;
+  for (const std::string& name : quoted_in(text)) {
+    for (const fs::path& folder : folders) add(folder / name, folders, digests);
+  }
+}
+
+}  // namespace
+
+FileDigests scene_files(const config::Map& map) {
+  std::vector<fs::path> folders = map.scene_paths;
+  folders.push_back(fs::absolute(*map.scene).lexically_normal().parent_path());
+  FileDigests digests;
+  add(*map.scene, folders, digests);
+  return digests;
 }
 
 }  // namespace twocone::runlog

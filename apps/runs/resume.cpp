@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/run.h"
 
-#include <string>
-
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
-#include "apps/runlog/run_yaml.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::runs {
@@ -42,9 +39,8 @@ std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& 
   if (estimation::time_limit_of(estimation::method_named(info.method), run.robot)) {
     return "it has a time budget, so that the clock took part in its answers; begin a new run";
   }
-  const auto made_by = [](const std::string& what, const std::string& compiler) { return what + ", " + compiler; };
-  const std::string then = made_by(fmt::format("{} ({})", info.version, info.commit), info.compiler);
-  const std::string now = made_by(fmt::format("{} ({})", runlog::version(), runlog::commit()), runlog::compiler());
+  const std::string then = fmt::format("{} ({}), {}", info.version, info.commit, info.compiler);
+  const std::string now = fmt::format("{} ({}), {}", runlog::version(), runlog::commit(), runlog::compiler());
   if (then != now) return fmt::format("twocone {} made it, and this is {}", then, now);
   try {
     if (std::string changed = runlog::changed_since(folder); !changed.empty()) return changed;
@@ -64,7 +60,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
                                const std::atomic<bool>& stop) {
   const runlog::RunYaml run = runlog::read_run_yaml(folder);
   if (const std::string reason = why_not(folder, run); !reason.empty()) {
-    throw config::FileError(fmt::format("{} cannot be resumed: {}", folder.string(), reason));
+    throw config::FileError("{} cannot be resumed: {}", folder.string(), reason);
   }
   config::Robot robot = config::read_robot(run.robot.file);
   robot.estimator = run.robot.estimator;  // perhaps of the command line

@@ -3,7 +3,6 @@
 
 #include <sys/resource.h>
 
-#include <chrono>
 #include <deque>
 #include <stdexcept>
 #include <thread>
@@ -12,19 +11,14 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/key_places.h"
-#include "apps/runlog/storage/new_folder.h"
-#include "apps/runlog/stored_images.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
-#include "apps/runs/loop/pairs.h"
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
-#include "apps/runs/loop/truth_writer.h"
 #include "base/log.h"
-#include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 
 namespace twocone::runs {

@@ -29,8 +29,8 @@ struct RunOptions {
   /// kKeep: `out` holds an equal run that was cut off (resume()): it is driven again from the start with the images
   /// that are there, and goes on where they end.
   runlog::OldLines old = runlog::OldLines::kDrop;
-  bool replace = false;  ///< a run that is in `out` goes (new_folder.h) once the robot has been opened
-  bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (truth_table.h)
+  bool replace = false;  ///< a run that is in `out` goes (locked_folder.h) once the robot has been opened
+  bool truth = false;    ///< in a world of its own: also what each mirror pixel really shows (runlog::write_truth)
   /// Of devices, not of a simulation: how long a failure is put up with, the wheels at rest; 0: not at all.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< gets each of RunInfo::events at once; may be empty
@@ -101,7 +101,7 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
 /// `from`'s, so a file that names a map with other landmarks or bounds is refused.
 /// @param from also a run that was cut off
 /// @param robot_file of the same cameras' sizes and the same start, or it cannot have been that robot
-/// @param to a folder without a run; `replace`: one that is there goes (new_folder.h). A failure leaves none
+/// @param to a folder without a run; `replace`: one that is there goes (locked_folder.h). A failure leaves none
 /// @throws config::FileError (a file that cannot be read, another robot altogether), DiskError
 void copy_run_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
                         const std::filesystem::path& to, bool replace = false);

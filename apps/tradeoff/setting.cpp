@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/scaled_robot.h"
+#include "apps/config/robot_file.h"
 
 namespace twocone::tradeoff {
 namespace {

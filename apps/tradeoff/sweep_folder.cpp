@@ -10,11 +10,10 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/tables/csv_fields.h"
+#include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 
 namespace twocone::tradeoff {

@@ -13,12 +13,13 @@
 #include <fmt/ranges.h>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/config/robot_writer.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/robot_file.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/version.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -56,13 +57,13 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
     std::vector<std::string> names;
     names.reserve(known.size());
     for (const auto& [name, prior] : known) names.emplace_back(name);
-    throw BadUsage(fmt::format("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(names, ", ")));
+    throw BadUsage("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(names, ", "));
   }
   const std::string number = text.substr(equals + 1);
   char* end = nullptr;
   const double sigma = std::strtod(number.c_str(), &end);
   if (*end != '\0' || !(sigma > 0) || !std::isfinite(sigma)) {
-    throw BadUsage(fmt::format("--prior {} is '{}', must be a number > 0", found->first, number));
+    throw BadUsage("--prior {} is '{}', must be a number > 0", found->first, number);
   }
   *found->second = sigma;
 }
@@ -74,12 +75,12 @@ config::Robot robot_of(const CalibrateArguments& options, const runlog::RunData&
   try {
     now = config::read_robot(run.robot.file);
   } catch (const config::FileError&) {
-    throw CommandFailed(fmt::format("{}: its robot file {} cannot be read any more: name one with --robot",
-                                    run.folder.string(), run.robot.file.string()));
+    throw CommandFailed("{}: its robot file {} cannot be read any more: name one with --robot", run.folder.string(),
+                        run.robot.file.string());
   }
   if (!(now.rig == run.robot.rig) || !(now.drive == run.robot.drive)) {
-    throw CommandFailed(fmt::format("{} has another rig or drive now than when {} was made: name one with --robot",
-                                    run.robot.file.string(), run.folder.string()));
+    throw CommandFailed("{} has another rig or drive now than when {} was made: name one with --robot",
+                        run.robot.file.string(), run.folder.string());
   }
   return now;
 }
@@ -122,26 +123,24 @@ void calibrate_with(CalibrateArguments options) {
   std::vector<runlog::RunData> runs;
   for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
   const config::Robot robot = robot_of(options, runs.front());
-  std::optional<calibrate::Report> report;
-  {
-    ProgressBar bar("calibrate");
-    options.settings.progress = [&bar](double done) { bar.show(done); };
-    report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
-  }
+  ProgressBar bar("calibrate");
+  options.settings.progress = [&bar](double done) { bar.show(done); };
+  const calibrate::Report report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
+  bar.remove();
   const auto lock = lock_around(options.out);
-  runlog::write_whole(options.json, calibrate::to_json(*report));
+  runlog::write_whole(options.json, calibrate::to_json(report));
   if (!options.figures.empty()) {
-    make_folder(options.figures);
-    runlog::write_whole(results[2], calibrate::residual_figure(*report, vision::Side::kLower));
-    runlog::write_whole(results[3], calibrate::residual_figure(*report, vision::Side::kUpper));
+    runlog::make_folder(options.figures);
+    runlog::write_whole(results[2], calibrate::residual_figure(report, vision::Side::kLower));
+    runlog::write_whole(results[3], calibrate::residual_figure(report, vision::Side::kUpper));
   }
   // The robot file is written last, so that all files that belong to it exist with it.
   config::Robot calibrated = robot;
-  calibrated.rig = report->rig;
-  calibrated.drive.wheel_separation_m = report->drive.wheel_separation_m;
-  calibrated.drive.wheel_radius_m = report->drive.wheel_radius_m;
-  runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(*report)));
-  fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(*report), options.out.string(),
+  calibrated.rig = report.rig;
+  calibrated.drive.wheel_separation_m = report.drive.wheel_separation_m;
+  calibrated.drive.wheel_radius_m = report.drive.wheel_radius_m;
+  runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(report)));
+  fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(report), options.out.string(),
              options.json.string());
   if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
 }
@@ -159,9 +158,8 @@ void add_calibrate(CLI::App& program) {
   command->add_option("--json", options->json, "The numbers for programs; default: STEM.calibration.json beside --out");
   command->add_option("--figures", options->figures,
                       "Folder for STEM.calibration_lower.svg and _upper.svg, STEM as in --out STEM.yaml");
-  command->add_option("--frames", options->settings.frames, "Number of frames to use, spread over the runs")
-      ->check(CLI::Range(4, 100'000))
-      ->capture_default_str();
+  add_checked(command, "--frames", options->settings.frames, "Number of frames to use, spread over the runs",
+              CLI::Range(4, 100'000));
   command->add_option("--prior", options->priors,
                       "NAME=SIGMA: prior standard deviation of a number, as length_m=0.001; can be repeated");
   command->add_flag("--distortion", options->settings.fit_distortion, "Also find k1 and k2 of both lenses");

@@ -12,8 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/config/yaml/old_names.h"
-#include "apps/config/yaml/suggestion.h"
+#include "apps/config/yaml/names.h"
 #include "apps/estimation/method.h"
 #include "apps/twocone/commands.h"
 #include "base/log.h"
@@ -24,7 +23,7 @@ namespace {
 /// Replaces '-' by '_', because config::nearest() expects an underscore before a unit.
 std::string underscored(std::string_view name) {
   std::string text(name);
-  std::replace(text.begin(), text.end(), '-', '_');
+  std::ranges::replace(text, '-', '_');
   return text;
 }
 
@@ -41,7 +40,7 @@ std::optional<std::string> option_meant(const CLI::App& command, std::string_vie
   }
   const std::optional<std::string> found = config::nearest(underscored(word), known);
   if (!found) return std::nullopt;
-  return "--" + names[std::size_t(std::find(known.begin(), known.end(), *found) - known.begin())];
+  return "--" + names[std::size_t(std::ranges::find(known, *found) - known.begin())];
 }
 
 /// Returns the text of CLI11, except for "--robot: 1 required TEXT missing".
@@ -102,8 +101,8 @@ const CLI::App& subcommand_named(const CLI::App& program, const std::string& nam
     known.push_back(command->get_name());
   }
   const auto meant = config::nearest(name, known);
-  throw BadUsage(fmt::format("no subcommand '{}'{}; there are: {}", name,
-                             meant ? fmt::format(", did you mean {}?", *meant) : "", fmt::join(known, ", ")));
+  throw BadUsage("no subcommand '{}'{}; there are: {}", name, meant ? fmt::format(", did you mean {}?", *meant) : "",
+                 fmt::join(known, ", "));
 }
 
 void add_help(CLI::App& program) {

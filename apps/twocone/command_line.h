@@ -29,6 +29,13 @@ void add_help(CLI::App& program);
 /// Adds the option --log-level to the subcommands that open devices or take long. They must be there already.
 void add_log_level(CLI::App& program);
 
+/// Adds an option with a check. --help shows its default value.
+template <typename Value>
+CLI::Option* add_checked(CLI::App* command, const std::string& name, Value& value, const std::string& text,
+                         const CLI::Validator& check) {
+  return command->add_option(name, value, text)->check(check)->capture_default_str();
+}
+
 /// Accepts whole numbers from 0 to 2^64 - 1, in digits. Without this check, -1 would be read as 2^64 - 1.
 [[nodiscard]] CLI::Validator whole_number();
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,35 +9,36 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "apps/twocone/stop_signals.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/twocone/terminal.h"
 #include "hal/result.h"
 
 /// The subcommands. Each function adds a subcommand with its options to the program. The callback runs it.
 namespace twocone::cli {
 
 /// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
-class CommandFailed : public std::runtime_error {
+class CommandFailed : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 /// The work is done, but the data do not decide the question. main() prints the message and exits with 3.
-class Undecided : public std::runtime_error {
+class Undecided : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 /// A signal ended the work in good order. The message names the remaining files and the next step. main() prints the
 /// line and exits with 128 plus the signal's number, as a shell does.
-class Interrupted : public std::runtime_error {
+class Interrupted : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 /// The call itself is wrong. main() prints the line and exits with 2.
-class BadUsage : public std::runtime_error {
+class BadUsage : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 /// Returns the value. @throws CommandFailed with the error's message
@@ -58,17 +58,8 @@ T value_or_interrupted(Result<T> result, const std::string& next) {
 /// @throws CommandFailed if one of the files exists
 inline void refuse_overwriting(const std::vector<std::filesystem::path>& files) {
   for (const auto& file : files) {
-    if (std::filesystem::exists(file)) {
-      throw CommandFailed(fmt::format("{} exists: --force replaces it", file.string()));
-    }
+    if (std::filesystem::exists(file)) throw CommandFailed("{} exists: --force replaces it", file.string());
   }
-}
-
-/// Makes the folder and those around it, unless it exists. @throws CommandFailed
-inline void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw CommandFailed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
 }
 
 void add_run(CLI::App& program);

@@ -14,7 +14,8 @@
 #include "apps/compare/render_again.h"
 #include "apps/compare/show/page.h"
 #include "apps/runlog/storage/disk.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
+#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -39,20 +40,17 @@ std::filesystem::path twin_of(const std::filesystem::path& robot) {
 
 void check(const CompareArguments& options) {
   if (options.scene.empty() && options.runs.size() != 2) {
-    throw BadUsage(
-        fmt::format("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
-                    options.runs.size()));
+    throw BadUsage("{} run folder given: it takes a simulated and a real one, or a real one with --scene MAP.yaml",
+                   options.runs.size());
   }
   if (!options.scene.empty() && options.runs.size() != 1) {
     throw BadUsage("--scene renders the real run's places again: give one run folder, the real one");
   }
   for (const auto& [key, value] : options.settings.limits) {
-    if (!(std::isfinite(value) && value >= 0)) {
-      throw BadUsage(fmt::format("--max-{} is {}, must be a number >= 0", key, value));
-    }
+    if (!(std::isfinite(value) && value >= 0)) throw BadUsage("--max-{} is {}, must be a number >= 0", key, value);
   }
   if (!(options.settings.false_alarm > 0 && options.settings.false_alarm < 1)) {
-    throw BadUsage(fmt::format("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm));
+    throw BadUsage("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm);
   }
   if (options.write_robot.empty() || options.force) return;
   refuse_overwriting({options.write_robot, twin_of(options.write_robot)});
@@ -95,9 +93,7 @@ void judge(const CompareArguments& options, const compare::Comparison& compariso
     }
   }
   if (!undecided.empty()) undecided = "undecided: " + undecided;
-  if (!beyond.empty()) {
-    throw CommandFailed("beyond its limit: " + beyond + (undecided.empty() ? "" : "\n" + undecided));
-  }
+  if (!beyond.empty()) throw CommandFailed("beyond its limit: " + beyond + (undecided.empty() ? "" : "\n" + undecided));
   if (!undecided.empty()) throw Undecided(undecided);
 }
 
@@ -106,7 +102,7 @@ class OutFolder {
  public:
   explicit OutFolder(const std::filesystem::path& folder)
       : folder_(folder), was_there_(std::filesystem::exists(folder)) {
-    make_folder(folder);
+    runlog::make_folder(folder);
     lock_.emplace(folder);
   }
   ~OutFolder() {
@@ -168,26 +164,24 @@ void compare_with(CompareArguments options) {
     }
   }
   settings.work = options.out / "parts";
-  std::optional<compare::Outcome> outcome;
-  {
-    ProgressBar bar("compare");
-    settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
-    outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
-  }
-  fmt::print("{}\n", compare::table(outcome->comparison));
-  runlog::write_whole(options.out / "compare.json", compare::to_json(outcome->comparison));
+  ProgressBar bar("compare");
+  settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
+  const compare::Outcome outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
+  bar.remove();
+  fmt::print("{}\n", compare::table(outcome.comparison));
+  runlog::write_whole(options.out / "compare.json", compare::to_json(outcome.comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
-    const Status written = compare::write_page(outcome->comparison, options.out);
+    const Status written = compare::write_page(outcome.comparison, options.out);
     if (written) {
       fmt::print("page    {}\n", (options.out / "compare.html").string());
     } else {
       say(fmt::format("note: no page: {}", written.error().message));
     }
   }
-  if (!options.write_robot.empty()) write_robots(options, *outcome);
+  if (!options.write_robot.empty()) write_robots(options, outcome);
   std::fflush(stdout);
-  judge(options, outcome->comparison);
+  judge(options, outcome.comparison);
 }
 
 }  // namespace
@@ -211,15 +205,11 @@ void add_compare(CLI::App& program) {
       "Robot file to write: the real one corrected; and FILE_sim.yaml, a simulation that behaves like it");
   command->add_flag("--force", options->force, "Replace robot files that exist");
   command->add_flag("!--no-page", options->page, "Only the table and compare.json");
-  command->add_option("--frames", options->settings.fit_frames, "Frames of each run from which its rig is calculated")
-      ->check(CLI::Range(4, 100'000))
-      ->capture_default_str();
-  command->add_option("--every", options->settings.every, "Measure the images of every Nth real frame")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
-  command->add_option("--jobs", options->settings.jobs, "Threads that measure images")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  add_checked(command, "--frames", options->settings.fit_frames, "Frames of each run from which its rig is calculated",
+              CLI::Range(4, 100'000));
+  add_checked(command, "--every", options->settings.every, "Measure the images of every Nth real frame",
+              CLI::Range(1, 1'000'000));
+  add_checked(command, "--jobs", options->settings.jobs, "Threads that measure images", CLI::Range(1, 256));
   command
       ->add_option("--false-alarm", options->settings.false_alarm,
                    "Share of comparisons without a difference that may name one")

@@ -33,7 +33,7 @@ std::vector<std::string> forbidden_cameras() {
       paths.push_back(entry.path());
     }
   }
-  std::sort(paths.begin(), paths.end());
+  std::ranges::sort(paths);
   return paths;
 }
 

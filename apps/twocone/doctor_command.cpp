@@ -92,9 +92,7 @@ void doctor_with(const DoctorArguments& options) {
   const std::string verdict = doctor::summary(report);
   fmt::print("{}\n{}\n", doctor::table(report), verdict);
   std::fflush(stdout);
-  if (report.has_failed()) {
-    throw CommandFailed(fmt::format("{}: a part failed; the table names what to do", options.robot.string()));
-  }
+  if (report.has_failed()) throw CommandFailed("{}: a part failed; the table names what to do", options.robot.string());
 }
 
 }  // namespace
@@ -104,9 +102,8 @@ void add_doctor(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "doctor", "Check a robot part by part: cameras, pair, drive, stop time; print faults and what to do");
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
-  command->add_option("--seconds", options->doctor.seconds, "Time for which each camera, and the pair, is measured")
-      ->check(number_within(0.5, 3600))
-      ->capture_default_str();
+  add_checked(command, "--seconds", options->doctor.seconds, "Time for which each camera, and the pair, is measured",
+              number_within(0.5, 3600));
   command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,
                     "Confirms that both wheels hang free: turn them without a question. Otherwise the program asks on\n"
                     "the terminal; without a terminal it never turns the wheels");

@@ -3,10 +3,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <ranges>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,7 +12,6 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/key_places.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
@@ -79,8 +76,7 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
 void check_verification(const std::vector<sim_povray::Verification>& results) {
   for (const sim_povray::Verification& result : results) {
     if (result.different > 0 && !result.is_asked_for) {
-      throw CommandFailed(
-          fmt::format("effects of view {} could not be verified: {} pixels differ", result.view, result.different));
+      throw CommandFailed("effects of view {} could not be verified: {} pixels differ", result.view, result.different);
     }
   }
 }
@@ -90,7 +86,7 @@ void effects_with(const EffectsArguments& options) {
   const config::Map map = config::read_map(robot.map);
   const drivers::RobotSettings settings = config::to_robot_settings(robot, map, 1);
   if (!settings.world) {
-    throw CommandFailed(fmt::format("{}: no part has driver sim_povray: nothing is simulated", robot.file.string()));
+    throw CommandFailed("{}: no part has driver sim_povray: nothing is simulated", robot.file.string());
   }
   // For a served world, this is the place of the robot's map.
   const sim_povray::PlaceSettings place =
@@ -103,17 +99,16 @@ void effects_with(const EffectsArguments& options) {
   if (!options.verify) return;
 
   std::vector<sim_povray::Verification> results;
-  {
-    ProgressBar bar("verify");
-    std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
-    for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      bar.show(double(results.size()) / double(views.size()));
-      const auto verified =
-          value_or_fail(sim_povray::verify_effects(place, settings.world->session, {views[i]}, sizes[i]));
-      results.insert(results.end(), verified.begin(), verified.end());
-    }
+  ProgressBar bar("verify");
+  std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
+  for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    bar.show(double(results.size()) / double(views.size()));
+    const auto verified =
+        value_or_fail(sim_povray::verify_effects(place, settings.world->session, {views[i]}, sizes[i]));
+    results.insert(results.end(), verified.begin(), verified.end());
   }
+  bar.remove();
   print_verification(results);
   std::fflush(stdout);
   check_verification(results);

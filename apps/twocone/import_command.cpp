@@ -22,11 +22,10 @@ struct ImportArguments {
 
 void import_with(ImportArguments options) {
   if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
-  importer::Imported imported;
-  {
-    ProgressBar bar("import");
-    imported = importer::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
-  }
+  ProgressBar bar("import");
+  const importer::Imported imported =
+      importer::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
+  bar.remove();
   for (const std::string& event : imported.events) say(event);
   say(fmt::format("{} frames are in {}; next: twocone localise {}", imported.frames, options.out.string(),
                   options.out.string()));

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
-#include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/new_folder.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"

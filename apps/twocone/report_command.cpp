@@ -2,15 +2,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include <fmt/format.h>
 
 #include "apps/report/report.h"
 #include "apps/report/table.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -26,15 +25,13 @@ void report_with(const std::filesystem::path& folder) {
   std::vector<std::string> notes;  // not printed, because write_report returns the same notes
   fmt::print("{}", report::table_of(data, notes));
   std::fflush(stdout);
-  std::optional<report::ReportResult> result;
-  {
-    ProgressBar bar("report");
-    report::ReportSettings settings;
-    settings.progress = [&bar](double done, std::string_view /*next*/) { bar.show(done); };
-    result = value_or_fail(report::write_report(data, settings));
-  }
-  for (const std::string& note : result->notes) say(fmt::format("note: {}", note));
-  fmt::print("\nreport  {}\n", result->html.string());
+  ProgressBar bar("report");
+  report::ReportSettings settings;
+  settings.progress = [&bar](double done, std::string_view /*next*/) { bar.show(done); };
+  const report::ReportResult result = value_or_fail(report::write_report(data, settings));
+  bar.remove();
+  for (const std::string& note : result.notes) say(fmt::format("note: {}", note));
+  fmt::print("\nreport  {}\n", result.html.string());
 }
 
 }  // namespace

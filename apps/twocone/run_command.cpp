@@ -11,8 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/report/table.h"
-#include "apps/runlog/run_yaml.h"
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
@@ -42,7 +41,7 @@ config::Robot with_budget(config::Robot robot, const RunArguments& options) {
   try {
     return estimation::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
   } catch (const std::invalid_argument& error) {
-    throw BadUsage(fmt::format("--budget-ms: {}", error.what()));
+    throw BadUsage("--budget-ms: {}", error.what());
   }
 }
 
@@ -104,12 +103,9 @@ void add_run(CLI::App& program) {
   auto* resume = command->add_option("--resume", options->resume,
                                      "Run folder of a simulated run that was interrupted or killed: continue it with\n"
                                      "the same settings; takes no other option but --log-level");
-  command->add_option("--frames", options->run.frames, "Stereo frames to take")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  command->add_option("--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still")
-      ->check(CLI::IsMember({"wander", "waypoints", "still"}))
-      ->capture_default_str();
+  add_checked(command, "--frames", options->run.frames, "Stereo frames to take", CLI::Range(1, 100'000'000));
+  add_checked(command, "--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still",
+              CLI::IsMember({"wander", "waypoints", "still"}));
   command
       ->add_option("--method", options->method,
                    fmt::format("How to range and localise (default: from the robot file, else {})",
@@ -118,15 +114,11 @@ void add_run(CLI::App& program) {
   command->add_option(
       "--budget-ms", options->budget_ms,
       "Milliseconds for vision and localisation of each frame: method outline refines no longer than that");
-  command->add_option("--seed", options->run.seed, "Seed of all random numbers of the run")
-      ->check(whole_number())
-      ->capture_default_str();
+  add_checked(command, "--seed", options->run.seed, "Seed of all random numbers of the run", whole_number());
   command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
-  command
-      ->add_option("--patience", options->patience_s,
-                   "Seconds to wait for a device that fails, with the wheels stopped (real robots)")
-      ->check(number_within(0, 86'400))
-      ->capture_default_str();
+  add_checked(command, "--patience", options->patience_s,
+              "Seconds to wait for a device that fails, with the wheels stopped (real robots)",
+              number_within(0, 86'400));
   command->add_flag("--truth", options->run.truth,
                     "Also write the true content of each mirror pixel (simulation; 6 renderings per frame)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");

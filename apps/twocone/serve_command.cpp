@@ -4,8 +4,6 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
-
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"
@@ -21,7 +19,7 @@ struct ServeArguments {
 };
 
 /// Returns lab for scenes/lab.map.yaml.
-std::string name_of(const std::filesystem::path& map) {
+std::string map_name(const std::filesystem::path& map) {
   const std::string file = map.filename().string();
   return file.substr(0, file.find('.'));
 }
@@ -33,7 +31,7 @@ void serve_with(const ServeArguments& options) {
   const std::atomic<bool>& stop = stop_on_signals();
 
   const Status served = sim_povray::serve_world(
-      place, options.name.empty() ? name_of(options.map) : options.name, [](const std::string& line) { say(line); },
+      place, options.name.empty() ? map_name(options.map) : options.name, [](const std::string& line) { say(line); },
       stop);
   if (!served) throw CommandFailed(served.error().message);
 }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <utility>
@@ -27,6 +28,16 @@ constexpr std::chrono::milliseconds kInterval{200};
 int terminal_columns() {
   winsize size{};
   return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsualColumns;
+}
+
+std::atomic<bool> stop_asked{false};
+std::atomic<int> signal_received{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
+              "a signal handler may touch them");
+
+void on_signal(int signal) {
+  signal_received = signal;
+  stop_asked = true;
 }
 
 }  // namespace
@@ -87,6 +98,11 @@ void ProgressBar::clear() {
   if (std::exchange(shown_, false)) std::fputs("\r\x1b[K", stderr);
 }
 
+void ProgressBar::remove() {
+  const std::lock_guard lock(mutex_);
+  clear();
+}
+
 void ProgressBar::say(const std::string& line) {
   const std::lock_guard lock(mutex_);
   clear();
@@ -102,5 +118,20 @@ void ProgressBar::show(double done) {
   const double spent_s = std::chrono::duration<double>(now - begin_).count();
   std::fputs(fmt::format("\r{}\x1b[K", progress_line(what_, done, spent_s, terminal_columns())).c_str(), stderr);
 }
+
+const std::atomic<bool>& stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESETHAND;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  // A program that was started with nohup must outlive the terminal.
+  struct sigaction before {};
+  ::sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
+  return stop_asked;
+}
+
+int stop_signal() { return signal_received; }
 
 }  // namespace twocone::cli

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <string>
 
-/// Standard output holds results, standard error all other messages and the progress bar.
+/// Standard output holds results, standard error all other messages and the progress bar. A signal ends the work in
+/// good order.
 namespace twocone::cli {
 
 /// Opens /dev/null in place of standard input, output and error if the caller has closed them, in a mode in which each
@@ -36,6 +38,8 @@ class ProgressBar {
   void show(double done);
   /// Prints a separate line on stderr, above the bar.
   void say(const std::string& line);
+  /// Removes the bar, before results are printed. A later show() draws it again.
+  void remove();
 
  private:
   void clear();  ///< with mutex_ locked
@@ -48,5 +52,12 @@ class ProgressBar {
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_ = begin_;
 };
+
+/// Makes SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set the returned flag, so that the work can
+/// end in good order. A second signal ends the program at once.
+const std::atomic<bool>& stop_on_signals();
+
+/// Returns the signal that arrived; 0: none yet.
+int stop_signal();
 
 }  // namespace twocone::cli

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/output.h"
@@ -43,9 +43,7 @@ struct TradeoffArguments {
 /// Checks that CLI11 does not make.
 void check(const TradeoffArguments& options) {
   const auto positive = [](const char* name, const std::optional<double>& value) {
-    if (value && !(std::isfinite(*value) && *value > 0)) {
-      throw BadUsage(fmt::format("{} is {}, must be a number > 0", name, *value));
-    }
+    if (value && !(std::isfinite(*value) && *value > 0)) throw BadUsage("{} is {}, must be a number > 0", name, *value);
   };
   positive("--target-mm", options.target_mm);
   positive("--budget-ms", options.budget_ms);
@@ -55,12 +53,12 @@ void check(const TradeoffArguments& options) {
   // A fault is reported now rather than after a sweep.
   const auto folder = options.write_robot.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
-    throw CommandFailed(fmt::format("--write-robot: {} is no folder", folder.string()));
+    throw CommandFailed("--write-robot: {} is no folder", folder.string());
   }
   std::error_code none_such;
   if (std::filesystem::equivalent(options.write_robot, options.robot, none_such)) {
-    throw CommandFailed(
-        fmt::format("--write-robot: {} is the robot that is swept, choose another name", options.write_robot.string()));
+    throw CommandFailed("--write-robot: {} is the robot that is swept, choose another name",
+                        options.write_robot.string());
   }
 }
 
@@ -71,15 +69,12 @@ tradeoff::Watch shown_by(ProgressBar& bar) {
 void run_missing(const tradeoff::Subject& subject, const tradeoff::SweepFolder& folder,
                  const std::vector<std::size_t>& missing, const std::atomic<bool>& stop) {
   if (missing.empty()) return;
-  std::size_t done = 0;
-  {
-    ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
-    done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
-  }
+  ProgressBar bar(fmt::format("{} settings, {} shards", subject.plan.settings.size(), missing.size()));
+  const std::size_t done = value_or_fail(tradeoff::run_shards(subject, folder, missing, shown_by(bar), stop));
   if (done < missing.size()) {
     const std::size_t all = subject.plan.shards.size();
-    throw Interrupted(fmt::format("interrupted: {} of {} shards are in {}; next: the same command continues there",
-                                  all - missing.size() + done, all, folder.path().string()));
+    throw Interrupted("interrupted: {} of {} shards are in {}; next: the same command continues there",
+                      all - missing.size() + done, all, folder.path().string());
   }
 }
 
@@ -152,11 +147,11 @@ void tradeoff_with(TradeoffArguments options) {
     return;
   }
   if (options.shard && std::size_t(*options.shard) >= all) {
-    throw BadUsage(fmt::format("--shard is {}, this sweep's are 0 to {}", *options.shard, all - 1));
+    throw BadUsage("--shard is {}, this sweep's are 0 to {}", *options.shard, all - 1);
   }
   if (options.out.empty()) options.out = fmt::format("runs/{}-tradeoff-seed{}", robot.name, options.plan.seed);
   if (options.merge && !std::filesystem::exists(options.out)) {
-    throw CommandFailed(fmt::format("{}: no such folder, so there is nothing to merge", options.out.string()));
+    throw CommandFailed("{}: no such folder, so there is nothing to merge", options.out.string());
   }
   const tradeoff::Subject subject{robot, map, plan};
   const tradeoff::SweepFolder folder(options.out, robot, map, plan);
@@ -184,12 +179,9 @@ void add_tradeoff(CLI::App& program) {
   command->add_option("--out", options->out,
                       "Folder of the sweep; a sweep that it holds in part is continued\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");
-  command->add_option("--seed", options->plan.seed, "Seed of all random numbers of the sweep")
-      ->check(whole_number())
-      ->capture_default_str();
-  command->add_option("--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images")
-      ->check(CLI::Range(3, 100'000))
-      ->capture_default_str();
+  add_checked(command, "--seed", options->plan.seed, "Seed of all random numbers of the sweep", whole_number());
+  add_checked(command, "--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images",
+              CLI::Range(3, 100'000));
   command->add_flag("--fine", options->plan.fine, "More sizes, more anti-aliasing, four times the episodes");
   command
       ->add_option_function<std::string>(
@@ -211,10 +203,8 @@ void add_tradeoff(CLI::App& program) {
                           "Choose the most accurate setting whose vision and localisation take less time per frame");
   auto* write = command->add_option("--write-robot", options->write_robot,
                                     "Robot file to write for the choice (default: DIR/chosen.yaml)");
-  auto* episodes =
-      command->add_option("--validation-episodes", options->validation_episodes, "New episodes that test a choice")
-          ->check(CLI::Range(3, 100'000))
-          ->capture_default_str();
+  auto* episodes = add_checked(command, "--validation-episodes", options->validation_episodes,
+                               "New episodes that test a choice", CLI::Range(3, 100'000));
   shard->excludes(shards, merge, target, budget, write, episodes);
   shards->excludes(merge, target, budget, write, episodes);
   target->excludes(budget);

@@ -11,8 +11,6 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/config/robot_writer.h"
-#include "apps/config/scaled_robot.h"
 #include "apps/runs/run.h"
 #include "base/child_process.h"
 #include "base/process.h"

@@ -6,7 +6,6 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/config/scaled_robot.h"
 #include "apps/config/to_layers.h"
 #include "bench/growth/growth.h"
 #include "bench/growth/seen.h"

@@ -29,6 +29,8 @@ struct MovingThing {
   double speed_mps = 0;              ///< > 0
   bool loop = false;
   double radius_m = 0;  ///< radius of the disc that stops a robot, > 0
+
+  friend bool operator==(const MovingThing&, const MovingThing&) = default;
 };
 
 /// Rendering effects that the map switches off or changes, although the scene's text uses them.

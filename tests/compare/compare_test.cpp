@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/compare/correct.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "tests/compare/synthetic_run.h"
 

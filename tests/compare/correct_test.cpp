@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/compare/sources.h"
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 #include "tests/compare/made_up_side.h"
 #include "tests/support/temporary_folder.h"
 #include "vision/image_quality.h"

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/tables/tables.h"
 #include "tests/compare/synthetic_run.h"

@@ -11,8 +11,8 @@
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/import/motion.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runs/run.h"
 #include "tests/support/synthetic_view.h"
 

@@ -11,7 +11,6 @@
 #include <yaml-cpp/node/node.h>
 
 #include "apps/config/robot_file.h"
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 

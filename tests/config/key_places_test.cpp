@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/yaml/key_places.h"
+#include "apps/config/to_layers.h"
 
 #include <filesystem>
 

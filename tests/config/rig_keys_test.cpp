@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/camera_info.h"
+#include "apps/config/keys/robot_keys.h"
 #include "apps/config/robot_file.h"
 #include "tests/config/fixtures.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/robot_writer.h"
+#include "apps/config/robot_file.h"
 
 #include <cmath>
 #include <fstream>

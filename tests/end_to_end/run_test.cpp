@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/summary/summary.h"

@@ -4,7 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
 #include "tests/support/lab_robot.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of version 0.1, which are read for ever and never written (apps/config/yaml/old_names.h).
+// Files of version 0.1, which are read for ever and never written (apps/config/yaml/names.h).
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -9,11 +9,9 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/config/robot_writer.h"
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 #include "apps/estimation/method.h"
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/summary/timing.h"
 #include "apps/tradeoff/sweep_folder.h"
 #include "tests/support/temporary_folder.h"

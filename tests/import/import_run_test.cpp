@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::importer {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/import/pairing.h"
+#include "apps/import/stamps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -123,10 +123,10 @@ TEST(Table, PutsBoundsHeadingsAndTheEstimateBeside) {
   summary.landmarks[0].outliers = 3;
   summary.position_bound_m = runlog::BoundComparison{444, 0.0009, 0.0010};
   summary.in_ellipse_95 = runlog::Share{421, 444};
-  summary.heading_error = runlog::AngleStatistics{444, 0.0002, 0.0003, 0.0006, 0.0008};
+  summary.heading_error = runlog::ErrorStatistics{444, 0.0002, 0.0003, 0.0006, 0.0008};
   summary.heading_bound_rad = runlog::BoundComparison{444, 0.00025, 0.0003};
   summary.estimate_error = runlog::ErrorStatistics{450, 0.0005, 0.0006, 0.0012, 0.002};
-  summary.estimate_heading_error = runlog::AngleStatistics{450, 0.0001, 0.0001, 0.0002, 0.0004};
+  summary.estimate_heading_error = runlog::ErrorStatistics{450, 0.0001, 0.0001, 0.0002, 0.0004};
   const std::string text = table(summary, known_info(), synthetic_robot());
   EXPECT_EQ(line_of(text, "estimate "), "estimate         450  100.0 %     0.50     0.60     1.20     2.00");
   const std::string headings = text.substr(text.find("Heading, error in degrees"));

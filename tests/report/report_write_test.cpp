@@ -301,8 +301,8 @@ TEST(Page, PutsTheBaselineBesideAMethodOfOurs) {
   const runlog::Summary summary = runlog::summarise(run);
   runlog::Summary baseline = summary;
   baseline.method = "paper";
-  baseline.fix_error->mean_m = 0.0777;
-  baseline.landmarks[0].error->max_m = 0.8765;
+  baseline.fix_error->mean = 0.0777;
+  baseline.landmarks[0].error->max = 0.8765;
   const std::string html = page({run, summary, &baseline, {}, {}, {}});
   EXPECT_TRUE(has(html, "fix, method paper"));
   EXPECT_TRUE(has(html, "77.70"));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads tables row by row: the answers of a run's method, frame by frame.
-#include "apps/runlog/tables/answer_reader.h"
+#include "apps/runlog/answer_rows.h"
 
 #include <gtest/gtest.h>
 
 #include "apps/config/robot_file.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runlog {

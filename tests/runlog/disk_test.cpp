@@ -6,7 +6,6 @@
 
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/tables/tables.h"
-#include "apps/runlog/tables/truth_table.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 

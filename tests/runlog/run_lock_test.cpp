@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/storage/run_lock.h"
+#include "apps/runlog/storage/locked_folder.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,10 +10,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
-#include "apps/runlog/storage/new_folder.h"
 #include "apps/runs/run.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/tables/tables.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -14,20 +14,20 @@ TEST(Statistics, AreThoseOfTheListAndHideNothing) {
   const auto s = runlog::statistics({0.03, 0.01, 0.02, 0.5});
   ASSERT_TRUE(s);
   EXPECT_EQ(s->count, 4);
-  EXPECT_DOUBLE_EQ(s->mean_m, 0.14);
-  EXPECT_DOUBLE_EQ(s->rmse_m, std::sqrt((0.0009 + 0.0001 + 0.0004 + 0.25) / 4));
-  EXPECT_EQ(s->p95_m, 0.5);
-  EXPECT_EQ(s->max_m, 0.5);
+  EXPECT_DOUBLE_EQ(s->mean, 0.14);
+  EXPECT_DOUBLE_EQ(s->rmse, std::sqrt((0.0009 + 0.0001 + 0.0004 + 0.25) / 4));
+  EXPECT_EQ(s->p95, 0.5);
+  EXPECT_EQ(s->max, 0.5);
   EXPECT_FALSE(runlog::statistics({}));
 }
 
 TEST(Statistics, TheNinetyFifthPercentileIsTheNearestRank) {
   std::vector<double> errors;
   for (int i = 1; i <= 100; ++i) errors.push_back(i);
-  EXPECT_EQ(runlog::statistics(errors)->p95_m, 95);
+  EXPECT_EQ(runlog::statistics(errors)->p95, 95);
   errors.push_back(101);
-  EXPECT_EQ(runlog::statistics(errors)->p95_m, 96);
-  EXPECT_EQ(runlog::statistics({7})->p95_m, 7);
+  EXPECT_EQ(runlog::statistics(errors)->p95, 96);
+  EXPECT_EQ(runlog::statistics({7})->p95, 7);
 }
 
 runlog::RunData small_run() {
@@ -104,14 +104,14 @@ TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
   EXPECT_EQ(s.landmarks[0].verdicts.at("ok"), 3);
   EXPECT_EQ(s.landmarks[0].verdicts.at("truncated"), 1);
   EXPECT_EQ(s.landmarks[0].error->count, 3);
-  EXPECT_NEAR(s.landmarks[0].error->mean_m, (0.01 + 0.02 + 0.04) / 3, 1e-15);
+  EXPECT_NEAR(s.landmarks[0].error->mean, (0.01 + 0.02 + 0.04) / 3, 1e-15);
   EXPECT_EQ(s.frames_with_fix, 3);
   EXPECT_EQ(s.fix_verdicts.at("ambiguous"), 1);
-  EXPECT_EQ(s.fix_error->max_m, 1.5);
+  EXPECT_EQ(s.fix_error->max, 1.5);
   EXPECT_EQ(s.fix_error->count, 3);
   EXPECT_NEAR(*s.travelled_m, 1.5, 1e-15);
   EXPECT_EQ(*s.headings_covered_deg, 20);  // 0, 5.7 | 11.5, 17.2 degrees: two bins of ten
-  EXPECT_NEAR(s.odometry_error->max_m, 0.03, 1e-15);
+  EXPECT_NEAR(s.odometry_error->max, 0.03, 1e-15);
 }
 
 TEST(Summary, HeadingsAreComparedRoundTheCircle) {
@@ -124,12 +124,12 @@ TEST(Summary, HeadingsAreComparedRoundTheCircle) {
   const runlog::Summary s = runlog::summarise(run);
   ASSERT_TRUE(s.heading_error);
   EXPECT_EQ(s.heading_error->count, 2);
-  EXPECT_NEAR(s.heading_error->max_rad, 0.4, 1e-15);
-  EXPECT_NEAR(s.heading_error->mean_rad, (0.4 + 2 * std::numbers::pi - 6.2) / 2, 1e-15);
+  EXPECT_NEAR(s.heading_error->max, 0.4, 1e-15);
+  EXPECT_NEAR(s.heading_error->mean, (0.4 + 2 * std::numbers::pi - 6.2) / 2, 1e-15);
   ASSERT_TRUE(s.estimate_error);
   EXPECT_EQ(s.estimate_error->count, 2);
-  EXPECT_NEAR(s.estimate_error->max_m, 0.05, 1e-15);
-  EXPECT_NEAR(s.estimate_heading_error->max_rad, 0, 1e-15);
+  EXPECT_NEAR(s.estimate_error->max, 0.05, 1e-15);
+  EXPECT_NEAR(s.estimate_heading_error->max, 0, 1e-15);
 }
 
 // Calculated by hand: sigmas 0.01 and 0.02 without correlation contain (0.02, 0.02), 4 + 1 < 5.99, but not (0.02,

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runs/loop/fault_policy.h"
+#include "apps/runs/loop/frame_taker.h"
 
 #include <thread>
 #include <vector>

@@ -5,10 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
-#include "apps/runlog/run_yaml.h"
 #include "apps/runlog/storage/disk.h"
 #include "tests/support/temporary_folder.h"
 

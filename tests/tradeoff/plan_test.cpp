@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "localisation/odometry.h"
 #include "tests/tradeoff/lab.h"
 

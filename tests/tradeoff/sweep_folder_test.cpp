@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"
 

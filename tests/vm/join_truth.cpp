@@ -155,7 +155,7 @@ void print_figures(runlog::RunData run) {
   for (const auto& [name, error] : {std::pair{"fix", summary.fix_error},
                                     {"estimate", summary.estimate_error},
                                     {"odometry", summary.odometry_error}}) {
-    if (error) std::cout << fmt::format("{0}_mean_m {1}\n{0}_max_m {2}\n", name, error->mean_m, error->max_m);
+    if (error) std::cout << fmt::format("{0}_mean_m {1}\n{0}_max_m {2}\n", name, error->mean, error->max);
   }
 }
 

@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "vision/unwrap.h"
 
 namespace twocone::compare {

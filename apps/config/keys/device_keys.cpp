@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "drivers/serial_diffdrive/protocol.h"
@@ -19,7 +18,7 @@ constexpr double kLeastOwnTimeout_s = 0.1;
 void refuse(Section& section, std::initializer_list<std::string_view> keys, const std::string& driver) {
   const auto there = section.keys();  // has() would mark a key as known that this driver does not support
   for (const std::string_view key : keys) {
-    if (std::find(there.begin(), there.end(), key) == there.end()) continue;
+    if (std::ranges::find(there, key) == there.end()) continue;
     section.complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", driver));
   }
 }
@@ -66,7 +65,7 @@ void read_serial_drive(Section& section, Drive& drive) {
   section.text("port", "name of the serial port; twocone devices lists the ports", serial.port);
   const auto names = serial::protocol_names();
   const bool has_protocol = section.text("protocol", "protocol of the controller", serial.protocol);
-  const bool is_known = std::find(names.begin(), names.end(), serial.protocol) != names.end();
+  const bool is_known = std::ranges::find(names, serial.protocol) != names.end();
   if (has_protocol && !is_known)
     section.complain("protocol", kNoUnit, fmt::format("one of {}", fmt::join(names, ", ")));
 

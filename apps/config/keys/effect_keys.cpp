@@ -8,10 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/yaml_numbers.h"
+#include "apps/config/yaml/text_file.h"
 
 namespace twocone::config {
 namespace {
@@ -170,7 +167,7 @@ void check_camera_effects(const sim_povray::CameraEffects& effects, Section* own
 
 void check_unneeded_keys(std::span<Section* const> sections) {
   const auto any_has = [&](std::string_view key) {
-    return std::any_of(sections.begin(), sections.end(), [&](Section* section) { return section->has(key); });
+    return std::ranges::any_of(sections, [&](Section* section) { return section->has(key); });
   };
   const bool has_distortion = any_has("distortion");
   const bool has_time = any_has("exposure_time_s") || any_has("readout_s");
@@ -200,9 +197,8 @@ void set_camera_effects(YAML::Node& robot, const std::string& name, const Camera
                         const std::filesystem::path& file) {
   if (changed.effects == read.effects) return;
   if (read.driver != drivers::kSimPovray) {
-    throw FileError(
-        fmt::format("{}: cameras.{}.effects cannot be changed, must be absent: driver {} has no such setting",
-                    file.string(), name, read.driver));
+    throw FileError("{}: cameras.{}.effects cannot be changed, must be absent: driver {} has no such setting",
+                    file.string(), name, read.driver);
   }
   const sim_povray::CameraEffects common = common_effects(robot, file);
   YAML::Node camera = robot["cameras"][name];

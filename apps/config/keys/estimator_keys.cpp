@@ -2,13 +2,7 @@
 #include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
-#include <span>
 #include <string_view>
-
-#include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
-
-#include "apps/config/yaml/yaml_numbers.h"
 
 namespace twocone::config {
 namespace {
@@ -19,7 +13,7 @@ constexpr std::string_view kStages[] = {"found", "coarse", "fine", "adaptive"};
 constexpr std::size_t kFewestLandmarks = 3;
 
 bool is_among(std::span<const std::string_view> words, const std::string& word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
+  return std::ranges::find(words, word) != words.end();
 }
 
 void read_landmarks(Section& section, std::vector<std::string>& landmarks) {

@@ -3,13 +3,7 @@
 
 #include <array>
 #include <numbers>
-#include <optional>
-#include <span>
-#include <string>
 #include <variant>
-
-#include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/text_file.h"
 

@@ -6,6 +6,9 @@
 #include <span>
 #include <string>
 
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 
@@ -21,6 +24,18 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig);
 
 /// Makes the path of each `camera_info` absolute. @param file named when the robot was read
 void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file);
+
+/// Reads the lens data of `view.camera_info`, a camera calibration, into `view`: a ROS camera_info YAML file, as
+/// `camera_calibration` and the OpenCV tools write it. A file without coefficients, or with zeros, is of a lens without
+/// distortion.
+///
+/// The model is plumb_bob (4 or 5 coefficients) or rational_polynomial (4, 5 or 8). Rectification, projection, binning
+/// and region of interest are accepted and not used, because the mirror model replaces them. A skewed pixel grid is
+/// rejected.
+/// @param camera the camera to which the file must belong. @param name of that camera, for messages: "cameras.lower of
+/// robots/lab.yaml"
+/// @throws FileError with one line for each bad key, as read_robot
+void read_camera_info(const CameraEntry& camera, const std::string& name, RigView& view);
 
 // ---- effects: those of the simulated body, `effects.camera` for all cameras, `cameras.NAME.effects` for one
 
@@ -65,5 +80,17 @@ void read_estimator(Section& root, EstimatorKeys& keys);
 /// Replaces `estimator:`. Default values are left out, and so is an empty
 /// section.
 void set_estimator(YAML::Node& robot, const EstimatorKeys& keys);
+
+// ---- numbers as YAML
+
+/// Returns the shortest text that reads back as the same number.
+inline std::string text_of(double number) { return fmt::format("{}", number); }
+/// Returns a list in flow style: `[1, 2.5]`.
+inline YAML::Node list_of(std::span<const double> numbers) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  list.SetStyle(YAML::EmitterStyle::Flow);
+  for (const double number : numbers) list.push_back(text_of(number));
+  return list;
+}
 
 }  // namespace twocone::config

@@ -5,10 +5,6 @@
 #include <cstring>
 #include <system_error>
 
-#include <fmt/format.h>
-
-#include "apps/config/yaml/file_error.h"
-
 namespace twocone::config {
 
 namespace fs = std::filesystem;
@@ -17,16 +13,16 @@ namespace {
 
 FileError unreadable(const fs::path& file) {
   const int why = errno;  // before format() can change it
-  return FileError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(why)));
+  return FileError("{}: cannot be read: {}", file.string(), std::strerror(why));
 }
 
 std::ifstream open(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (status.type() == fs::file_type::not_found) throw FileError(fmt::format("{}: no such file", file.string()));
-  if (error) throw FileError(fmt::format("{}: cannot be read: {}", file.string(), error.message()));
-  if (fs::is_directory(status)) throw FileError(fmt::format("{}: is a folder, must be a file", file.string()));
-  if (!fs::is_regular_file(status)) throw FileError(fmt::format("{}: is not a regular file", file.string()));
+  if (status.type() == fs::file_type::not_found) throw FileError("{}: no such file", file.string());
+  if (error) throw FileError("{}: cannot be read: {}", file.string(), error.message());
+  if (fs::is_directory(status)) throw FileError("{}: is a folder, must be a file", file.string());
+  if (!fs::is_regular_file(status)) throw FileError("{}: is not a regular file", file.string());
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw unreadable(file);
   return stream;

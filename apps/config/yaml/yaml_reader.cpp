@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/yaml/file_error.h"
-#include "apps/config/yaml/suggestion.h"
+#include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 
 namespace twocone::config {
@@ -148,7 +146,7 @@ bool is_name(std::string_view name, std::string_view further) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            further.find(c) != std::string_view::npos;
   };
-  return !name.empty() && std::all_of(name.begin(), name.end(), is_allowed);
+  return !name.empty() && std::ranges::all_of(name, is_allowed);
 }
 
 Section::Section(Reading& reading, const Item& mapping) : reading_(&reading), path_(mapping.path), line_(mapping.line) {
@@ -161,7 +159,7 @@ Section::Section(Reading& reading, const Item& mapping) : reading_(&reading), pa
       continue;
     }
     const std::string& name = key.Scalar();
-    const auto earlier = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == name; });
+    const auto earlier = std::ranges::find(entries_, name, &Entry::key);
     if (earlier != entries_.end()) {
       reading_->complain(
           line, fmt::format("{} is given twice, the first time in line {}", path_of(name), earlier->item.line));
@@ -176,8 +174,8 @@ std::string Section::path_of(std::string_view key) const {
 }
 
 Section::Entry* Section::find(std::string_view key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
-  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
+  if (std::ranges::find(known_, key) == known_.end()) known_.emplace_back(key);
+  const auto entry = std::ranges::find(entries_, key, &Entry::key);
   if (entry == entries_.end()) return nullptr;
   entry->asked = true;
   return &*entry;
@@ -311,7 +309,7 @@ bool Section::number_list(std::string_view key, const Quantity& quantity, std::s
   const Item* const item = find(key, quantity.what, quantity.unit, need);
   if (item == nullptr) return need == Need::kOptional;
   const std::size_t count = item->node.IsSequence() ? item->node.size() : std::numeric_limits<std::size_t>::max();
-  if (std::find(counts.begin(), counts.end(), count) == counts.end()) {
+  if (std::ranges::find(counts, count) == counts.end()) {
     const std::string rule = fmt::format("a list of {} numbers", fmt::join(counts, " or "));
     return refuse(*item, quantity.unit, with_unit(rule, quantity.unit));
   }
@@ -391,13 +389,13 @@ void Section::complain_unknown() const {
 Reading::Reading(const YAML::Node& root, const std::filesystem::path& file) : file_(file.string()), node_(root) {}
 
 void Reading::complain(int line, std::string text) {
-  const bool is_reported = std::any_of(complaints_.begin(), complaints_.end(),
-                                       [&](const Complaint& c) { return c.line == line && c.text == text; });
+  const bool is_reported =
+      std::ranges::any_of(complaints_, [&](const Complaint& c) { return c.line == line && c.text == text; });
   if (!is_reported) complaints_.push_back({line, std::move(text)});
 }
 
 Section& Reading::root() {
-  if (!node_.IsDefined()) throw FileError(fmt::format("{}: the mapping to be read is missing", file_));
+  if (!node_.IsDefined()) throw FileError("{}: the mapping to be read is missing", file_);
   const int line = line_of(node_, 0);
   if (!node_.IsMap()) {
     complain(line, fmt::format("the file is {}, must be a mapping of keys", show(node_, kNoUnit)));
@@ -410,14 +408,13 @@ Section& Reading::root() {
 void Reading::finish() {
   for (const Section& section : sections_) section.complain_unknown();
   if (complaints_.empty()) return;
-  std::stable_sort(complaints_.begin(), complaints_.end(),
-                   [](const Complaint& a, const Complaint& b) { return a.line < b.line; });
+  std::ranges::stable_sort(complaints_, {}, &Complaint::line);
   std::vector<std::string> lines;
   for (const Complaint& complaint : complaints_) {
     lines.push_back(complaint.line > 0 ? fmt::format("{}:{}: {}", file_, complaint.line, complaint.text)
                                        : fmt::format("{}: {}", file_, complaint.text));
   }
-  throw FileError(fmt::format("{}", fmt::join(lines, "\n")));
+  throw FileError("{}", fmt::join(lines, "\n"));
 }
 
 YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file) {
@@ -435,16 +432,16 @@ YAML::Node parse_yaml(const std::string& text, const std::filesystem::path& file
   } catch (const YAML::Exception& error) {
     const int last_line = error.mark.is_null() ? std::numeric_limits<int>::max() : error.mark.line + 1;
     if (const int line = tab_indented_line(text); line > 0 && line <= last_line) {
-      throw FileError(fmt::format("{}:{}: the line is indented by a tab, must be by spaces", file.string(), line));
+      throw FileError("{}:{}: the line is indented by a tab, must be by spaces", file.string(), line);
     }
     const std::string why = on_one_line(error.msg);  // the message may quote the file
-    if (error.mark.is_null()) throw FileError(fmt::format("{}: {}", file.string(), why));
-    throw FileError(fmt::format("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why));
+    if (error.mark.is_null()) throw FileError("{}: {}", file.string(), why);
+    throw FileError("{}:{}:{}: {}", file.string(), error.mark.line + 1, error.mark.column + 1, why);
   }
   if (!has_first || (!has_second && document.IsNull())) {
-    throw FileError(fmt::format("{}: is empty, must be a mapping of keys", file.string()));
+    throw FileError("{}: is empty, must be a mapping of keys", file.string());
   }
-  if (has_second) throw FileError(fmt::format("{}: holds several YAML documents, must be one", file.string()));
+  if (has_second) throw FileError("{}: holds several YAML documents, must be one", file.string());
   return document;
 }
 

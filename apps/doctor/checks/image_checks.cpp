@@ -11,7 +11,7 @@
 
 #include "apps/estimation/image_as_mat.h"
 #include "base/quantile.h"
-#include "vision/bilinear.h"
+#include "vision/rim.h"
 
 namespace twocone::doctor {
 namespace {

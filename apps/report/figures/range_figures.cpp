@@ -126,8 +126,8 @@ std::string caption(const Drawing& drawing, const config::Landmark& landmark, co
   const runlog::LandmarkSummary& own = landmark_of(drawing.summary, landmark.name);
   std::string text = fmt::format("{} of {} frames have a range.", own.frames_with_range, drawing.summary.frames);
   if (own.error) {
-    text += fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", own.error->mean_m * kMmPerM,
-                        own.error->p95_m * kMmPerM, own.error->max_m * kMmPerM);
+    text += fmt::format(" Mean error {:.1f} mm, 95 % within {:.1f} mm, worst {:.1f} mm.", own.error->mean * kMmPerM,
+                        own.error->p95 * kMmPerM, own.error->max * kMmPerM);
     if (const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name)) {
       text += fmt::format(" The paper: mean {}, worst {} mm.", figures->mean_mm, figures->max_mm);
     }

@@ -38,11 +38,11 @@ void add_columns(std::vector<std::string>& cells, const std::optional<runlog::Er
 void add_errors(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
   using runlog::ErrorStatistics;
   add_columns(cells, error,
-              {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
+              {&ErrorStatistics::mean, &ErrorStatistics::rmse, &ErrorStatistics::p95, &ErrorStatistics::max});
 }
 
 void add_mean_max(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  add_columns(cells, error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
+  add_columns(cells, error, {&runlog::ErrorStatistics::mean, &runlog::ErrorStatistics::max});
 }
 
 /// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
@@ -104,21 +104,21 @@ std::string headline(const runlog::Summary& summary) {
   }
   return fmt::format(
       "From one stereo frame at a time, the robot's position is off by {:.1f} mm on average; the paper reports {} mm.",
-      summary.fix_error->mean_m * kMmPerM, paper::kPositionMean_mm);
+      summary.fix_error->mean * kMmPerM, paper::kPositionMean_mm);
 }
 
 std::string tiles(const runlog::Summary& summary) {
   std::string text;
   if (summary.fix_error) {
-    text += tile(tile_mm(summary.fix_error->mean_m),
-                 fmt::format("mean position error (paper: {})", paper::kPositionMean_mm));
-    text += tile(tile_mm(summary.fix_error->max_m),
+    text +=
+        tile(tile_mm(summary.fix_error->mean), fmt::format("mean position error (paper: {})", paper::kPositionMean_mm));
+    text += tile(tile_mm(summary.fix_error->max),
                  fmt::format("worst position error (paper: within {})", paper::kPositionWithin_mm));
   }
   text += tile(percent(summary.frames_with_fix, summary.frames),
                fmt::format("of {} frames have a position", summary.frames));
   if (summary.odometry_error) {
-    text += tile(tile_mm(summary.odometry_error->mean_m), "mean error of odometry alone");
+    text += tile(tile_mm(summary.odometry_error->mean), "mean error of odometry alone");
   }
   if (summary.travelled_m)
     text += tile(fmt::format("{:.2f} m", *summary.travelled_m), fmt::format("driven in {:.1f} s", summary.duration_s));
@@ -136,8 +136,8 @@ std::string rules(const PageContent& content) {
                        "(the paper writes 0 for it).",
                        paper::kPositionMean_mm, paper::kPositionWithin_mm));
   if (summary.fix_error) {
-    const double mean_mm = summary.fix_error->mean_m * kMmPerM;
-    const double max_mm = summary.fix_error->max_m * kMmPerM;
+    const double mean_mm = summary.fix_error->mean * kMmPerM;
+    const double max_mm = summary.fix_error->max * kMmPerM;
     const bool met = mean_mm <= paper::kPositionMean_mm && max_mm <= paper::kPositionWithin_mm;
     success += html::element(
         "p",
@@ -257,10 +257,10 @@ std::string heading_table(const runlog::Summary& summary) {
   if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
   html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
   const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
-  const auto add = [&](const std::string& name, const runlog::AngleStatistics& error,
+  const auto add = [&](const std::string& name, const runlog::ErrorStatistics& error,
                        const std::optional<runlog::BoundComparison>& bound) {
     std::vector<std::string> cells{name, fmt::to_string(error.count)};
-    for (const double rad : {error.mean_rad, error.rmse_rad, error.p95_rad, error.max_rad}) {
+    for (const double rad : {error.mean, error.rmse, error.p95, error.max}) {
       cells.push_back(degrees(rad));
     }
     if (bounded) {

@@ -10,13 +10,11 @@
 #include <string>
 #include <system_error>
 
-#include <fmt/format.h>
-
 namespace twocone::runlog {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file) {
-  throw DiskError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+  throw DiskError("cannot write {}: {}", file.string(), std::strerror(errno));
 }
 
 int open_for_writing(const std::filesystem::path& file, int how = O_TRUNC) {
@@ -39,13 +37,13 @@ void write_all(int descriptor, std::string_view bytes, const std::filesystem::pa
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw DiskError(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+  if (error) throw DiskError("cannot make the folder {}: {}", folder.string(), error.message());
 }
 
 void remove_whole(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove_all(path, error);
-  if (error) throw DiskError(fmt::format("cannot remove {}: {}", path.string(), error.message()));
+  if (error) throw DiskError("cannot remove {}: {}", path.string(), error.message());
 }
 
 void write_whole(const std::filesystem::path& file, std::string_view content) {
@@ -70,7 +68,7 @@ void link_or_copy(const std::filesystem::path& from, const std::filesystem::path
     error.clear();
     std::filesystem::copy_file(from, to, error);
   }
-  if (error) throw DiskError(fmt::format("cannot write {}: {}", to.string(), error.message()));
+  if (error) throw DiskError("cannot write {}: {}", to.string(), error.message());
 }
 
 LineFile::LineFile(const std::filesystem::path& file, OldLines old)
@@ -92,8 +90,8 @@ bool LineFile::pass_over(std::string_view line, Equal equal) {
     line = line.substr(0, line.rfind(','));
   }
   if (equal != Equal::kNot && before != line) {
-    throw DiskError(fmt::format("{}:{}: is '{}', but the repeated run gives '{}': the run cannot be resumed",
-                                file_.string(), kept_->number(), before, line));
+    throw DiskError("{}:{}: is '{}', but the repeated run gives '{}': the run cannot be resumed", file_.string(),
+                    kept_->number(), before, line);
   }
   kept_bytes_ += old->size() + 1;
   return true;

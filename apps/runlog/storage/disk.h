@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
 
 #include "apps/config/yaml/text_file.h"
@@ -12,9 +11,9 @@
 namespace twocone::runlog {
 
 /// Reports that the disk did not accept data of a run. The message is one line: the file and the reason.
-class DiskError : public std::runtime_error {
+class DiskError : public config::FormattedError {
  public:
-  using std::runtime_error::runtime_error;
+  using FormattedError::FormattedError;
 };
 
 /// Creates a folder and those above it. @throws DiskError

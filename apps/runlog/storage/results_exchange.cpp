@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -35,7 +34,7 @@ fs::path hidden(const fs::path& place, std::string_view kind) {
 }
 
 [[noreturn]] void fail(const fs::path& path, const std::string& why) {
-  throw DiskError(fmt::format("cannot replace {}: {}", path.string(), why));
+  throw DiskError("cannot replace {}: {}", path.string(), why);
 }
 
 void move_folder(const fs::path& from, const fs::path& to) {

@@ -17,18 +17,14 @@ namespace {
 
 constexpr int kHeadingBins = 36;
 
-nlohmann::ordered_json to_json(const std::optional<ErrorStatistics>& s) {
-  if (!s) return nullptr;
-  return {{"count", s->count}, {"mean_m", s->mean_m}, {"rmse_m", s->rmse_m}, {"p95_m", s->p95_m}, {"max_m", s->max_m}};
-}
-
-nlohmann::ordered_json to_json(const std::optional<AngleStatistics>& s) {
+/// @param unit m or rad
+nlohmann::ordered_json to_json(const std::optional<ErrorStatistics>& s, const std::string& unit) {
   if (!s) return nullptr;
   return {{"count", s->count},
-          {"mean_rad", s->mean_rad},
-          {"rmse_rad", s->rmse_rad},
-          {"p95_rad", s->p95_rad},
-          {"max_rad", s->max_rad}};
+          {"mean_" + unit, s->mean},
+          {"rmse_" + unit, s->rmse},
+          {"p95_" + unit, s->p95},
+          {"max_" + unit, s->max}};
 }
 
 nlohmann::ordered_json or_null(const std::optional<double>& x) {
@@ -114,7 +110,7 @@ LandmarkSummary summarise_landmark(const RunData& run, std::size_t place, const 
   }
   for (const FixRow& row : run.fixes) {
     const bool second = &row != run.fixes.data() && (&row)[-1].frame == row.frame;  // if ambiguous
-    if (!second) summary.outliers += int(std::count(row.outliers.begin(), row.outliers.end(), name));
+    if (!second) summary.outliers += int(std::ranges::count(row.outliers, name));
   }
   summary.range_bound_m = comparison.result();
   summary.error = statistics(std::move(errors_m));
@@ -183,7 +179,7 @@ void summarise_fixes(const RunData& run, const Bounds& bounds, Summary& summary)
     if (fix.heading) heading.add(std::sqrt(covariance(2, 2)), fix.heading_error_rad);
   }
   summary.fix_error = statistics(std::move(errors_m));
-  summary.heading_error = angle_statistics(std::move(heading_errors_rad));
+  summary.heading_error = statistics(std::move(heading_errors_rad));
   summary.position_bound_m = position.result();
   summary.heading_bound_rad = heading.result();
 }
@@ -200,7 +196,7 @@ void summarise_estimate(const RunData& run, Summary& summary) {
     heading_errors_rad.push_back(heading_error_rad(estimate[i]->heading_rad, truth.heading_rad));
   }
   summary.estimate_error = statistics(std::move(errors_m));
-  summary.estimate_heading_error = angle_statistics(std::move(heading_errors_rad));
+  summary.estimate_heading_error = statistics(std::move(heading_errors_rad));
 }
 
 void summarise_track(const RunData& run, Summary& summary) {
@@ -231,25 +227,19 @@ void summarise_path(const RunData& run, Summary& summary) {
 
 }  // namespace
 
-std::optional<ErrorStatistics> statistics(std::vector<double> errors_m) {
-  if (errors_m.empty()) return std::nullopt;
-  std::sort(errors_m.begin(), errors_m.end());
+std::optional<ErrorStatistics> statistics(std::vector<double> errors) {
+  if (errors.empty()) return std::nullopt;
+  std::ranges::sort(errors);
   ErrorStatistics s;
-  s.count = int(errors_m.size());
-  for (const double e : errors_m) {
-    s.mean_m += e / s.count;
-    s.rmse_m += e * e / s.count;
+  s.count = int(errors.size());
+  for (const double e : errors) {
+    s.mean += e / s.count;
+    s.rmse += e * e / s.count;
   }
-  s.rmse_m = std::sqrt(s.rmse_m);
-  s.p95_m = errors_m[(errors_m.size() * 95 + 99) / 100 - 1];
-  s.max_m = errors_m.back();
+  s.rmse = std::sqrt(s.rmse);
+  s.p95 = errors[(errors.size() * 95 + 99) / 100 - 1];
+  s.max = errors.back();
   return s;
-}
-
-std::optional<AngleStatistics> angle_statistics(std::vector<double> errors_rad) {
-  const auto s = statistics(std::move(errors_rad));
-  if (!s) return std::nullopt;
-  return AngleStatistics{s->count, s->mean_m, s->rmse_m, s->p95_m, s->max_m};
 }
 
 std::optional<CaptureSummary> summarise_capture(const RunData& run) {
@@ -312,7 +302,7 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
   for (const LandmarkSummary& l : summary.landmarks) {
     json["landmarks"].push_back({{"name", l.name},
                                  {"verdicts", l.verdicts},
-                                 {"range_error", to_json(l.error)},
+                                 {"range_error", to_json(l.error, "m")},
                                  {"mean_true_range_m", or_null(l.mean_true_range_m)},
                                  {"frames_with_range", l.frames_with_range},
                                  {"range_bound", to_json(l.range_bound_m, "m")},
@@ -321,15 +311,15 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
   }
   json["fix"] = {{"frames_with_fix", summary.frames_with_fix},
                  {"verdicts", summary.fix_verdicts},
-                 {"position_error", to_json(summary.fix_error)},
-                 {"heading_error", to_json(summary.heading_error)},
+                 {"position_error", to_json(summary.fix_error, "m")},
+                 {"heading_error", to_json(summary.heading_error, "rad")},
                  {"position_bound", to_json(summary.position_bound_m, "m")},
                  {"heading_bound", to_json(summary.heading_bound_rad, "rad")},
                  {"position_in_95_percent_ellipse", to_json(summary.in_ellipse_95)}};
-  json["estimate"] = {{"position_error", to_json(summary.estimate_error)},
-                      {"heading_error", to_json(summary.estimate_heading_error)}};
+  json["estimate"] = {{"position_error", to_json(summary.estimate_error, "m")},
+                      {"heading_error", to_json(summary.estimate_heading_error, "rad")}};
   json["track"] = {{"states", summary.track_states}, {"uses", summary.track_uses}};
-  json["odometry_error"] = to_json(summary.odometry_error);
+  json["odometry_error"] = to_json(summary.odometry_error, "m");
   json["travelled_m"] = or_null(summary.travelled_m);
   json["headings_covered_deg"] = or_null(summary.headings_covered_deg);
   if (const auto& capture = summary.capture) {

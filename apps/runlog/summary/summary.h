@@ -11,27 +11,16 @@
 
 namespace twocone::runlog {
 
-/// Statistics of absolute errors. No error is left out.
+/// Statistics of absolute errors: of distances in metres, of angles in radians. No error is left out.
 struct ErrorStatistics {
   int count = 0;
-  double mean_m = 0;
-  double rmse_m = 0;
-  double p95_m = 0;  ///< 95 % of the errors are at most this (nearest rank)
-  double max_m = 0;
+  double mean = 0;
+  double rmse = 0;
+  double p95 = 0;  ///< 95 % of the errors are at most this (nearest rank)
+  double max = 0;
 };
 /// Returns nothing if there are no errors.
-std::optional<ErrorStatistics> statistics(std::vector<double> errors_m);
-
-/// The same statistics for angles.
-struct AngleStatistics {
-  int count = 0;
-  double mean_rad = 0;
-  double rmse_rad = 0;
-  double p95_rad = 0;
-  double max_rad = 0;
-};
-/// Returns nothing if there are no errors. The statistics are of the absolute values.
-std::optional<AngleStatistics> angle_statistics(std::vector<double> errors_rad);
+std::optional<ErrorStatistics> statistics(std::vector<double> errors);
 
 /// Comparison with the Cramer-Rao bound (apps/runlog/summary/bounds.h) over the frames that have an answer and a bound.
 /// The unit is in the name of the field that holds the comparison.
@@ -90,9 +79,9 @@ struct Summary {
   std::optional<ErrorStatistics> odometry_error;
   std::optional<double> travelled_m;              ///< length of the true path
   std::optional<double> headings_covered_deg;     ///< out of 360, in bins of 10 degrees, of the true heading
-  std::optional<AngleStatistics> heading_error;   ///< of fixes with a heading; the worse one of an ambiguous frame
+  std::optional<ErrorStatistics> heading_error;   ///< of fixes with a heading; the worse one of an ambiguous frame
   std::optional<ErrorStatistics> estimate_error;  ///< of estimate.tum, for the frames that it contains
-  std::optional<AngleStatistics> estimate_heading_error;
+  std::optional<ErrorStatistics> estimate_heading_error;
   std::map<std::string, int>
       track_states{};  ///< frames by state of the track; empty for an older run and without a filter
   std::map<std::string, int> track_uses{};          ///< frames by the use of their fix (localisation::FixUse)

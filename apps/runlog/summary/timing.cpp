@@ -60,7 +60,7 @@ std::optional<TimingSummary> summarise_timing(const RunData& run) {
   const auto& chosen = run.robot.estimator.landmarks;
   summary.landmarks = int(chosen.empty() ? run.map.landmarks.size() : chosen.size());
   if (is_outline) summary.budget_s = estimation::time_limit_of(estimation::Method::kOutline, run.robot);
-  summary.kept = int(std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.verdict == kKept; }));
+  summary.kept = int(std::ranges::count_if(rows, [](const TimingRow& r) { return r.verdict == kKept; }));
   return summary;
 }
 

@@ -1,18 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
+#include "drivers/sim_povray/reflected_truth.h"
 
 /// Writes and reads a run folder's tables as text (docs/file-formats.md). Numbers are written so that reading
 /// gives the same double. A field that does not apply is empty.
 namespace twocone::runlog {
+
+// ---- fields of a CSV line (RFC 4180)
+
+/// Adds double quotes if the text contains a comma, a quote or a line break.
+std::string to_field(const std::string& text);
+std::string to_field(double value);
+std::string to_field(int value);
+std::string to_field(std::uint64_t value);
+std::string to_field(const std::optional<double>& value);
+/// Writes 1 or 0.
+std::string to_field(const std::optional<bool>& value);
+/// Separates names by semicolons. Inside a name, a backslash precedes each semicolon and backslash.
+std::string to_field(const std::vector<std::string>& names);
+
+/// Returns a row's line without its newline.
+template <typename... Values>
+std::string join_fields(const std::tuple<Values...>& row) {
+  return std::apply(
+      [](const auto& first, const auto&... rest) { return (to_field(first) + ... + (',' + to_field(rest))); }, row);
+}
+
+/// Returns the fields of a line without its newline, with quotes removed.
+std::vector<std::string> split_fields(std::string_view line);
+
+/// @returns whether the field is a valid value; `value` is set only then
+bool parse_field(const std::string& field, std::string& value);
+bool parse_field(const std::string& field, double& value);
+bool parse_field(const std::string& field, int& value);
+bool parse_field(const std::string& field, std::uint64_t& value);
+bool parse_field(const std::string& field, std::optional<double>& value);
+bool parse_field(const std::string& field, std::optional<bool>& value);
+bool parse_field(const std::string& field, std::vector<std::string>& names);
+
+// ---- tables
 
 /// Reads a table row by row, for runs of any length. A last line without its newline is left out, because the program
 /// ended while it wrote that line. A missing file counts as an empty table. Tables of older versions, which lack the
@@ -56,5 +94,15 @@ std::string to_line(const Row& row) {
 std::string to_line(const TrackRow& row);
 /// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
 std::string to_line(const PoseRow& row);
+
+/// Returns the path beside the image: lower/NNNNNN.truth.csv. @param camera `lower`, `upper`
+std::filesystem::path truth_file(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame);
+
+/// Writes the true content of a mirror, with a row for each pixel that sees a landmark:
+/// column_px,row_px,landmark,distance_m,height_m. Lengths are rounded to 10 micrometres, a tenth of their accuracy.
+/// @param landmarks the landmarks to which the pixels refer
+/// @throws DiskError
+void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
+                 const std::vector<Landmark>& landmarks);
 
 }  // namespace twocone::runlog

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/frame_answers.h"
 
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/summary/timing.h"
 
 namespace twocone::runs {

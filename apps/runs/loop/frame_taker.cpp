@@ -2,20 +2,109 @@
 #include "apps/runs/loop/frame_taker.h"
 
 #include <thread>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/runs/loop/pairs.h"
 #include "base/log.h"
 
 namespace twocone::runs {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenTries{10};
+constexpr std::chrono::milliseconds kImageTimeout{150'000};
+
+/// Puts rgb8 pixels in the place of the camera's own, which must be there already.
+Status decode(Frame& frame) {
+  const auto image = frame.image(std::chrono::milliseconds(0));
+  if (!image) return image.error();
+  auto rgb = to_rgb8(**image);
+  if (!rgb) return rgb.error();
+  // What the camera sends as rgb8 already comes back as it is: a copy, so that the buffer is the device's again.
+  if (rgb->bytes.is_lent()) rgb->bytes = Bytes((*image)->bytes.begin(), (*image)->bytes.end());
+  frame = Frame(frame.header(), std::move(*rgb));
+  return {};
+}
+
+Status decode(StereoFrame& frame) {
+  if (auto decoded = decode(frame.lower); !decoded) return with_name("lower", decoded.error());
+  if (auto decoded = decode(frame.upper); !decoded) return with_name("upper", decoded.error());
+  return {};
+}
 
 }  // namespace
+
+Result<TakenPair> PairTaker::take(Robot& robot, StereoFrame frame) {
+  const auto arrived = std::chrono::steady_clock::now();
+  const auto reading = robot.drive().read_angles();
+  if (!reading) return with_name("drive", reading.error());
+  if (!robot.pace().waits_for_program) {
+    if (auto decoded = decode(frame); !decoded) return decoded.error();
+  }
+  wheels_.add(*reading);
+  const Timestamp captured = frame.lower.header().captured;
+  const WheelAngles angles = wheels_.at(captured);
+  if (!zero_s_) zero_s_ = captured.seconds();
+  const double t_s = captured.seconds() - *zero_s_;
+  const double upper_t_s = frame.upper.header().captured.seconds() - *zero_s_;
+  const localisation::Pose& odometry = odometry_.update(angles.left_rad, angles.right_rad);
+  return TakenPair{std::move(frame), arrived, t_s, upper_t_s, angles, odometry};
+}
+
+ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop) {
+  const auto deadline = std::chrono::steady_clock::now() + kImageTimeout;
+  while (true) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto image = frame.image(kStopSlice);
+    const auto now = std::chrono::steady_clock::now();
+    // A time-out that comes at once is the renderer's, not this wait's.
+    const bool is_pending = !image && image.error().code == ErrorCode::kTimeout && now - begin >= kStopSlice / 2;
+    if (!is_pending || now >= deadline) return image;
+    if (stop) return Error{ErrorCode::kCancelled, "interrupted while its image was awaited"};
+  }
+}
+
+Result<std::pair<std::shared_ptr<const Image>, std::shared_ptr<const Image>>> wait_for_images(
+    const StereoFrame& frame, const std::atomic<bool>& stop) {
+  const auto lower = wait_for_image(frame.lower, stop);
+  if (!lower) return lower.error();
+  const auto upper = wait_for_image(frame.upper, stop);
+  if (!upper) return upper.error();
+  return std::pair(*lower, *upper);
+}
+
+FaultPolicy::FaultPolicy(std::chrono::milliseconds patience, std::function<void(const std::string&)> notify)
+    : patience_(patience), notify_(std::move(notify)) {}
+
+Status FaultPolicy::failed(std::uint64_t frame, const Error& error) {
+  const SteadyTime now = std::chrono::steady_clock::now();
+  const std::string what = fmt::format("frame {}: {}", frame, error.message);
+  if (patience_.count() == 0) return Error{error.code, what};
+  const bool begins = !since_;
+  if (begins) since_ = now;
+  if (now - *since_ >= patience_) {
+    return Error{error.code,
+                 fmt::format("{}, and so it stayed for {} s", what, std::chrono::duration<double>(patience_).count())};
+  }
+  base::Logger("run").warning(what + "; tried again");
+  const bool ends = error.code != ErrorCode::kBadData;
+  if (ends && !has_end_) {
+    notify_(fmt::format("{}: the wheels are stopped until it answers again", what));
+  } else if (begins) {
+    notify_(what);
+  }
+  has_end_ = has_end_ || ends;
+  return {};
+}
+
+void FaultPolicy::over(std::uint64_t frame) {
+  if (since_ && has_end_) {
+    const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - *since_;
+    notify_(fmt::format("frame {}: all is well again after {:.1f} s", frame, lasted.count()));
+  }
+  since_.reset();
+  has_end_ = false;
+}
 
 FrameTaker::FrameTaker(Robot& robot, const config::Robot& description, SteadyTime run_begin, double clock_before_s,
                        std::chrono::milliseconds patience, std::function<void(const std::string&)> notify)
@@ -61,16 +150,11 @@ Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool
   const Frame::Header& lower = frame.lower.header();
   const Frame::Header& upper = frame.upper.header();
   runlog::FrameRecord record;
-  record.frame = {number,
-                  t_s,
-                  std::chrono::duration<double>(frame.skew()).count(),
-                  t_s,
-                  upper_t_s,
-                  lower.sequence,
-                  upper.sequence,
-                  lower.lost_before,
-                  upper.lost_before,
-                  clock_before_s_ + seconds_since(run_begin_)};
+  const double skew_s = std::chrono::duration<double>(frame.skew()).count();
+  record.frame = {number, t_s, skew_s, t_s, upper_t_s, lower.sequence, upper.sequence};
+  record.frame.lower_lost = lower.lost_before;
+  record.frame.upper_lost = upper.lost_before;
+  record.frame.host_t_s = clock_before_s_ + seconds_since(run_begin_);
   record.drive = {t_s, command_.left_radps, command_.right_radps, angles.left_rad, angles.right_rad};
   record.odometry = {t_s, pose.x_m, pose.y_m, pose.heading_rad};
   if (const auto truth = robot_.true_pose()) {

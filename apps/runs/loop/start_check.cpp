@@ -9,7 +9,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/estimation/image_as_mat.h"
-#include "apps/runs/loop/pairs.h"
+#include "apps/runs/loop/frame_taker.h"
 #include "vision/rim.h"
 
 namespace twocone::runs {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/config/yaml/file_error.h"
+#include "apps/config/yaml/text_file.h"
 
 namespace twocone::runs {
 namespace {
@@ -22,8 +22,8 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
     std::vector<Eigen::Vector2d> points_m;
     for (const config::Point& p : robot.waypoints) points_m.emplace_back(p.x_m, p.y_m);
     if (points_m.empty()) {
-      throw config::FileError(fmt::format("{}: behaviour waypoints needs the key waypoints_m: [[x, y], ...] in metres",
-                                          robot.file.string()));
+      throw config::FileError("{}: behaviour waypoints needs the key waypoints_m: [[x, y], ...] in metres",
+                              robot.file.string());
     }
     return std::make_unique<behaviours::Waypoints>(body, points_m);
   }

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/camera_info.h"
+#include "apps/config/keys/robot_keys.h"
 
 #include <algorithm>
-#include <optional>
-#include <span>
-
-#include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
-
-#include "apps/config/yaml/yaml_reader.h"
 
 namespace twocone::config {
 namespace {
@@ -72,7 +65,7 @@ void read_distortion(Section& root, RigView& view) {
   if (columns && is_good && std::size_t(*columns) != view.distortion.size()) {
     matrix->complain("cols", kNoUnit, fmt::format("{}, as many as data has", view.distortion.size()));
   }
-  const bool is_none = std::all_of(view.distortion.begin(), view.distortion.end(), [](double k) { return k == 0; });
+  const bool is_none = std::ranges::all_of(view.distortion, [](double k) { return k == 0; });
   if (is_none) view.distortion.clear();
 }
 

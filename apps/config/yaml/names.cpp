@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/config/yaml/old_names.h"
+#include "apps/config/yaml/names.h"
 
+#include <algorithm>
 #include <array>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
 
 namespace twocone::config {
 namespace {
@@ -45,6 +50,22 @@ void rename(YAML::Node node, std::string_view path, std::string_view name) {
   }
 }
 
+/// Returns the Levenshtein distance: the number of letters to insert, delete or replace.
+std::size_t edit_distance(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
 }  // namespace
 
 std::string_view present_name(NameOf kind, std::string_view name) {
@@ -84,6 +105,20 @@ YAML::Node with_present_names(const YAML::Node& robot) {
     node["estimator"]["method"] = std::string(present_name(NameOf::kMethod, method.Scalar()));
   }
   return node;
+}
+
+std::optional<std::string> nearest(std::string_view word, const std::vector<std::string>& known) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(word, candidate);
+    const bool near = distance * 3 <= candidate.size() || candidate.starts_with(fmt::format("{}_", word));
+    if (near && distance < best_distance) {
+      best = candidate;
+      best_distance = distance;
+    }
+  }
+  return best;
 }
 
 }  // namespace twocone::config

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/config/yaml/text_file.h"
 #include "apps/import/stamps.h"
 
 namespace twocone::importer {
@@ -32,5 +33,24 @@ struct ImageList {
 /// @throws config::FileError: no such folder, no images, a name or line without a valid time, a time that does not
 /// increase, a missing image
 ImageList list_images(const std::filesystem::path& folder, const std::filesystem::path& times_file, StampUnit unit);
+
+/// Reports an image that cannot be decoded, because it is incomplete or not an image. The message is one line.
+class UnreadableImage : public config::FormattedError {
+ public:
+  using FormattedError::FormattedError;
+};
+
+struct ImageSize {
+  int width_px = 0, height_px = 0;
+};
+
+/// Checks that the file is a complete PNG or JPEG image of that size, whatever its extension.
+/// @throws UnreadableImage; config::FileError for a wrong size
+void check_image(const std::filesystem::path& file, ImageSize wanted);
+
+/// Stores the image as the PNG file `to`, which must not exist. A PNG file becomes a hard link if the disk supports it,
+/// otherwise a copy. A JPEG file is decoded.
+/// @throws as check_image; runlog::DiskError
+void store_image(const std::filesystem::path& file, ImageSize wanted, const std::filesystem::path& to);
 
 }  // namespace twocone::importer

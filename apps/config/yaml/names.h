@@ -4,11 +4,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <yaml-cpp/yaml.h>
 
-/// The names of version 0.1, in one table. Files that use these names stay readable, and the names are never written.
-/// An option with an old name is rejected, and the message names the new one.
+/// Names that are not the present ones: those of version 0.1, in one table, and misspelt ones. Files that use old names
+/// stay readable, and the names are never written. An option with an old name is rejected, and the message names the
+/// new one.
 namespace twocone::config {
 
 enum class NameOf {
@@ -30,5 +32,10 @@ std::string present_columns(std::string_view header);
 /// Puts present keys and values in the place of old ones in a robot file's node, and returns it. An old key beside the
 /// present one stays and is reported as unknown.
 YAML::Node with_present_names(const YAML::Node& robot);
+
+/// Returns the known name that `word` probably means. A third of the name's letters may be wrong (Levenshtein
+/// distance), or the suffix after an underscore, such as a unit, may be missing. The first of the nearest names is
+/// returned.
+[[nodiscard]] std::optional<std::string> nearest(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace twocone::config
