@@ -8,7 +8,6 @@
 
 #include "apps/report/figures/series.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
 #include "base/quantile.h"
 
 namespace twocone::report {

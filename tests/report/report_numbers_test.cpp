@@ -6,8 +6,8 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/report/figures/series.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/gnuplot.h"
-#include "apps/report/kit/palette.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/rig_numbers.h"
 #include "apps/report/verdicts.h"

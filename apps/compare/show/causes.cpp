@@ -5,7 +5,6 @@
 #include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
 
 namespace twocone::compare {
 namespace {

@@ -11,7 +11,6 @@
 #include "apps/compare/show/images.h"
 #include "apps/compare/side.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
 #include "localisation/odometry.h"
 
 namespace twocone::compare {

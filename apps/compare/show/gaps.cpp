@@ -6,9 +6,8 @@
 
 #include "apps/compare/show/sections.h"
 #include "apps/compare/show/wording.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
 
 namespace twocone::compare {
 namespace {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/compare/show/sections.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 
 namespace twocone::compare {

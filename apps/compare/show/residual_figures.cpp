@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/compare/show/sections.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 
 namespace twocone::compare {
 namespace {

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/runlog/summary/bounds.h"
 #include "localisation/fix.h"
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "apps/report/figures/series.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
 
 namespace twocone::report {
 namespace {

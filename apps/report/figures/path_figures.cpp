@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/verdicts.h"

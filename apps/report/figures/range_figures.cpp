@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "apps/report/figures/series.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/table.h"
 #include "apps/report/verdicts.h"

@@ -11,7 +11,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/rig_numbers.h"
 

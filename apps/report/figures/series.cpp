@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 
 namespace twocone::report {
 

@@ -13,8 +13,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
 

@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
 #include "base/child_process.h"
 
 namespace twocone::report {

@@ -9,9 +9,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
 #include "apps/report/paper_figures.h"
 #include "apps/report/rig_numbers.h"
 #include "apps/report/table.h"

@@ -7,8 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/style.h"
 #include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/show/page_style.h"
 #include "apps/tradeoff/show/wording.h"
