@@ -45,7 +45,7 @@ std::vector<std::string> figures_in(const std::filesystem::path& run) {
   for (const auto& entry : std::filesystem::directory_iterator(run / "figures")) {
     names.push_back(entry.path().filename());
     if (entry.path().extension() == ".svg") expect_well_formed(content_of(entry.path()), entry.path());
-    EXPECT_NE(entry.path().extension(), ".new") << "left over: " << entry.path();
+    EXPECT_NE(entry.path().extension(), ".part") << "left over: " << entry.path();
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -436,7 +436,7 @@ TEST(WriteReport, ReportsWhatCannotBeWritten) {
   const auto blocked = write_report(synthetic_run(other.path(), 5), quick());
   ASSERT_FALSE(blocked);
   EXPECT_THAT(blocked.error().message, HasSubstr("report.html"));
-  EXPECT_FALSE(std::filesystem::exists(other.path() / "report.html.new"));
+  EXPECT_FALSE(std::filesystem::exists(other.path() / "report.html.part"));
 }
 
 TEST(WriteReport, RefusesBadArguments) {

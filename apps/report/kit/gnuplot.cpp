@@ -7,13 +7,13 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/html.h"
+#include "apps/runlog/storage/disk.h"
 #include "base/child_process.h"
 
 namespace twocone::report {
@@ -22,17 +22,11 @@ namespace {
 /// Far more than a figure of a long run needs; a program that writes without end must not fill the memory.
 constexpr std::size_t kLargestOutput = 64U << 20U;
 
-/// What a program wrote until it ended by itself.
-struct ProgramOutput {
-  int exit_code = 0;
-  std::string out;
-  std::string err;
-};
-
+/// Returns what a program wrote until it ended by itself.
 /// Errors: kUnavailable (cannot be started), kTimeout (killed), kDisconnected (ended by a signal), kBadData (killed
 /// because it wrote more than any figure needs).
-Result<ProgramOutput> run_program(const std::string& program, std::vector<std::string> arguments,
-                                  std::chrono::milliseconds timeout) {
+Result<base::ChildResult> run_program(const std::string& program, std::vector<std::string> arguments,
+                                      std::chrono::milliseconds timeout) {
   using End = base::ChildResult::End;
   const std::optional<std::string> path = base::find_program(program);
   base::ChildResult run;
@@ -59,7 +53,7 @@ Result<ProgramOutput> run_program(const std::string& program, std::vector<std::s
     return Error{ErrorCode::kDisconnected,
                  fmt::format("{} was ended by signal {}", program, WTERMSIG(run.wait_status))};
   }
-  return ProgramOutput{WEXITSTATUS(run.wait_status), std::move(run.output), std::move(run.errors)};
+  return run;
 }
 
 /// The common style of every figure: two axes, a light grid, colour for data only.
@@ -96,19 +90,17 @@ bool insert_underlay(std::string& svg, const Underlay& underlay) {
 Gnuplot::Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout)
     : program_(std::move(program)), folder_(std::move(folder)), timeout_(timeout) {}
 
-Status Gnuplot::check() const {
-  const Result<ProgramOutput> version = run_program(program_, {"--version"}, timeout_);
-  if (version && version->exit_code == 0 && version->out.starts_with("gnuplot")) return {};
-  const std::string why =
-      version ? fmt::format("'{} --version' ended with {}", program_, version->exit_code) : version.error().message;
-  return Error{ErrorCode::kUnavailable,
-               fmt::format("gnuplot is not installed or does not run ({}); the figures need it: "
-                           "apt install gnuplot-nox",
-                           why)};
-}
-
 Status Gnuplot::prepare() const {
-  if (Status there = check(); !there) return there;
+  const Result<base::ChildResult> version = run_program(program_, {"--version"}, timeout_);
+  const int status = version ? WEXITSTATUS(version->wait_status) : 0;
+  if (!version || status != 0 || !version->output.starts_with("gnuplot")) {
+    const std::string why =
+        version ? fmt::format("'{} --version' ended with {}", program_, status) : version.error().message;
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("gnuplot is not installed or does not run ({}); the figures need it: "
+                             "apt install gnuplot-nox",
+                             why)};
+  }
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) {
@@ -120,12 +112,12 @@ Status Gnuplot::prepare() const {
 Result<std::string> Gnuplot::draw(const Plot& plot) const {
   const std::filesystem::path script = folder_ / (plot.stem + ".gp");
   if (const Status written = write_file(script, preamble(plot) + plot.commands); !written) return written.error();
-  Result<ProgramOutput> drawn = run_program(program_, {"-d", script.string()}, timeout_);
+  Result<base::ChildResult> drawn = run_program(program_, {"-d", script.string()}, timeout_);
   if (!drawn) return drawn.error();
-  std::string& svg = drawn->out;
-  if (drawn->exit_code != 0 || svg.find("</svg>") == std::string::npos) {
+  std::string& svg = drawn->output;
+  if (WEXITSTATUS(drawn->wait_status) != 0 || svg.find("</svg>") == std::string::npos) {
     return Error{ErrorCode::kBadData, fmt::format("gnuplot could not draw {} (ended with {}): {}", script.string(),
-                                                  drawn->exit_code, drawn->err.substr(0, 2000))};
+                                                  WEXITSTATUS(drawn->wait_status), drawn->errors.substr(0, 2000))};
   }
   replace_between(svg, "<title>", "</title>", escape(plot.title));
   if (plot.underlay && !insert_underlay(svg, *plot.underlay)) {
@@ -170,21 +162,11 @@ double readable_limit(std::vector<double> values) {
 }
 
 Status write_file(const std::filesystem::path& file, std::string_view content) {
-  std::filesystem::path fresh = file;
-  fresh += ".new";
-  const auto failed = [&](const std::string& reason) {
-    std::error_code ignored;
-    std::filesystem::remove(fresh, ignored);
-    return Error{ErrorCode::kUnavailable, fmt::format("cannot write {}: {}", file.string(), reason)};
-  };
-  errno = 0;
-  std::ofstream stream(fresh, std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
-  stream.close();
-  if (!stream) return failed(errno != 0 ? std::strerror(errno) : "the disk may be full");
-  std::error_code error;
-  std::filesystem::rename(fresh, file, error);
-  if (error) return failed(error.message());
+  try {
+    runlog::write_whole(file, content);
+  } catch (const runlog::DiskError& error) {
+    return Error{ErrorCode::kUnavailable, error.what()};
+  }
   return {};
 }
 

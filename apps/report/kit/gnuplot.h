@@ -38,10 +38,7 @@ class Gnuplot {
   Gnuplot(std::string program, std::filesystem::path folder,
           std::chrono::milliseconds timeout = std::chrono::seconds(30));
 
-  /// Returns success if gnuplot runs. Error kUnavailable: names the package to install.
-  [[nodiscard]] Status check() const;
-
-  /// Calls check() and creates the folder. Error kUnavailable.
+  /// Checks that gnuplot runs and creates the folder. Error kUnavailable: names the package to install.
   [[nodiscard]] Status prepare() const;
 
   /// Writes STEM.gp, draws it and writes STEM.svg; returns the SVG's text.
@@ -71,7 +68,7 @@ std::string plot_command(const std::vector<std::string>& plots);
 /// values that are not finite are ignored
 double readable_limit(std::vector<double> values);
 
-/// Writes the whole file or leaves the old one: a neighbouring file is written first and then renamed.
+/// Writes the whole file or leaves the old one, as runlog::write_whole.
 /// Error kUnavailable: names the file and the reason.
 Status write_file(const std::filesystem::path& file, std::string_view content);
 
