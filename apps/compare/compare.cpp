@@ -11,10 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/held_out.h"
 #include "apps/compare/matching.h"
-#include "apps/compare/residuals.h"
 #include "apps/compare/shares.h"
+#include "apps/compare/side.h"
 #include "apps/compare/sources.h"
 #include "localisation/odometry.h"
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "apps/compare/side.h"
-#include "apps/compare/timing.h"
 #include "apps/config/map_file.h"
 #include "apps/runlog/run_data.h"
 

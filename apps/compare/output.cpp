@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string number(const std::optional<double>& value) {
+std::string decimal(const std::optional<double>& value) {
   if (!value) return "-";
   const double size = std::abs(*value);
   if (size >= 1000) return fmt::format("{:.0f}", *value);
@@ -23,7 +23,7 @@ std::string number(const std::optional<double>& value) {
 }
 
 /// Returns a paragraph of a terminal's width.
-std::string lines(const std::string& first, const std::string& text) {
+std::string paragraph(const std::string& first, const std::string& text) {
   constexpr std::size_t kColumns = 100;
   std::istringstream stream(text);
   return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
@@ -32,24 +32,24 @@ std::string lines(const std::string& first, const std::string& text) {
 /// A smaller share of a gap gets no line of its own.
 constexpr double kWorthALine = 0.05;
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+std::string plain_percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 std::string source_lines(const Source& source) {
   std::string text = fmt::format("  {}\n", source.name());
   for (const Component& c : source.components) {
-    text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, number(c.simulated),
-                        number(c.real), c.difference(), c.sigma, unit_after("", c.unit));
+    text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, decimal(c.simulated),
+                        decimal(c.real), c.difference(), c.sigma, unit_after("", c.unit));
   }
   std::vector<std::string> shares;
   for (const Share& share : source.shares) {
-    shares.push_back(fmt::format("{} of the gap in {}", percent(share.share), to_string(share.of)));
+    shares.push_back(fmt::format("{} of the gap in {}", plain_percent(share.share), to_string(share.of)));
   }
-  if (!shares.empty()) text += lines("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
+  if (!shares.empty()) text += paragraph("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
   if (!source.confusable.empty()) {
-    text +=
-        lines("    ", fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
+    text += paragraph("    ",
+                      fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
   }
-  return text + lines("    ", std::string(source.advice()));
+  return text + paragraph("    ", std::string(source.advice()));
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
@@ -80,7 +80,7 @@ std::string table(const Comparison& comparison) {
                                  comparison.simulated_frames, comparison.real, comparison.real_frames);
   text += fmt::format("frames matched: {} by time, {} by place; poses of the real robot: {}\n",
                       comparison.matched_by_time, comparison.matched_by_pose, comparison.reference);
-  for (const std::string& note : comparison.notes) text += lines("note: ", note);
+  for (const std::string& note : comparison.notes) text += paragraph("note: ", note);
 
   const auto differing = comparison.sources_with(SourceVerdict::kDiffers);
   text += differing.empty() ? "\nNo difference found.\n" : "\nDifferences (simulated -> real):\n";
@@ -91,7 +91,7 @@ std::string table(const Comparison& comparison) {
                       differing.size() + agreeing.size(), comparison.level, comparison.false_alarm, agreeing.size(),
                       undetermined.size());
   for (const Source* const source : undetermined) {
-    text += lines("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
+    text += paragraph("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
   }
 
   if (!comparison.gaps.empty()) {
@@ -100,12 +100,12 @@ std::string table(const Comparison& comparison) {
   }
   for (const Gap& gap : comparison.gaps) {
     text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", fmt::format("{}, {}", to_string(gap.of), gap.unit),
-                        number(gap.before), number(gap.after), number(gap.floor),
-                        gap.unexplained ? percent(*gap.unexplained) : "-");
+                        decimal(gap.before), decimal(gap.after), decimal(gap.floor),
+                        gap.unexplained ? plain_percent(*gap.unexplained) : "-");
     if (gap.unnamed && std::abs(*gap.unnamed) >= kWorthALine) {
-      text += lines("  ",
-                    fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
-                                percent(*gap.unnamed)));
+      text += paragraph(
+          "  ", fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
+                            plain_percent(*gap.unnamed)));
     }
   }
 
@@ -117,11 +117,11 @@ std::string table(const Comparison& comparison) {
     stage = row.stage;
     const bool is_gap_alone = !row.simulated && !row.real && row.gap;
     text += fmt::format("  {:<50} {:>9} {:>9} {:>8} {:>6} {}\n", row.name + unit_after(", ", row.unit),
-                        number(row.simulated), number(is_gap_alone ? row.gap : row.real),
-                        row.gap_sigma ? number(row.gap_sigma) : "", row.limit ? fmt::format("{:g}", *row.limit) : "",
+                        decimal(row.simulated), decimal(is_gap_alone ? row.gap : row.real),
+                        row.gap_sigma ? decimal(row.gap_sigma) : "", row.limit ? fmt::format("{:g}", *row.limit) : "",
                         row.light == Light::kNone ? "" : to_string(row.light));
   }
-  text += lines("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
+  text += paragraph("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
   return text;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/render_again.h"
+#include "apps/compare/compare.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "apps/compare/matching.h"
-#include "apps/compare/residuals.h"
 #include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/residuals.h"
+#include "apps/compare/side.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -9,11 +12,19 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "apps/calibrate/calibrate.h"
+#include "apps/compare/comparison.h"
+#include "apps/estimation/estimator.h"
+#include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"
+#include "localisation/odometry.h"
 #include "vision/mirror_view.h"
+#include "vision/ranging.h"
 
+/// What is measured in one run alone.
 namespace twocone::compare {
 
 /// One of the two runs, with the measurements of its robot from its own data. Ground truth enters only `reference`.
@@ -47,5 +58,69 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
 /// Calibrates the rig from the run's own data, with timing and the landmarks' places among the unknowns.
 /// @param frames that the calibration uses. @param progress fraction done. May be empty
 void calibrate_side(Side& side, int frames, const std::function<void(double)>& progress);
+
+/// Times of a run's frames, from their stamps.
+struct Timing {
+  double rate_hz = 0;   ///< over the median time between consecutive frames without loss; 0: unknown
+  double jitter_s = 0;  ///< standard deviation of those times
+  double skew_s = 0;    ///< mean of the stamped time of the upper view minus that of the lower one
+  double skew_sigma_s = 0;
+  double most_skew_s = 0;  ///< largest absolute
+  /// Frames of lower and upper that were lost before or between those of the run, and the number of all frames.
+  std::array<std::uint64_t, 2> lost{}, all{};
+  /// Growth of the delay between a stamp and the machine's clock over the run: images that came later and later. None
+  /// where the stamps are simulated time.
+  std::optional<double> ageing_s{};
+};
+
+/// @param run at least two frames
+Timing timing_of(const runlog::RunData& run);
+
+/// Returns the probability of this number of losses, or of one as improbable, where each frame is lost with
+/// `probability`, in [0, 1]: the exact two-sided binomial test.
+double lost_p_value(std::uint64_t lost, std::uint64_t all, double probability);
+
+/// Returns the probability that two cameras with the same loss differ at least so much: Fisher's exact test, two-sided.
+double lost_p_value(std::uint64_t lost_a, std::uint64_t all_a, std::uint64_t lost_b, std::uint64_t all_b);
+
+/// Sums of numbers, for mean and root mean square.
+struct Moments {
+  std::size_t count = 0;
+  double sum = 0, squares = 0;
+
+  void add(double value);
+  [[nodiscard]] std::optional<double> mean() const;
+  [[nodiscard]] std::optional<double> rms() const;
+};
+
+/// Differences of a run's answers from its reference, over all its frames.
+struct Residuals {
+  Moments range_m, bearing_rad, disparity_px;  ///< measured minus the value at the reference pose, as the run had it
+  Moments fix_m;                               ///< distance of fix and reference; none without an independent reference
+  std::size_t frames = 0, with_fix = 0;
+  std::size_t looked_for = 0, ranged = 0, outliers = 0;  ///< landmarks times frames
+  std::vector<bool> has_range;                           ///< in the order of the frames, for each landmark of the map
+  std::vector<ResidualPoint> points;                     ///< thinned out evenly to at most kMostPoints
+  static constexpr std::size_t kMostPoints = 3000;
+};
+
+/// Sets the references of a side without a given trajectory or truth: fixes from its sightings under Side::found.
+/// @throws config::FileError as TableReader
+void locate(Side& side);
+
+/// @throws config::FileError as TableReader
+Residuals residuals_of(const Side& side);
+
+/// Returns a point of the world in the body's frame.
+Eigen::Vector2d in_body(const runlog::PoseRow& pose, const Eigen::Vector2d& place_m);
+
+localisation::Pose pose_of(const runlog::PoseRow& row);
+
+/// Returns the pose of a fix, if it can be trusted.
+std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s);
+
+/// Returns the measurement from two sightings of a landmark under `rig`; nothing: that view has none.
+vision::RangeMeasurement range_under(const vision::Rig& rig, const std::optional<vision::Sighting>& lower,
+                                     const std::optional<vision::Sighting>& upper, const Landmark& target);
 
 }  // namespace twocone::compare

@@ -8,7 +8,7 @@
 
 #include "apps/compare/comparison.h"
 #include "apps/compare/matching.h"
-#include "apps/compare/residuals.h"
+#include "apps/compare/side.h"
 
 namespace twocone::compare {
 

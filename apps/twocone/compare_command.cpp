@@ -10,9 +10,6 @@
 #include <fmt/format.h>
 
 #include "apps/compare/compare.h"
-#include "apps/compare/correct.h"
-#include "apps/compare/render_again.h"
-#include "apps/compare/show/page.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/run_lock.h"
 #include "apps/twocone/commands.h"

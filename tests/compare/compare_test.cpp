@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/compare/correct.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/runlog/run_data.h"
 #include "tests/compare/synthetic_run.h"

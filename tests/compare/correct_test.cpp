@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/correct.h"
+#include "apps/compare/compare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

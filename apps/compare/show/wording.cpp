@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/show/wording.h"
+#include "apps/compare/show/sections.h"
 
 #include <algorithm>
 #include <cmath>
