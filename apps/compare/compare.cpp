@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <future>
 #include <mutex>
 #include <stdexcept>
@@ -15,7 +14,6 @@
 #include "apps/compare/shares.h"
 #include "apps/compare/side.h"
 #include "apps/compare/sources.h"
-#include "localisation/odometry.h"
 
 namespace twocone::compare {
 namespace {
@@ -65,7 +63,7 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
     const auto apart = [&](const Match& m) {
       return distance_m(*simulated.reference[m.simulated], *real.reference[m.real]);
     };
-    const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
+    const Match best = *std::ranges::min_element(from, to, {}, apart);
     const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
     const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
     exhibits.push_back(

@@ -70,12 +70,11 @@ std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>>
     if (simulated[k]) by_x.push_back(k);
   }
   const auto x_of = [&](std::size_t k) { return simulated[k]->x_m; };
-  std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
+  std::ranges::stable_sort(by_x, {}, x_of);
   std::vector<Match> matches;
   for (std::size_t i = 0; i < real.size(); ++i) {
     if (!real[i]) continue;
-    const auto first = std::lower_bound(by_x.begin(), by_x.end(), real[i]->x_m - most_apart_m,
-                                        [&](std::size_t k, double x_m) { return x_of(k) < x_m; });
+    const auto first = std::ranges::lower_bound(by_x, real[i]->x_m - most_apart_m, {}, x_of);
     double least_m = most_apart_m;
     std::optional<std::size_t> best;
     for (auto at = first; at != by_x.end() && x_of(*at) <= real[i]->x_m + most_apart_m; ++at) {
@@ -90,8 +89,7 @@ std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>>
 }
 
 std::optional<runlog::PoseRow> pose_at(std::span<const runlog::PoseRow> poses, double t_s, double longest_gap_s) {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), t_s,
-                                      [](const runlog::PoseRow& pose, double time_s) { return pose.t_s < time_s; });
+  const auto after = std::ranges::lower_bound(poses, t_s, {}, &runlog::PoseRow::t_s);
   if (after == poses.end()) return std::nullopt;
   if (after->t_s == t_s) return *after;
   if (after == poses.begin()) return std::nullopt;

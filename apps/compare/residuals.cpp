@@ -28,8 +28,7 @@ struct Seen {
 std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& rows) {
   std::vector<Seen> seen(map.landmarks.size());
   const auto find = [&](const std::string& name) {
-    const auto at = std::find_if(map.landmarks.begin(), map.landmarks.end(),
-                                 [&](const config::Landmark& landmark) { return landmark.name == name; });
+    const auto at = std::ranges::find(map.landmarks, name, &config::Landmark::name);
     return at == map.landmarks.end() ? nullptr : &seen[std::size_t(at - map.landmarks.begin())];  // null: another map's
   };
   for (const runlog::RangeRow& row : rows.ranges) {
@@ -52,7 +51,7 @@ bool is_trusted(const runlog::RangeRow& row) {
   using vision::RangeVerdict;
   constexpr std::array kTrusted{RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent,
                                 RangeVerdict::kBeyondLimit};
-  return std::any_of(kTrusted.begin(), kTrusted.end(), [&](RangeVerdict v) { return row.verdict == to_string(v); });
+  return std::ranges::any_of(kTrusted, [&](RangeVerdict v) { return row.verdict == to_string(v); });
 }
 
 /// Returns the disparity of the landmark's top in the undistorted images, as defined in triangulate().

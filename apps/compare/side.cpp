@@ -24,7 +24,7 @@ constexpr std::size_t kLeastFrames = vision::CalibrationResult::kMinFrames;
 std::vector<std::optional<runlog::PoseRow>> at_times(const std::vector<runlog::FrameRow>& frames,
                                                      std::vector<runlog::PoseRow> poses) {
   constexpr double kLongestGap_s = 1.0;
-  std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  std::ranges::stable_sort(poses, {}, &runlog::PoseRow::t_s);
   std::vector<std::optional<runlog::PoseRow>> result;
   result.reserve(frames.size());
   for (const runlog::FrameRow& frame : frames) result.push_back(pose_at(poses, frame.t_s, kLongestGap_s));
@@ -47,7 +47,7 @@ std::string outline_method_of(const std::filesystem::path& folder, const runlog:
 void ask_the_map(Side& side) {
   calibrate::Report& report = *side.calibration;
   vision::CalibrationProblem doubting = report.problem;
-  doubting.landmark_sigma_m = kMapSigma_m;
+  doubting.landmark_sigma_m = 0.02;  // prior standard deviation of a landmark's place about its place in the map
   const vision::CalibrationResult result = vision::calibrate(doubting);
   if (result.verdict != vision::CalibrationVerdict::kOk) return;
   // exp(-limit / 2): one landmark of a run in a hundred thousand.
@@ -119,9 +119,7 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
   if (!poses.empty()) {
     const auto given = runlog::read_poses(poses);
     side.reference = at_times(side.run.frames, given);
-    const auto known =
-        std::count_if(side.reference.begin(), side.reference.end(), [](const auto& p) { return bool(p); });
-    if (known == 0) {
+    if (std::ranges::none_of(side.reference, [](const auto& pose) { return pose.has_value(); })) {
       return Error{
           ErrorCode::kBadData,
           fmt::format("{}: none of its {} poses is at the time of a frame of {}, which are from {:.3f} to {:.3f} s",

@@ -17,7 +17,6 @@
 #include "apps/calibrate/calibrate.h"
 #include "apps/compare/comparison.h"
 #include "apps/estimation/estimator.h"
-#include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "localisation/odometry.h"
@@ -48,8 +47,6 @@ struct Side {
 };
 
 inline constexpr double kDegree = std::numbers::pi / 180;
-/// Prior standard deviation of a landmark's place about its place in the map.
-constexpr double kMapSigma_m = 0.02;
 
 /// Reads a run. @param poses given trajectory (TUM, the run's clock); empty: none
 /// Errors: kBadData (the run cannot be compared, one line). @throws config::FileError as read_run

@@ -32,9 +32,8 @@ inline constexpr int kFigure17Frames = 180;        ///< the graph of position er
 /// Returns the paper's numbers for the landmark called `name`, in upper or lower case; null for any other name.
 inline const LandmarkFigures* find_landmark(std::string_view name) {
   std::string lower(name);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto* found = std::find_if(kLandmarks.begin(), kLandmarks.end(),
-                                   [&](const LandmarkFigures& landmark) { return landmark.name == lower; });
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto* found = std::ranges::find(kLandmarks, lower, &LandmarkFigures::name);
   return found == kLandmarks.end() ? nullptr : found;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/run_error_budget.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>

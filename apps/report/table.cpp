@@ -227,9 +227,7 @@ std::string outliers(const runlog::Summary& summary) {
 
 bool has_bounds(const runlog::Summary& summary) {
   return summary.position_bound_m || summary.in_ellipse_95 ||
-         std::any_of(summary.landmarks.begin(), summary.landmarks.end(), [](const runlog::LandmarkSummary& landmark) {
-           return landmark.range_bound_m || landmark.within_95;
-         });
+         std::ranges::any_of(summary.landmarks, [](const auto& l) { return l.range_bound_m || l.within_95; });
 }
 
 std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vector<std::string>& notes) {
@@ -255,8 +253,7 @@ std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes
 
 bool has_truth(const runlog::Summary& summary) {
   return summary.travelled_m || summary.fix_error || summary.odometry_error ||
-         std::any_of(summary.landmarks.begin(), summary.landmarks.end(),
-                     [](const runlog::LandmarkSummary& landmark) { return landmark.error.has_value(); });
+         std::ranges::any_of(summary.landmarks, [](const auto& landmark) { return landmark.error.has_value(); });
 }
 
 std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts) {
@@ -272,8 +269,7 @@ std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string
 
 const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name) {
   static const runlog::LandmarkSummary none;
-  const auto found = std::find_if(summary.landmarks.begin(), summary.landmarks.end(),
-                                  [&](const runlog::LandmarkSummary& landmark) { return landmark.name == name; });
+  const auto found = std::ranges::find(summary.landmarks, name, &runlog::LandmarkSummary::name);
   return found == summary.landmarks.end() ? none : *found;
 }
 

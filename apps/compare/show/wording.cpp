@@ -41,8 +41,7 @@ const Component* most_certain(const Source& source) {
     const double ratio = std::abs(c.difference()) / c.sigma;
     return std::isfinite(ratio) ? ratio : 0;
   };
-  const auto found = std::max_element(source.components.begin(), source.components.end(),
-                                      [&](const Component& a, const Component& b) { return sigmas(a) < sigmas(b); });
+  const auto found = std::ranges::max_element(source.components, {}, sigmas);
   return found == source.components.end() ? nullptr : &*found;
 }
 
@@ -117,8 +116,7 @@ std::string short_name(const Source& source, const Component& component) {
 
 std::vector<const Source*> sources_by_share(const Comparison& comparison) {
   std::vector<const Source*> found = comparison.sources_with(SourceVerdict::kDiffers);
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Source* a, const Source* b) { return largest_share(*a) > largest_share(*b); });
+  std::ranges::stable_sort(found, std::ranges::greater{}, [](const Source* source) { return largest_share(*source); });
   return found;
 }
 

@@ -6,7 +6,6 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <Eigen/Core>
 
 #include "apps/report/figures/series.h"
 #include "apps/report/kit/figure.h"

@@ -16,8 +16,7 @@ std::optional<double> in_mm(std::optional<double> metres) {
 
 FrameSpan frame_span(const runlog::RunData& run) {
   if (run.frames.empty()) return {};
-  const auto [first, last] = std::minmax_element(run.frames.begin(), run.frames.end(),
-                                                 [](const auto& a, const auto& b) { return a.frame < b.frame; });
+  const auto [first, last] = std::ranges::minmax_element(run.frames, {}, &runlog::FrameRow::frame);
   return {static_cast<double>(first->frame) - 0.5, static_cast<double>(last->frame) + 0.5};
 }
 
