@@ -127,9 +127,6 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
 
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
-  const auto report_progress = [&settings](double done, std::string_view what) {
-    if (settings.progress) settings.progress(done, what);
-  };
   const auto is_stopped = [&settings] { return settings.stop != nullptr && *settings.stop; };
   const Error stopped{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
   // Shares of the work, as measured: each calibration makes the sightings of its frames several times.
@@ -144,9 +141,9 @@ Result<Outcome> compare(const Settings& settings) {
                              settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
                              real->run.map.file.string(), why)};
   }
-  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { report_progress(done * kFitted, "rigs"); });
+  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { settings.progress(done * kFitted); });
   if (is_stopped()) return stopped;
-  report_progress(kFitted, "references");
+  settings.progress(kFitted);
   locate(*simulated);
   locate(*real);
   const std::vector<double> of_simulated = times_of(simulated->run), of_real = times_of(real->run);
@@ -161,7 +158,7 @@ Result<Outcome> compare(const Settings& settings) {
   auto images = measure_images(
       *simulated, *real, both.by_pose,
       {settings.work, key_of(*simulated, *real, settings), settings.every, settings.jobs,
-       [&](double done) { report_progress(kLocated + (kMeasured - kLocated) * done, "images"); }, settings.stop});
+       [&](double done) { settings.progress(kLocated + (kMeasured - kLocated) * done); }, settings.stop});
   if (!images) return images.error();
 
   Comparison found;
@@ -184,9 +181,8 @@ Result<Outcome> compare(const Settings& settings) {
         fmt::format("{} more images cannot be read", images->unreadable_count - images->unreadable.size()));
   }
   found.sources = find_sources(both, *images, settings.false_alarm, found.level);
-  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames, [&](double done) {
-    report_progress(kMeasured + (1 - kMeasured) * done, "ranges");
-  });
+  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames,
+                                        [&](double done) { settings.progress(kMeasured + (1 - kMeasured) * done); });
   if (!held_out) return held_out.error();
   found.gaps = find_gaps(*simulated, *real, *held_out, *images, settings.is_rendered, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
@@ -197,7 +193,7 @@ Result<Outcome> compare(const Settings& settings) {
   found.real_path = thinned(real->reference);
   found.real_odometry = thinned({real->run.odometry.begin(), real->run.odometry.end()});
   found.exhibits = exhibits_of(*simulated, *real, both.by_pose);
-  report_progress(1, "done");
+  settings.progress(1);
   return Outcome{std::move(found), *std::move(images), std::move(real->calibration)};
 }
 

@@ -6,7 +6,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/compare/comparison.h"
@@ -26,8 +25,7 @@ struct Settings {
   int jobs = 2;                           ///< threads, >= 1
   double false_alarm = 1e-3;              ///< probability for the whole comparison, in (0, 1)
   Limits limits;
-  /// Called with the fraction done, in [0, 1], and the name of the work that follows. May be empty.
-  std::function<void(double, std::string_view)> progress;
+  std::function<void(double)> progress = [](double) {};  ///< called with the fraction done, in [0, 1]
   const std::atomic<bool>* stop = nullptr;
 };
 
@@ -49,12 +47,12 @@ std::string table(const Comparison& comparison);
 std::string to_json(const Comparison& comparison);
 
 struct RenderAgain {
-  std::filesystem::path real;            ///< run folder
-  std::filesystem::path scene;           ///< map with a scene
-  std::filesystem::path poses;           ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
-  std::filesystem::path to;              ///< run folder to write, or one that was begun before
-  int fit_frames = 150;                  ///< frames of the calibration that determines the poses
-  std::function<void(double)> progress;  ///< fraction done. May be empty
+  std::filesystem::path real;   ///< run folder
+  std::filesystem::path scene;  ///< map with a scene
+  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
+  std::filesystem::path to;     ///< run folder to write, or one that was begun before
+  int fit_frames = 150;         ///< frames of the calibration that determines the poses
+  std::function<void(double)> progress = [](double) {};  ///< called with the fraction done, in [0, 1]
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -199,11 +199,6 @@ Status render_again(const RenderAgain& settings) {
   if (!map.scene) {
     throw config::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", settings.scene.string()));
   }
-  const auto report_progress = [&settings](double done) {
-    if (settings.progress) settings.progress(done);
-  };
-  RenderAgain reporting = settings;
-  reporting.progress = report_progress;
   auto real = read_side(settings.real, settings.poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
@@ -211,17 +206,17 @@ Status render_again(const RenderAgain& settings) {
                  fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks",
                              settings.scene.string(), settings.real.string(), real->run.map.file.string(), why)};
   }
-  calibrate_side(*real, settings.fit_frames, [&](double done) { report_progress(kPosesShare * done); });
+  calibrate_side(*real, settings.fit_frames, [&](double done) { settings.progress(kPosesShare * done); });
   // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.
   if (settings.poses.empty()) real->is_reference_apart = false;
   locate(*real);
   const auto places = places_of(*real);
   if (!places) return places.error();
   keep_those_of(recipe_of(real->run.robot, map, *places), settings.to);
-  if (auto rendered = render_all(reporting, *real, map, *places); !rendered) return rendered;
+  if (auto rendered = render_all(settings, *real, map, *places); !rendered) return rendered;
   write_tables(settings, *real, *places);
   const auto localised = runs::localise(settings.to, estimation::Method::kOutline, [&](double done) {
-    report_progress(kImagesShare + (1 - kImagesShare) * done);
+    settings.progress(kImagesShare + (1 - kImagesShare) * done);
   });
   if (!localised) return localised.error();
   return {};

@@ -31,9 +31,8 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
 }  // namespace
 
 Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder) {
-  constexpr std::chrono::milliseconds kTimeout{30'000};
   const std::filesystem::path figures = folder / "figures";
-  const report::Gnuplot gnuplot("gnuplot", figures, kTimeout);
+  const report::Gnuplot gnuplot("gnuplot", figures);
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<PageImage> images;

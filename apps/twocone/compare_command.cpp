@@ -168,7 +168,7 @@ void compare_with(CompareArguments options) {
   std::optional<compare::Outcome> outcome;
   {
     ProgressBar bar("compare");
-    settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
+    settings.progress = [&bar](double done) { bar.show(done); };
     outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
   }
   fmt::print("{}\n", compare::table(outcome->comparison));

@@ -82,7 +82,7 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   const auto real = make_run(*folder_, "same", {.driver = "memory", .seed = 2});
   Settings settings = settings_for(real, "same_work");
   std::vector<double> reported;
-  settings.progress = [&reported](double done, std::string_view) { reported.push_back(done); };
+  settings.progress = [&reported](double done) { reported.push_back(done); };
   const auto outcome = compare(settings);
   ASSERT_TRUE(outcome) << outcome.error().message;
   const Comparison& c = outcome->comparison;

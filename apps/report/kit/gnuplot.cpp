@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <system_error>
@@ -21,18 +22,18 @@ namespace {
 
 /// Far more than a figure of a long run needs; a program that writes without end must not fill the memory.
 constexpr std::size_t kLargestOutput = 64U << 20U;
+constexpr std::chrono::milliseconds kTimeout{30'000};  // for one figure
 
 /// Returns what a program wrote until it ended by itself.
 /// Errors: kUnavailable (cannot be started), kTimeout (killed), kDisconnected (ended by a signal), kBadData (killed
 /// because it wrote more than any figure needs).
-Result<base::ChildResult> run_program(const std::string& program, std::vector<std::string> arguments,
-                                      std::chrono::milliseconds timeout) {
+Result<base::ChildResult> run_program(const std::string& program, std::vector<std::string> arguments) {
   using End = base::ChildResult::End;
   const std::optional<std::string> path = base::find_program(program);
   base::ChildResult run;
   if (path) {
     base::Program started{*path, std::move(arguments), base::own_environment(), ".", {}};
-    run = base::run_child({std::move(started), kLargestOutput, timeout});
+    run = base::run_child({std::move(started), kLargestOutput, kTimeout});
   } else {
     run.errors = std::strerror(ENOENT);
   }
@@ -45,7 +46,7 @@ Result<base::ChildResult> run_program(const std::string& program, std::vector<st
     case End::kTimedOut:
     case End::kStopped:
       return Error{ErrorCode::kTimeout,
-                   fmt::format("{} did not end within {} ms and was killed", program, timeout.count())};
+                   fmt::format("{} did not end within {} ms and was killed", program, kTimeout.count())};
     case End::kEnded:
       break;
   }
@@ -87,11 +88,8 @@ bool insert_underlay(std::string& svg, const Underlay& underlay) {
 
 }  // namespace
 
-Gnuplot::Gnuplot(std::string program, std::filesystem::path folder, std::chrono::milliseconds timeout)
-    : program_(std::move(program)), folder_(std::move(folder)), timeout_(timeout) {}
-
 Status Gnuplot::prepare() const {
-  const Result<base::ChildResult> version = run_program(program_, {"--version"}, timeout_);
+  const Result<base::ChildResult> version = run_program(program_, {"--version"});
   const int status = version ? WEXITSTATUS(version->wait_status) : 0;
   if (!version || status != 0 || !version->output.starts_with("gnuplot")) {
     const std::string why =
@@ -112,7 +110,7 @@ Status Gnuplot::prepare() const {
 Result<std::string> Gnuplot::draw(const Plot& plot) const {
   const std::filesystem::path script = folder_ / (plot.stem + ".gp");
   if (const Status written = write_file(script, preamble(plot) + plot.commands); !written) return written.error();
-  Result<base::ChildResult> drawn = run_program(program_, {"-d", script.string()}, timeout_);
+  Result<base::ChildResult> drawn = run_program(program_, {"-d", script.string()});
   if (!drawn) return drawn.error();
   std::string& svg = drawn->output;
   if (WEXITSTATUS(drawn->wait_status) != 0 || svg.find("</svg>") == std::string::npos) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "hal/result.h"
@@ -34,9 +34,8 @@ class Gnuplot {
   /// @param program a path, or a name looked up in PATH
   /// @param folder receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw()
   /// requires that it exists
-  /// @param timeout for one figure, > 0
-  Gnuplot(std::string program, std::filesystem::path folder,
-          std::chrono::milliseconds timeout = std::chrono::seconds(30));
+  Gnuplot(std::string program, std::filesystem::path folder)
+      : program_(std::move(program)), folder_(std::move(folder)) {}
 
   /// Checks that gnuplot runs and creates the folder. Error kUnavailable: names the package to install.
   [[nodiscard]] Status prepare() const;
@@ -48,7 +47,6 @@ class Gnuplot {
  private:
   std::string program_;
   std::filesystem::path folder_;
-  std::chrono::milliseconds timeout_;
 };
 
 /// Returns `text` as a gnuplot string constant without special characters; line breaks become blanks.
