@@ -10,10 +10,9 @@
 
 #include <fmt/format.h>
 
+#include "apps/compare/findings.h"
 #include "apps/compare/matching.h"
-#include "apps/compare/shares.h"
 #include "apps/compare/side.h"
-#include "apps/compare/sources.h"
 
 namespace twocone::compare {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/compare/comparison.h"
+#include "apps/compare/findings.h"
 #include "apps/compare/images.h"
-#include "apps/compare/stages.h"
 #include "hal/result.h"
 
 namespace twocone::compare {

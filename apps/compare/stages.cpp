@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/stages.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/compare/shares.h"
 #include "localisation/trajectory_error.h"
 
 namespace twocone::compare {

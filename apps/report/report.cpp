@@ -8,7 +8,6 @@
 #include "apps/report/figures/figures.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/page/page.h"
-#include "apps/report/run_error_budget.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {

@@ -11,7 +11,7 @@
 
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/method.h"
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 #include "apps/report/kit/plain_text.h"
 #include "apps/report/paper_figures.h"
 #include "localisation/pose_filter.h"

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/compare/sources.h"
+#include "apps/compare/findings.h"
 #include "apps/config/robot_writer.h"
 #include "tests/compare/made_up_side.h"
 #include "tests/support/temporary_folder.h"

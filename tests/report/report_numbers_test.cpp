@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/gnuplot.h"
 #include "apps/report/paper_figures.h"

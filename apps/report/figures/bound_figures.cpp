@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/series.h"
 #include "apps/report/kit/figure.h"
 #include "apps/runlog/summary/bounds.h"
 #include "localisation/fix.h"

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/series.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/paper_figures.h"

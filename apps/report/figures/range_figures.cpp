@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/series.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/paper_figures.h"

@@ -10,7 +10,6 @@
 #include <Eigen/Core>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/series.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/rig_numbers.h"

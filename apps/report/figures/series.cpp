@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,16 +2,46 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/compare/comparison.h"
 #include "apps/compare/images.h"
+#include "apps/compare/matching.h"
 #include "apps/compare/side.h"
 #include "hal/result.h"
 #include "localisation/trajectory_error.h"
 
+/// What a comparison finds: the sources, the gaps that they explain, and the table of the stages.
 namespace twocone::compare {
+
+/// Differences of a source's numbers that occur although nothing was changed, in addition to the sigma that the data
+/// state: effects of another path, of other pixels and of a renderer's edges. Standard deviations, for the difference
+/// of two runs.
+struct ModelSigmas {
+  double centre_px = 0.03;
+  double rim_px = 0.05;
+  double tilt_rad = 1e-4;
+  double azimuth_rad = 3e-4;
+  double apex_rad = 2e-4;
+  double offset_m = 2e-4;
+  double length_m = 1e-4;
+  double log_gain = 0.005;
+  double vignetting = 0.02;
+  double blur_px = 0.05;
+  double rate_share = 0.002;
+  double landmark_m = 0.002;
+};
+
+/// Tests every possible cause of a gap that both runs' data can decide. Each test is chi-squared of real minus
+/// simulated under both covariances, at the level `false_alarm` over the number of sources that can be decided
+/// (Bonferroni). So at most the share `false_alarm` of comparisons without a difference name any source. The data of
+/// one drive correlate some numbers of a robot: Source::confusable names those with a correlation beyond kConfusable.
+/// @param level set to the level of each source
+std::vector<Source> find_sources(const BothRuns& runs, const Images& images, double false_alarm, double& level);
+constexpr double kConfusable = 0.9;
 
 /// A range of a frame that the calibration did not use.
 struct HeldOutRange {
@@ -63,5 +93,28 @@ std::vector<localisation::PosePair> pairs_with(const std::vector<std::optional<r
 
 /// Wheel errors are measured over this length of the path.
 constexpr double kOdometryStretch_m = 1.0;
+
+/// A quantity that can have a limit.
+struct LimitKind {
+  const char* key;    ///< as in the option --max-KEY and in compare.json: rim-px
+  double by_default;  ///< in the unit that the key names
+  const char* what;   ///< for --help
+};
+/// Returns all kinds in the order of the table.
+const std::vector<LimitKind>& limit_kinds();
+/// Limits by LimitKind::key. A key that is missing has its default.
+using Limits = std::map<std::string, double>;
+
+/// Returns green within the limit, amber within twice the limit, red beyond. A gap whose sigma exceeds the limit gives
+/// kCannotTell, unless it is beyond the limit by kCertain of its sigmas. @param sigma of the gap; none: the gap is
+/// exact
+Light light_of(double gap, std::optional<double> sigma, double limit);
+/// Noise puts a gap that just meets its limit this far beyond it once in 370 times.
+inline constexpr double kCertain = 3;
+
+/// Returns the table: each stage from image to pose, simulated and real, with lights. Numbers of sources (rims, gains,
+/// noise, sharpness) come from the sources.
+std::vector<Row> find_rows(const BothRuns& runs, const Residuals& of_simulated, const Residuals& of_real,
+                           const std::vector<Source>& sources, const Limits& limits);
 
 }  // namespace twocone::compare
