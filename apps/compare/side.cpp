@@ -9,6 +9,7 @@
 #include "apps/compare/matching.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
+#include "apps/estimation/method.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/run_yaml.h"
 #include "apps/runlog/tables/tables.h"

@@ -13,7 +13,7 @@
 #include "apps/estimation/method.h"
 #include "apps/report/figures/figures.h"
 #include "apps/report/kit/plain_text.h"
-#include "apps/report/paper_figures.h"
+#include "apps/report/paper.h"
 #include "localisation/pose_filter.h"
 #include "vision/ranging.h"
 

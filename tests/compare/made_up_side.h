@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
+#include "apps/compare/matching.h"
 #include "apps/compare/side.h"
 #include "tests/support/lab_robot.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/side.h"
+#include "apps/compare/matching.h"
 
 #include <cmath>
 

@@ -7,9 +7,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/report/figures/figures.h"
 #include "apps/report/kit/figure.h"
-#include "apps/report/kit/gnuplot.h"
-#include "apps/report/paper_figures.h"
-#include "apps/report/rig_numbers.h"
+#include "apps/report/paper.h"
 #include "apps/report/verdicts.h"
 #include "tests/report/synthetic_run.h"
 

@@ -89,8 +89,7 @@ void unroll(ExhibitView& images, const Comparison& comparison, const cv::Mat& si
 
 void subtract(ExhibitView& images) {
   if (images.simulated_strip.empty() || images.real_strip.empty()) return;
-  cv::Mat simulated;
-  cv::Mat real;
+  cv::Mat simulated, real;
   cv::cvtColor(images.simulated_strip, simulated, cv::COLOR_BGR2GRAY);
   cv::cvtColor(images.real_strip, real, cv::COLOR_BGR2GRAY);
   constexpr int kLevels = 256;
@@ -274,9 +273,8 @@ std::string exhibits_html(const Comparison& comparison, std::vector<std::string>
   for (const Exhibit& exhibit : comparison.exhibits) {
     images.push_back(read_images(comparison, exhibit));
     for (const ExhibitView& view : images.back()) {
-      for (const std::string& note : view.notes) {
-        if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
-      }
+      std::ranges::copy_if(view.notes, std::back_inserter(notes),
+                           [&](const std::string& note) { return std::ranges::find(notes, note) == notes.end(); });
     }
   }
   // Noise makes large images, so their quality is lowered until the page is small enough.

@@ -165,8 +165,7 @@ std::string panel_commands(const Comparison& comparison, const std::set<std::siz
 std::optional<report::Figure> draw(const Comparison& comparison, const report::DrawingTools& tools, Axis axis) {
   std::set<std::size_t> landmarks;
   std::vector<double> sizes_mm;
-  double first = 0;
-  double last = 0;
+  double first = 0, last = 0;
   std::size_t stride = 1;
   for (const Panel& panel : panels_of(comparison)) {
     stride = std::max(stride, stride_of(panel));
@@ -209,7 +208,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   figure.caption =
       "Each measured range minus the distance to the reference pose. Corrected: after correction of the differences "
       "that were found. All three panels have the same scale.";
-  if (std::any_of(sizes_mm.begin(), sizes_mm.end(), [&](double mm) { return mm > limit_mm; })) {
+  if (std::ranges::max(sizes_mm) > limit_mm) {
     figure.caption += " Triangles mark points beyond the axis.";
   }
   if (stride > 1) figure.caption += fmt::format(" One in {} points is drawn.", stride);
@@ -220,7 +219,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
 
 std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools) {
   const std::array<Path, 3> paths = paths_of(comparison);
-  if (std::all_of(paths.begin(), paths.end(), [](const Path& path) { return path.poses->empty(); })) return {};
+  if (std::ranges::all_of(paths, [](const Path& path) { return path.poses->empty(); })) return {};
   std::optional<cv::Mat> arena;
   if (comparison.map.scene) arena = report::overhead_image(tools, comparison.map, "The paths are");
   const report::Sheet sheet = report::lay_out(world_of(comparison, paths), kWidth_px, kTallest_px);

@@ -20,10 +20,8 @@ using report::escape;
 /// Returns a cell with one line for each item; an en dash without any.
 template <typename Items, typename Line>
 std::string lines(const Items& items, Line line) {
-  std::vector<std::string> texts;
-  texts.reserve(items.size());
-  for (const auto& item : items) texts.push_back(escape(line(item)));
-  return texts.empty() ? "\u2013" : fmt::format("{}", fmt::join(texts, "<br/>"));
+  const auto escaped = [&](const auto& item) { return escape(line(item)); };
+  return items.empty() ? "\u2013" : fmt::format("{}", fmt::join(items | std::views::transform(escaped), "<br/>"));
 }
 
 std::string table_of(const std::vector<const Source*>& sources, const std::string& caption, bool differs) {
@@ -151,10 +149,7 @@ std::string limit_of(const Row& row) {
 }
 
 std::string lights_sentence(const Comparison& comparison) {
-  const auto count = [&](Light light) {
-    return std::count_if(comparison.rows.begin(), comparison.rows.end(),
-                         [&](const Row& row) { return row.light == light; });
-  };
+  const auto count = [&](Light light) { return std::ranges::count(comparison.rows, light, &Row::light); };
   const std::array<std::pair<Light, const char*>, 4> kMeanings{{{Light::kGreen, "within the limit"},
                                                                 {Light::kAmber, "within twice the limit"},
                                                                 {Light::kRed, "beyond twice the limit"},

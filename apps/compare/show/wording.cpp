@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,9 +31,9 @@ int decimals_of(double sigma) {
 
 bool is_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0; }
 
-double largest_share(const Source& source) {
+double largest_share(const Source* source) {
   double most = 0;
-  for (const Share& share : source.shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
+  for (const Share& share : source->shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
   return most;
 }
 
@@ -45,15 +47,15 @@ const Component* most_certain(const Source& source) {
   return found == source.components.end() ? nullptr : &*found;
 }
 
-std::string named_with_number(const Source& source) {
-  const Component* component = most_certain(source);
-  if (component == nullptr) return source.name();
-  std::string what = short_name(source, *component);
+std::string named_with_number(const Source* source) {
+  const Component* component = most_certain(*source);
+  if (component == nullptr) return source->name();
+  std::string what = short_name(*source, *component);
   // Words of the source's name are not repeated.
-  const std::string cause(to_string(source.cause));
+  const std::string cause(to_string(source->cause));
   if (cause.find(what) != std::string::npos) what.clear();
   if (what.ends_with(" " + cause)) what.resize(what.size() - cause.size() - 1);
-  return fmt::format("{} ({}{}{}{})", source.name(), what, what.empty() ? "" : " ",
+  return fmt::format("{} ({}{}{}{})", source->name(), what, what.empty() ? "" : " ",
                      with_sigma(component->difference(), component->sigma), unit_after("\u00a0", component->unit));
 }
 
@@ -116,7 +118,7 @@ std::string short_name(const Source& source, const Component& component) {
 
 std::vector<const Source*> sources_by_share(const Comparison& comparison) {
   std::vector<const Source*> found = comparison.sources_with(SourceVerdict::kDiffers);
-  std::ranges::stable_sort(found, std::ranges::greater{}, [](const Source* source) { return largest_share(*source); });
+  std::ranges::stable_sort(found, std::ranges::greater{}, largest_share);
   return found;
 }
 
@@ -126,10 +128,7 @@ std::string headline(const Comparison& comparison) {
     const bool any_tested = !comparison.sources_with(SourceVerdict::kAgrees).empty();
     return any_tested ? "No difference found." : "No source of a difference could be tested.";
   }
-  std::vector<std::string> names;
-  names.reserve(differing.size());
-  for (const Source* source : differing) names.push_back(named_with_number(*source));
-  return fmt::format("Differs: {}.", fmt::join(names, ", "));
+  return fmt::format("Differs: {}.", fmt::join(differing | std::views::transform(named_with_number), ", "));
 }
 
 std::string headline_tests(const Comparison& comparison) {

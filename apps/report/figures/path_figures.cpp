@@ -8,7 +8,7 @@
 
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
-#include "apps/report/paper_figures.h"
+#include "apps/report/paper.h"
 #include "apps/report/verdicts.h"
 
 namespace twocone::report {

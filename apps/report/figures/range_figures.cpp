@@ -9,7 +9,7 @@
 
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/paper_figures.h"
+#include "apps/report/paper.h"
 #include "apps/report/table.h"
 #include "apps/report/verdicts.h"
 

@@ -12,7 +12,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
-#include "apps/report/rig_numbers.h"
+#include "apps/report/paper.h"
 
 namespace twocone::report {
 namespace {
@@ -48,8 +48,7 @@ std::vector<Point2> keep_left(const std::vector<Point2>& polygon, const Point2& 
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2& a = polygon[i];
     const Point2& b = polygon[(i + 1) % polygon.size()];
-    const double side_a = side(a);
-    const double side_b = side(b);
+    const double side_a = side(a), side_b = side(b);
     if (side_a >= 0) kept.push_back(a);
     if ((side_a >= 0) != (side_b >= 0)) kept.push_back(a + (b - a) * (side_a / (side_a - side_b)));
   }
@@ -60,11 +59,13 @@ std::vector<Point2> seen_by(const std::vector<Point2>& polygon, const SideView& 
   return keep_left(keep_left(polygon, view.viewpoint, view.tip), view.rim, view.viewpoint);
 }
 
+std::string place(const Point2& p) { return fmt::format("{:.6g},{:.6g}", p.x(), p.y()); }
+
 std::string polygon_command(const std::vector<Point2>& corners, const std::string& style) {
   if (corners.size() < 3) return "";
   std::string text = "set object polygon from ";
-  for (const Point2& corner : corners) text += fmt::format("{:.6g},{:.6g} to ", corner.x(), corner.y());
-  return text + fmt::format("{:.6g},{:.6g} {}\n", corners.front().x(), corners.front().y(), style);
+  for (const Point2& corner : corners) text += place(corner) + " to ";
+  return text + fmt::format("{} {}\n", place(corners.front()), style);
 }
 
 /// Returns the point where the ray from `origin` through `through` leaves the sheet: to the right, upwards or
@@ -78,8 +79,7 @@ Point2 leave(const Point2& origin, const Point2& through, const config::Bounds& 
 }
 
 std::string line_command(const Point2& from, const Point2& to, const std::string& style) {
-  return fmt::format("set arrow from {:.6g},{:.6g} to {:.6g},{:.6g} nohead {}\n", from.x(), from.y(), to.x(), to.y(),
-                     style);
+  return fmt::format("set arrow from {} to {} nohead {}\n", place(from), place(to), style);
 }
 
 /// Returns gnuplot commands for a mirror with its lens, viewpoint and outer rays; `colour` distinguishes the two
@@ -94,9 +94,8 @@ std::string mirror_commands(const SideView& view, const config::Bounds& world, s
     text +=
         line_command(through, leave(view.viewpoint, through, world), fmt::format("back lw 1.5 lc rgb '{}'", colour));
   }
-  text += line_command(view.lens, view.rim, "back lw 1 dt (1,3) lc rgb '#999999'");
-  text += label_command(name, view.rim.x(), view.tip.y(), "left offset 0.5,-0.8");
-  return text;
+  return text + line_command(view.lens, view.rim, "back lw 1 dt (1,3) lc rgb '#999999'") +
+         label_command(name, view.rim.x(), view.tip.y(), "left offset 0.5,-0.8");
 }
 
 /// Returns all heights of tops if there are at most three, else the lowest and the highest.

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
+#include <ranges>
 #include <set>
 #include <stdexcept>
 
@@ -54,8 +56,7 @@ std::string svg_label(double x, double y, std::string_view anchor, const std::st
 
 /// Returns the affine map from the upper image to the lower one that makes equal bearings and elevations coincide.
 cv::Mat upper_to_lower(const vision::Rig& rig) {
-  std::array<cv::Point2f, 3> from;
-  std::array<cv::Point2f, 3> to;
+  std::array<cv::Point2f, 3> from, to;
   const double reach = rig.upper.settings().rim_radius_px;
   const double scale = rig.lower.focal_length_px() / rig.upper.focal_length_px();
   const std::array<std::pair<double, double>, 3> places{{{0, 0}, {0, reach}, {std::numbers::pi / 2, reach}}};
@@ -80,8 +81,7 @@ std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Im
   try {
     const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
                                        images.upper.size());
-    cv::Mat lower;
-    cv::Mat upper;
+    cv::Mat lower, upper;
     cv::cvtColor(images.lower, lower, cv::COLOR_BGR2RGB);
     cv::cvtColor(images.upper, upper, cv::COLOR_BGR2RGB);
     return ranging.measure(lower, upper);
@@ -101,10 +101,9 @@ std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
     ++found->second.first;
     found->second.second += row.disparity_px.value_or(0);
   }
-  std::vector<std::uint64_t> frames;
-  frames.reserve(merit.size());
-  for (const auto& [frame, value] : merit) frames.push_back(frame);
-  std::stable_sort(frames.begin(), frames.end(), [&](std::uint64_t a, std::uint64_t b) { return merit[a] > merit[b]; });
+  const auto keys = std::views::keys(merit);
+  std::vector<std::uint64_t> frames(keys.begin(), keys.end());
+  std::ranges::stable_sort(frames, std::ranges::greater{}, [&](std::uint64_t frame) { return merit[frame]; });
   return frames;
 }
 
@@ -137,14 +136,13 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
     const std::string text = row.range_m ? fmt::format("{} {:.2f} m", row.landmark, *row.range_m) : row.landmark;
     marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * static_cast<double>(text.size()) / 2, text});
   }
-  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x < b.x; });
+  std::ranges::sort(marks, {}, &Mark::x);
   std::string svg;
   std::vector<double> line_ends;  // the right end of the last name of each line
   for (const Mark& mark : marks) {
     const double x = std::clamp(mark.x, kStripLeft + mark.half_width,
                                 std::max(kStripLeft + mark.half_width, kStripLeft + kStripWidth - mark.half_width));
-    const auto free =
-        std::find_if(line_ends.begin(), line_ends.end(), [&](double end) { return end < x - mark.half_width; });
+    const auto free = std::ranges::find_if(line_ends, [&](double end) { return end < x - mark.half_width; });
     const auto line = free - line_ends.begin();
     if (free == line_ends.end()) line_ends.push_back(0);
     line_ends[static_cast<std::size_t>(line)] = x + mark.half_width;
@@ -217,9 +215,8 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
 
   const vision::Rig rig = config::to_rig(run.robot);
   const cv::Mat affine = upper_to_lower(rig);
-  cv::Mat upper;
+  cv::Mat upper, both;
   cv::warpAffine(images->upper, upper, affine, images->lower.size(), cv::INTER_LINEAR);
-  cv::Mat both;
   cv::addWeighted(images->lower, 0.5, upper, 0.5, 0, both);
 
   // The square around the lower mirror, limited to the image.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "apps/report/kit/gnuplot.h"
+#include "apps/report/kit/figure.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/show/plane.h"
 
