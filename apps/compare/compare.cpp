@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/findings.h"
-#include "apps/compare/matching.h"
 #include "apps/compare/side.h"
 
 namespace twocone::compare {

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/findings.h"
-#include "apps/compare/images.h"
 #include "hal/result.h"
 
 namespace twocone::compare {

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/images.h"
-#include "apps/compare/matching.h"
 #include "apps/compare/side.h"
 #include "hal/result.h"
 #include "localisation/trajectory_error.h"

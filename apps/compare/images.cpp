@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/images.h"
+#include "apps/compare/both_runs.h"
 
-#include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -151,9 +150,8 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
   const std::size_t frames = (real.run.frames.size() + every - 1) / every;
   const std::size_t parts = (frames + kPartFrames - 1) / kPartFrames;
   std::atomic<std::size_t> next = 0;
-  std::mutex mutex;  // protects `done` and `failure`
+  std::mutex mutex;  // protects `done`
   std::size_t done = 0;
-  std::exception_ptr failure;
   const auto is_stopped = [&work] { return work.stop != nullptr && *work.stop; };
   const auto labour = [&] {
     for (std::size_t number = next++; number < parts && !is_stopped(); number = next++) {
@@ -168,22 +166,17 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
           runlog::write_whole(part_file(work, number), json.dump());
         }
       } catch (...) {
-        const std::lock_guard lock(mutex);
-        failure = std::current_exception();
         next = parts;
-        return;
+        throw;
       }
       const std::lock_guard lock(mutex);
       ++done;
       if (work.progress) work.progress(double(done) / double(parts));
     }
   };
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(std::size_t(work.jobs));
-    for (int i = 0; i < work.jobs; ++i) threads.emplace_back(labour);
-  }
-  if (failure) std::rethrow_exception(failure);
+  std::vector<std::future<void>> workers(std::size_t(work.jobs));
+  for (auto& worker : workers) worker = std::async(std::launch::async, labour);
+  for (auto& worker : workers) worker.get();
   if (is_stopped()) return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
   Images all;
   for (std::size_t number = 0; number < parts; ++number) {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/matching.h"
+#include "apps/compare/both_runs.h"
 #include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
@@ -64,10 +64,8 @@ Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, con
   for (const auto& [name, entry] : {std::pair{"lower", &robot.lower}, {"upper", &robot.upper}}) {
     auto camera = (*simulation)->open_camera({name, entry->antialias, {}});
     if (!camera) return camera.error();
-    CameraSettings settings;
-    settings.width_px = entry->width_px;
-    settings.height_px = entry->height_px;
-    settings.rate_hz = entry->rate_hz;
+    const CameraSettings settings{
+        .width_px = entry->width_px, .height_px = entry->height_px, .rate_hz = entry->rate_hz};
     if (auto applied = (*camera)->configure(settings); !applied) return applied.error();
     if (auto started = (*camera)->start(); !started) return started.error();
     cameras.push_back(*std::move(camera));
@@ -177,10 +175,8 @@ void write_tables(const RenderAgain& settings, const Side& real, const std::vect
     truth += runlog::to_line(pose) + "\n";
     drive +=
         runlog::to_line(runlog::DriveRow{pose.t_s, {}, {}, wheels.turns[i].left_rad, wheels.turns[i].right_rad}) + "\n";
-    runlog::FrameRow row;
-    row.frame = places[i].frame.frame;
+    runlog::FrameRow row{.frame = places[i].frame.frame, .lower_sequence = i, .upper_sequence = i};
     row.t_s = row.lower_t_s = row.upper_t_s = pose.t_s;
-    row.lower_sequence = row.upper_sequence = i;
     frames += runlog::to_line(row) + "\n";
   }
   runlog::write_run_yaml_for_map(settings.real, settings.scene,

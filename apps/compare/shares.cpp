@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "apps/compare/matching.h"
+#include "apps/compare/both_runs.h"
 #include "localisation/trajectory_error.h"
 
 namespace twocone::compare {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/matching.h"
+#include "apps/compare/both_runs.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/file_error.h"
 #include "apps/estimation/method.h"

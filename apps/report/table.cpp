@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
 #include <numbers>
 #include <system_error>
 
@@ -37,22 +36,15 @@ std::string column(std::optional<double> value, int digits = 2) {
   return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", *value);
 }
 
-using ErrorMember = double runlog::ErrorStatistics::*;
-std::string columns(const std::optional<runlog::ErrorStatistics>& error, std::initializer_list<ErrorMember> members) {
+std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
   std::string text;
-  for (const ErrorMember member : members)
-    text += column(error ? std::optional(*error.*member * kMmPerM) : std::nullopt);
+  for (const std::optional<double> error_mm : errors_mm(error)) text += column(error_mm);
   return text;
 }
 
-std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  using runlog::ErrorStatistics;
-  return columns(
-      error, {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
-}
-
 std::string baseline_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  return " |" + columns(error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
+  const auto [mean_mm, rmse_mm, p95_mm, max_mm] = errors_mm(error);
+  return " |" + column(mean_mm) + column(max_mm);
 }
 
 std::string paper_columns(double mean_mm, double max_mm) { return fmt::format(" |{:>7}{:>6}", mean_mm, max_mm); }
@@ -265,6 +257,11 @@ std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string
     return (a.first == kOk) != (b.first == kOk) ? a.first == kOk : a.second > b.second;
   });
   return sorted;
+}
+
+std::array<std::optional<double>, 4> errors_mm(const std::optional<runlog::ErrorStatistics>& error) {
+  if (!error) return {};
+  return {error->mean_m * kMmPerM, error->rmse_m * kMmPerM, error->p95_m * kMmPerM, error->max_m * kMmPerM};
 }
 
 const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/verdicts.h"
+#include "apps/report/table.h"
 
 #include <algorithm>
 #include <array>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/matching.h"
 #include "apps/compare/side.h"
 #include "tests/support/lab_robot.h"
 

@@ -8,7 +8,7 @@
 #include "apps/report/figures/figures.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/paper.h"
-#include "apps/report/verdicts.h"
+#include "apps/report/table.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

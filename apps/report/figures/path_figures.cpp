@@ -9,7 +9,7 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/paper.h"
-#include "apps/report/verdicts.h"
+#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {

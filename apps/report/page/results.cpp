@@ -13,7 +13,6 @@
 #include "apps/report/kit/html.h"
 #include "apps/report/paper.h"
 #include "apps/report/table.h"
-#include "apps/report/verdicts.h"
 #include "vision/ranging.h"
 
 namespace twocone::report {
@@ -27,20 +26,10 @@ std::string percent(int part, int whole) {
 }
 const std::string kNone = "\u2013";
 
-using ErrorMember = double runlog::ErrorStatistics::*;
-void add_columns(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error,
-                 std::initializer_list<ErrorMember> members) {
-  for (const ErrorMember member : members) cells.push_back(error ? mm(*error.*member) : kNone);
-}
+std::string plain_mm(std::optional<double> value_mm) { return value_mm ? fmt::format("{:.2f}", *value_mm) : kNone; }
 
 void add_errors(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  using runlog::ErrorStatistics;
-  add_columns(cells, error,
-              {&ErrorStatistics::mean_m, &ErrorStatistics::rmse_m, &ErrorStatistics::p95_m, &ErrorStatistics::max_m});
-}
-
-void add_mean_max(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  add_columns(cells, error, {&runlog::ErrorStatistics::mean_m, &runlog::ErrorStatistics::max_m});
+  for (const std::optional<double> error_mm : errors_mm(error)) cells.push_back(plain_mm(error_mm));
 }
 
 /// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
@@ -198,7 +187,10 @@ std::string range_table(const PageContent& content) {
       } else {
         add_bound(cells, own.range_bound_m, own.within_95);
       }
-      if (content.baseline != nullptr) add_mean_max(cells, landmark_of(*content.baseline, landmark.name).error);
+      if (content.baseline != nullptr) {
+        const auto baseline_mm = errors_mm(landmark_of(*content.baseline, landmark.name).error);
+        cells.insert(cells.end(), {plain_mm(baseline_mm.front()), plain_mm(baseline_mm.back())});
+      }
       const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->mean_mm) : kNone);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->max_mm) : kNone);
@@ -313,14 +305,10 @@ std::string position_table(const PageContent& content) {
       add("estimate (estimate.tum)", summary.estimate_error->count, summary.estimate_error);
     }
     add("odometry alone", summary.odometry_error ? summary.odometry_error->count : 0, summary.odometry_error);
-    std::vector<std::string> cells{"the paper",
-                                   kNone,
-                                   kNone,
-                                   fmt::to_string(paper::kPositionMean_mm),
-                                   kNone,
-                                   kNone,
-                                   fmt::format("within {}", paper::kPositionWithin_mm)};
-    if (bounded) cells.insert(cells.end(), 3, kNone);
+    std::vector<std::string> cells(heads.size(), kNone);
+    cells[0] = "the paper";
+    cells[3] = fmt::to_string(paper::kPositionMean_mm);
+    cells[6] = fmt::format("within {}", paper::kPositionWithin_mm);
     table.add(cells, "class=\"soft\"");
   }
   return table.str() + heading_table(summary) + outlier_line(summary);
