@@ -113,21 +113,9 @@ void keep_those_of(const std::string& recipe, const std::filesystem::path& folde
 }
 
 struct Coming {
-  Place place;
-  std::array<twocone::Frame, 2> frames;
+  std::uint64_t frame;
+  std::array<twocone::Frame, 2> images;
 };
-
-Status keep(const std::filesystem::path& to, const Coming& coming) {
-  // The upper image is written last: where it exists, both do.
-  const std::array<std::filesystem::path, 2> files{runlog::lower_image_file(to, coming.place.frame.frame),
-                                                   runlog::upper_image_file(to, coming.place.frame.frame)};
-  for (const std::size_t k : {0, 1}) {
-    const auto image = coming.frames[k].image(kImageTimeout);
-    if (!image) return image.error();
-    runlog::write_image(files[k], **image);
-  }
-  return {};
-}
 
 Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
@@ -135,9 +123,16 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
   if (!host) return host.error();
   std::deque<Coming> coming;
   const auto keep_first = [&]() -> Status {
-    Status kept = keep(settings.to, coming.front());
+    const Coming first = std::move(coming.front());
     coming.pop_front();
-    return kept;
+    const auto lower = first.images[0].image(kImageTimeout);
+    if (!lower) return lower.error();
+    runlog::write_image(runlog::lower_image_file(settings.to, first.frame), **lower);
+    // The upper image is written last: where it exists, both do.
+    const auto upper = first.images[1].image(kImageTimeout);
+    if (!upper) return upper.error();
+    runlog::write_image(runlog::upper_image_file(settings.to, first.frame), **upper);
+    return {};
   };
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (settings.stop && *settings.stop) {
@@ -148,7 +143,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
       if (!frames) {
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
       }
-      coming.push_back({places[i], *std::move(frames)});
+      coming.push_back({places[i].frame.frame, *std::move(frames)});
       if (coming.size() >= kOnTheWay) {
         if (auto kept = keep_first(); !kept) return kept;
       }

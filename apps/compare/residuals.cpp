@@ -87,16 +87,6 @@ Eigen::Vector2d in_body(const PoseRow& pose, const Eigen::Vector2d& place_m) {
   return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
 }
 
-void Moments::add(double value) {
-  ++count;
-  sum += value;
-  squares += value * value;
-}
-std::optional<double> Moments::mean() const { return count == 0 ? std::nullopt : std::optional(sum / double(count)); }
-std::optional<double> Moments::rms() const {
-  return count == 0 ? std::nullopt : std::optional(std::sqrt(squares / double(count)));
-}
-
 localisation::Pose pose_of(const PoseRow& row) { return {row.x_m, row.y_m, row.heading_rad}; }
 
 std::optional<PoseRow> pose_of(const localisation::Fix& fix, double t_s) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -60,9 +61,15 @@ struct Moments {
   std::size_t count = 0;
   double sum = 0, squares = 0;
 
-  void add(double value);
-  [[nodiscard]] std::optional<double> mean() const;
-  [[nodiscard]] std::optional<double> rms() const;
+  void add(double value) {
+    ++count;
+    sum += value;
+    squares += value * value;
+  }
+  [[nodiscard]] std::optional<double> mean() const { return count ? std::optional(sum / double(count)) : std::nullopt; }
+  [[nodiscard]] std::optional<double> rms() const {
+    return count ? std::optional(std::sqrt(squares / double(count))) : std::nullopt;
+  }
 };
 
 /// Differences of a run's answers from its reference, over all its frames.

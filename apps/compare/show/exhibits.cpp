@@ -25,14 +25,14 @@ constexpr int kWidest_px = 640;
 const cv::Size kStrip_px{840, 132};
 
 cv::Mat read(const std::filesystem::path& file, const std::string& what, std::vector<std::string>& notes) {
-  if (file.empty()) {
-    notes.push_back(fmt::format("There is no {} image.", what));
-    return {};
-  }
+  const auto noted = [&](const std::string& text) {
+    notes.push_back(text);
+    return cv::Mat();
+  };
+  if (file.empty()) return noted(fmt::format("There is no {} image.", what));
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) {
-    notes.push_back(fmt::format("The {} image is missing: {}", what, file.string()));
-    return {};
+    return noted(fmt::format("The {} image is missing: {}", what, file.string()));
   }
   cv::Mat image;
   try {
@@ -40,8 +40,7 @@ cv::Mat read(const std::filesystem::path& file, const std::string& what, std::ve
   } catch (const cv::Exception&) {
     image.release();  // larger than OpenCV can read
   }
-  if (image.empty()) notes.push_back(fmt::format("The {} image cannot be read: {}", what, file.string()));
-  return image;
+  return image.empty() ? noted(fmt::format("The {} image cannot be read: {}", what, file.string())) : image;
 }
 
 cv::Mat resized(const cv::Mat& image, cv::Size size) {
@@ -56,35 +55,25 @@ cv::Size shown_size(cv::Size size) {
   return {kWidest_px, std::max(1, static_cast<int>(std::lround(double(size.height) * kWidest_px / size.width)))};
 }
 
-/// @param turned_rad added to the bearings
-cv::Mat strip_of(const cv::Mat& image, const config::Robot& robot, bool lower, double turned_rad) {
-  const vision::Rig rig = config::to_rig(robot);
-  vision::MirrorViewSettings settings = (lower ? rig.lower : rig.upper).settings();
-  settings.azimuth_rad += std::isfinite(turned_rad) ? turned_rad : 0;
-  // Unrolled at twice the width first, because a bearing near the rim has more pixels than the strip.
-  return resized(vision::unwrap(image, vision::MirrorView(settings), 2 * kStrip_px.width), kStrip_px);
-}
-
-void unroll(ExhibitView& images, const Comparison& comparison, const cv::Mat& simulated, const cv::Mat& real,
-            double turned_rad) {
-  const bool lower = images.view == vision::Side::kLower;
-  const auto attempt = [&](const cv::Mat& image, const config::Robot& robot, double turn_rad, const char* side) {
-    cv::Mat strip;
-    if (image.empty()) return strip;
-    const auto note = [&](const std::exception& error) {
-      images.notes.push_back(fmt::format("The {} {} image is not unrolled: {}", side, images.name(), error.what()));
-    };
-    try {
-      strip = strip_of(image, robot, lower, turn_rad);
-    } catch (const config::FileError& error) {
-      note(error);
-    } catch (const std::invalid_argument& error) {
-      note(error);
-    }
-    return strip;
+/// Returns the image unrolled; nothing, and a note, where the rig cannot do it. @param turned_rad added to the bearings
+cv::Mat unrolled(const cv::Mat& image, const config::Robot& robot, double turned_rad, const char* side,
+                 ExhibitView& view) {
+  if (image.empty()) return {};
+  const auto noted = [&](const std::exception& error) {
+    view.notes.push_back(fmt::format("The {} {} image is not unrolled: {}", side, view.name(), error.what()));
+    return cv::Mat();
   };
-  images.simulated_strip = attempt(simulated, comparison.simulated_robot, turned_rad, "simulated");
-  images.real_strip = attempt(real, comparison.real_robot, 0, "real");
+  try {
+    const vision::Rig rig = config::to_rig(robot);
+    vision::MirrorViewSettings settings = (view.view == vision::Side::kLower ? rig.lower : rig.upper).settings();
+    settings.azimuth_rad += std::isfinite(turned_rad) ? turned_rad : 0;
+    // Unrolled at twice the width first, because a bearing near the rim has more pixels than the strip.
+    return resized(vision::unwrap(image, vision::MirrorView(settings), 2 * kStrip_px.width), kStrip_px);
+  } catch (const config::FileError& error) {
+    return noted(error);
+  } catch (const std::invalid_argument& error) {
+    return noted(error);
+  }
 }
 
 void subtract(ExhibitView& images) {
@@ -96,15 +85,13 @@ void subtract(ExhibitView& images) {
   std::array<cv::Vec3b, std::size_t{2} * kLevels> colours;
   for (std::size_t k = 0; k < colours.size(); ++k) colours[k] = difference_colour(int(k) - kLevels);
   images.difference.create(real.size(), CV_8UC3);
-  double sum = 0;
   for (int row = 0; row < real.rows; ++row) {
     for (int column = 0; column < real.cols; ++column) {
       const std::ptrdiff_t grey = real.at<std::uint8_t>(row, column) - simulated.at<std::uint8_t>(row, column);
-      sum += double(std::abs(grey));
       images.difference.at<cv::Vec3b>(row, column) = colours[std::size_t(grey + kLevels)];
     }
   }
-  images.mean_difference_grey = sum / double(real.total());
+  images.mean_difference_grey = cv::norm(real, simulated, cv::NORM_L1) / double(real.total());
 }
 
 namespace html = report::html;
@@ -251,8 +238,10 @@ std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhib
         read(lower ? exhibit.simulated_lower : exhibit.simulated_upper, "simulated " + images.name(), images.notes);
     const cv::Mat real = read(lower ? exhibit.real_lower : exhibit.real_upper, "real " + images.name(), images.notes);
     // Both bodies head differently, so equal bearings of the world are different bearings of the bodies.
-    unroll(images, comparison, simulated, real,
-           std::remainder(exhibit.simulated.heading_rad - exhibit.real.heading_rad, 2 * std::numbers::pi));
+    const double turned_rad =
+        std::remainder(exhibit.simulated.heading_rad - exhibit.real.heading_rad, 2 * std::numbers::pi);
+    images.simulated_strip = unrolled(simulated, comparison.simulated_robot, turned_rad, "simulated", images);
+    images.real_strip = unrolled(real, comparison.real_robot, 0, "real", images);
     subtract(images);
     if (!simulated.empty()) images.simulated = resized(simulated, shown_size(simulated.size()));
     if (real.empty()) continue;

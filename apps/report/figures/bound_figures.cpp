@@ -120,8 +120,7 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
   const std::vector<double> ranges = normalised_ranges(drawing.run);
   const std::vector<double> positions = normalised_positions(drawing.run);
   if (ranges.empty() && positions.empty()) return std::nullopt;
-  constexpr double kWidest = 5;
-  constexpr double kLargest = 12;
+  constexpr double kWidest = 5, kLargest = 12;
   constexpr int kBins = 40;
 
   Plot plot;

@@ -19,8 +19,7 @@ const std::vector<runlog::PoseRow>& path_of(const runlog::RunData& run) {
 /// Sets the speed and the turn rate to their root mean squares over the path. Keeps the settings' values where the path
 /// has fewer than two poses.
 void set_motion(const std::vector<runlog::PoseRow>& path, error_budget::ErrorBudgetSettings& settings) {
-  double speed_squares = 0;
-  double turn_squares = 0;
+  double speed_squares = 0, turn_squares = 0;
   int count = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const double step_s = path[i].t_s - path[i - 1].t_s;
@@ -70,8 +69,7 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
     poses.push_back({path[i].x_m, path[i].y_m, path[i].heading_rad});
   }
   if (poses.empty()) poses = error_budget::grid_poses(run.robot, run.map);
-  return {error_budget::error_budget(run.robot, run.map, poses, settings), settings.edge_noise_px, !noise_px.empty(),
-          settings.speed_mps, settings.turn_rate_radps};
+  return {error_budget::error_budget(run.robot, run.map, poses, settings), settings, !noise_px.empty()};
 }
 
 std::string error_budget_table(const RunErrorBudget& run_error_budget) {
@@ -96,9 +94,9 @@ std::string error_budget_table(const RunErrorBudget& run_error_budget) {
       "({}); skew at {:.2f} m/s and {:.2f} rad/s. Each number is a standard deviation. The Monte Carlo uses {} draws, "
       "so its relative statistical error is {:.1f} %. Where it differs by more from the analytic value, the source is "
       "too large for linear propagation.",
-      error_budget.ranges, error_budget.poses, run_error_budget.edge_noise_px,
-      run_error_budget.noise_measured ? "measured" : "assumed", run_error_budget.speed_mps,
-      run_error_budget.turn_rate_radps, error_budget.draws, 100 / std::sqrt(2.0 * error_budget.draws));
+      error_budget.ranges, error_budget.poses, run_error_budget.settings.edge_noise_px,
+      run_error_budget.noise_measured ? "measured" : "assumed", run_error_budget.settings.speed_mps,
+      run_error_budget.settings.turn_rate_radps, error_budget.draws, 100 / std::sqrt(2.0 * error_budget.draws));
   if (error_budget.withheld_ranges + error_budget.withheld_positions > 0) {
     notes += fmt::format(" Among the draws {} ranges and {} positions were withheld; no number includes them.",
                          error_budget.withheld_ranges, error_budget.withheld_positions);
@@ -114,8 +112,7 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
   });
   lines.insert(lines.begin(), error_budget.total);
 
-  std::string data;
-  std::string tics;
+  std::string data, tics;
   double largest_mm = 1;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const error_budget::ErrorBudgetLine& line = lines[i];

@@ -54,10 +54,8 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing);
 /// rate are the run's own (root mean squares), its noise of the outlines is the one that this run measured.
 struct RunErrorBudget {
   error_budget::ErrorBudget error_budget;
-  double edge_noise_px = 0;
+  error_budget::ErrorBudgetSettings settings;
   bool noise_measured = false;  ///< median of sightings.csv; else the default of ErrorBudgetSettings
-  double speed_mps = 0;
-  double turn_rate_radps = 0;
 };
 /// @param draws,pose_step >= 1. @throws as error_budget::error_budget
 RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_step);
