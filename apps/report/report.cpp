@@ -38,14 +38,13 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
   check(run, settings);
   ReportResult result;
   result.html = run.folder / "report.html";
-  const std::filesystem::path folder = run.folder / "figures";
-  const Gnuplot gnuplot(settings.gnuplot, folder);
+  const Gnuplot gnuplot{settings.gnuplot, run.folder / "figures"};
   settings.progress(0);
   if (const Status ready = gnuplot.prepare(); !ready) return ready.error();
 
   const runlog::Summary summary = runlog::summarise(run);
   const std::optional<runlog::Summary> baseline = baseline_of(run, result.notes);
-  const Drawing drawing{{gnuplot, folder, result.notes}, run, summary};
+  const Drawing drawing{{gnuplot, result.notes}, run, summary};
 
   FigureGroup paths{"paths", "Trajectories"};
   settings.progress(0.05);

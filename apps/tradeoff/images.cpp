@@ -31,8 +31,7 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
 }  // namespace
 
 Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder) {
-  const std::filesystem::path figures = folder / "figures";
-  const report::Gnuplot gnuplot("gnuplot", figures);
+  const report::Gnuplot gnuplot{"gnuplot", folder / "figures"};
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<PageImage> images;

@@ -119,12 +119,11 @@ std::string page_of(const Comparison& comparison, const std::vector<Part>& parts
 }  // namespace
 
 Status write_page(const Comparison& comparison, const std::filesystem::path& folder) {
-  const std::filesystem::path figures = folder / "figures";
-  const report::Gnuplot gnuplot("gnuplot", figures);
+  const report::Gnuplot gnuplot{"gnuplot", folder / "figures"};
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<std::string> notes;
-  const report::DrawingTools tools{gnuplot, figures, notes};
+  const report::DrawingTools tools{gnuplot, notes};
   std::vector<Part> parts{{"why", "Causes", causes_html(comparison)},
                           {"gaps", "Gaps before and after", gaps_html(comparison)},
                           {"stages", "Stage by stage", stages_html(comparison)}};

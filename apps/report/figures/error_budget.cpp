@@ -125,8 +125,7 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
       largest_mm = std::max({largest_mm, c.analytic_m * kMmPerM, c.monte_carlo_m * kMmPerM});
     }
   }
-  Plot plot;
-  plot.height_px = 130 + 27 * int(lines.size());
+  Plot plot{.height_px = 130 + 27 * int(lines.size())};
   plot.commands = data_block("error_budget", data);
   plot.commands += fmt::format(
       "set logscale x\nset xrange [{0:g}:{1:.6g}]\nset yrange [{2:g}:0.6]\nset ytics ({3})\nset format x '%g'\n"

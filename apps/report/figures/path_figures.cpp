@@ -105,8 +105,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
     odometry += fmt::format("{} {}\n", run.frames[i].frame, number(in_mm(odometry_m[i])));
   }
   const FrameSpan span = frame_span(run);
-  Plot plot;
-  plot.height_px = 400;
+  Plot plot{.height_px = 400};
   plot.commands = data_block("fixes", fixes.points) + data_block("odometry", odometry);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset yrange [0:*]\nset offsets 0,0,graph 0.08,0\nset y2range [0:1]\nset boxwidth 1\n"

@@ -97,9 +97,7 @@ std::string error_panel(const RangeData& data, const std::string& colour) {
 
 Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::string& colour) {
   const FrameSpan span = frame_span(run);
-  Plot plot;
-  plot.width_px = 620;
-  plot.height_px = data.errors_mm.empty() ? 320 : 450;
+  Plot plot{.width_px = 620, .height_px = data.errors_mm.empty() ? 320 : 450};
   plot.commands = data_blocks(data);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset boxwidth 1\nset lmargin 8\nset rmargin 2\n"

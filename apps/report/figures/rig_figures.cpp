@@ -134,9 +134,7 @@ Figure draw_geometry(const Drawing& drawing) {
   const Sheet sheet = lay_out({left_m, width_m, 0, 1.25 * tallest_m}, 900, 900);
   const config::Bounds& world = sheet.world;
 
-  Plot plot;
-  plot.width_px = sheet.width_px;
-  plot.height_px = sheet.height_px;
+  Plot plot{.width_px = sheet.width_px, .height_px = sheet.height_px};
   plot.commands = sheet_commands(sheet, drawing.run.map.unit_m);
   plot.commands +=
       "set xlabel 'distance from the axis / m' offset 0,0.5\nset ylabel 'height above the floor / m' offset "
@@ -193,8 +191,7 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
     const double range_m = farthest * i / kSteps;
     curve += fmt::format("{:.6g} {:.6g}\n", range_m, range_per_pixel_m(rig, range_m) * kMmPerM);
   }
-  Plot plot;
-  plot.height_px = 440;
+  Plot plot{.height_px = 440};
   plot.commands = data_block("curve", curve);
   plot.commands += fmt::format(
       "set xrange [0:{:.6g}]\nset yrange [{:g}:*]\nset logscale y\nset format y '%g'\nset xlabel 'true range / m' "

@@ -190,7 +190,7 @@ std::string bearing_axis(double top) {
 }
 
 Figure saved(const Drawing& drawing, Figure figure) {
-  if (const Status written = write_file(drawing.folder / (figure.stem + ".svg"), figure.svg); !written) {
+  if (const Status written = write_file(drawing.gnuplot.folder / (figure.stem + ".svg"), figure.svg); !written) {
     drawing.notes.push_back("The figure \"" + figure.title +
                             "\" is in the report, but could not be written to the folder: " + written.error().message);
   }

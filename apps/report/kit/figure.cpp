@@ -108,28 +108,28 @@ std::string figure_html(const Figure& figure) {
 }  // namespace
 
 Status Gnuplot::prepare() const {
-  const Result<base::ChildResult> version = run_program(program_, {"--version"});
+  const Result<base::ChildResult> version = run_program(program, {"--version"});
   const int status = version ? WEXITSTATUS(version->wait_status) : 0;
   if (!version || status != 0 || !version->output.starts_with("gnuplot")) {
     const std::string why =
-        version ? fmt::format("'{} --version' ended with {}", program_, status) : version.error().message;
+        version ? fmt::format("'{} --version' ended with {}", program, status) : version.error().message;
     return Error{ErrorCode::kUnavailable,
                  fmt::format("gnuplot is not installed or does not run ({}); the figures need it: "
                              "apt install gnuplot-nox",
                              why)};
   }
   std::error_code error;
-  std::filesystem::create_directories(folder_, error);
+  std::filesystem::create_directories(folder, error);
   if (error) {
-    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder_.string(), error.message())};
+    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder.string(), error.message())};
   }
   return {};
 }
 
 Result<std::string> Gnuplot::draw(const Plot& plot) const {
-  const std::filesystem::path script = folder_ / (plot.stem + ".gp");
+  const std::filesystem::path script = folder / (plot.stem + ".gp");
   if (const Status written = write_file(script, preamble(plot) + plot.commands); !written) return written.error();
-  Result<base::ChildResult> drawn = run_program(program_, {"-d", script.string()});
+  Result<base::ChildResult> drawn = run_program(program, {"-d", script.string()});
   if (!drawn) return drawn.error();
   std::string& svg = drawn->output;
   if (WEXITSTATUS(drawn->wait_status) != 0 || svg.find("</svg>") == std::string::npos) {
@@ -141,7 +141,7 @@ Result<std::string> Gnuplot::draw(const Plot& plot) const {
     return Error{ErrorCode::kBadData,
                  fmt::format("gnuplot's SVG of {} has no <defs> element to insert the image before", script.string())};
   }
-  if (const Status written = write_file(folder_ / (plot.stem + ".svg"), svg); !written) return written.error();
+  if (const Status written = write_file(folder / (plot.stem + ".svg"), svg); !written) return written.error();
   return std::move(svg);
 }
 

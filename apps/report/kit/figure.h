@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "hal/result.h"
@@ -22,22 +21,20 @@ struct Underlay {
 
 /// A figure for gnuplot.
 struct Plot {
-  std::string stem;   ///< names the files: STEM.gp, STEM.svg
-  std::string title;  ///< for readers who use a screen reader
+  std::string stem{};   ///< names the files: STEM.gp, STEM.svg
+  std::string title{};  ///< for readers who use a screen reader
   int width_px = 900;
   int height_px = 420;
-  std::string commands;  ///< appended to the common style
-  std::optional<Underlay> underlay;
+  std::string commands{};  ///< appended to the common style
+  std::optional<Underlay> underlay{};
 };
 
 /// gnuplot as a child program. Its drawing depends on the plot alone: the user's own start-up files are not read.
-class Gnuplot {
- public:
-  /// @param program a path, or a name looked up in PATH
-  /// @param folder receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw()
-  /// requires that it exists
-  Gnuplot(std::string program, std::filesystem::path folder)
-      : program_(std::move(program)), folder_(std::move(folder)) {}
+struct Gnuplot {
+  std::string program;  ///< a path, or a name looked up in PATH
+  /// Receives the scripts, which stay beside the figures so that one can be redrawn by hand; draw() requires that it
+  /// exists.
+  std::filesystem::path folder;
 
   /// Checks that gnuplot runs and creates the folder. Error kUnavailable: names the package to install.
   [[nodiscard]] Status prepare() const;
@@ -45,10 +42,6 @@ class Gnuplot {
   /// Writes STEM.gp, draws it and writes STEM.svg; returns the SVG's text.
   /// Errors: those of run_program and write_file; kBadData with gnuplot's own message.
   [[nodiscard]] Result<std::string> draw(const Plot& plot) const;
-
- private:
-  std::string program_;
-  std::filesystem::path folder_;
 };
 
 /// Returns `text` as a gnuplot string constant without special characters; line breaks become blanks.
@@ -98,7 +91,6 @@ struct Figure {
 /// What every figure of a page is drawn with.
 struct DrawingTools {
   const Gnuplot& gnuplot;
-  std::filesystem::path folder;     ///< figures/
   std::vector<std::string>& notes;  ///< what could not be drawn and why
 };
 

@@ -80,6 +80,43 @@ std::string tile(std::string_view value, std::string_view meaning) {
   return html::element("div", html::text("b", value) + html::text("span", meaning), "class=\"tile\"");
 }
 
+std::string heading_table(const runlog::Summary& summary) {
+  if (!summary.heading_error && !summary.estimate_heading_error) return "";
+  const bool bounded = summary.heading_bound_rad.has_value();
+  std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
+  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
+  html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
+  const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
+  const auto add = [&](const std::string& name, const runlog::AngleStatistics& error,
+                       const std::optional<runlog::BoundComparison>& bound) {
+    std::vector<std::string> cells{name, fmt::to_string(error.count)};
+    for (const double rad : {error.mean_rad, error.rmse_rad, error.p95_rad, error.max_rad}) {
+      cells.push_back(degrees(rad));
+    }
+    if (bounded) {
+      cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
+      cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
+    }
+    table.add(cells);
+  };
+  if (summary.heading_error) {
+    add("fix, method " + escape(summary.method), *summary.heading_error, summary.heading_bound_rad);
+  }
+  if (summary.estimate_heading_error) add("estimate (estimate.tum)", *summary.estimate_heading_error, {});
+  return table.str();
+}
+
+std::string outlier_line(const runlog::Summary& summary) {
+  std::vector<std::string> named;
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
+    if (landmark.outliers > 0) named.push_back(fmt::format("{} {}", landmark.name, landmark.outliers));
+  }
+  if (!named.empty()) {
+    return html::text("p", fmt::format("Left out of fixes as outliers, in frames: {}.", fmt::join(named, ", ")));
+  }
+  return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
+}
+
 }  // namespace
 
 std::string headline(const runlog::Summary& summary) {
@@ -237,47 +274,6 @@ std::string coverage_table(const PageContent& content) {
   }
   return table.str() + html::element("div", legend, "class=\"legend\"");
 }
-
-namespace {
-
-std::string heading_table(const runlog::Summary& summary) {
-  if (!summary.heading_error && !summary.estimate_heading_error) return "";
-  const bool bounded = summary.heading_bound_rad.has_value();
-  std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
-  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
-  html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
-  const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
-  const auto add = [&](const std::string& name, const runlog::AngleStatistics& error,
-                       const std::optional<runlog::BoundComparison>& bound) {
-    std::vector<std::string> cells{name, fmt::to_string(error.count)};
-    for (const double rad : {error.mean_rad, error.rmse_rad, error.p95_rad, error.max_rad}) {
-      cells.push_back(degrees(rad));
-    }
-    if (bounded) {
-      cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
-      cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
-    }
-    table.add(cells);
-  };
-  if (summary.heading_error) {
-    add("fix, method " + escape(summary.method), *summary.heading_error, summary.heading_bound_rad);
-  }
-  if (summary.estimate_heading_error) add("estimate (estimate.tum)", *summary.estimate_heading_error, {});
-  return table.str();
-}
-
-std::string outlier_line(const runlog::Summary& summary) {
-  std::vector<std::string> named;
-  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
-    if (landmark.outliers > 0) named.push_back(fmt::format("{} {}", landmark.name, landmark.outliers));
-  }
-  if (!named.empty()) {
-    return html::text("p", fmt::format("Left out of fixes as outliers, in frames: {}.", fmt::join(named, ", ")));
-  }
-  return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
-}
-
-}  // namespace
 
 std::string position_table(const PageContent& content) {
   const runlog::Summary& summary = content.summary;
