@@ -47,7 +47,7 @@ const CauseWords& words_of(Cause cause) { return *std::ranges::find(kCauses, cau
 /// Returns the name of an enumerator. @param names in the order of the enumerators
 template <typename Enum, std::size_t N>
 std::string_view name_in(const std::array<std::string_view, N>& names, Enum value) {
-  return names.at(static_cast<std::size_t>(value));
+  return names.at(std::size_t(value));
 }
 
 }  // namespace

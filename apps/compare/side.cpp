@@ -138,11 +138,8 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
 }
 
 void calibrate_side(Side& side, int frames, const std::function<void(double)>& progress) {
-  calibrate::Settings settings;
-  settings.frames = frames;
-  settings.fit_timing = true;
-  settings.leave_out_unreadable = true;
-  settings.progress = progress;
+  const calibrate::Settings settings{
+      .frames = frames, .leave_out_unreadable = true, .fit_timing = true, .progress = progress};
   side.chosen = frames;
   auto calibrated = calibrate::calibrate({side.run}, side.run.robot, settings);
   if (!calibrated) {

@@ -316,7 +316,7 @@ std::optional<double> set_to_lose(const Side& side, vision::Side view) {
 
 void add_lost(const BothRuns& runs, vision::Side view, std::vector<Source>& sources) {
   const Timing &a = runs.simulated_timing, &b = runs.real_timing;
-  const auto k = static_cast<std::size_t>(view);
+  const auto k = std::size_t(view);
   Source& source = add_source(sources, Cause::kFramesLost, view);
   const auto share = [k](const Timing& t) { return double(t.lost[k]) / double(t.all[k]); };
   const auto variance = [&](const Timing& t) {
@@ -358,7 +358,7 @@ std::vector<Source> find_sources(const BothRuns& runs, const Images& images, dou
   add_slip(runs, sources);
   add_map(runs.simulated, runs.real, sources);
   for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
-    const ViewImages& of_view = images.views[static_cast<std::size_t>(view)];
+    const ViewImages& of_view = images.views[std::size_t(view)];
     add_gain(of_view, view, sources);
     add_noise(of_view, view, sources);
     add_blur(of_view, view, sources);

@@ -83,8 +83,7 @@ void add_image(Table& table, const Side& simulated, const Side& real, const std:
     table.add(view + " noise at mid grey", find_source(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
     table.add(view + " edges' spread", find_source(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
     const auto edges = [side](const Side& of) {
-      return of.calibration ? std::optional(of.calibration->result.rms_before_px[static_cast<std::size_t>(side)])
-                            : std::nullopt;
+      return of.calibration ? std::optional(of.calibration->result.rms_before_px[std::size_t(side)]) : std::nullopt;
     };
     table.add(view + " edge error under the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
   }

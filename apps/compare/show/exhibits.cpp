@@ -52,7 +52,7 @@ cv::Mat resized(const cv::Mat& image, cv::Size size) {
 
 cv::Size shown_size(cv::Size size) {
   if (size.width <= kWidest_px) return size;
-  return {kWidest_px, std::max(1, static_cast<int>(std::lround(double(size.height) * kWidest_px / size.width)))};
+  return {kWidest_px, std::max(1, int(std::lround(double(size.height) * kWidest_px / size.width)))};
 }
 
 /// Returns the image unrolled; nothing, and a note, where the rig cannot do it. @param turned_rad added to the bearings
@@ -232,7 +232,7 @@ std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhib
   std::array<ExhibitView, 2> views;
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
     const bool lower = side == vision::Side::kLower;
-    ExhibitView& images = views[static_cast<std::size_t>(side)];
+    ExhibitView& images = views[std::size_t(side)];
     images.view = side;
     const cv::Mat simulated =
         read(lower ? exhibit.simulated_lower : exhibit.simulated_upper, "simulated " + images.name(), images.notes);

@@ -190,8 +190,8 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   const std::vector<KeyEntry> key = key_of(comparison, landmarks);
   const double key_px = kKeyRow_px * (key.back().row + 1);
   const double height_px = kPanels_px + key_px;
-  plot.width_px = static_cast<int>(kResiduals_px);
-  plot.height_px = static_cast<int>(height_px);
+  plot.width_px = int(kResiduals_px);
+  plot.height_px = int(height_px);
   plot.commands = fmt::format(
       "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset xzeroaxis lc rgb '#777777' lw 1 dt solid\n"
       "set xlabel '{}' offset 0,0.4\nset tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\nunset key\n"

@@ -24,7 +24,7 @@ std::string with_minus(std::string text) {
 int decimals_of(double sigma) {
   constexpr int kMost = 9;
   constexpr double kCoarseBelow = 2.95;
-  const int magnitude = static_cast<int>(std::floor(std::log10(sigma)));
+  const int magnitude = int(std::floor(std::log10(sigma)));
   const double leading = sigma / std::pow(10, magnitude);
   return std::clamp((leading < kCoarseBelow ? 1 : 0) - magnitude, 0, kMost);
 }

@@ -95,7 +95,6 @@ std::vector<FrameView> frame_views(const runlog::RunData& run, int count);
 // ---- the data of the figures
 
 constexpr double kMmPerM = 1000;
-std::optional<double> in_mm(std::optional<double> metres);
 
 /// The first and the last frame number, widened so that even one frame has a width.
 struct FrameSpan {

@@ -14,6 +14,10 @@
 namespace twocone::report {
 namespace {
 
+std::optional<double> in_mm(std::optional<double> metres) {
+  return metres ? std::optional(*metres * kMmPerM) : std::nullopt;
+}
+
 constexpr int kPath_px = 640;
 constexpr int kTallest_px = 760;
 

@@ -10,14 +10,10 @@
 
 namespace twocone::report {
 
-std::optional<double> in_mm(std::optional<double> metres) {
-  return metres ? std::optional(*metres * kMmPerM) : std::nullopt;
-}
-
 FrameSpan frame_span(const runlog::RunData& run) {
   if (run.frames.empty()) return {};
   const auto [first, last] = std::ranges::minmax_element(run.frames, {}, &runlog::FrameRow::frame);
-  return {static_cast<double>(first->frame) - 0.5, static_cast<double>(last->frame) + 0.5};
+  return {double(first->frame) - 0.5, double(last->frame) + 0.5};
 }
 
 std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run) {

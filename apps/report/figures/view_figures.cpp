@@ -64,8 +64,8 @@ cv::Mat upper_to_lower(const vision::Rig& rig) {
     const auto& [bearing, radius] = places[i];
     const Eigen::Vector2d u = rig.upper.settings().centre_px + rig.upper.offset_px(bearing, radius);
     const Eigen::Vector2d l = rig.lower.settings().centre_px + rig.lower.offset_px(bearing, radius * scale);
-    from[i] = {static_cast<float>(u.x()), static_cast<float>(u.y())};
-    to[i] = {static_cast<float>(l.x()), static_cast<float>(l.y())};
+    from[i] = {float(u.x()), float(u.y())};
+    to[i] = {float(l.x()), float(l.y())};
   }
   return cv::getAffineTransform(from, to);
 }
@@ -134,7 +134,7 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
   for (const runlog::RangeRow& row : run.ranges) {
     if (row.frame != frame || !row.bearing_rad) continue;
     const std::string text = row.range_m ? fmt::format("{} {:.2f} m", row.landmark, *row.range_m) : row.landmark;
-    marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * static_cast<double>(text.size()) / 2, text});
+    marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * double(text.size()) / 2, text});
   }
   std::ranges::sort(marks, {}, &Mark::x);
   std::string svg;
@@ -145,8 +145,8 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
     const auto free = std::ranges::find_if(line_ends, [&](double end) { return end < x - mark.half_width; });
     const auto line = free - line_ends.begin();
     if (free == line_ends.end()) line_ends.push_back(0);
-    line_ends[static_cast<std::size_t>(line)] = x + mark.half_width;
-    const double y = top + 15 + kLine * static_cast<double>(line);
+    line_ends[std::size_t(line)] = x + mark.half_width;
+    const double y = top + 15 + kLine * double(line);
     svg += fmt::format(
         "<path d=\"M{0:.1f},{1:.1f}V{2:.1f}\" stroke=\"#ffffff\" stroke-opacity=\"0.75\" stroke-dasharray=\"4 4\"/>\n",
         mark.x, y + 5, top + 2 * kStripHeight + 4);
@@ -159,7 +159,7 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
 std::string strip(const runlog::RunData& run, std::uint64_t frame, const Images& images, double top, int quality,
                   int image_width_px) {
   const vision::Rig rig = config::to_rig(run.robot);
-  const int image_height_px = static_cast<int>(std::lround(image_width_px * kStripHeight / kStripWidth));
+  const int image_height_px = int(std::lround(image_width_px * kStripHeight / kStripWidth));
   std::string svg;
   double y = top;
   for (const auto& [name, image, view] :
@@ -221,9 +221,8 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
 
   // The square around the lower mirror, limited to the image.
   const vision::MirrorViewSettings& s = rig.lower.settings();
-  const int reach = static_cast<int>(std::ceil(s.rim_radius_px)) + 6;
-  const cv::Rect square(static_cast<int>(s.centre_px.x()) - reach, static_cast<int>(s.centre_px.y()) - reach,
-                        2 * reach + 1, 2 * reach + 1);
+  const int reach = int(std::ceil(s.rim_radius_px)) + 6;
+  const cv::Rect square(int(s.centre_px.x()) - reach, int(s.centre_px.y()) - reach, 2 * reach + 1, 2 * reach + 1);
   const cv::Rect crop = square & cv::Rect(0, 0, both.cols, both.rows);
   if (crop.empty()) {
     drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower image.");

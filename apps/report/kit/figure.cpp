@@ -93,7 +93,7 @@ constexpr double kLightestLine = 0.30;
 int srgb_code(double linear) {
   const double value = std::isfinite(linear) ? std::clamp(linear, 0.0, 1.0) : 0.0;
   const double coded = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;  // IEC 61966-2-1
-  return static_cast<int>(std::lround(255 * coded));
+  return int(std::lround(255 * coded));
 }
 
 /// Returns a figure with its caption.
@@ -149,11 +149,8 @@ std::string gnuplot_string(std::string_view text) {
   std::string safe = "'";
   for (const char c : cleaned(text)) {
     const auto byte = static_cast<unsigned char>(c);
-    if (c == '\'') {
-      safe += "''";
-    } else {
-      safe += byte < 0x20 || byte == 0x7F ? ' ' : c;
-    }
+    if (c == '\'') safe += c;  // a quote is written twice
+    safe += byte < 0x20 || byte == 0x7F ? ' ' : c;
   }
   return safe + "'";
 }

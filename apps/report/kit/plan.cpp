@@ -115,8 +115,8 @@ Sheet lay_out(config::Bounds world, int width_px, int tallest_px) {
   const double tallest = tallest_px - kTop_px - kBottom_px;
   sheet.plot_height_px = std::min(sheet.plot_width_px * aspect, tallest);
   sheet.plot_width_px = sheet.plot_height_px / aspect;
-  sheet.width_px = static_cast<int>(std::ceil(sheet.plot_width_px + kLeft_px + kRight_px));
-  sheet.height_px = static_cast<int>(std::ceil(sheet.plot_height_px + kTop_px + kBottom_px));
+  sheet.width_px = int(std::ceil(sheet.plot_width_px + kLeft_px + kRight_px));
+  sheet.height_px = int(std::ceil(sheet.plot_height_px + kTop_px + kBottom_px));
   return sheet;
 }
 
