@@ -126,8 +126,6 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
 
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
-  const auto is_stopped = [&settings] { return settings.stop != nullptr && *settings.stop; };
-  const Error stopped{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
   // Shares of the work, as measured: each calibration makes the sightings of its frames several times.
   constexpr double kFitted = 0.4, kLocated = 0.42, kMeasured = 0.95;
   auto simulated = read_side(settings.simulated, {});
@@ -141,7 +139,9 @@ Result<Outcome> compare(const Settings& settings) {
                              real->run.map.file.string(), why)};
   }
   calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { settings.progress(done * kFitted); });
-  if (is_stopped()) return stopped;
+  if (settings.stop != nullptr && *settings.stop) {
+    return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
+  }
   settings.progress(kFitted);
   locate(*simulated);
   locate(*real);
