@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <ranges>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -45,13 +44,11 @@ std::string source_lines(const Source& source) {
     text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, decimal(c.simulated),
                         decimal(c.real), c.difference(), c.sigma, unit_after("", c.unit));
   }
-  const auto words = [](const Share& share) {
-    return fmt::format("{} of the gap in {}", plain_percent(share.share), to_string(share.of));
-  };
-  if (!source.shares.empty()) {
-    text +=
-        paragraph("    ", fmt::format("explains {}", fmt::join(source.shares | std::views::transform(words), ", ")));
+  std::vector<std::string> shares;
+  for (const Share& share : source.shares) {
+    shares.push_back(fmt::format("{} of the gap in {}", plain_percent(share.share), to_string(share.of)));
   }
+  if (!shares.empty()) text += paragraph("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
   if (!source.confusable.empty()) {
     text += paragraph("    ",
                       fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
@@ -86,10 +83,10 @@ std::vector<std::string> header(const Outcome& outcome, const char* what) {
   const Comparison& c = outcome.comparison;
   std::vector<std::string> lines{fmt::format("{} by twocone {}, commit {}.", what, runlog::version(), runlog::commit()),
                                  fmt::format("  simulated run {}", c.simulated), fmt::format("  real run {}", c.real)};
-  const auto differing = c.sources_with(SourceVerdict::kDiffers);
-  lines.push_back(differing.empty() ? "No difference was found."
-                                    : fmt::format("Found to differ: {}.",
-                                                  fmt::join(differing | std::views::transform(&Source::name), ", ")));
+  std::vector<std::string> names;
+  for (const Source* const source : c.sources_with(SourceVerdict::kDiffers)) names.push_back(source->name());
+  lines.push_back(names.empty() ? "No difference was found."
+                                : fmt::format("Found to differ: {}.", fmt::join(names, ", ")));
   return lines;
 }
 

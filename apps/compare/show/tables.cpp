@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,8 +20,10 @@ using report::escape;
 /// Returns a cell with one line for each item; an en dash without any.
 template <typename Items, typename Line>
 std::string lines(const Items& items, Line line) {
-  const auto escaped = [&](const auto& item) { return escape(line(item)); };
-  return items.empty() ? "\u2013" : fmt::format("{}", fmt::join(items | std::views::transform(escaped), "<br/>"));
+  std::vector<std::string> texts;
+  texts.reserve(items.size());
+  for (const auto& item : items) texts.push_back(escape(line(item)));
+  return texts.empty() ? "\u2013" : fmt::format("{}", fmt::join(texts, "<br/>"));
 }
 
 std::string table_of(const std::vector<const Source*>& sources, const std::string& caption, bool differs) {

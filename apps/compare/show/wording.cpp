@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -128,7 +127,10 @@ std::string headline(const Comparison& comparison) {
     const bool any_tested = !comparison.sources_with(SourceVerdict::kAgrees).empty();
     return any_tested ? "No difference found." : "No source of a difference could be tested.";
   }
-  return fmt::format("Differs: {}.", fmt::join(differing | std::views::transform(named_with_number), ", "));
+  std::vector<std::string> names;
+  names.reserve(differing.size());
+  for (const Source* source : differing) names.push_back(named_with_number(source));
+  return fmt::format("Differs: {}.", fmt::join(names, ", "));
 }
 
 std::string headline_tests(const Comparison& comparison) {

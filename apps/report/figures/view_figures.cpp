@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <numbers>
-#include <ranges>
 #include <set>
 #include <stdexcept>
 
@@ -101,8 +100,9 @@ std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
     ++found->second.first;
     found->second.second += row.disparity_px.value_or(0);
   }
-  const auto keys = std::views::keys(merit);
-  std::vector<std::uint64_t> frames(keys.begin(), keys.end());
+  std::vector<std::uint64_t> frames;
+  frames.reserve(merit.size());
+  for (const auto& [frame, value] : merit) frames.push_back(frame);
   std::ranges::stable_sort(frames, std::ranges::greater{}, [&](std::uint64_t frame) { return merit[frame]; });
   return frames;
 }
