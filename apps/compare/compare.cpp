@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <future>
 #include <mutex>
 #include <stdexcept>
@@ -11,12 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/held_out.h"
-#include "apps/compare/matching.h"
-#include "apps/compare/residuals.h"
-#include "apps/compare/shares.h"
-#include "apps/compare/sources.h"
-#include "localisation/odometry.h"
+#include "apps/compare/both_runs.h"
+#include "apps/compare/findings.h"
+#include "apps/compare/side.h"
 
 namespace twocone::compare {
 namespace {
@@ -66,7 +62,7 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
     const auto apart = [&](const Match& m) {
       return distance_m(*simulated.reference[m.simulated], *real.reference[m.real]);
     };
-    const Match best = *std::min_element(from, to, [&](const Match& a, const Match& b) { return apart(a) < apart(b); });
+    const Match best = *std::ranges::min_element(from, to, {}, apart);
     const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
     const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
     exhibits.push_back(
@@ -130,11 +126,6 @@ void note_differences(const Side& simulated, const Side& real, std::vector<std::
 
 Result<Outcome> compare(const Settings& settings) {
   check(settings);
-  const auto report_progress = [&settings](double done, std::string_view what) {
-    if (settings.progress) settings.progress(done, what);
-  };
-  const auto is_stopped = [&settings] { return settings.stop != nullptr && *settings.stop; };
-  const Error stopped{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
   // Shares of the work, as measured: each calibration makes the sightings of its frames several times.
   constexpr double kFitted = 0.4, kLocated = 0.42, kMeasured = 0.95;
   auto simulated = read_side(settings.simulated, {});
@@ -147,9 +138,11 @@ Result<Outcome> compare(const Settings& settings) {
                              settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
                              real->run.map.file.string(), why)};
   }
-  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { report_progress(done * kFitted, "rigs"); });
-  if (is_stopped()) return stopped;
-  report_progress(kFitted, "references");
+  calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { settings.progress(done * kFitted); });
+  if (settings.stop != nullptr && *settings.stop) {
+    return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
+  }
+  settings.progress(kFitted);
   locate(*simulated);
   locate(*real);
   const std::vector<double> of_simulated = times_of(simulated->run), of_real = times_of(real->run);
@@ -164,7 +157,7 @@ Result<Outcome> compare(const Settings& settings) {
   auto images = measure_images(
       *simulated, *real, both.by_pose,
       {settings.work, key_of(*simulated, *real, settings), settings.every, settings.jobs,
-       [&](double done) { report_progress(kLocated + (kMeasured - kLocated) * done, "images"); }, settings.stop});
+       [&](double done) { settings.progress(kLocated + (kMeasured - kLocated) * done); }, settings.stop});
   if (!images) return images.error();
 
   Comparison found;
@@ -187,9 +180,8 @@ Result<Outcome> compare(const Settings& settings) {
         fmt::format("{} more images cannot be read", images->unreadable_count - images->unreadable.size()));
   }
   found.sources = find_sources(both, *images, settings.false_alarm, found.level);
-  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames, [&](double done) {
-    report_progress(kMeasured + (1 - kMeasured) * done, "ranges");
-  });
+  const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames,
+                                        [&](double done) { settings.progress(kMeasured + (1 - kMeasured) * done); });
   if (!held_out) return held_out.error();
   found.gaps = find_gaps(*simulated, *real, *held_out, *images, settings.is_rendered, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
@@ -200,7 +192,7 @@ Result<Outcome> compare(const Settings& settings) {
   found.real_path = thinned(real->reference);
   found.real_odometry = thinned({real->run.odometry.begin(), real->run.odometry.end()});
   found.exhibits = exhibits_of(*simulated, *real, both.by_pose);
-  report_progress(1, "done");
+  settings.progress(1);
   return Outcome{std::move(found), *std::move(images), std::move(real->calibration)};
 }
 

@@ -6,12 +6,11 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/images.h"
-#include "apps/compare/stages.h"
+#include "apps/compare/findings.h"
 #include "hal/result.h"
 
 namespace twocone::compare {
@@ -26,8 +25,7 @@ struct Settings {
   int jobs = 2;                           ///< threads, >= 1
   double false_alarm = 1e-3;              ///< probability for the whole comparison, in (0, 1)
   Limits limits;
-  /// Called with the fraction done, in [0, 1], and the name of the work that follows. May be empty.
-  std::function<void(double, std::string_view)> progress;
+  std::function<void(double)> progress = [](double) {};  ///< called with the fraction done, in [0, 1]
   const std::atomic<bool>* stop = nullptr;
 };
 
@@ -47,5 +45,44 @@ Result<Outcome> compare(const Settings& settings);
 std::string table(const Comparison& comparison);
 /// Returns compare.json: all results, in the units that each number names.
 std::string to_json(const Comparison& comparison);
+
+struct RenderAgain {
+  std::filesystem::path real;   ///< run folder
+  std::filesystem::path scene;  ///< map with a scene
+  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
+  std::filesystem::path to;     ///< run folder to write, or one that was begun before
+  int fit_frames = 150;         ///< frames of the calibration that determines the poses
+  std::function<void(double)> progress = [](double) {};  ///< called with the fraction done, in [0, 1]
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Renders the real run's frames as an ideal camera in the scene shows them from the real robot's poses. The result is
+/// a run folder with method outline's answers. Its truth is those poses, and its wheels turned exactly as those poses
+/// require. Frames with an unknown pose are left out. Existing images are not rendered again, unless the map, a .pov or
+/// .inc file in the scene's folder, the cameras or the poses have changed since.
+///
+/// The scene must show the robot at the run's `start:` (at the world's origin where it has none), with cameras named
+/// lower and upper. The images have the size of the real ones and no effects.
+/// Errors: kBadData (no frame with a pose), those of rendering. @throws config::FileError, runlog::DiskError
+Status render_again(const RenderAgain& settings);
+
+/// Returns the real run's robot file with the rig and the wheels that its calibration found. It contains all numbers of
+/// the calibration, because they belong together, and not only those that differ. @throws config::FileError as
+/// config::robot_text
+std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file);
+
+/// Returns the simulated run's robot file, changed so that its next run behaves like the real one. It keeps its own
+/// `rig:`, which is that of its scene. For the sources that differ it contains: the mean gain of the colours, noise,
+/// blur, rolling shutter, skew, latency and lost frames as effects of the cameras, the frame rate, wheels and slip. The
+/// exposure of a real camera cannot be distinguished from its gain. @throws config::FileError as config::robot_text
+std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file);
+
+/// Writes FOLDER/compare.html, one page that needs no other file and no network, and its figures into FOLDER/figures.
+/// The page begins with the verdict and the sources. Gaps before and after, the stages with their lights, frames side
+/// by side and blended with a slider, unwrapped mirrors with their difference, residuals, and both paths over the arena
+/// from above follow. A figure or image that cannot be made is left out, and the page states why. The page is UTF-8 and
+/// well-formed XML; equal content gives equal bytes.
+/// Errors: kUnavailable (no gnuplot, a file that cannot be written)
+Status write_page(const Comparison& comparison, const std::filesystem::path& folder);
 
 }  // namespace twocone::compare

@@ -42,15 +42,12 @@ constexpr std::array<CauseWords, 20> kCauses{{
     {Cause::kStampedSkew, "stamped skew", kRate},
 }};
 
-const CauseWords& words_of(Cause cause) {
-  return *std::find_if(kCauses.begin(), kCauses.end(),
-                       [cause](const CauseWords& words) { return words.cause == cause; });
-}
+const CauseWords& words_of(Cause cause) { return *std::ranges::find(kCauses, cause, &CauseWords::cause); }
 
 /// Returns the name of an enumerator. @param names in the order of the enumerators
 template <typename Enum, std::size_t N>
 std::string_view name_in(const std::array<std::string_view, N>& names, Enum value) {
-  return names.at(static_cast<std::size_t>(value));
+  return names.at(std::size_t(value));
 }
 
 }  // namespace
@@ -87,8 +84,7 @@ std::string Source::name() const {
 }
 
 const Source* find_source(const std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view) {
-  const auto at = std::find_if(sources.begin(), sources.end(),
-                               [&](const Source& source) { return source.cause == cause && source.view == view; });
+  const auto at = std::ranges::find_if(sources, [&](const Source& s) { return s.cause == cause && s.view == view; });
   return at == sources.end() ? nullptr : &*at;
 }
 
@@ -98,8 +94,8 @@ const Source* find_differing(const std::vector<Source>& sources, Cause cause, st
 }
 
 bool Comparison::is_within_limits() const {
-  return std::none_of(rows.begin(), rows.end(),
-                      [](const Row& row) { return row.light == Light::kAmber || row.light == Light::kRed; });
+  return std::ranges::none_of(
+      rows, [](Light light) { return light == Light::kAmber || light == Light::kRed; }, &Row::light);
 }
 
 std::vector<const Source*> Comparison::sources_with(SourceVerdict verdict) const {

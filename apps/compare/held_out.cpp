@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/held_out.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/images.h"
+#include "apps/compare/both_runs.h"
 
-#include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -90,53 +89,42 @@ void merge(const Images& part, Images& all) {
 
 // ---- one frame
 
-class Measurer {
- public:
-  Measurer(const Side& simulated, const Side& real, const std::vector<Match>& by_pose)
-      : simulated_(simulated), real_(real), partner_(real.run.frames.size()) {
-    for (const Match& match : by_pose) partner_[match.real] = match.simulated;
-  }
+std::optional<cv::Mat> read(const runlog::RunData& run, std::size_t index, bool is_lower, Images& part) {
+  const std::uint64_t frame = run.frames[index].frame;
+  auto rgb = runlog::read_rgb(is_lower ? runlog::lower_image_file(run.folder, frame)
+                                       : runlog::upper_image_file(run.folder, frame));
+  if (rgb) return *std::move(rgb);
+  ++part.unreadable_count;
+  if (part.unreadable.size() < kMostNamed) part.unreadable.push_back(rgb.error().message);
+  return std::nullopt;
+}
 
-  void add(std::size_t index, Images& part) const {
-    const std::size_t beside = index * simulated_.run.frames.size() / real_.run.frames.size();
-    const std::size_t simulated = partner_[index].value_or(beside);
-    for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-      const bool is_lower = side == vision::Side::kLower;
-      ViewImages& view = part.views[is_lower ? 0 : 1];
-      const vision::MirrorView& real_view = is_lower ? real_.found.lower : real_.found.upper;
-      const vision::MirrorView& simulated_view = is_lower ? simulated_.found.lower : simulated_.found.upper;
-      const auto real = read(real_.run, index, is_lower, part);
-      const auto rendered = read(simulated_.run, simulated, is_lower, part);
-      if (real) measure(*real, region_of(real_view), view.real_noise, view.real_blur_px);
-      if (rendered) measure(*rendered, region_of(simulated_view), view.simulated_noise, view.simulated_blur_px);
-      if (!partner_[index] || !real || !rendered || real->size() != rendered->size()) continue;
-      const double turn_rad = localisation::wrap_angle_rad(real_.reference[index]->heading_rad -
-                                                           simulated_.reference[simulated]->heading_rad);
-      const auto pair = vision::transfer(turned(*rendered, simulated_view, turn_rad), *real, region_of(real_view));
-      if (pair) view.transfers.push_back(*pair);
-    }
-  }
+void measure(const cv::Mat& rgb, const vision::ImageRegion& region, vision::NoiseSamples& noise,
+             std::vector<double>& blurs_px) {
+  noise.merge(vision::noise_samples(rgb, region));
+  if (const auto blur = vision::blur_px(rgb, region)) blurs_px.push_back(*blur);
+}
 
- private:
-  static std::optional<cv::Mat> read(const runlog::RunData& run, std::size_t index, bool is_lower, Images& part) {
-    const std::uint64_t frame = run.frames[index].frame;
-    auto rgb = runlog::read_rgb(is_lower ? runlog::lower_image_file(run.folder, frame)
-                                         : runlog::upper_image_file(run.folder, frame));
-    if (rgb) return *std::move(rgb);
-    ++part.unreadable_count;
-    if (part.unreadable.size() < kMostNamed) part.unreadable.push_back(rgb.error().message);
-    return std::nullopt;
+/// Adds a real frame and its simulated partner, or the one at the same fraction of the run.
+void add(const Side& of_simulated, const Side& of_real, std::optional<std::size_t> partner, std::size_t index,
+         Images& part) {
+  const std::size_t simulated = partner.value_or(index * of_simulated.run.frames.size() / of_real.run.frames.size());
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const bool is_lower = side == vision::Side::kLower;
+    ViewImages& view = part.views[is_lower ? 0 : 1];
+    const vision::MirrorView& real_view = is_lower ? of_real.found.lower : of_real.found.upper;
+    const vision::MirrorView& simulated_view = is_lower ? of_simulated.found.lower : of_simulated.found.upper;
+    const auto real = read(of_real.run, index, is_lower, part);
+    const auto rendered = read(of_simulated.run, simulated, is_lower, part);
+    if (real) measure(*real, region_of(real_view), view.real_noise, view.real_blur_px);
+    if (rendered) measure(*rendered, region_of(simulated_view), view.simulated_noise, view.simulated_blur_px);
+    if (!partner || !real || !rendered || real->size() != rendered->size()) continue;
+    const double turn_rad = localisation::wrap_angle_rad(of_real.reference[index]->heading_rad -
+                                                         of_simulated.reference[simulated]->heading_rad);
+    const auto pair = vision::transfer(turned(*rendered, simulated_view, turn_rad), *real, region_of(real_view));
+    if (pair) view.transfers.push_back(*pair);
   }
-  static void measure(const cv::Mat& rgb, const vision::ImageRegion& region, vision::NoiseSamples& noise,
-                      std::vector<double>& blurs_px) {
-    noise.merge(vision::noise_samples(rgb, region));
-    if (const auto blur = vision::blur_px(rgb, region)) blurs_px.push_back(*blur);
-  }
-
-  const Side& simulated_;
-  const Side& real_;
-  std::vector<std::optional<std::size_t>> partner_;
-};
+}
 
 }  // namespace
 
@@ -145,14 +133,14 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
   std::error_code error;
   std::filesystem::create_directories(work.folder, error);
   if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", work.folder.string(), error.message()));
-  const Measurer measurer(simulated, real, by_pose);
+  std::vector<std::optional<std::size_t>> partners(real.run.frames.size());
+  for (const Match& match : by_pose) partners[match.real] = match.simulated;
   const auto every = std::size_t(work.every);
   const std::size_t frames = (real.run.frames.size() + every - 1) / every;
   const std::size_t parts = (frames + kPartFrames - 1) / kPartFrames;
   std::atomic<std::size_t> next = 0;
-  std::mutex mutex;  // protects `done` and `failure`
+  std::mutex mutex;  // protects `done`
   std::size_t done = 0;
-  std::exception_ptr failure;
   const auto is_stopped = [&work] { return work.stop != nullptr && *work.stop; };
   const auto labour = [&] {
     for (std::size_t number = next++; number < parts && !is_stopped(); number = next++) {
@@ -160,29 +148,24 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
         if (!kept_part(work, number)) {
           Images part;
           for (std::size_t i = number * kPartFrames; i < std::min(frames, (number + 1) * kPartFrames); ++i) {
-            measurer.add(i * every, part);
+            add(simulated, real, partners[i * every], i * every, part);
           }
           nlohmann::json json = part;
           json["key"] = work.key;
           runlog::write_whole(part_file(work, number), json.dump());
         }
       } catch (...) {
-        const std::lock_guard lock(mutex);
-        failure = std::current_exception();
         next = parts;
-        return;
+        throw;
       }
       const std::lock_guard lock(mutex);
       ++done;
       if (work.progress) work.progress(double(done) / double(parts));
     }
   };
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(std::size_t(work.jobs));
-    for (int i = 0; i < work.jobs; ++i) threads.emplace_back(labour);
-  }
-  if (failure) std::rethrow_exception(failure);
+  std::vector<std::future<void>> workers(std::size_t(work.jobs));
+  for (auto& worker : workers) worker = std::async(std::launch::async, labour);
+  for (auto& worker : workers) worker.get();
   if (is_stopped()) return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
   Images all;
   for (std::size_t number = 0; number < parts; ++number) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/matching.h"
+#include "apps/compare/both_runs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,29 @@
 
 #include <fmt/format.h>
 
+#include "apps/config/to_layers.h"
+#include "base/quantile.h"
 #include "localisation/odometry.h"
 
 namespace twocone::compare {
+namespace {
+
+double log_choose(double n, double k) { return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1); }
+
+/// Returns the probability of all whole numbers from `least` to `most` that are at most as probable as `seen`.
+template <typename LogProbability>
+double tail_of(double seen, double least, double most, const LogProbability& log_probability) {
+  constexpr double kRounding = 1e-9;  // of logarithms of some thousands
+  const double limit = log_probability(seen) + kRounding;
+  double sum = 0;
+  for (double k = least; k <= most; ++k) {  // NOLINT(clang-analyzer-security.FloatLoopCounter): whole numbers
+    const double here = log_probability(k);
+    if (here <= limit) sum += std::exp(here);
+  }
+  return std::min(1.0, sum);
+}
+
+}  // namespace
 
 std::string why_other_rooms(const config::Map& a, const config::Map& b) {
   // Far more than the error of a survey, and less than the difference between rooms of some metres.
@@ -70,12 +90,11 @@ std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>>
     if (simulated[k]) by_x.push_back(k);
   }
   const auto x_of = [&](std::size_t k) { return simulated[k]->x_m; };
-  std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
+  std::ranges::stable_sort(by_x, {}, x_of);
   std::vector<Match> matches;
   for (std::size_t i = 0; i < real.size(); ++i) {
     if (!real[i]) continue;
-    const auto first = std::lower_bound(by_x.begin(), by_x.end(), real[i]->x_m - most_apart_m,
-                                        [&](std::size_t k, double x_m) { return x_of(k) < x_m; });
+    const auto first = std::ranges::lower_bound(by_x, real[i]->x_m - most_apart_m, {}, x_of);
     double least_m = most_apart_m;
     std::optional<std::size_t> best;
     for (auto at = first; at != by_x.end() && x_of(*at) <= real[i]->x_m + most_apart_m; ++at) {
@@ -90,8 +109,7 @@ std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>>
 }
 
 std::optional<runlog::PoseRow> pose_at(std::span<const runlog::PoseRow> poses, double t_s, double longest_gap_s) {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), t_s,
-                                      [](const runlog::PoseRow& pose, double time_s) { return pose.t_s < time_s; });
+  const auto after = std::ranges::lower_bound(poses, t_s, {}, &runlog::PoseRow::t_s);
   if (after == poses.end()) return std::nullopt;
   if (after->t_s == t_s) return *after;
   if (after == poses.begin()) return std::nullopt;
@@ -102,6 +120,58 @@ std::optional<runlog::PoseRow> pose_at(std::span<const runlog::PoseRow> poses, d
       t_s, before.x_m + share * (after->x_m - before.x_m), before.y_m + share * (after->y_m - before.y_m),
       localisation::wrap_angle_rad(before.heading_rad +
                                    share * localisation::wrap_angle_rad(after->heading_rad - before.heading_rad))};
+}
+
+Timing timing_of(const runlog::RunData& run) {
+  Timing timing;
+  std::vector<double> steps_s;
+  double skew = 0, squares = 0;
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    const runlog::FrameRow& frame = run.frames[i];
+    skew += frame.upper_t_s - frame.lower_t_s;
+    squares += std::pow(frame.upper_t_s - frame.lower_t_s, 2);
+    timing.most_skew_s = std::max(timing.most_skew_s, std::abs(frame.skew_s));
+    timing.lost[0] += frame.lower_lost;
+    timing.lost[1] += frame.upper_lost;
+    if (i == 0) continue;
+    const runlog::FrameRow& last = run.frames[i - 1];
+    if (frame.lower_sequence == last.lower_sequence + 1 && frame.upper_sequence == last.upper_sequence + 1) {
+      steps_s.push_back(frame.t_s - last.t_s);
+    }
+  }
+  const auto count = double(run.frames.size());
+  for (const std::size_t k : {0, 1}) timing.all[k] = run.frames.size() + timing.lost[k];
+  timing.skew_s = skew / count;
+  timing.skew_sigma_s = std::sqrt(std::max(0.0, squares / count - timing.skew_s * timing.skew_s) / count);
+  if (!steps_s.empty()) {
+    const double usual_s = base::quantile(steps_s, 0.5);
+    if (usual_s > 0) timing.rate_hz = 1 / usual_s;
+    double sum = 0;
+    for (const double step_s : steps_s) sum += (step_s - usual_s) * (step_s - usual_s);
+    timing.jitter_s = std::sqrt(sum / double(steps_s.size()));
+  }
+  if (!config::is_simulated(run.robot) && run.frames.size() > 1) {
+    const runlog::FrameRow& first = run.frames.front();
+    const runlog::FrameRow& last = run.frames.back();
+    if (first.host_t_s && last.host_t_s) timing.ageing_s = (*last.host_t_s - last.t_s) - (*first.host_t_s - first.t_s);
+  }
+  return timing;
+}
+
+double lost_p_value(std::uint64_t lost, std::uint64_t all, double probability) {
+  if (probability <= 0) return lost == 0 ? 1 : 0;
+  if (probability >= 1) return lost == all ? 1 : 0;
+  return tail_of(double(lost), 0, double(all), [&](double k) {
+    return log_choose(double(all), k) + k * std::log(probability) + (double(all) - k) * std::log1p(-probability);
+  });
+}
+
+double lost_p_value(std::uint64_t lost_a, std::uint64_t all_a, std::uint64_t lost_b, std::uint64_t all_b) {
+  const auto lost = double(lost_a + lost_b);
+  const auto all = double(all_a + all_b);
+  return tail_of(double(lost_a), std::max(0.0, lost - double(all_b)), std::min(lost, double(all_a)), [&](double of_a) {
+    return log_choose(double(all_a), of_a) + log_choose(double(all_b), lost - of_a) - log_choose(all, lost);
+  });
 }
 
 }  // namespace twocone::compare

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <sstream>
@@ -8,14 +9,17 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/compare/compare.h"
+#include "apps/config/robot_file.h"
 #include "apps/report/kit/plain_text.h"
+#include "apps/runlog/version.h"
+#include "vision/image_quality.h"
 
 namespace twocone::compare {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string number(const std::optional<double>& value) {
+std::string decimal(const std::optional<double>& value) {
   if (!value) return "-";
   const double size = std::abs(*value);
   if (size >= 1000) return fmt::format("{:.0f}", *value);
@@ -23,7 +27,7 @@ std::string number(const std::optional<double>& value) {
 }
 
 /// Returns a paragraph of a terminal's width.
-std::string lines(const std::string& first, const std::string& text) {
+std::string paragraph(const std::string& first, const std::string& text) {
   constexpr std::size_t kColumns = 100;
   std::istringstream stream(text);
   return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
@@ -32,24 +36,24 @@ std::string lines(const std::string& first, const std::string& text) {
 /// A smaller share of a gap gets no line of its own.
 constexpr double kWorthALine = 0.05;
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+std::string plain_percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 std::string source_lines(const Source& source) {
   std::string text = fmt::format("  {}\n", source.name());
   for (const Component& c : source.components) {
-    text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, number(c.simulated),
-                        number(c.real), c.difference(), c.sigma, unit_after("", c.unit));
+    text += fmt::format("    {:<36} {:>10} -> {:>10}   {:+.3f} +- {:.3f} {}\n", c.name, decimal(c.simulated),
+                        decimal(c.real), c.difference(), c.sigma, unit_after("", c.unit));
   }
   std::vector<std::string> shares;
   for (const Share& share : source.shares) {
-    shares.push_back(fmt::format("{} of the gap in {}", percent(share.share), to_string(share.of)));
+    shares.push_back(fmt::format("{} of the gap in {}", plain_percent(share.share), to_string(share.of)));
   }
-  if (!shares.empty()) text += lines("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
+  if (!shares.empty()) text += paragraph("    ", fmt::format("explains {}", fmt::join(shares, ", ")));
   if (!source.confusable.empty()) {
-    text +=
-        lines("    ", fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
+    text += paragraph("    ",
+                      fmt::format("this drive hardly distinguishes it from {}", fmt::join(source.confusable, ", ")));
   }
-  return text + lines("    ", std::string(source.advice()));
+  return text + paragraph("    ", std::string(source.advice()));
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
@@ -73,6 +77,69 @@ Json to_json(const Source& source) {
           {"advice", source.advice()}};
 }
 
+// ---- robot files
+
+std::vector<std::string> header(const Outcome& outcome, const char* what) {
+  const Comparison& c = outcome.comparison;
+  std::vector<std::string> lines{fmt::format("{} by twocone {}, commit {}.", what, runlog::version(), runlog::commit()),
+                                 fmt::format("  simulated run {}", c.simulated), fmt::format("  real run {}", c.real)};
+  std::vector<std::string> names;
+  for (const Source* const source : c.sources_with(SourceVerdict::kDiffers)) names.push_back(source->name());
+  lines.push_back(names.empty() ? "No difference was found."
+                                : fmt::format("Found to differ: {}.", fmt::join(names, ", ")));
+  return lines;
+}
+
+void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::CameraEffects& effects) {
+  const std::vector<Source>& sources = outcome.comparison.sources;
+  if (const Source* const gain = find_differing(sources, Cause::kExposureAndColour, view)) {
+    double log_gain = 0;
+    for (std::size_t colour = 0; colour < 3; ++colour) log_gain += std::log(gain->components[colour].real) / 3;
+    effects.gain *= std::exp(log_gain);
+    // The difference of real and simulated does not contain a vignette that both have.
+    const Component& vignetting = gain->components[3];
+    if (std::abs(vignetting.real) >= 3 * vignetting.sigma) {
+      effects.vignetting = std::clamp(effects.vignetting + vignetting.real, 0.0, 1.0);
+    }
+  }
+  if (find_differing(sources, Cause::kNoise, view)) {
+    if (const auto noise = vision::fit_noise(outcome.images.views[std::size_t(view)].real_noise)) {
+      effects.full_well_electrons = noise->full_well_electrons();
+      effects.read_noise_electrons = noise->read_noise_electrons();
+    }
+  }
+  if (const Source* const blur = find_differing(sources, Cause::kSharpness, view)) {
+    const double more_px = vision::defocus_radius_px(blur->components[0].simulated, blur->components[0].real);
+    effects.defocus_px = std::hypot(effects.defocus_px, more_px);
+  }
+  if (const Source* const shutter = find_differing(sources, Cause::kRollingShutter, view)) {
+    effects.readout_s = std::max(0.0, effects.readout_s + shutter->components[0].difference() / 1e3);
+  }
+  if (const Source* const lost = find_differing(sources, Cause::kFramesLost, view)) {
+    effects.drop_probability = std::clamp(lost->components[0].real / 100, 0.0, 0.99);
+  }
+  double late_s = 0;
+  if (const Source* const latency = find_differing(sources, Cause::kLatency))
+    late_s += latency->components[0].difference() / 1e3;
+  if (const Source* const skew = find_differing(sources, Cause::kSkew)) {
+    // The stamp of the earlier view is the late one.
+    const double upper_later_s = skew->components[0].difference() / 1e3;
+    late_s += std::max(0.0, view == vision::Side::kUpper ? -upper_later_s : upper_later_s);
+  }
+  effects.stamp_late_s = std::max(0.0, effects.stamp_late_s + late_s);
+}
+
+/// Rounds to four digits, more than any measurement here has, so that people can read the files.
+double rounded(double value) { return value == 0 ? 0 : std::stod(fmt::format("{:.4g}", value)); }
+
+void round(sim_povray::CameraEffects& effects) {
+  for (double* const value :
+       {&effects.gain, &effects.full_well_electrons, &effects.read_noise_electrons, &effects.vignetting,
+        &effects.defocus_px, &effects.readout_s, &effects.drop_probability, &effects.stamp_late_s}) {
+    *value = rounded(*value);
+  }
+}
+
 }  // namespace
 
 std::string table(const Comparison& comparison) {
@@ -80,7 +147,7 @@ std::string table(const Comparison& comparison) {
                                  comparison.simulated_frames, comparison.real, comparison.real_frames);
   text += fmt::format("frames matched: {} by time, {} by place; poses of the real robot: {}\n",
                       comparison.matched_by_time, comparison.matched_by_pose, comparison.reference);
-  for (const std::string& note : comparison.notes) text += lines("note: ", note);
+  for (const std::string& note : comparison.notes) text += paragraph("note: ", note);
 
   const auto differing = comparison.sources_with(SourceVerdict::kDiffers);
   text += differing.empty() ? "\nNo difference found.\n" : "\nDifferences (simulated -> real):\n";
@@ -91,7 +158,7 @@ std::string table(const Comparison& comparison) {
                       differing.size() + agreeing.size(), comparison.level, comparison.false_alarm, agreeing.size(),
                       undetermined.size());
   for (const Source* const source : undetermined) {
-    text += lines("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
+    text += paragraph("  cannot tell ", fmt::format("{}: {}", source->name(), source->reason));
   }
 
   if (!comparison.gaps.empty()) {
@@ -100,12 +167,12 @@ std::string table(const Comparison& comparison) {
   }
   for (const Gap& gap : comparison.gaps) {
     text += fmt::format("{:<28} {:>10} {:>10} {:>10}   {}\n", fmt::format("{}, {}", to_string(gap.of), gap.unit),
-                        number(gap.before), number(gap.after), number(gap.floor),
-                        gap.unexplained ? percent(*gap.unexplained) : "-");
+                        decimal(gap.before), decimal(gap.after), decimal(gap.floor),
+                        gap.unexplained ? plain_percent(*gap.unexplained) : "-");
     if (gap.unnamed && std::abs(*gap.unnamed) >= kWorthALine) {
-      text += lines("  ",
-                    fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
-                                percent(*gap.unnamed)));
+      text += paragraph(
+          "  ", fmt::format("{} of it is corrected by numbers of the calibration that no source names as different",
+                            plain_percent(*gap.unnamed)));
     }
   }
 
@@ -117,11 +184,11 @@ std::string table(const Comparison& comparison) {
     stage = row.stage;
     const bool is_gap_alone = !row.simulated && !row.real && row.gap;
     text += fmt::format("  {:<50} {:>9} {:>9} {:>8} {:>6} {}\n", row.name + unit_after(", ", row.unit),
-                        number(row.simulated), number(is_gap_alone ? row.gap : row.real),
-                        row.gap_sigma ? number(row.gap_sigma) : "", row.limit ? fmt::format("{:g}", *row.limit) : "",
+                        decimal(row.simulated), decimal(is_gap_alone ? row.gap : row.real),
+                        row.gap_sigma ? decimal(row.gap_sigma) : "", row.limit ? fmt::format("{:g}", *row.limit) : "",
                         row.light == Light::kNone ? "" : to_string(row.light));
   }
-  text += lines("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
+  text += paragraph("", "+-: standard deviation of real minus simulated; cannot tell: it exceeds the limit");
   return text;
 }
 
@@ -165,6 +232,37 @@ std::string to_json(const Comparison& comparison) {
                   {"sources", sources},
                   {"rows", rows}};
   return json.dump(2) + "\n";
+}
+
+std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file) {
+  config::Robot robot = outcome.comparison.real_robot;
+  robot.rig = outcome.calibration->rig;
+  robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
+  robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
+  return config::robot_text(robot.file, new_file, robot, header(outcome, "Rig and wheels as found in a real run"));
+}
+
+std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file) {
+  const Comparison& c = outcome.comparison;
+  config::Robot robot = c.simulated_robot;
+  add_camera_effects(outcome, vision::Side::kLower, robot.lower.effects);
+  add_camera_effects(outcome, vision::Side::kUpper, robot.upper.effects);
+  round(robot.lower.effects);
+  round(robot.upper.effects);
+  if (find_differing(c.sources, Cause::kWheelRadius) || find_differing(c.sources, Cause::kWheelSeparation)) {
+    // Belief and truth are equal: both are those of the corrected real robot.
+    robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
+    robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
+    robot.effects.wheel_radius_m.reset();
+    robot.effects.wheel_separation_m.reset();
+  }
+  if (const Source* const slip = find_differing(c.sources, Cause::kSlip))
+    robot.effects.slip = rounded(slip->components[0].real / 100);
+  if (const Source* const rate = find_differing(c.sources, Cause::kFrameRate)) {
+    robot.lower.rate_hz = robot.upper.rate_hz = rounded(rate->components[0].real);
+  }
+  return config::robot_text(robot.file, new_file, robot,
+                            header(outcome, "A simulation that behaves like a real run, made"));
 }
 
 }  // namespace twocone::compare

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/render_again.h"
+#include "apps/compare/compare.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,8 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/matching.h"
-#include "apps/compare/residuals.h"
+#include "apps/compare/both_runs.h"
 #include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
@@ -64,10 +63,8 @@ Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, con
   for (const auto& [name, entry] : {std::pair{"lower", &robot.lower}, {"upper", &robot.upper}}) {
     auto camera = (*simulation)->open_camera({name, entry->antialias, {}});
     if (!camera) return camera.error();
-    CameraSettings settings;
-    settings.width_px = entry->width_px;
-    settings.height_px = entry->height_px;
-    settings.rate_hz = entry->rate_hz;
+    const CameraSettings settings{
+        .width_px = entry->width_px, .height_px = entry->height_px, .rate_hz = entry->rate_hz};
     if (auto applied = (*camera)->configure(settings); !applied) return applied.error();
     if (auto started = (*camera)->start(); !started) return started.error();
     cameras.push_back(*std::move(camera));
@@ -115,21 +112,9 @@ void keep_those_of(const std::string& recipe, const std::filesystem::path& folde
 }
 
 struct Coming {
-  Place place;
-  std::array<twocone::Frame, 2> frames;
+  std::uint64_t frame;
+  std::array<twocone::Frame, 2> images;
 };
-
-Status keep(const std::filesystem::path& to, const Coming& coming) {
-  // The upper image is written last: where it exists, both do.
-  const std::array<std::filesystem::path, 2> files{runlog::lower_image_file(to, coming.place.frame.frame),
-                                                   runlog::upper_image_file(to, coming.place.frame.frame)};
-  for (const std::size_t k : {0, 1}) {
-    const auto image = coming.frames[k].image(kImageTimeout);
-    if (!image) return image.error();
-    runlog::write_image(files[k], **image);
-  }
-  return {};
-}
 
 Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
@@ -137,9 +122,16 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
   if (!host) return host.error();
   std::deque<Coming> coming;
   const auto keep_first = [&]() -> Status {
-    Status kept = keep(settings.to, coming.front());
+    const Coming first = std::move(coming.front());
     coming.pop_front();
-    return kept;
+    const auto lower = first.images[0].image(kImageTimeout);
+    if (!lower) return lower.error();
+    runlog::write_image(runlog::lower_image_file(settings.to, first.frame), **lower);
+    // The upper image is written last: where it exists, both do.
+    const auto upper = first.images[1].image(kImageTimeout);
+    if (!upper) return upper.error();
+    runlog::write_image(runlog::upper_image_file(settings.to, first.frame), **upper);
+    return {};
   };
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (settings.stop && *settings.stop) {
@@ -150,7 +142,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
       if (!frames) {
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
       }
-      coming.push_back({places[i], *std::move(frames)});
+      coming.push_back({places[i].frame.frame, *std::move(frames)});
       if (coming.size() >= kOnTheWay) {
         if (auto kept = keep_first(); !kept) return kept;
       }
@@ -177,10 +169,8 @@ void write_tables(const RenderAgain& settings, const Side& real, const std::vect
     truth += runlog::to_line(pose) + "\n";
     drive +=
         runlog::to_line(runlog::DriveRow{pose.t_s, {}, {}, wheels.turns[i].left_rad, wheels.turns[i].right_rad}) + "\n";
-    runlog::FrameRow row;
-    row.frame = places[i].frame.frame;
+    runlog::FrameRow row{.frame = places[i].frame.frame, .lower_sequence = i, .upper_sequence = i};
     row.t_s = row.lower_t_s = row.upper_t_s = pose.t_s;
-    row.lower_sequence = row.upper_sequence = i;
     frames += runlog::to_line(row) + "\n";
   }
   runlog::write_run_yaml_for_map(settings.real, settings.scene,
@@ -199,11 +189,6 @@ Status render_again(const RenderAgain& settings) {
   if (!map.scene) {
     throw config::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", settings.scene.string()));
   }
-  const auto report_progress = [&settings](double done) {
-    if (settings.progress) settings.progress(done);
-  };
-  RenderAgain reporting = settings;
-  reporting.progress = report_progress;
   auto real = read_side(settings.real, settings.poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
@@ -211,17 +196,17 @@ Status render_again(const RenderAgain& settings) {
                  fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks",
                              settings.scene.string(), settings.real.string(), real->run.map.file.string(), why)};
   }
-  calibrate_side(*real, settings.fit_frames, [&](double done) { report_progress(kPosesShare * done); });
+  calibrate_side(*real, settings.fit_frames, [&](double done) { settings.progress(kPosesShare * done); });
   // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.
   if (settings.poses.empty()) real->is_reference_apart = false;
   locate(*real);
   const auto places = places_of(*real);
   if (!places) return places.error();
   keep_those_of(recipe_of(real->run.robot, map, *places), settings.to);
-  if (auto rendered = render_all(reporting, *real, map, *places); !rendered) return rendered;
+  if (auto rendered = render_all(settings, *real, map, *places); !rendered) return rendered;
   write_tables(settings, *real, *places);
   const auto localised = runs::localise(settings.to, estimation::Method::kOutline, [&](double done) {
-    report_progress(kImagesShare + (1 - kImagesShare) * done);
+    settings.progress(kImagesShare + (1 - kImagesShare) * done);
   });
   if (!localised) return localised.error();
   return {};

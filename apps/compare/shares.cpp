@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/shares.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "apps/compare/matching.h"
+#include "apps/compare/both_runs.h"
 #include "localisation/trajectory_error.h"
 
 namespace twocone::compare {
@@ -126,7 +126,7 @@ void add_brightness_gap(const Images& images, std::vector<Source>& sources, std:
   Projection projection(sources);
   for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
     const Source* const source = find_differing(sources, Cause::kExposureAndColour, view);
-    for (const vision::Transfer& t : images.views[static_cast<std::size_t>(view)].transfers) {
+    for (const vision::Transfer& t : images.views[std::size_t(view)].transfers) {
       for (std::size_t c = 0; c < 3; ++c) {
         const double found = source ? std::log(std::max(1e-9, source->components[c].real)) : 0;
         before.add(t.log_gain[c]);

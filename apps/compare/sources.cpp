@@ -1,20 +1,180 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/sources.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <Eigen/Dense>
 
-#include "apps/compare/source_tests.h"
 #include "apps/config/to_layers.h"
 #include "base/quantile.h"
 #include "localisation/chi_squared.h"
 
 namespace twocone::compare {
 namespace {
+
+constexpr ModelSigmas kModel;
+
+/// Adds a source whose numbers are not known yet. @param view of a cause of one view
+Source& add_source(std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view = std::nullopt) {
+  return sources.emplace_back(Source{.cause = cause, .view = view});
+}
+
+/// Sets chi-squared and p-value of the components' differences under `covariance`, in the components' own units.
+void judge(Source& source, const Eigen::MatrixXd& covariance) {
+  Eigen::VectorXd difference(Eigen::Index(source.components.size()));
+  std::ranges::transform(source.components, difference.begin(), &Component::difference);
+  source.chi_squared = difference.dot(covariance.ldlt().solve(difference));
+  source.p_value = localisation::chi_squared_tail(source.chi_squared, int(difference.size()));
+}
+
+/// Sets the same for components without correlation.
+void judge(Source& source) {
+  Eigen::VectorXd variances(Eigen::Index(source.components.size()));
+  std::ranges::transform(source.components, variances.begin(), [](const Component& c) { return c.sigma * c.sigma; });
+  judge(source, variances.asDiagonal());
+}
+
+// ---- the two calibrations
+
+/// A number of the calibration that is a part of a source.
+struct Number {
+  Cause cause;
+  const char* name;  ///< as in CalibratedParameter; for a view without the view's name
+  const char* shown_unit;
+  double shown_per_si;  ///< shown = SI * this
+  double model_sigma;   ///< SI
+};
+constexpr std::array kNumbersOfView{
+    Number{Cause::kFocalLength, "rim_radius_px", "px", 1, kModel.rim_px},
+    Number{Cause::kCentre, "centre_px.column", "px", 1, kModel.centre_px},
+    Number{Cause::kCentre, "centre_px.row", "px", 1, kModel.centre_px},
+    Number{Cause::kTilt, "tilt_rad.x", "deg", 1 / kDegree, kModel.tilt_rad},
+    Number{Cause::kTilt, "tilt_rad.y", "deg", 1 / kDegree, kModel.tilt_rad},
+    Number{Cause::kMirrorShape, "apex_rad", "deg", 1 / kDegree, kModel.apex_rad},
+    Number{Cause::kMirrorShape, "mirror_radius_m", "mm", 1e3, kModel.length_m},
+    Number{Cause::kMirrorShape, "lens_to_tip_m", "mm", 1e3, kModel.length_m},
+    Number{Cause::kRollingShutter, "readout_s", "ms", 1e3, 0},
+};
+constexpr std::array kNumbersOfRobot{
+    Number{Cause::kMirrorsAlignment, "upper.azimuth_minus_lower_rad", "deg", 1 / kDegree, kModel.azimuth_rad},
+    Number{Cause::kMirrorsAlignment, "upper.axis_offset_minus_lower_m.x", "mm", 1e3, kModel.offset_m},
+    Number{Cause::kMirrorsAlignment, "upper.axis_offset_minus_lower_m.y", "mm", 1e3, kModel.offset_m},
+    Number{Cause::kMirrorsHeights, "mirror_separation_m", "mm", 1e3, kModel.length_m},
+    Number{Cause::kMirrorsHeights, "lens_height_m", "mm", 1e3, kModel.length_m},
+    Number{Cause::kSkew, "upper.skew_s", "ms", 1e3, 0},
+    Number{Cause::kLatency, "latency_s", "ms", 1e3, 0},
+    Number{Cause::kWheelRadius, "wheel_radius_m", "mm", 1e3, 0},
+    Number{Cause::kWheelRatio, "wheel_ratio", "1", 1, 0},
+    Number{Cause::kWheelSeparation, "wheel_separation_m", "mm", 1e3, 0},
+};
+
+struct Wanted {
+  Cause cause;
+  std::optional<vision::Side> view;
+  std::vector<Number> numbers{};
+
+  [[nodiscard]] std::string full_name(const Number& number) const {
+    return view ? fmt::format("{}.{}", to_string(*view), number.name) : number.name;
+  }
+};
+
+std::vector<Wanted> wanted_of_rig() {
+  std::vector<Wanted> all;
+  const auto add = [&all](std::optional<vision::Side> view, std::span<const Number> numbers) {
+    for (const Number& number : numbers) {
+      if (all.empty() || all.back().cause != number.cause) all.push_back({number.cause, view});
+      all.back().numbers.push_back(number);
+    }
+  };
+  add(vision::Side::kLower, kNumbersOfView);
+  add(vision::Side::kUpper, kNumbersOfView);
+  add(std::nullopt, kNumbersOfRobot);
+  return all;
+}
+
+/// Returns the index of a number that the data determine.
+std::optional<Eigen::Index> index_of(const vision::CalibrationResult& result, const std::string& name) {
+  const auto at = std::ranges::find(result.parameters, name, &vision::CalibratedParameter::name);
+  if (at == result.parameters.end() || !at->observed) return std::nullopt;
+  return at - result.parameters.begin();
+}
+
+/// Returns the names of the sources whose numbers are almost fully correlated in a run's data with those at `own`.
+/// @param owners the source of each number of the calibration; null: none
+std::vector<std::string> confusable_with(const std::vector<Eigen::Index>& own, const std::vector<const Wanted*>& owners,
+                                         const Eigen::MatrixXd& covariance) {
+  std::vector<std::string> names;
+  for (const Eigen::Index i : own) {
+    for (Eigen::Index k = 0; k < std::ssize(owners); ++k) {
+      const Wanted* const other = owners[std::size_t(k)];
+      if (!other || other == owners[std::size_t(i)]) continue;
+      const double correlation = covariance(i, k) / std::sqrt(covariance(i, i) * covariance(k, k));
+      if (!(std::abs(correlation) > kConfusable)) continue;
+      const std::string name = Source{.cause = other->cause, .view = other->view}.name();
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// Adds the sources of the two calibrations: views, alignment, exposure times, wheels.
+void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source>& sources) {
+  const std::vector<Wanted> all = wanted_of_rig();
+  if (!simulated.calibration || !real.calibration) {
+    const Side& without = simulated.calibration ? real : simulated;
+    for (const Wanted& wanted : all) add_source(sources, wanted.cause, wanted.view).reason = without.why_no_calibration;
+    return;
+  }
+  const vision::CalibrationResult& a = simulated.calibration->result;
+  const vision::CalibrationResult& b = real.calibration->result;
+  std::vector<const Wanted*> owners(b.parameters.size());
+  for (const Wanted& wanted : all) {
+    for (const Number& number : wanted.numbers) {
+      if (const auto i = index_of(b, wanted.full_name(number))) owners[std::size_t(*i)] = &wanted;
+    }
+  }
+  for (const Wanted& wanted : all) {
+    Source& source = add_source(sources, wanted.cause, wanted.view);
+    std::vector<Eigen::Index> in_a, in_b;
+    std::vector<Number> found;
+    std::vector<std::string> missing;
+    for (const Number& number : wanted.numbers) {
+      const std::string name = wanted.full_name(number);
+      const auto i = index_of(a, name);
+      const auto k = index_of(b, name);
+      if (!i || !k) {
+        missing.push_back(fmt::format("{} ({})", name, i ? "real run" : (k ? "simulated run" : "both runs")));
+        continue;
+      }
+      in_a.push_back(*i);
+      in_b.push_back(*k);
+      found.push_back(number);
+    }
+    if (!missing.empty()) source.reason = fmt::format("the drive does not determine {}", fmt::join(missing, ", "));
+    if (found.empty()) continue;
+    Eigen::VectorXd shown_per_si(Eigen::Index(found.size()));
+    std::ranges::transform(found, shown_per_si.begin(), &Number::shown_per_si);
+    Eigen::MatrixXd covariance = a.covariance(in_a, in_a) + b.covariance(in_b, in_b);
+    covariance = (shown_per_si.asDiagonal() * covariance * shown_per_si.asDiagonal()).eval();
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const auto at = Eigen::Index(i);
+      covariance(at, at) += std::pow(found[i].model_sigma * found[i].shown_per_si, 2);
+      const auto shown = [&](const vision::CalibrationResult& result, Eigen::Index k) {
+        return result.parameters[std::size_t(k)].after * found[i].shown_per_si;
+      };
+      source.components.push_back({wanted.full_name(found[i]), found[i].shown_unit, shown(a, in_a[i]),
+                                   shown(b, in_b[i]), std::sqrt(covariance(at, at))});
+    }
+    judge(source, covariance);
+    source.confusable = confusable_with(in_b, owners, b.covariance);
+  }
+}
 
 // ---- slip, the map
 
@@ -27,8 +187,7 @@ void add_slip(const BothRuns& runs, std::vector<Source>& sources) {
   const auto intervals = [](const Side& side) {
     if (!side.calibration) return std::size_t(0);
     const auto& frames = side.calibration->problem.frames;
-    return std::size_t(
-        std::count_if(frames.begin(), frames.end(), [](const auto& frame) { return frame.wheels.size() >= 2; }));
+    return std::size_t(std::ranges::count_if(frames, [](const auto& frame) { return frame.wheels.size() >= 2; }));
   };
   const std::size_t in_a = intervals(runs.simulated), in_b = intervals(runs.real);
   constexpr std::size_t kLeastIntervals = 10;  // the sigma is then known to about a fifth
@@ -157,7 +316,7 @@ std::optional<double> set_to_lose(const Side& side, vision::Side view) {
 
 void add_lost(const BothRuns& runs, vision::Side view, std::vector<Source>& sources) {
   const Timing &a = runs.simulated_timing, &b = runs.real_timing;
-  const auto k = static_cast<std::size_t>(view);
+  const auto k = std::size_t(view);
   Source& source = add_source(sources, Cause::kFramesLost, view);
   const auto share = [k](const Timing& t) { return double(t.lost[k]) / double(t.all[k]); };
   const auto variance = [&](const Timing& t) {
@@ -193,41 +352,20 @@ void add_stamps(const Timing& a, const Timing& b, std::vector<Source>& sources) 
 
 }  // namespace
 
-Source& add_source(std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view) {
-  sources.push_back({.cause = cause, .view = view});
-  return sources.back();
-}
-
-void judge(Source& source, const Eigen::MatrixXd& covariance) {
-  Eigen::VectorXd difference(Eigen::Index(source.components.size()));
-  std::transform(source.components.begin(), source.components.end(), difference.begin(),
-                 [](const Component& c) { return c.difference(); });
-  source.chi_squared = difference.dot(covariance.ldlt().solve(difference));
-  source.p_value = localisation::chi_squared_tail(source.chi_squared, int(difference.size()));
-}
-
-void judge(Source& source) {
-  Eigen::VectorXd variances(Eigen::Index(source.components.size()));
-  std::transform(source.components.begin(), source.components.end(), variances.begin(),
-                 [](const Component& c) { return c.sigma * c.sigma; });
-  judge(source, variances.asDiagonal());
-}
-
 std::vector<Source> find_sources(const BothRuns& runs, const Images& images, double false_alarm, double& level) {
   std::vector<Source> sources;
   add_rig_sources(runs.simulated, runs.real, sources);
   add_slip(runs, sources);
   add_map(runs.simulated, runs.real, sources);
   for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
-    const ViewImages& of_view = images.views[static_cast<std::size_t>(view)];
+    const ViewImages& of_view = images.views[std::size_t(view)];
     add_gain(of_view, view, sources);
     add_noise(of_view, view, sources);
     add_blur(of_view, view, sources);
     add_lost(runs, view, sources);
   }
   add_stamps(runs.simulated_timing, runs.real_timing, sources);
-  const auto tested =
-      std::count_if(sources.begin(), sources.end(), [](const Source& s) { return !s.components.empty(); });
+  const auto tested = std::ranges::count_if(sources, [](const Source& s) { return !s.components.empty(); });
   level = false_alarm / double(std::max<std::ptrdiff_t>(1, tested));
   for (Source& source : sources) {
     if (source.components.empty()) continue;

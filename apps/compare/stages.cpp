@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/stages.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
-#include "apps/compare/shares.h"
 #include "localisation/trajectory_error.h"
 
 namespace twocone::compare {
@@ -41,8 +39,7 @@ class Table {
     row.limit_key = limit_key;
     if (*limit_key != '\0') {
       const auto own = limits_.find(limit_key);
-      const auto kind = std::find_if(limit_kinds().begin(), limit_kinds().end(),
-                                     [&](const LimitKind& k) { return row.limit_key == k.key; });
+      const auto kind = std::ranges::find(limit_kinds(), row.limit_key, &LimitKind::key);
       row.limit = own != limits_.end() ? own->second : kind->by_default;
       if (row.gap) row.light = light_of(*row.gap, row.gap_sigma, *row.limit);
     }
@@ -53,8 +50,7 @@ class Table {
   void add(std::string name, const Source* source, const std::string& component, const char* unit,
            const char* limit_key) {
     const auto& components = source ? source->components : std::vector<Component>{};
-    const auto found =
-        std::find_if(components.begin(), components.end(), [&](const Component& c) { return c.name == component; });
+    const auto found = std::ranges::find(components, component, &Component::name);
     if (found != components.end()) {
       add(std::move(name), found->unit, found->simulated, found->real, limit_key, std::nullopt, found->sigma);
     } else {
@@ -87,8 +83,7 @@ void add_image(Table& table, const Side& simulated, const Side& real, const std:
     table.add(view + " noise at mid grey", find_source(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
     table.add(view + " edges' spread", find_source(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
     const auto edges = [side](const Side& of) {
-      return of.calibration ? std::optional(of.calibration->result.rms_before_px[static_cast<std::size_t>(side)])
-                            : std::nullopt;
+      return of.calibration ? std::optional(of.calibration->result.rms_before_px[std::size_t(side)]) : std::nullopt;
     };
     table.add(view + " edge error under the believed rig, rms", "px", edges(simulated), edges(real), "edges-px");
   }
@@ -103,8 +98,7 @@ void add_detection(Table& table, const Side& simulated, const Side& real, const 
   std::size_t both = 0, missed = 0, more = 0;
   for (std::size_t k = 0; k < real.run.map.landmarks.size(); ++k) {
     const auto& names = simulated.run.map.landmarks;
-    const auto same = std::find_if(names.begin(), names.end(),
-                                   [&](const auto& l) { return l.name == real.run.map.landmarks[k].name; });
+    const auto same = std::ranges::find(names, real.run.map.landmarks[k].name, &config::Landmark::name);
     if (same == names.end()) continue;
     const auto of_simulated = std::size_t(same - names.begin());
     for (const Match& match : by_pose) {

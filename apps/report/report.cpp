@@ -8,7 +8,6 @@
 #include "apps/report/figures/figures.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/page/page.h"
-#include "apps/report/run_error_budget.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {
@@ -37,49 +36,45 @@ void append(std::vector<Figure>& figures, std::optional<Figure> figure) {
 
 Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings) {
   check(run, settings);
-  const auto report_step = [&](double fraction, std::string_view next) {
-    if (settings.progress) settings.progress(fraction, next);
-  };
   ReportResult result;
   result.html = run.folder / "report.html";
-  const std::filesystem::path folder = run.folder / "figures";
-  const Gnuplot gnuplot(settings.gnuplot, folder);
-  report_step(0, "looking for gnuplot");
+  const Gnuplot gnuplot{settings.gnuplot, run.folder / "figures"};
+  settings.progress(0);
   if (const Status ready = gnuplot.prepare(); !ready) return ready.error();
 
   const runlog::Summary summary = runlog::summarise(run);
   const std::optional<runlog::Summary> baseline = baseline_of(run, result.notes);
-  const Drawing drawing{{gnuplot, folder, result.notes}, run, summary};
+  const Drawing drawing{{gnuplot, result.notes}, run, summary};
 
   FigureGroup paths{"paths", "Trajectories"};
-  report_step(0.05, "the arena from above");
+  settings.progress(0.05);
   paths.figures.push_back(draw_trajectory(drawing, overhead_image(drawing, run.map, "Figure 7 is")));
-  report_step(0.35, "positions");
+  settings.progress(0.35);
   if (run.truth.empty())
     result.notes.emplace_back("There is no ground truth, so there is no figure of the position error.");
   paths.figures.push_back(draw_paths(drawing));
   append(paths.figures, draw_position_error(drawing));
 
-  report_step(0.45, "ranges");
+  settings.progress(0.45);
   const FigureGroup ranges{"range-figures", "Ranges frame by frame", draw_ranges(drawing)};
 
   FigureGroup bounded{"bounds", "Errors beside their bounds"};
   append(bounded.figures, draw_error_and_bound(drawing));
   append(bounded.figures, draw_normalised_errors(drawing));
 
-  report_step(0.6, "the error budget");
+  settings.progress(0.6);
   const RunErrorBudget run_error_budget =
       error_budget_of(run, settings.error_budget_draws, settings.error_budget_pose_step);
   FigureGroup budgeted{"error-budget", "The error budget", {}, error_budget_table(run_error_budget)};
   append(budgeted.figures, draw_error_budget(drawing, run_error_budget.error_budget));
 
   FigureGroup rig{"rig", "The rig"};
-  report_step(0.65, "the rig");
+  settings.progress(0.65);
   rig.figures.push_back(draw_geometry(drawing));
   append(rig.figures, draw_resolution(drawing));
 
   FigureGroup views{"views", "Images of the mirrors"};
-  report_step(0.75, "views");
+  settings.progress(0.75);
   append(views.figures, draw_superimposed(drawing));
   append(views.figures, draw_strips(drawing));
   PageContent content{run,
@@ -89,9 +84,9 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
                       frame_views(run, kBrowsedFrames),
                       result.notes};
 
-  report_step(0.95, "the page");
+  settings.progress(0.95);
   if (const Status written = write_file(result.html, page(content)); !written) return written.error();
-  report_step(1, "done");
+  settings.progress(1);
   return result;
 }
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "apps/runlog/run_data.h"
@@ -16,8 +15,8 @@ struct ReportSettings {
   std::string gnuplot = "gnuplot";  ///< the program: a path, or a name looked up in PATH
   int error_budget_draws = 400;     ///< draws of the error budget's Monte Carlo for each of its lines, >= 1
   int error_budget_pose_step = 15;  ///< the error budget uses the pose of every such frame, >= 1
-  /// Called before each step with the fraction done, in [0, 1], and the name of the step. May be empty.
-  std::function<void(double, std::string_view)> progress;
+  /// Called before each step with the fraction done, in [0, 1].
+  std::function<void(double)> progress = [](double) {};
 };
 
 struct ReportResult {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
 #include <numbers>
 #include <system_error>
 
@@ -11,9 +10,9 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 #include "apps/report/kit/plain_text.h"
-#include "apps/report/paper_figures.h"
+#include "apps/report/paper.h"
 #include "localisation/pose_filter.h"
 #include "vision/ranging.h"
 
@@ -37,21 +36,15 @@ std::string column(std::optional<double> value, int digits = 2) {
   return text.size() <= 9 && text.front() == ' ' ? text : fmt::format("{:9.1e}", *value);
 }
 
-using ErrorMember = double runlog::ErrorStatistics::*;
-std::string columns(const std::optional<runlog::ErrorStatistics>& error, std::initializer_list<ErrorMember> members) {
+std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
   std::string text;
-  for (const ErrorMember member : members)
-    text += column(error ? std::optional(*error.*member * kMmPerM) : std::nullopt);
+  for (const std::optional<double> error_mm : errors_mm(error)) text += column(error_mm);
   return text;
 }
 
-std::string error_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  using runlog::ErrorStatistics;
-  return columns(error, {&ErrorStatistics::mean, &ErrorStatistics::rmse, &ErrorStatistics::p95, &ErrorStatistics::max});
-}
-
 std::string baseline_columns(const std::optional<runlog::ErrorStatistics>& error) {
-  return " |" + columns(error, {&runlog::ErrorStatistics::mean, &runlog::ErrorStatistics::max});
+  const auto [mean_mm, rmse_mm, p95_mm, max_mm] = errors_mm(error);
+  return " |" + column(mean_mm) + column(max_mm);
 }
 
 std::string paper_columns(double mean_mm, double max_mm) { return fmt::format(" |{:>7}{:>6}", mean_mm, max_mm); }
@@ -226,9 +219,7 @@ std::string outliers(const runlog::Summary& summary) {
 
 bool has_bounds(const runlog::Summary& summary) {
   return summary.position_bound_m || summary.in_ellipse_95 ||
-         std::any_of(summary.landmarks.begin(), summary.landmarks.end(), [](const runlog::LandmarkSummary& landmark) {
-           return landmark.range_bound_m || landmark.within_95;
-         });
+         std::ranges::any_of(summary.landmarks, [](const auto& l) { return l.range_bound_m || l.within_95; });
 }
 
 std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vector<std::string>& notes) {
@@ -254,8 +245,7 @@ std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes
 
 bool has_truth(const runlog::Summary& summary) {
   return summary.travelled_m || summary.fix_error || summary.odometry_error ||
-         std::any_of(summary.landmarks.begin(), summary.landmarks.end(),
-                     [](const runlog::LandmarkSummary& landmark) { return landmark.error.has_value(); });
+         std::ranges::any_of(summary.landmarks, [](const auto& landmark) { return landmark.error.has_value(); });
 }
 
 std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts) {
@@ -269,10 +259,14 @@ std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string
   return sorted;
 }
 
+std::array<std::optional<double>, 4> errors_mm(const std::optional<runlog::ErrorStatistics>& error) {
+  if (!error) return {};
+  return {error->mean * kMmPerM, error->rmse * kMmPerM, error->p95 * kMmPerM, error->max * kMmPerM};
+}
+
 const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name) {
   static const runlog::LandmarkSummary none;
-  const auto found = std::find_if(summary.landmarks.begin(), summary.landmarks.end(),
-                                  [&](const runlog::LandmarkSummary& landmark) { return landmark.name == name; });
+  const auto found = std::ranges::find(summary.landmarks, name, &runlog::LandmarkSummary::name);
   return found == summary.landmarks.end() ? none : *found;
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -42,6 +44,9 @@ bool has_truth(const runlog::Summary& summary);
 /// Returns the verdicts that occur with their counts: `ok` first, then the others by frequency.
 std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts);
 
+/// Returns the mean, the root mean square, the 95 % limit and the largest of the errors, in millimetres.
+std::array<std::optional<double>, 4> errors_mm(const std::optional<runlog::ErrorStatistics>& error);
+
 /// Returns the summary of the landmark called `name`; an empty one if there is none.
 const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name);
 
@@ -54,5 +59,11 @@ std::vector<std::string> timing_words(const runlog::TimingSummary& timing);
 
 /// Returns the command that makes this run again, its words quoted for a POSIX shell where they need it.
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method);
+
+/// Returns the colour of a verdict, the same in every figure and table.
+std::string verdict_colour(std::string_view verdict);
+
+/// Returns the meaning of a verdict of that method in plain words; empty for an unknown verdict.
+std::string_view verdict_meaning(std::string_view verdict, std::string_view method);
 
 }  // namespace twocone::report

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/verdicts.h"
+#include "apps/report/table.h"
 
 #include <algorithm>
 #include <array>
@@ -53,8 +53,7 @@ const Verdict* find_verdict(std::string_view name) {
        {to_string(FixVerdict::kOutOfBounds), "#5c3a21",
         "a position outside the map's bounds, where the robot cannot be"},
        {"no_image", "#5b4a8a", "an image of the frame is missing or damaged"}}};
-  const auto* found =
-      std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](const Verdict& v) { return v.name == name; });
+  const auto* found = std::ranges::find(kVerdicts, name, &Verdict::name);
   return found == kVerdicts.end() ? nullptr : found;
 }
 

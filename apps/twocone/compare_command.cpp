@@ -10,9 +10,6 @@
 #include <fmt/format.h>
 
 #include "apps/compare/compare.h"
-#include "apps/compare/correct.h"
-#include "apps/compare/render_again.h"
-#include "apps/compare/show/page.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/command_line.h"
@@ -165,7 +162,7 @@ void compare_with(CompareArguments options) {
   }
   settings.work = options.out / "parts";
   ProgressBar bar("compare");
-  settings.progress = [&bar](double done, std::string_view) { bar.show(done); };
+  settings.progress = [&bar](double done) { bar.show(done); };
   const compare::Outcome outcome = value_or_interrupted(compare::compare(settings), next_step(options.out));
   bar.remove();
   fmt::print("{}\n", compare::table(outcome.comparison));

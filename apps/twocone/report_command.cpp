@@ -27,7 +27,7 @@ void report_with(const std::filesystem::path& folder) {
   std::fflush(stdout);
   ProgressBar bar("report");
   report::ReportSettings settings;
-  settings.progress = [&bar](double done, std::string_view /*next*/) { bar.show(done); };
+  settings.progress = [&bar](double done) { bar.show(done); };
   const report::ReportResult result = value_or_fail(report::write_report(data, settings));
   bar.remove();
   for (const std::string& note : result.notes) say(fmt::format("note: {}", note));

@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/compare/correct.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "tests/compare/synthetic_run.h"
@@ -83,7 +82,7 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   const auto real = make_run(*folder_, "same", {.driver = "memory", .seed = 2});
   Settings settings = settings_for(real, "same_work");
   std::vector<double> reported;
-  settings.progress = [&reported](double done, std::string_view) { reported.push_back(done); };
+  settings.progress = [&reported](double done) { reported.push_back(done); };
   const auto outcome = compare(settings);
   ASSERT_TRUE(outcome) << outcome.error().message;
   const Comparison& c = outcome->comparison;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/correct.h"
+#include "apps/compare/compare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/compare/sources.h"
+#include "apps/compare/findings.h"
 #include "apps/config/robot_file.h"
 #include "tests/compare/made_up_side.h"
 #include "tests/support/temporary_folder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/images.h"
+#include "apps/compare/both_runs.h"
 
 #include <algorithm>
 #include <cmath>

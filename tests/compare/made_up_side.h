@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/side.h"
-#include "apps/compare/timing.h"
 #include "tests/support/lab_robot.h"
 
 namespace twocone::compare {

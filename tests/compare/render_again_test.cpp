@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/render_again.h"
+#include "apps/compare/compare.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/show/page.h"
+#include "apps/compare/compare.h"
 
 #include <cmath>
 #include <limits>
@@ -10,8 +10,7 @@
 #include <boost/property_tree/xml_parser.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/compare/show/images.h"
-#include "apps/compare/show/wording.h"
+#include "apps/compare/show/sections.h"
 #include "apps/config/robot_file.h"
 #include "tests/compare/a_comparison.h"
 #include "tests/support/temporary_folder.h"

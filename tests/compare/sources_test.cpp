@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/sources.h"
+#include "apps/compare/findings.h"
 
 #include <random>
 

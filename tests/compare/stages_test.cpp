@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/stages.h"
+#include "apps/compare/findings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/compare/sources.h"
 #include "tests/compare/made_up_side.h"
 
 namespace twocone::compare {

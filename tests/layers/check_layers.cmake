@@ -35,7 +35,7 @@ set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base loc
 set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
 set(may_apps/runs apps/runs ${common})
 # What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
-set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h base hal drivers/sim_povray/overhead.h)
+set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h base hal drivers/sim_povray/overhead.h)
 set(may_apps/report apps/report apps/error_budget ${common})
 set(may_apps/calibrate apps/calibrate ${common})
 set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})

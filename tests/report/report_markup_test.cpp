@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/kit/markup.h"
+#include "apps/report/kit/html.h"
 
 #include <gtest/gtest.h>
 

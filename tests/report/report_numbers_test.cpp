@@ -5,12 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/series.h"
-#include "apps/report/kit/gnuplot.h"
-#include "apps/report/kit/palette.h"
-#include "apps/report/paper_figures.h"
-#include "apps/report/rig_numbers.h"
-#include "apps/report/verdicts.h"
+#include "apps/report/figures/figures.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/paper.h"
+#include "apps/report/table.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

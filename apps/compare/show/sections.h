@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "apps/compare/comparison.h"
 #include "apps/report/kit/figure.h"
 
-/// The parts of the page. Functions with _html return the inner HTML of a section. A figure that fails has no SVG and
-/// adds a note. Private to apps/compare/show.
+/// The parts of the page, its images, its words and numbers. Functions with _html return the inner HTML of a section. A
+/// figure that fails has no SVG and adds a note. Private to apps/compare/show.
 namespace twocone::compare {
 
 /// Returns the sources: those that differ with advice, then, folded, those that agree and those that are not
@@ -21,7 +25,7 @@ std::string gaps_html(const Comparison& comparison);
 /// Returns the stages with lights and limits.
 std::string stages_html(const Comparison& comparison);
 
-/// Returns the frames: a slider through the exhibits (report::script()) and one for the blend (page_script()). Empty
+/// Returns the frames: a slider through the exhibits (report::script()) and one for the blend. Empty
 /// without exhibits. @param notes receives what could not be shown
 std::string exhibits_html(const Comparison& comparison, std::vector<std::string>& notes);
 
@@ -32,5 +36,58 @@ std::vector<report::Figure> draw_residuals(const Comparison& comparison, const r
 /// Draws both paths and the real odometry over the arena from above, or over its plan where there is no scene or it
 /// cannot be rendered. Returns nothing without a path.
 std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools);
+
+/// A pair's images of one view, CV_8UC3 b g r; empty where there is none.
+struct ExhibitView {
+  vision::Side view = vision::Side::kLower;
+  cv::Mat simulated, real;  ///< original images, reduced to the width of the page; of one size where both exist
+  /// Unrolled on one scale of bearings, that of the real robot's heading; the simulated strip is turned to it.
+  cv::Mat simulated_strip, real_strip;
+  /// real_strip - simulated_strip in brightness, coloured by difference_colour().
+  cv::Mat difference;
+  std::optional<double> mean_difference_grey;  ///< mean of its absolute values
+  std::vector<std::string> notes;              ///< what is missing or was resized, a sentence each
+
+  [[nodiscard]] std::string name() const { return std::string(to_string(view)); }
+};
+
+/// Brightness differences of this many grey levels or more have the strongest colour.
+inline constexpr int kStrongestDifference_grey = 64;
+
+/// Returns b g r: warm where the real image is brighter, cool where it is darker, nearly white where both are equal.
+/// @param grey real - simulated
+cv::Vec3b difference_colour(double grey);
+
+/// Returns lower, then upper. Images that are missing or unreadable, and rigs that cannot unroll them, are noted.
+std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhibit& exhibit);
+
+/// Formats with four significant digits; an en dash for no value and for one that is not finite.
+std::string plain_number(std::optional<double> value);
+
+/// Formats `value` to the last significant digit of `sigma`.
+std::string to_precision_of(double sigma, double value);
+
+/// Formats "+2.00 ± 0.10"; without a finite sigma > 0 the value alone. @param value with its sign
+std::string with_sigma(double value, double sigma);
+
+/// Formats "62 %", "−3 %", "< 1 %".
+std::string percent(double share);
+
+/// Formats "0.004", "1e-09", "< 1e-99".
+std::string chance(double p_value);
+
+/// Returns a component's name without its unit and without the words of its source's name: "rim radius".
+std::string short_name(const Source& source, const Component& component);
+
+/// Returns the sources that differ, the one that explains the largest part of any gap first.
+std::vector<const Source*> sources_by_share(const Comparison& comparison);
+
+/// Returns "Differs: ..." or "No difference found.", each source with its most certain component.
+std::string headline(const Comparison& comparison);
+/// Returns how many sources were tested without a difference, and how many are not determined; empty if there are none.
+std::string headline_tests(const Comparison& comparison);
+
+/// Returns HTML: shape, colour and word.
+std::string light_html(Light light);
 
 }  // namespace twocone::compare

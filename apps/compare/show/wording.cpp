@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/show/wording.h"
+#include "apps/compare/show/sections.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,16 +23,16 @@ std::string with_minus(std::string text) {
 int decimals_of(double sigma) {
   constexpr int kMost = 9;
   constexpr double kCoarseBelow = 2.95;
-  const int magnitude = static_cast<int>(std::floor(std::log10(sigma)));
+  const int magnitude = int(std::floor(std::log10(sigma)));
   const double leading = sigma / std::pow(10, magnitude);
   return std::clamp((leading < kCoarseBelow ? 1 : 0) - magnitude, 0, kMost);
 }
 
 bool is_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0; }
 
-double largest_share(const Source& source) {
+double largest_share(const Source* source) {
   double most = 0;
-  for (const Share& share : source.shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
+  for (const Share& share : source->shares) most = std::max(most, std::isfinite(share.share) ? share.share : 0);
   return most;
 }
 
@@ -41,20 +42,19 @@ const Component* most_certain(const Source& source) {
     const double ratio = std::abs(c.difference()) / c.sigma;
     return std::isfinite(ratio) ? ratio : 0;
   };
-  const auto found = std::max_element(source.components.begin(), source.components.end(),
-                                      [&](const Component& a, const Component& b) { return sigmas(a) < sigmas(b); });
+  const auto found = std::ranges::max_element(source.components, {}, sigmas);
   return found == source.components.end() ? nullptr : &*found;
 }
 
-std::string named_with_number(const Source& source) {
-  const Component* component = most_certain(source);
-  if (component == nullptr) return source.name();
-  std::string what = short_name(source, *component);
+std::string named_with_number(const Source* source) {
+  const Component* component = most_certain(*source);
+  if (component == nullptr) return source->name();
+  std::string what = short_name(*source, *component);
   // Words of the source's name are not repeated.
-  const std::string cause(to_string(source.cause));
+  const std::string cause(to_string(source->cause));
   if (cause.find(what) != std::string::npos) what.clear();
   if (what.ends_with(" " + cause)) what.resize(what.size() - cause.size() - 1);
-  return fmt::format("{} ({}{}{}{})", source.name(), what, what.empty() ? "" : " ",
+  return fmt::format("{} ({}{}{}{})", source->name(), what, what.empty() ? "" : " ",
                      with_sigma(component->difference(), component->sigma), unit_after("\u00a0", component->unit));
 }
 
@@ -117,8 +117,7 @@ std::string short_name(const Source& source, const Component& component) {
 
 std::vector<const Source*> sources_by_share(const Comparison& comparison) {
   std::vector<const Source*> found = comparison.sources_with(SourceVerdict::kDiffers);
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Source* a, const Source* b) { return largest_share(*a) > largest_share(*b); });
+  std::ranges::stable_sort(found, std::ranges::greater{}, largest_share);
   return found;
 }
 
@@ -130,7 +129,7 @@ std::string headline(const Comparison& comparison) {
   }
   std::vector<std::string> names;
   names.reserve(differing.size());
-  for (const Source* source : differing) names.push_back(named_with_number(*source));
+  for (const Source* source : differing) names.push_back(named_with_number(source));
   return fmt::format("Differs: {}.", fmt::join(names, ", "));
 }
 

@@ -6,10 +6,8 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <Eigen/Core>
 
-#include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/runlog/summary/bounds.h"
 #include "localisation/fix.h"
 
@@ -93,8 +91,7 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
 
   const double limit_mm = std::max(readable_limit(errors_mm), 1e-3);
   const auto beyond = count_beyond(errors_mm, limit_mm);
-  Plot plot;
-  plot.height_px = 380;
+  Plot plot{.height_px = 380};
   plot.commands = data_block("bound", curve) + data_block("fixes", points);
   plot.commands += fmt::format(
       "set yrange [0:{:.6g}]\nset xlabel 'time / s' offset 0,0.3\nset ylabel 'position error / mm'\n"
@@ -122,12 +119,10 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
   const std::vector<double> ranges = normalised_ranges(drawing.run);
   const std::vector<double> positions = normalised_positions(drawing.run);
   if (ranges.empty() && positions.empty()) return std::nullopt;
-  constexpr double kWidest = 5;
-  constexpr double kLargest = 12;
+  constexpr double kWidest = 5, kLargest = 12;
   constexpr int kBins = 40;
 
-  Plot plot;
-  plot.height_px = 380;
+  Plot plot{.height_px = 380};
   plot.commands = data_block("ranges", histogram(ranges, -kWidest, kWidest, kBins)) +
                   data_block("positions", histogram(positions, 0, kLargest, kBins));
   plot.commands +=

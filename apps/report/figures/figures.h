@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -13,7 +15,7 @@
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/summary.h"
 
-/// The figures of a run's report. Private to apps/report.
+/// The figures and the error budget of a run's report. Private to apps/report.
 namespace twocone::report {
 
 /// The run that the figures of a report show, and what they are drawn with.
@@ -47,6 +49,20 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing);
 /// Returns nothing for a method that states no sigmas.
 std::optional<Figure> draw_normalised_errors(const Drawing& drawing);
 
+/// The error budget of a run's robot on the path of the run. Its poses are every `pose_step`-th pose of the true path
+/// (else of the estimate, else of the odometry; a grid over the arena for a run without frames). Its speed and turn
+/// rate are the run's own (root mean squares), its noise of the outlines is the one that this run measured.
+struct RunErrorBudget {
+  error_budget::ErrorBudget error_budget;
+  error_budget::ErrorBudgetSettings settings;
+  bool noise_measured = false;  ///< median of sightings.csv; else the default of ErrorBudgetSettings
+};
+/// @param draws,pose_step >= 1. @throws as error_budget::error_budget
+RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_step);
+
+/// Returns the error budget as an HTML table with a few sentences.
+std::string error_budget_table(const RunErrorBudget& run_error_budget);
+
 /// Draws the error budget on a logarithmic axis: linear propagation as bars, the Monte Carlo as marks on them. Returns
 /// nothing if the error budget has neither ranges nor positions.
 std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget);
@@ -75,5 +91,36 @@ struct FrameView {
 
 /// Returns at most `count` frames, evenly spaced over the run; frames without images are left out.
 std::vector<FrameView> frame_views(const runlog::RunData& run, int count);
+
+// ---- the data of the figures
+
+constexpr double kMmPerM = 1000;
+
+/// The first and the last frame number, widened so that even one frame has a width.
+struct FrameSpan {
+  double first = -0.5;
+  double last = 0.5;
+};
+FrameSpan frame_span(const runlog::RunData& run);
+
+/// Returns the distance of odometry from truth at each frame, in metres; nothing where either is missing.
+std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run);
+
+/// Returns the ranges to one landmark, in their order.
+std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark);
+
+/// Returns the number of absolute errors beyond the end of their axis.
+std::ptrdiff_t count_beyond(const std::vector<double>& errors, double limit);
+
+/// Errors in a data block of which the first column is the place.
+struct ErrorPoints {
+  std::string_view block;
+  int column;      ///< of the errors, from 1
+  double limit;    ///< end of their axis
+  bool is_beyond;  ///< some errors lie beyond it
+  std::string_view beyond_title;
+};
+/// Adds plots of the errors of fixes: dots, and beyond the limit triangles on it.
+void add_error_plots(const ErrorPoints& points, std::vector<std::string>& plots);
 
 }  // namespace twocone::report

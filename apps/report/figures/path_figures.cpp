@@ -6,14 +6,17 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
-#include "apps/report/paper_figures.h"
-#include "apps/report/verdicts.h"
+#include "apps/report/paper.h"
+#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
+
+std::optional<double> in_mm(std::optional<double> metres) {
+  return metres ? std::optional(*metres * kMmPerM) : std::nullopt;
+}
 
 constexpr int kPath_px = 640;
 constexpr int kTallest_px = 760;
@@ -106,8 +109,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
     odometry += fmt::format("{} {}\n", run.frames[i].frame, number(in_mm(odometry_m[i])));
   }
   const FrameSpan span = frame_span(run);
-  Plot plot;
-  plot.height_px = 400;
+  Plot plot{.height_px = 400};
   plot.commands = data_block("fixes", fixes.points) + data_block("odometry", odometry);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset yrange [0:*]\nset offsets 0,0,graph 0.08,0\nset y2range [0:1]\nset boxwidth 1\n"

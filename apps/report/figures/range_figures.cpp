@@ -7,12 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/series.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
-#include "apps/report/paper_figures.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
+#include "apps/report/paper.h"
 #include "apps/report/table.h"
-#include "apps/report/verdicts.h"
 
 namespace twocone::report {
 namespace {
@@ -24,7 +22,7 @@ constexpr double kMarkHeight = 0.045;
 struct RangeData {
   std::string points;                          ///< frame, true, computed, error in mm
   std::map<std::string, std::string> reasons;  ///< frames without a range by verdict
-  bool any_true = false, any_computed = false, any_error = false;
+  bool any_true = false, any_computed = false;
   double longest_m = 0;
   std::vector<double> errors_mm;  ///< absolute
   double limit_mm = 0;            ///< of their axis
@@ -43,7 +41,6 @@ RangeData collect(const runlog::RunData& run, const std::string& landmark) {
     if (!row->range_m) data.reasons[row->verdict] += fmt::format("{} 1\n", row->frame);
     data.any_true |= row->true_range_m.has_value();
     data.any_computed |= row->range_m.has_value();
-    data.any_error |= error_mm.has_value();
     if (error_mm) data.errors_mm.push_back(std::abs(*error_mm));
     data.longest_m = std::max({data.longest_m, row->range_m.value_or(0), row->true_range_m.value_or(0)});
   }
@@ -100,16 +97,14 @@ std::string error_panel(const RangeData& data, const std::string& colour) {
 
 Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::string& colour) {
   const FrameSpan span = frame_span(run);
-  Plot plot;
-  plot.width_px = 620;
-  plot.height_px = data.any_error ? 450 : 320;
+  Plot plot{.width_px = 620, .height_px = data.errors_mm.empty() ? 320 : 450};
   plot.commands = data_blocks(data);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset boxwidth 1\nset lmargin 8\nset rmargin 2\n"
       "set key outside top center horizontal\n",
       span.first, span.last);
   const std::string frame_axis = "set xlabel 'frame' offset 0,0.4\n";
-  if (!data.any_error) {
+  if (data.errors_mm.empty()) {
     plot.commands += frame_axis + range_panel(data, colour);
     return plot;
   }

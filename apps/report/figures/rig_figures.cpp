@@ -10,10 +10,9 @@
 #include <Eigen/Core>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/series.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
-#include "apps/report/rig_numbers.h"
+#include "apps/report/paper.h"
 
 namespace twocone::report {
 namespace {
@@ -49,8 +48,7 @@ std::vector<Point2> keep_left(const std::vector<Point2>& polygon, const Point2& 
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2& a = polygon[i];
     const Point2& b = polygon[(i + 1) % polygon.size()];
-    const double side_a = side(a);
-    const double side_b = side(b);
+    const double side_a = side(a), side_b = side(b);
     if (side_a >= 0) kept.push_back(a);
     if ((side_a >= 0) != (side_b >= 0)) kept.push_back(a + (b - a) * (side_a / (side_a - side_b)));
   }
@@ -61,11 +59,13 @@ std::vector<Point2> seen_by(const std::vector<Point2>& polygon, const SideView& 
   return keep_left(keep_left(polygon, view.viewpoint, view.tip), view.rim, view.viewpoint);
 }
 
+std::string place(const Point2& p) { return fmt::format("{:.6g},{:.6g}", p.x(), p.y()); }
+
 std::string polygon_command(const std::vector<Point2>& corners, const std::string& style) {
   if (corners.size() < 3) return "";
   std::string text = "set object polygon from ";
-  for (const Point2& corner : corners) text += fmt::format("{:.6g},{:.6g} to ", corner.x(), corner.y());
-  return text + fmt::format("{:.6g},{:.6g} {}\n", corners.front().x(), corners.front().y(), style);
+  for (const Point2& corner : corners) text += place(corner) + " to ";
+  return text + fmt::format("{} {}\n", place(corners.front()), style);
 }
 
 /// Returns the point where the ray from `origin` through `through` leaves the sheet: to the right, upwards or
@@ -79,8 +79,7 @@ Point2 leave(const Point2& origin, const Point2& through, const config::Bounds& 
 }
 
 std::string line_command(const Point2& from, const Point2& to, const std::string& style) {
-  return fmt::format("set arrow from {:.6g},{:.6g} to {:.6g},{:.6g} nohead {}\n", from.x(), from.y(), to.x(), to.y(),
-                     style);
+  return fmt::format("set arrow from {} to {} nohead {}\n", place(from), place(to), style);
 }
 
 /// Returns gnuplot commands for a mirror with its lens, viewpoint and outer rays; `colour` distinguishes the two
@@ -95,9 +94,8 @@ std::string mirror_commands(const SideView& view, const config::Bounds& world, s
     text +=
         line_command(through, leave(view.viewpoint, through, world), fmt::format("back lw 1.5 lc rgb '{}'", colour));
   }
-  text += line_command(view.lens, view.rim, "back lw 1 dt (1,3) lc rgb '#999999'");
-  text += label_command(name, view.rim.x(), view.tip.y(), "left offset 0.5,-0.8");
-  return text;
+  return text + line_command(view.lens, view.rim, "back lw 1 dt (1,3) lc rgb '#999999'") +
+         label_command(name, view.rim.x(), view.tip.y(), "left offset 0.5,-0.8");
 }
 
 /// Returns all heights of tops if there are at most three, else the lowest and the highest.
@@ -136,9 +134,7 @@ Figure draw_geometry(const Drawing& drawing) {
   const Sheet sheet = lay_out({left_m, width_m, 0, 1.25 * tallest_m}, 900, 900);
   const config::Bounds& world = sheet.world;
 
-  Plot plot;
-  plot.width_px = sheet.width_px;
-  plot.height_px = sheet.height_px;
+  Plot plot{.width_px = sheet.width_px, .height_px = sheet.height_px};
   plot.commands = sheet_commands(sheet, drawing.run.map.unit_m);
   plot.commands +=
       "set xlabel 'distance from the axis / m' offset 0,0.5\nset ylabel 'height above the floor / m' offset "
@@ -195,8 +191,7 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
     const double range_m = farthest * i / kSteps;
     curve += fmt::format("{:.6g} {:.6g}\n", range_m, range_per_pixel_m(rig, range_m) * kMmPerM);
   }
-  Plot plot;
-  plot.height_px = 440;
+  Plot plot{.height_px = 440};
   plot.commands = data_block("curve", curve);
   plot.commands += fmt::format(
       "set xrange [0:{:.6g}]\nset yrange [{:g}:*]\nset logscale y\nset format y '%g'\nset xlabel 'true range / m' "

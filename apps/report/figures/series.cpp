@@ -1,24 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 
 namespace twocone::report {
 
-std::optional<double> in_mm(std::optional<double> metres) {
-  return metres ? std::optional(*metres * kMmPerM) : std::nullopt;
-}
-
 FrameSpan frame_span(const runlog::RunData& run) {
   if (run.frames.empty()) return {};
-  const auto [first, last] = std::minmax_element(run.frames.begin(), run.frames.end(),
-                                                 [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  return {static_cast<double>(first->frame) - 0.5, static_cast<double>(last->frame) + 0.5};
+  const auto [first, last] = std::ranges::minmax_element(run.frames, {}, &runlog::FrameRow::frame);
+  return {double(first->frame) - 0.5, double(last->frame) + 0.5};
 }
 
 std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <set>
@@ -13,8 +14,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
 
@@ -54,8 +55,7 @@ std::string svg_label(double x, double y, std::string_view anchor, const std::st
 
 /// Returns the affine map from the upper image to the lower one that makes equal bearings and elevations coincide.
 cv::Mat upper_to_lower(const vision::Rig& rig) {
-  std::array<cv::Point2f, 3> from;
-  std::array<cv::Point2f, 3> to;
+  std::array<cv::Point2f, 3> from, to;
   const double reach = rig.upper.settings().rim_radius_px;
   const double scale = rig.lower.focal_length_px() / rig.upper.focal_length_px();
   const std::array<std::pair<double, double>, 3> places{{{0, 0}, {0, reach}, {std::numbers::pi / 2, reach}}};
@@ -63,8 +63,8 @@ cv::Mat upper_to_lower(const vision::Rig& rig) {
     const auto& [bearing, radius] = places[i];
     const Eigen::Vector2d u = rig.upper.settings().centre_px + rig.upper.offset_px(bearing, radius);
     const Eigen::Vector2d l = rig.lower.settings().centre_px + rig.lower.offset_px(bearing, radius * scale);
-    from[i] = {static_cast<float>(u.x()), static_cast<float>(u.y())};
-    to[i] = {static_cast<float>(l.x()), static_cast<float>(l.y())};
+    from[i] = {float(u.x()), float(u.y())};
+    to[i] = {float(l.x()), float(l.y())};
   }
   return cv::getAffineTransform(from, to);
 }
@@ -80,8 +80,7 @@ std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Im
   try {
     const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
                                        images.upper.size());
-    cv::Mat lower;
-    cv::Mat upper;
+    cv::Mat lower, upper;
     cv::cvtColor(images.lower, lower, cv::COLOR_BGR2RGB);
     cv::cvtColor(images.upper, upper, cv::COLOR_BGR2RGB);
     return ranging.measure(lower, upper);
@@ -104,7 +103,7 @@ std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
   std::vector<std::uint64_t> frames;
   frames.reserve(merit.size());
   for (const auto& [frame, value] : merit) frames.push_back(frame);
-  std::stable_sort(frames.begin(), frames.end(), [&](std::uint64_t a, std::uint64_t b) { return merit[a] > merit[b]; });
+  std::ranges::stable_sort(frames, std::ranges::greater{}, [&](std::uint64_t frame) { return merit[frame]; });
   return frames;
 }
 
@@ -135,20 +134,19 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
   for (const runlog::RangeRow& row : run.ranges) {
     if (row.frame != frame || !row.bearing_rad) continue;
     const std::string text = row.range_m ? fmt::format("{} {:.2f} m", row.landmark, *row.range_m) : row.landmark;
-    marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * static_cast<double>(text.size()) / 2, text});
+    marks.push_back({strip_x(*row.bearing_rad), kLetterWidth * double(text.size()) / 2, text});
   }
-  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.x < b.x; });
+  std::ranges::sort(marks, {}, &Mark::x);
   std::string svg;
   std::vector<double> line_ends;  // the right end of the last name of each line
   for (const Mark& mark : marks) {
     const double x = std::clamp(mark.x, kStripLeft + mark.half_width,
                                 std::max(kStripLeft + mark.half_width, kStripLeft + kStripWidth - mark.half_width));
-    const auto free =
-        std::find_if(line_ends.begin(), line_ends.end(), [&](double end) { return end < x - mark.half_width; });
+    const auto free = std::ranges::find_if(line_ends, [&](double end) { return end < x - mark.half_width; });
     const auto line = free - line_ends.begin();
     if (free == line_ends.end()) line_ends.push_back(0);
-    line_ends[static_cast<std::size_t>(line)] = x + mark.half_width;
-    const double y = top + 15 + kLine * static_cast<double>(line);
+    line_ends[std::size_t(line)] = x + mark.half_width;
+    const double y = top + 15 + kLine * double(line);
     svg += fmt::format(
         "<path d=\"M{0:.1f},{1:.1f}V{2:.1f}\" stroke=\"#ffffff\" stroke-opacity=\"0.75\" stroke-dasharray=\"4 4\"/>\n",
         mark.x, y + 5, top + 2 * kStripHeight + 4);
@@ -161,7 +159,7 @@ std::string bearing_marks(const runlog::RunData& run, std::uint64_t frame, doubl
 std::string strip(const runlog::RunData& run, std::uint64_t frame, const Images& images, double top, int quality,
                   int image_width_px) {
   const vision::Rig rig = config::to_rig(run.robot);
-  const int image_height_px = static_cast<int>(std::lround(image_width_px * kStripHeight / kStripWidth));
+  const int image_height_px = int(std::lround(image_width_px * kStripHeight / kStripWidth));
   std::string svg;
   double y = top;
   for (const auto& [name, image, view] :
@@ -192,7 +190,7 @@ std::string bearing_axis(double top) {
 }
 
 Figure saved(const Drawing& drawing, Figure figure) {
-  if (const Status written = write_file(drawing.folder / (figure.stem + ".svg"), figure.svg); !written) {
+  if (const Status written = write_file(drawing.gnuplot.folder / (figure.stem + ".svg"), figure.svg); !written) {
     drawing.notes.push_back("The figure \"" + figure.title +
                             "\" is in the report, but could not be written to the folder: " + written.error().message);
   }
@@ -217,16 +215,14 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
 
   const vision::Rig rig = config::to_rig(run.robot);
   const cv::Mat affine = upper_to_lower(rig);
-  cv::Mat upper;
+  cv::Mat upper, both;
   cv::warpAffine(images->upper, upper, affine, images->lower.size(), cv::INTER_LINEAR);
-  cv::Mat both;
   cv::addWeighted(images->lower, 0.5, upper, 0.5, 0, both);
 
   // The square around the lower mirror, limited to the image.
   const vision::MirrorViewSettings& s = rig.lower.settings();
-  const int reach = static_cast<int>(std::ceil(s.rim_radius_px)) + 6;
-  const cv::Rect square(static_cast<int>(s.centre_px.x()) - reach, static_cast<int>(s.centre_px.y()) - reach,
-                        2 * reach + 1, 2 * reach + 1);
+  const int reach = int(std::ceil(s.rim_radius_px)) + 6;
+  const cv::Rect square(int(s.centre_px.x()) - reach, int(s.centre_px.y()) - reach, 2 * reach + 1, 2 * reach + 1);
   const cv::Rect crop = square & cv::Rect(0, 0, both.cols, both.rows);
   if (crop.empty()) {
     drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower image.");

@@ -1,11 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/kit/html.h"
 
+#include <algorithm>
+#include <cctype>
+
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
-#include "apps/report/kit/markup.h"
+#include "apps/report/kit/plain_text.h"
 
-namespace twocone::report::html {
+namespace twocone::report {
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+std::string cleaned(std::string_view text) {
+  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+  std::string clean;
+  clean.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+    const bool control =
+        length == 1 && static_cast<unsigned char>(character[0]) < 0x20 && character != "\n" && character != "\t";
+    // U+FFFE and U+FFFF are characters to UTF-8 but not to XML.
+    const bool bad = length == 0 || character == "\xEF\xBF\xBE" || character == "\xEF\xBF\xBF";
+    if (!control) clean += bad ? kReplacement : character;
+    text.remove_prefix(character.size());
+  }
+  return clean;
+}
+
+std::string escape(std::string_view text) {
+  std::string safe = cleaned(text);
+  // The ampersand comes first, because the others put new ones in.
+  for (const auto& [raw, entity] :
+       {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}}) {
+    safe = replaced(std::move(safe), raw, entity);
+  }
+  return safe;
+}
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < there ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= there ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+std::string jpeg_uri(const cv::Mat& image, int quality) {
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return "data:image/jpeg;base64," + base64(jpeg);
+}
+
+std::string svg_image(double x, double y, double width, double height, std::string_view uri) {
+  return fmt::format(
+      "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
+      "xlink:href=\"{}\"/>\n",
+      x, y, width, height, uri);
+}
+
+std::string slug(std::string_view name) {
+  constexpr std::size_t kLongest = 32;
+  std::string safe;
+  for (const char c : name.substr(0, kLongest)) {
+    const auto byte = static_cast<unsigned char>(c);
+    safe += byte < 0x80 && std::isalnum(byte) != 0 ? static_cast<char>(std::tolower(byte)) : '_';
+  }
+  return safe.empty() ? "_" : safe;
+}
+
+std::string inline_svg(std::string_view svg, std::string_view prefix) {
+  const std::size_t root = svg.find("<svg");
+  std::string text{root == std::string_view::npos ? svg : svg.substr(root)};
+  // The ways in which gnuplot and we name and use things inside an SVG.
+  for (const std::string_view use : {"id='", "id=\"", "href='#", "href=\"#", "url(#"}) {
+    // " id=" so as not to touch an attribute that only ends in "id"; the others cannot be mistaken.
+    std::string from = use.starts_with("id") ? " " : "";
+    from += use;
+    std::string to = from;
+    to.append(prefix).append("_");
+    text = replaced(std::move(text), from, to);
+  }
+  return text;
+}
+
+namespace html {
 
 std::string element(std::string_view tag, std::string_view inner, std::string_view attributes) {
   return fmt::format("<{0}{1}{2}>{3}</{0}>\n", tag, attributes.empty() ? "" : " ", attributes, inner);
@@ -77,4 +169,5 @@ std::string head_row(const std::vector<std::string>& cells, const std::vector<in
   return element("tr", row);
 }
 
-}  // namespace twocone::report::html
+}  // namespace html
+}  // namespace twocone::report

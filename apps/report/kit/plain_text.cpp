@@ -2,27 +2,15 @@
 #include "apps/report/kit/plain_text.h"
 
 #include <fmt/format.h>
+#include <boost/locale/utf.hpp>
 
 namespace twocone::report {
 
 std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-  const auto in = [](unsigned value, unsigned low, unsigned high) { return value >= low && value <= high; };
-  const auto tail = [&](std::size_t i) { return in(byte(i), 0x80, 0xBF); };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  if (in(first, 0xC2, 0xDF)) return tail(1) ? 2 : 0;
-  if (in(first, 0xE0, 0xEF)) {
-    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
-    const unsigned high = first == 0xED ? 0x9F : 0xBF;
-    return in(byte(1), low, high) && tail(2) ? 3 : 0;
-  }
-  if (in(first, 0xF0, 0xF4)) {
-    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
-    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
-    return in(byte(1), low, high) && tail(2) && tail(3) ? 4 : 0;
-  }
-  return 0;
+  const auto* at = text.begin();
+  const auto character = boost::locale::utf::utf_traits<char>::decode(at, text.end());
+  const bool is_well_formed = character != boost::locale::utf::illegal && character != boost::locale::utf::incomplete;
+  return is_well_formed ? std::size_t(at - text.begin()) : 0;
 }
 
 std::string ascii(std::string_view text) {

@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/html.h"
 #include "drivers/sim_povray/overhead.h"
 
 namespace twocone::report {
@@ -115,15 +115,14 @@ Sheet lay_out(config::Bounds world, int width_px, int tallest_px) {
   const double tallest = tallest_px - kTop_px - kBottom_px;
   sheet.plot_height_px = std::min(sheet.plot_width_px * aspect, tallest);
   sheet.plot_width_px = sheet.plot_height_px / aspect;
-  sheet.width_px = static_cast<int>(std::ceil(sheet.plot_width_px + kLeft_px + kRight_px));
-  sheet.height_px = static_cast<int>(std::ceil(sheet.plot_height_px + kTop_px + kBottom_px));
+  sheet.width_px = int(std::ceil(sheet.plot_width_px + kLeft_px + kRight_px));
+  sheet.height_px = int(std::ceil(sheet.plot_height_px + kTop_px + kBottom_px));
   return sheet;
 }
 
 std::string sheet_commands(const Sheet& sheet, double unit_m) {
   const config::Bounds& w = sheet.world;
-  const double width = sheet.width_px;
-  const double height = sheet.height_px;
+  const double width = sheet.width_px, height = sheet.height_px;
   std::string text = fmt::format(
       "set style textbox opaque noborder fillcolor rgb '#ffffff' margins 0.6,0.4\n"
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\n"
@@ -156,10 +155,7 @@ std::string pose_block(const std::string& name, const std::vector<runlog::PoseRo
 
 Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<cv::Mat>& overhead) {
   constexpr int kJpegQuality = 82;
-  Plot plot;
-  plot.width_px = sheet.width_px;
-  plot.height_px = sheet.height_px;
-  plot.commands = sheet_commands(sheet, map.unit_m);
+  Plot plot{.width_px = sheet.width_px, .height_px = sheet.height_px, .commands = sheet_commands(sheet, map.unit_m)};
   if (overhead) {
     plot.underlay = {sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px,
                      jpeg_uri(*overhead, kJpegQuality)};
@@ -188,7 +184,7 @@ std::optional<config::Bounds> extent_of(std::initializer_list<const std::vector<
 }
 
 std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is) {
-  Result<cv::Mat> image = rendered_or_kept(map, tools.folder / "overhead.png");
+  Result<cv::Mat> image = rendered_or_kept(map, tools.gnuplot.folder / "overhead.png");
   if (image) return *std::move(image);
   tools.notes.push_back(fmt::format("{} drawn over a plan instead of an image of the arena from above: {}", what_is,
                                     image.error().message));

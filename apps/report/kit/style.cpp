@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/kit/style.h"
+#include "apps/report/kit/html.h"
 
 namespace twocone::report {
 

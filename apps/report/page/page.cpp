@@ -5,8 +5,6 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/style.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/series.h"
+#include "apps/report/figures/figures.h"
 #include "apps/report/page/page.h"
 
 #include <initializer_list>
@@ -9,13 +9,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/palette.h"
-#include "apps/report/paper_figures.h"
-#include "apps/report/rig_numbers.h"
+#include "apps/report/paper.h"
 #include "apps/report/table.h"
-#include "apps/report/verdicts.h"
 #include "vision/ranging.h"
 
 namespace twocone::report {
@@ -29,20 +26,10 @@ std::string percent(int part, int whole) {
 }
 const std::string kNone = "\u2013";
 
-using ErrorMember = double runlog::ErrorStatistics::*;
-void add_columns(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error,
-                 std::initializer_list<ErrorMember> members) {
-  for (const ErrorMember member : members) cells.push_back(error ? mm(*error.*member) : kNone);
-}
+std::string plain_mm(std::optional<double> value_mm) { return value_mm ? fmt::format("{:.2f}", *value_mm) : kNone; }
 
 void add_errors(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  using runlog::ErrorStatistics;
-  add_columns(cells, error,
-              {&ErrorStatistics::mean, &ErrorStatistics::rmse, &ErrorStatistics::p95, &ErrorStatistics::max});
-}
-
-void add_mean_max(std::vector<std::string>& cells, const std::optional<runlog::ErrorStatistics>& error) {
-  add_columns(cells, error, {&runlog::ErrorStatistics::mean, &runlog::ErrorStatistics::max});
+  for (const std::optional<double> error_mm : errors_mm(error)) cells.push_back(plain_mm(error_mm));
 }
 
 /// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
@@ -91,6 +78,43 @@ std::string tile_mm(double metres) { return fmt::format("{:.{}f} mm", metres * k
 
 std::string tile(std::string_view value, std::string_view meaning) {
   return html::element("div", html::text("b", value) + html::text("span", meaning), "class=\"tile\"");
+}
+
+std::string heading_table(const runlog::Summary& summary) {
+  if (!summary.heading_error && !summary.estimate_heading_error) return "";
+  const bool bounded = summary.heading_bound_rad.has_value();
+  std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
+  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
+  html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
+  const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
+  const auto add = [&](const std::string& name, const runlog::ErrorStatistics& error,
+                       const std::optional<runlog::BoundComparison>& bound) {
+    std::vector<std::string> cells{name, fmt::to_string(error.count)};
+    for (const double rad : {error.mean, error.rmse, error.p95, error.max}) {
+      cells.push_back(degrees(rad));
+    }
+    if (bounded) {
+      cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
+      cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
+    }
+    table.add(cells);
+  };
+  if (summary.heading_error) {
+    add("fix, method " + escape(summary.method), *summary.heading_error, summary.heading_bound_rad);
+  }
+  if (summary.estimate_heading_error) add("estimate (estimate.tum)", *summary.estimate_heading_error, {});
+  return table.str();
+}
+
+std::string outlier_line(const runlog::Summary& summary) {
+  std::vector<std::string> named;
+  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
+    if (landmark.outliers > 0) named.push_back(fmt::format("{} {}", landmark.name, landmark.outliers));
+  }
+  if (!named.empty()) {
+    return html::text("p", fmt::format("Left out of fixes as outliers, in frames: {}.", fmt::join(named, ", ")));
+  }
+  return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
 }
 
 }  // namespace
@@ -200,7 +224,10 @@ std::string range_table(const PageContent& content) {
       } else {
         add_bound(cells, own.range_bound_m, own.within_95);
       }
-      if (content.baseline != nullptr) add_mean_max(cells, landmark_of(*content.baseline, landmark.name).error);
+      if (content.baseline != nullptr) {
+        const auto baseline_mm = errors_mm(landmark_of(*content.baseline, landmark.name).error);
+        cells.insert(cells.end(), {plain_mm(baseline_mm.front()), plain_mm(baseline_mm.back())});
+      }
       const paper::LandmarkFigures* figures = paper::find_landmark(landmark.name);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->mean_mm) : kNone);
       cells.push_back(figures != nullptr ? fmt::to_string(figures->max_mm) : kNone);
@@ -248,47 +275,6 @@ std::string coverage_table(const PageContent& content) {
   return table.str() + html::element("div", legend, "class=\"legend\"");
 }
 
-namespace {
-
-std::string heading_table(const runlog::Summary& summary) {
-  if (!summary.heading_error && !summary.estimate_heading_error) return "";
-  const bool bounded = summary.heading_bound_rad.has_value();
-  std::vector<std::string> heads{"", "frames", "mean", "rmse", "95\u00a0%", "max"};
-  if (bounded) heads.insert(heads.end(), {"bound, rms", "rmse / bound"});
-  html::Table table("Heading, difference from the true one in degrees", html::head_row(heads));
-  const auto degrees = [](double rad) { return fmt::format("{:.4f}", rad * 180 / std::numbers::pi); };
-  const auto add = [&](const std::string& name, const runlog::ErrorStatistics& error,
-                       const std::optional<runlog::BoundComparison>& bound) {
-    std::vector<std::string> cells{name, fmt::to_string(error.count)};
-    for (const double rad : {error.mean, error.rmse, error.p95, error.max}) {
-      cells.push_back(degrees(rad));
-    }
-    if (bounded) {
-      cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
-      cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
-    }
-    table.add(cells);
-  };
-  if (summary.heading_error) {
-    add("fix, method " + escape(summary.method), *summary.heading_error, summary.heading_bound_rad);
-  }
-  if (summary.estimate_heading_error) add("estimate (estimate.tum)", *summary.estimate_heading_error, {});
-  return table.str();
-}
-
-std::string outlier_line(const runlog::Summary& summary) {
-  std::vector<std::string> named;
-  for (const runlog::LandmarkSummary& landmark : summary.landmarks) {
-    if (landmark.outliers > 0) named.push_back(fmt::format("{} {}", landmark.name, landmark.outliers));
-  }
-  if (!named.empty()) {
-    return html::text("p", fmt::format("Left out of fixes as outliers, in frames: {}.", fmt::join(named, ", ")));
-  }
-  return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
-}
-
-}  // namespace
-
 std::string position_table(const PageContent& content) {
   const runlog::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
@@ -315,14 +301,10 @@ std::string position_table(const PageContent& content) {
       add("estimate (estimate.tum)", summary.estimate_error->count, summary.estimate_error);
     }
     add("odometry alone", summary.odometry_error ? summary.odometry_error->count : 0, summary.odometry_error);
-    std::vector<std::string> cells{"the paper",
-                                   kNone,
-                                   kNone,
-                                   fmt::to_string(paper::kPositionMean_mm),
-                                   kNone,
-                                   kNone,
-                                   fmt::format("within {}", paper::kPositionWithin_mm)};
-    if (bounded) cells.insert(cells.end(), 3, kNone);
+    std::vector<std::string> cells(heads.size(), kNone);
+    cells[0] = "the paper";
+    cells[3] = fmt::to_string(paper::kPositionMean_mm);
+    cells[6] = fmt::format("within {}", paper::kPositionWithin_mm);
     table.add(cells, "class=\"soft\"");
   }
   return table.str() + heading_table(summary) + outlier_line(summary);

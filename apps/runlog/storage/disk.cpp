@@ -9,6 +9,7 @@
 #include <cstring>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace twocone::runlog {
 namespace {
@@ -49,15 +50,15 @@ void remove_whole(const std::filesystem::path& path) {
 void write_whole(const std::filesystem::path& file, std::string_view content) {
   std::filesystem::path neighbour = file;
   neighbour += ".part";
-  const int descriptor = open_for_writing(neighbour);
+  int descriptor = open_for_writing(neighbour);
   try {
     write_all(descriptor, content, file);
+    if (::close(std::exchange(descriptor, -1)) != 0 || std::rename(neighbour.c_str(), file.c_str()) != 0) fail(file);
   } catch (...) {
-    ::close(descriptor);
+    if (descriptor >= 0) ::close(descriptor);
     ::unlink(neighbour.c_str());
     throw;
   }
-  if (::close(descriptor) != 0 || std::rename(neighbour.c_str(), file.c_str()) != 0) fail(file);
 }
 
 void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to) {

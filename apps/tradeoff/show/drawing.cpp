@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {

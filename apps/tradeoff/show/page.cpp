@@ -9,8 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/html.h"
-#include "apps/report/kit/markup.h"
-#include "apps/report/kit/style.h"
 #include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/wording.h"
@@ -268,7 +266,7 @@ std::string tooltip(const SettingResult& result) {
 }
 
 Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder) {
-  const report::Gnuplot gnuplot("gnuplot", folder / "figures");
+  const report::Gnuplot gnuplot{"gnuplot", folder / "figures"};
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
   std::vector<PageImage> images;

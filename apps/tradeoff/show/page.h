@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "apps/report/kit/gnuplot.h"
+#include "apps/report/kit/figure.h"
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/show/plane.h"
 #include "apps/tradeoff/sweep.h"

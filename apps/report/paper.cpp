@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/rig_numbers.h"
+#include "apps/report/paper.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace twocone::report {
 namespace {
@@ -16,6 +18,13 @@ double inside_rim_from_m(const config::Rig& rig, double above_tip_m) {
 }
 
 }  // namespace
+
+const paper::LandmarkFigures* paper::find_landmark(std::string_view name) {
+  std::string lower(name);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto* found = std::ranges::find(kLandmarks, lower, &LandmarkFigures::name);
+  return found == kLandmarks.end() ? nullptr : found;
+}
 
 double range_per_pixel_m(const config::Rig& rig, double range_m) {
   const double d = rig.lower.lens_to_tip_m;

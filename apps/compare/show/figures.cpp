@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "apps/compare/show/sections.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,11 +8,35 @@
 
 #include <fmt/format.h>
 
-#include "apps/compare/show/sections.h"
-#include "apps/report/kit/palette.h"
+#include "apps/report/kit/figure.h"
+#include "apps/report/kit/plan.h"
 
 namespace twocone::compare {
 namespace {
+
+constexpr int kWidth_px = 1000, kTallest_px = 900;
+
+struct Path {
+  const char* name;  ///< of the data block
+  std::string title;
+  const std::vector<runlog::PoseRow>* poses;
+  std::string_view colour;
+  const char* style;
+};
+
+std::array<Path, 3> paths_of(const Comparison& comparison) {
+  const std::string reference = comparison.reference.empty() ? "real" : "real (" + comparison.reference + ")";
+  return {{{"odometry", "real odometry", &comparison.real_odometry, report::kOdometryColour, "dt (8,4)"},
+           {"real", reference, &comparison.real_path, report::kTruthColour, "dt solid"},
+           {"simulated", "simulated", &comparison.simulated_path, report::kFixColour, "dt (2,3)"}}};
+}
+
+/// Returns the map's walls; for a map without walls, a rectangle around all paths.
+config::Bounds world_of(const Comparison& comparison, const std::array<Path, 3>& paths) {
+  const config::Bounds& walls = comparison.map.bounds;
+  if (walls.min_x_m < walls.max_x_m && walls.min_y_m < walls.max_y_m) return walls;
+  return report::extent_of({paths[0].poses, paths[1].poses, paths[2].poses}).value_or(config::Bounds{});
+}
 
 using report::gnuplot_string;
 using report::number;
@@ -139,8 +165,7 @@ std::string panel_commands(const Comparison& comparison, const std::set<std::siz
 std::optional<report::Figure> draw(const Comparison& comparison, const report::DrawingTools& tools, Axis axis) {
   std::set<std::size_t> landmarks;
   std::vector<double> sizes_mm;
-  double first = 0;
-  double last = 0;
+  double first = 0, last = 0;
   std::size_t stride = 1;
   for (const Panel& panel : panels_of(comparison)) {
     stride = std::max(stride, stride_of(panel));
@@ -165,8 +190,8 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   const std::vector<KeyEntry> key = key_of(comparison, landmarks);
   const double key_px = kKeyRow_px * (key.back().row + 1);
   const double height_px = kPanels_px + key_px;
-  plot.width_px = static_cast<int>(kResiduals_px);
-  plot.height_px = static_cast<int>(height_px);
+  plot.width_px = int(kResiduals_px);
+  plot.height_px = int(height_px);
   plot.commands = fmt::format(
       "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset xzeroaxis lc rgb '#777777' lw 1 dt solid\n"
       "set xlabel '{}' offset 0,0.4\nset tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\nunset key\n"
@@ -183,7 +208,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   figure.caption =
       "Each measured range minus the distance to the reference pose. Corrected: after correction of the differences "
       "that were found. All three panels have the same scale.";
-  if (std::any_of(sizes_mm.begin(), sizes_mm.end(), [&](double mm) { return mm > limit_mm; })) {
+  if (std::ranges::max(sizes_mm) > limit_mm) {
     figure.caption += " Triangles mark points beyond the axis.";
   }
   if (stride > 1) figure.caption += fmt::format(" One in {} points is drawn.", stride);
@@ -191,6 +216,36 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
 }
 
 }  // namespace
+
+std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools) {
+  const std::array<Path, 3> paths = paths_of(comparison);
+  if (std::ranges::all_of(paths, [](const Path& path) { return path.poses->empty(); })) return {};
+  std::optional<cv::Mat> arena;
+  if (comparison.map.scene) arena = report::overhead_image(tools, comparison.map, "The paths are");
+  const report::Sheet sheet = report::lay_out(world_of(comparison, paths), kWidth_px, kTallest_px);
+  report::Plot plot = report::plot_over(sheet, comparison.map, arena);
+  std::vector<std::string> plots;
+  for (const Path& path : paths) {
+    if (path.poses->empty()) continue;
+    plot.commands += report::pose_block(path.name, *path.poses);
+    // A white line below each line keeps it visible on any floor.
+    plots.push_back(fmt::format("${} using 1:2 with lines lw 5 lc rgb '#ffffff' notitle", path.name));
+  }
+  for (const Path& path : paths) {
+    if (path.poses->empty()) continue;
+    plots.push_back(fmt::format("${} using 1:2 with lines lw 2.5 {} lc rgb '{}' title {}", path.name, path.style,
+                                path.colour, report::gnuplot_string(path.title)));
+  }
+  plot.commands += report::plot_command(plots);
+
+  report::Figure figure{"paths", "", "Both paths", "", ""};
+  figure.caption = fmt::format("{} Axes in metres.", arena ? "Over the arena from above as POV-Ray sees it."
+                                                           : "Over the plan drawn from the map.");
+  if (comparison.is_rendered) {
+    figure.caption += " The simulated images were rendered at the real run's poses, so there is one path.";
+  }
+  return {report::drawn(tools, std::move(figure), std::move(plot))};
+}
 
 std::vector<report::Figure> draw_residuals(const Comparison& comparison, const report::DrawingTools& tools) {
   std::vector<report::Figure> figures;
