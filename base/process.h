@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -11,8 +12,8 @@
 
 namespace twocone::base {
 
-/// A child process of this program. Every child process of the product is made here: started_child.h and
-/// child_process.h start other programs; the watchdog of the wheels continues in a copy of this one.
+/// A child process of this program. Every child process of the product is made here: child_process.h starts other
+/// programs; the watchdog of the wheels continues in a copy of this one.
 class Process {
  public:
   /// Owns no process.
@@ -47,5 +48,9 @@ class Process {
   pid_t pid_ = 0;
   UniqueFd end_fd_;
 };
+
+/// Peak memory of a process since it started its program (wait4() would also count the memory of the program that forked
+/// it); 0: not known, as after the process has ended.
+std::uint64_t peak_bytes(pid_t pid);
 
 }  // namespace twocone::base

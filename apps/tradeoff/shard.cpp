@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +19,7 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
+#include "base/process.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "localisation/odometry.h"
@@ -64,12 +67,8 @@ class PeakMemory {
   }
   /// Returns nothing where the kernel does not report the peak or does not allow its reset.
   [[nodiscard]] std::optional<double> bytes() const {
-    std::ifstream status("/proc/self/status");
-    for (std::string word; is_fresh_ && status >> word;) {
-      double kibibytes = 0;
-      if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
-    }
-    return std::nullopt;
+    const std::uint64_t peak = is_fresh_ ? base::peak_bytes(::getpid()) : 0;
+    return peak > 0 ? std::optional(double(peak)) : std::nullopt;
   }
 
  private:

@@ -34,12 +34,9 @@ double cpu_s(int processes) {
 
 /// Peak memory of this process since it started this program.
 double peak_mib() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kib = 0;
-    if (word == "VmHWM:" && status >> kib) return kib / 1024;
-  }
-  throw std::runtime_error("/proc/self/status has no VmHWM");
+  const std::uint64_t bytes = base::peak_bytes(::getpid());
+  if (bytes == 0) throw std::runtime_error("/proc/self/status has no VmHWM");
+  return double(bytes) / (1024 * 1024);
 }
 
 struct RunFigures {

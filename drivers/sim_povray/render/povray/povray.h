@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/child_process.h"
-#include "base/started_child.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/render/render_job.h"
