@@ -13,7 +13,7 @@
 #include "drivers/libcamera_camera/libcamera_camera.h"
 #include "drivers/memory/memory_camera.h"
 #include "drivers/memory/memory_diffdrive.h"
-#include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/serial_diffdrive/transport.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/v4l2_camera/v4l2_camera.h"
 

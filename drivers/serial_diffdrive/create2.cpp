@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 #include <algorithm>
 #include <array>

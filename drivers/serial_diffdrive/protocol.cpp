@@ -6,9 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "drivers/serial_diffdrive/create2.h"
-#include "drivers/serial_diffdrive/roboclaw.h"
-#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 namespace twocone::serial {
 

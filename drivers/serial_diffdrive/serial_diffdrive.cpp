@@ -11,11 +11,9 @@
 #include <fmt/ranges.h>
 
 #include "base/log.h"
-#include "drivers/serial_diffdrive/monitored_transport.h"
 #include "drivers/serial_diffdrive/protocol.h"
-#include "drivers/serial_diffdrive/serial_port.h"
-#include "drivers/serial_diffdrive/watchdog_process.h"
-#include "drivers/serial_diffdrive/wheel_counter.h"
+#include "drivers/serial_diffdrive/transport.h"
+#include "drivers/serial_diffdrive/watchdog.h"
 #include "hal/clock.h"
 #include "hal/text.h"
 
@@ -87,7 +85,7 @@ class SerialDiffDrive final : public DiffDrive {
     facts_.counts_per_turn = settings.counts_per_turn.value_or(protocol_->fixed_counts_per_turn().value_or(0));
     least_speed_radps_ = least_speed_radps(settings);
     if (!machine_.connect) machine_.connect = [path = settings.port, baud] { return open_port(path, baud); };
-    if (!machine_.post) machine_.post = WatchdogProcess::post;
+    if (!machine_.post) machine_.post = start_watchdog_process;
     if (!machine_.now) machine_.now = std::chrono::steady_clock::now;
   }
   ~SerialDiffDrive() override {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/watchdog_process.h"
-
 #include <fcntl.h>
 #include <linux/close_range.h>
 #include <poll.h>
@@ -25,6 +23,9 @@
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "base/process.h"
+#include "drivers/serial_diffdrive/watchdog.h"
 
 namespace twocone::serial {
 namespace {
@@ -146,16 +147,45 @@ bool is_ready(int pipe) {
   return TEMP_FAILURE_RETRY(::poll(&entry, 1, kPosted_ms)) > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
 }
 
+/// The program's side of a watchdog in another process.
+class WatchdogProcess final : public Watchdog {
+ public:
+  struct Unmap {
+    void operator()(WatchdogState* state) const { ::munmap(state, sizeof *state); }
+  };
+  using SharedState = std::unique_ptr<WatchdogState, Unmap>;
+
+  WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe, std::chrono::nanoseconds timeout)
+      : Watchdog(*state, timeout), state_(std::move(state)), process_(std::move(process)), pipe_(std::move(pipe)) {}
+  ~WatchdogProcess() override { do_end(kEnds); }
+
+ private:
+  Status wake() override {
+    while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
+      if (errno == EINTR) continue;
+      if (errno == EAGAIN) break;  // enough messages are waiting for it
+      return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
+    }
+    return {};
+  }
+  void do_end(std::chrono::milliseconds patience) noexcept override {
+    ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
+    // One that does not end is halted, or blocked by a port that accepts no bytes.
+    if (!process_.wait(patience)) process_.kill();
+  }
+  [[nodiscard]] std::int64_t now_ns() const override { return steady_ns(); }
+  void nap() override { std::this_thread::sleep_for(kNap); }
+  [[nodiscard]] std::string name() const override { return fmt::format("process {}", process_.pid()); }
+
+  const SharedState state_;
+  base::Process process_;
+  const base::UniqueFd pipe_;
+};
+
 }  // namespace
 
-void WatchdogProcess::Unmap::operator()(WatchdogState* state) const { ::munmap(state, sizeof *state); }
-
-WatchdogProcess::WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe,
-                                 std::chrono::nanoseconds timeout)
-    : Watchdog(*state, timeout), state_(std::move(state)), process_(std::move(process)), pipe_(std::move(pipe)) {}
-
-Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<std::uint8_t> stop_bytes,
-                                                        std::chrono::nanoseconds timeout) {
+Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<std::uint8_t> stop_bytes,
+                                                         std::chrono::nanoseconds timeout) {
   if (timeout.count() <= 0) {
     throw std::invalid_argument(fmt::format("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count()));
   }
@@ -165,7 +195,7 @@ Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<st
   void* const memory =
       ::mmap(nullptr, sizeof(WatchdogState), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) return unavailable("memory", errno);
-  SharedState state(new (memory) WatchdogState);
+  WatchdogProcess::SharedState state(new (memory) WatchdogState);
   // The pipe is a socket, because send() has a flag that prevents SIGPIPE.
   std::array<int, 2> ends{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return unavailable("pipe", errno);
@@ -176,34 +206,12 @@ Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<st
         [&] { become_watchdog(port, theirs.get(), *state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
     theirs.reset();
     const bool ready = is_ready(ours.get());
-    std::unique_ptr<Watchdog> watchdog(
-        new WatchdogProcess(std::move(state), std::move(process), std::move(ours), timeout));
+    auto watchdog = std::make_unique<WatchdogProcess>(std::move(state), std::move(process), std::move(ours), timeout);
     if (!ready) return Error{ErrorCode::kUnavailable, "the watchdog process does not start"};
-    return watchdog;
+    return std::unique_ptr<Watchdog>(std::move(watchdog));
   } catch (const std::system_error& error) {
     return unavailable("process", error.code().value());
   }
 }
-
-WatchdogProcess::~WatchdogProcess() { do_end(kEnds); }
-
-void WatchdogProcess::do_end(std::chrono::milliseconds patience) noexcept {
-  ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
-  // One that does not end is halted, or blocked by a port that accepts no bytes.
-  if (!process_.wait(patience)) process_.kill();
-}
-
-Status WatchdogProcess::wake() {
-  while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
-    if (errno == EINTR) continue;
-    if (errno == EAGAIN) break;  // enough messages are waiting for it
-    return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
-  }
-  return {};
-}
-
-std::int64_t WatchdogProcess::now_ns() const { return steady_ns(); }
-void WatchdogProcess::nap() { std::this_thread::sleep_for(kNap); }
-std::string WatchdogProcess::name() const { return fmt::format("process {}", process_.pid()); }
 
 }  // namespace twocone::serial
