@@ -4,7 +4,6 @@
 #include <libcamera/libcamera.h>
 
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
