@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/v4l2_camera/stream.h"
+#include "drivers/v4l2_camera/device.h"
 
 #include <sys/mman.h>
 
