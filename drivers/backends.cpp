@@ -11,8 +11,7 @@
 #include <fmt/ranges.h>
 
 #include "drivers/libcamera_camera/libcamera_camera.h"
-#include "drivers/memory/memory_camera.h"
-#include "drivers/memory/memory_diffdrive.h"
+#include "drivers/memory/memory.h"
 #include "drivers/serial_diffdrive/transport.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/v4l2_camera/v4l2_camera.h"

@@ -14,7 +14,6 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 #include "hal/device_info.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"

@@ -69,7 +69,7 @@ class LibcameraCamera final : public Camera {
     }
     wanted_ = wanted;
     lc::Camera& camera = *device_->camera();
-    configuration_ = camera.generateConfiguration(viewfinder());
+    configuration_ = camera.generateConfiguration(kViewfinder);
     if (!configuration_ || configuration_->empty()) {
       return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", id_)};
     }
@@ -157,7 +157,7 @@ class LibcameraCamera final : public Camera {
   Status choose_format(const CameraSettings& wanted) {
     lc::StreamConfiguration& stream = configuration_->at(0);
     const auto offered = stream.formats().pixelformats();
-    for (const Format& candidate : formats()) {
+    for (const Format& candidate : kFormats) {
       if (!settings_.format.empty() && candidate.name != settings_.format) continue;
       if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
       stream.pixelFormat = candidate.code;

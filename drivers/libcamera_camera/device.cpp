@@ -108,19 +108,18 @@ bool Device::is_gone() const {
 bool Device::answers() const {
   if (is_gone()) return false;
   // Every pipeline handler tries its formats on the device, so a valid configuration shows that the camera answers.
-  const auto configuration = camera_->generateConfiguration(viewfinder());
+  const auto configuration = camera_->generateConfiguration(kViewfinder);
   return configuration && !configuration->empty() && configuration->validate() != lc::CameraConfiguration::Invalid;
 }
 
 std::vector<std::string> formats_of(lc::Camera& camera) {
   std::vector<std::string> names;
-  const auto configuration = camera.generateConfiguration(viewfinder());
+  const auto configuration = camera.generateConfiguration(kViewfinder);
   if (!configuration || configuration->empty()) return names;
   const auto& offered = configuration->at(0).formats();
   for (const lc::PixelFormat& code : offered.pixelformats()) {
-    const auto known =
-        std::find_if(formats().begin(), formats().end(), [&](const Format& f) { return f.code == code; });
-    if (known == formats().end()) continue;
+    const auto known = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.code == code; });
+    if (known == kFormats.end()) continue;
     const lc::SizeRange sizes = offered.range(code);
     names.push_back(fmt::format("{} up to {}x{}", known->name, sizes.max.width, sizes.max.height));
   }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 #include "hal/device_info.h"
 
 /// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.

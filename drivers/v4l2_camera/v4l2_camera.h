@@ -8,7 +8,6 @@
 
 #include "drivers/v4l2_camera/kernel.h"
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 
 /// Cameras of the kernel's Video4Linux2 interface, streamed through memory that device and program share.
 namespace twocone::v4l2 {

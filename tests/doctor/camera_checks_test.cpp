@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/doctor/checks/pair_checks.h"
-#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_camera.h"
 

@@ -6,7 +6,7 @@
 
 #include "apps/doctor/advice.h"
 #include "apps/doctor/checks/turn_tests.h"
-#include "drivers/memory/memory_diffdrive.h"
+#include "drivers/memory/memory.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_diffdrive.h"
 

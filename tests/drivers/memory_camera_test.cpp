@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory.h"
 
 #include <algorithm>
 #include <array>

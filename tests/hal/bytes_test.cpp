@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/bytes.h"
+#include "hal/image.h"
 
 #include <gtest/gtest.h>
 
