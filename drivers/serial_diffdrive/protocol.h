@@ -14,23 +14,17 @@
 
 namespace twocone::serial {
 
+template <typename Number>
+struct BothWheels {
+  Number left = 0;
+  Number right = 0;
+};
 /// Encoder counts per second of each wheel; positive drives forward.
-struct CountRates {
-  double left = 0;
-  double right = 0;
-};
-
+using CountRates = BothWheels<double>;
 /// The controller's counters as it reports them: the low 16 or 32 bits of the counts since it was switched on.
-struct RawCounts {
-  std::uint32_t left = 0;
-  std::uint32_t right = 0;
-};
-
+using RawCounts = BothWheels<std::uint32_t>;
 /// Whole counts of both wheels since the beginning.
-struct WheelCounts {
-  std::int64_t left = 0;
-  std::int64_t right = 0;
-};
+using WheelCounts = BothWheels<std::int64_t>;
 
 /// Makes counts that do not wrap from a controller's counts, which wrap at 16 or 32 bits. The result is correct as long
 /// as the counts change by less than half of their range between two readings.

@@ -16,6 +16,7 @@
 #include <cerrno>
 #include <cstring>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -51,12 +52,13 @@ std::int64_t steady_ns() {
 // Everything from here to become_watchdog runs in a copy of a program that had other threads. Only functions that a
 // signal handler may call are allowed, and no memory may be allocated.
 
-void send_once(const std::uint8_t* bytes, std::size_t count) {
-  std::size_t sent = 0;
-  for (int tries = 0; sent < count && tries < 20; ++tries) {
-    const ssize_t written = ::write(kPort, bytes + sent, count - sent);
+using StopBytes = std::span<const std::uint8_t>;
+
+void send_once(StopBytes bytes) {
+  for (int tries = 0; !bytes.empty() && tries < 20; ++tries) {
+    const ssize_t written = ::write(kPort, bytes.data(), bytes.size());
     if (written > 0) {
-      sent += std::size_t(written);
+      bytes = bytes.subspan(std::size_t(written));
     } else if (written < 0 && errno != EAGAIN && errno != EINTR) {
       return;  // the port is gone
     } else {
@@ -69,25 +71,24 @@ void send_once(const std::uint8_t* bytes, std::size_t count) {
 void forget_unsent() { ::tcflush(kPort, TCOFLUSH); }
 
 /// Writes the last stops and exits. The program has ended, or has requested the watchdog's end.
-[[noreturn]] void stop_and_exit(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count) {
+[[noreturn]] void stop_and_exit(WatchdogState& state, StopBytes stop_bytes) {
   forget_unsent();
   for (int i = 0; i < kStopsInARow; ++i) {
     if (i > 0) ::poll(nullptr, 0, int(kBetweenStops.count() / 1'000'000));
     ++state.stops_begun;
-    send_once(stop_bytes, count);
+    send_once(stop_bytes);
     ++state.stops_done;
   }
   ::_exit(0);
 }
 
-[[noreturn]] void run_watchdog(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count,
-                               std::int64_t timeout_ns) {
+[[noreturn]] void run_watchdog(WatchdogState& state, StopBytes stop_bytes, std::int64_t timeout_ns) {
   WatchdogSteps steps(state, timeout_ns);
   while (true) {
     const WatchdogSteps::Step step = steps.next(steady_ns());
     if (step.writes_stop) {
       if (step.is_first) forget_unsent();
-      send_once(stop_bytes, count);
+      send_once(stop_bytes);
       steps.wrote_stop(steady_ns());
       continue;
     }
@@ -97,12 +98,12 @@ void forget_unsent() { ::tcflush(kPort, TCOFLUSH); }
     }
     pollfd pipe{kPipe, POLLIN, 0};
     const int ready = ::poll(&pipe, 1, wait_ms);
-    if (ready < 0 && errno != EINTR) stop_and_exit(state, stop_bytes, count);
+    if (ready < 0 && errno != EINTR) stop_and_exit(state, stop_bytes);
     if (ready <= 0) continue;
     std::array<char, 64> words;
     const ssize_t got = ::read(kPipe, words.data(), words.size());
     const bool is_end = got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN);
-    if (is_end) stop_and_exit(state, stop_bytes, count);
+    if (is_end) stop_and_exit(state, stop_bytes);
   }
 }
 
@@ -128,8 +129,8 @@ bool keep_only(int port, int pipe) {
   return ::close_range(kPipe + 1, ~0U, 0) == 0;
 }
 
-[[noreturn]] void become_watchdog(int port, int pipe, WatchdogState& state, const std::uint8_t* stop_bytes,
-                                  std::size_t count, std::int64_t timeout_ns) {
+[[noreturn]] void become_watchdog(int port, int pipe, WatchdogState& state, StopBytes stop_bytes,
+                                  std::int64_t timeout_ns) {
   ::setsid();
   ignore_signals();
   ::prctl(PR_SET_NAME, "twocone-watchdog");
@@ -137,7 +138,7 @@ bool keep_only(int port, int pipe) {
   const sched_param least{1};
   ::sched_setscheduler(0, SCHED_RR, &least);
   if (!keep_only(port, pipe) || ::chdir("/") != 0 || ::write(kPipe, &kReady, 1) != 1) ::_exit(1);
-  run_watchdog(state, stop_bytes, count, timeout_ns);
+  run_watchdog(state, stop_bytes, timeout_ns);
 }
 
 /// Returns whether the watchdog reports that it is ready.
@@ -202,8 +203,7 @@ Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<s
   base::UniqueFd ours(ends[0]);
   base::UniqueFd theirs(ends[1]);
   try {
-    base::Process process(
-        [&] { become_watchdog(port, theirs.get(), *state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
+    base::Process process([&] { become_watchdog(port, theirs.get(), *state, stop_bytes, timeout.count()); });
     theirs.reset();
     const bool ready = is_ready(ours.get());
     auto watchdog = std::make_unique<WatchdogProcess>(std::move(state), std::move(process), std::move(ours), timeout);
