@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -43,7 +42,7 @@ std::unique_ptr<DiffDrive> open_memory_drive(Shared& shared, const DrivePart& pa
 Result<std::vector<DeviceInfo>> list_v4l2() {
   std::vector<DeviceInfo> devices;
   for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.push_back({.name = camera.stable_path.empty() ? camera.path : camera.stable_path,
+    devices.push_back({.name = camera.name(),
                        .what = fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
                        .details = std::move(camera.modes)});
   }
@@ -60,9 +59,8 @@ std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   const auto cameras = libcamera_camera::list_cameras();
   if (!cameras) return names;
   for (std::string& name : names) {
-    const auto is_it = [&](const DeviceInfo& camera) { return camera.what == name; };
-    if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) continue;
-    name = std::find_if(cameras->begin(), cameras->end(), is_it)->name;
+    if (std::ranges::count(*cameras, name, &DeviceInfo::what) != 1) continue;
+    name = std::ranges::find(*cameras, name, &DeviceInfo::what)->name;
   }
   return names;
 }
@@ -91,13 +89,13 @@ const std::array kRows{
           return shared.simulation->open_camera({view, part.antialias, part.effects});
         },
         [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
-    Row{{kV4l2Camera, true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
+    Row{{"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
         [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
         nullptr,
         v4l2::check,
         list_v4l2,
         v4l2_nodes},
-    Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
+    Row{{"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
         [](Shared&, const char*, const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
         nullptr,
         libcamera_camera::check,
@@ -110,15 +108,9 @@ const std::array kRows{
         []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
 };
 
-const auto kBackends = [] {
-  std::array<Backend, kRows.size()> all{};
-  std::transform(kRows.begin(), kRows.end(), all.begin(), [](const Row& row) { return row.backend; });
-  return all;
-}();
-
 /// Null: there is no such driver.
 const Row* find_row(std::string_view driver) {
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.backend.name == driver; });
+  const auto row = std::ranges::find(kRows, driver, [](const Row& each) { return each.backend.name; });
   return row == kRows.end() ? nullptr : &*row;
 }
 
@@ -145,7 +137,7 @@ std::vector<Wanted> parts_of(const RobotSettings& settings) {
 /// The drivers for this kind of part that are in this build, or those that are not: "memory, sim_povray".
 std::string drivers_for(const Wanted& wanted, bool available = true) {
   std::vector<std::string_view> names;
-  for (const Backend& backend : kBackends) {
+  for (const Backend& backend : backends()) {
     if (backend.available() == available && wanted.suits(backend)) names.push_back(backend.name);
   }
   return fmt::format("{}", fmt::join(names, ", "));
@@ -180,7 +172,7 @@ Status check_drivers(const RobotSettings& settings) {
   for (const Wanted& part : parts) {
     if (const auto row = find_row(part); !row) return row.error();
   }
-  const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
+  const auto simulated = std::ranges::count_if(parts, is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
     std::vector<std::string> named;
     named.reserve(parts.size());
@@ -300,7 +292,11 @@ Status check_cameras_differ(const RobotSettings& settings) {
   return {};
 }
 
-std::span<const Backend> backends() { return kBackends; }
+std::vector<Backend> backends() {
+  std::vector<Backend> all;
+  for (const Row& row : kRows) all.push_back(row.backend);
+  return all;
+}
 
 const Backend* find_backend(std::string_view name) {
   const Row* const row = find_row(name);
@@ -327,7 +323,7 @@ void check(const RobotSettings& settings) {
     bad += fmt::format("\n  cameras: max_skew is {} ns, must be >= 0", settings.max_skew.count());
   }
   const auto parts = parts_of(settings);
-  if (std::any_of(parts.begin(), parts.end(), is_simulated)) {
+  if (std::ranges::any_of(parts, is_simulated)) {
     if (!settings.world) {
       bad += "\n  world: is missing, sim_povray needs one";
     } else {

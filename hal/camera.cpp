@@ -78,8 +78,7 @@ Status start_camera(const std::string& name, Camera& camera, const CameraSetting
 void check(const CameraDevice& device, std::string_view settings) {
   std::string bad;
   if (device.name.empty()) bad += " device is missing;";
-  if (!device.format.empty() &&
-      std::find(kCameraFormats.begin(), kCameraFormats.end(), device.format) == kCameraFormats.end()) {
+  if (!device.format.empty() && std::ranges::find(kCameraFormats, device.format) == kCameraFormats.end()) {
     bad += fmt::format(" format is '{}', must be one of {};", device.format, fmt::join(kCameraFormats, ", "));
   }
   for (const auto& [name, value] : device.controls) {

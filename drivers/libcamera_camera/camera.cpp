@@ -159,7 +159,7 @@ class LibcameraCamera final : public Camera {
     const auto offered = stream.formats().pixelformats();
     for (const Format& candidate : kFormats) {
       if (!settings_.format.empty() && candidate.name != settings_.format) continue;
-      if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+      if (std::ranges::find(offered, candidate.code) == offered.end()) continue;
       stream.pixelFormat = candidate.code;
       stream.size = {unsigned(wanted.width_px), unsigned(wanted.height_px)};
       stream.bufferCount = std::max(stream.bufferCount, kBuffers);

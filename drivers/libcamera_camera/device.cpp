@@ -118,7 +118,7 @@ std::vector<std::string> formats_of(lc::Camera& camera) {
   if (!configuration || configuration->empty()) return names;
   const auto& offered = configuration->at(0).formats();
   for (const lc::PixelFormat& code : offered.pixelformats()) {
-    const auto known = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.code == code; });
+    const auto known = std::ranges::find(kFormats, code, &Format::code);
     if (known == kFormats.end()) continue;
     const lc::SizeRange sizes = offered.range(code);
     names.push_back(fmt::format("{} up to {}x{}", known->name, sizes.max.width, sizes.max.height));

@@ -45,16 +45,16 @@ constexpr int kCrossedTries = kStopsInARow + 1;
 /// Describes the bytes that arrived instead of a controller's answers.
 std::string quote(const MonitoredTransport& monitor) {
   const std::string& text = monitor.beginning();
-  const auto is_text = [](char c) { return (c >= ' ' && c <= '~') || c == '\r' || c == '\n' || c == '\t'; };
-  if (2 * std::count_if(text.begin(), text.end(), is_text) < std::ssize(text)) {
+  const auto is_space = [](char c) { return c == '\r' || c == '\n' || c == '\t'; };
+  const auto is_text = [&](char c) { return (c >= ' ' && c <= '~') || is_space(c); };
+  if (2 * std::ranges::count_if(text, is_text) < std::ssize(text)) {
     std::string bytes;
     for (const char c : text.substr(0, 16)) bytes += fmt::format(" {:02X}", std::uint8_t(c));
     return fmt::format("{} bytes that are no text, the first{}: another baud or another protocol?", monitor.count(),
                        bytes);
   }
   std::string line = text;
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\r' || c == '\n' || c == '\t'; }, ' ');
+  std::ranges::replace_if(line, is_space, ' ');
   return fmt::format("{} bytes, beginning with '{}': another device or another protocol?", monitor.count(),
                      printable(line));
 }
@@ -428,7 +428,7 @@ void check(const SerialDriveSettings& settings) {
   std::string bad;
   if (settings.port.empty()) bad += " port is missing;";
   const auto names = protocol_names();
-  if (std::find(names.begin(), names.end(), settings.protocol) == names.end()) {
+  if (std::ranges::find(names, settings.protocol) == names.end()) {
     bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(names, ", "));
   } else {
     const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();

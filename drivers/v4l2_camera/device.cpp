@@ -55,7 +55,7 @@ bool is_node(const std::string& path) {
 std::string stable_path_of(const std::string& path, Kernel& kernel) {
   for (const char* folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
     auto links = kernel.entries(folder);
-    std::sort(links.begin(), links.end());
+    std::ranges::sort(links);
     for (const std::string& link : links) {
       if (kernel.target(link) == path) return link;
     }
@@ -141,8 +141,7 @@ std::vector<std::string> Device::modes() const {
   const auto offered = codes();
   if (!offered) return modes;
   for (const std::uint32_t code : *offered) {
-    const bool known = std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.code == code; });
-    if (!known) {
+    if (std::ranges::find(kFormats, code, &Format::code) == kFormats.end()) {
       modes.push_back(fmt::format("{} (not known to this driver)", code_name(code)));
       continue;
     }
@@ -174,7 +173,7 @@ std::vector<std::string> Device::modes() const {
   return modes;
 }
 
-Result<Negotiated> Device::set_format(const Format& format, const CameraSettings& wanted) const {
+Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wanted) const {
   v4l2_format asked{};
   asked.type = buffer_type_;
   Negotiated result{format, 0, 0, 0, std::nullopt};
@@ -211,6 +210,7 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
                  fmt::format("{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
                              result.width_px, result.height_px, format.name)};
   }
+  result.rate_hz = set_rate(wanted.rate_hz);
   return result;
 }
 
@@ -239,12 +239,6 @@ std::optional<double> Device::set_rate(double wanted_hz) const {
   return std::nullopt;
 }
 
-Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wanted) const {
-  auto got = set_format(format, wanted);
-  if (got) got->rate_hz = set_rate(wanted.rate_hz);
-  return got;
-}
-
 Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::string& format) const {
   const auto all = codes();
   if (!all) return all.error();
@@ -254,7 +248,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
   std::optional<Error> last;
   for (const Format& candidate : kFormats) {
     if (!format.empty() && candidate.name != format) continue;
-    if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+    if (std::ranges::find(offered, candidate.code) == offered.end()) continue;
     auto got = set_up(candidate, wanted);
     if (!got) {
       last = got.error();
@@ -306,9 +300,7 @@ std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
     if (is_node(path)) paths.push_back(path);
   }
   // The order is by number: video2 before video10.
-  std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
-    return a.size() != b.size() ? a.size() < b.size() : a < b;
-  });
+  std::ranges::sort(paths, {}, [](const std::string& path) { return std::pair(path.size(), path); });
   std::vector<CameraInfo> cameras;
   for (const std::string& path : paths) {
     const auto device = Device::open(path, kernel);
@@ -328,7 +320,7 @@ Result<std::string> find_device(const std::string& name, const std::shared_ptr<K
   std::vector<std::string> found;
   std::vector<std::string> cards;
   for (const CameraInfo& camera : list_cameras(kernel)) {
-    if (camera.card == name) found.push_back(camera.stable_path.empty() ? camera.path : camera.stable_path);
+    if (camera.card == name) found.push_back(camera.name());
     cards.push_back(fmt::format("'{}'", camera.card));
   }
   if (found.size() == 1) return found.front();

@@ -58,8 +58,7 @@ class Device {
   /// Makes an ioctl call. Returns errno, or 0 for success.
   int call(unsigned long request, void* argument) const;
   [[nodiscard]] int file() const { return file_; }
-  [[nodiscard]] Kernel& kernel() const { return *kernel_; }
-  [[nodiscard]] const std::shared_ptr<Kernel>& shared_kernel() const { return kernel_; }
+  [[nodiscard]] const std::shared_ptr<Kernel>& kernel() const { return kernel_; }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::string card() const;
   [[nodiscard]] std::string bus() const;
@@ -87,7 +86,6 @@ class Device {
 
   [[nodiscard]] Result<Control> set(const v4l2_query_ext_ctrl& found, const Control& control) const;
   [[nodiscard]] Result<std::vector<std::uint32_t>> codes() const;
-  [[nodiscard]] Result<Negotiated> set_format(const Format& format, const CameraSettings& wanted) const;
   [[nodiscard]] Result<Negotiated> set_up(const Format& format, const CameraSettings& wanted) const;
   [[nodiscard]] std::optional<double> set_rate(double wanted_hz) const;
 
