@@ -32,7 +32,7 @@ struct Shared {
 };
 
 std::unique_ptr<Camera> open_memory_camera(Shared& shared) {
-  return std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance, memory::test_pattern);
+  return std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance);
 }
 
 std::unique_ptr<DiffDrive> open_memory_drive(Shared& shared, const DrivePart& part) {

@@ -95,10 +95,7 @@ Error bad_jpeg(const Image& image, const std::string& why) {
 
 /// @param rgb gets the pixels
 Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
-  struct Destroy {
-    void operator()(void* handle) const { tjDestroy(handle); }
-  };
-  const std::unique_ptr<void, Destroy> decoder(tjInitDecompress());
+  const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
   if (!decoder) return Error{ErrorCode::kUnavailable, "no memory for a JPEG decoder"};
   int width = 0, height = 0, sampling = 0, colours = 0;
   if (tjDecompressHeader3(decoder.get(), image.bytes.data(), image.bytes.size(), &width, &height, &sampling,

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "base/landmark.h"
+#include "base/plane.h"
 #include "vision/sighting.h"
 
 namespace twocone::vision {

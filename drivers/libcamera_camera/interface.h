@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "hal/camera.h"
+#include "hal/device_info.h"
 #include "hal/image.h"
-#include "hal/text.h"
 
 /// The differences between libcamera's versions, and nothing else of the driver. Version 0.0.3 was built and tested.
 /// Versions 0.1 to 0.5 were not built; only their documentation and headers were read. These changes between them are

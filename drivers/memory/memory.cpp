@@ -53,14 +53,13 @@ Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
   return image;
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image)
-    : clock_(std::move(clock)), image_(std::move(image)) {
-  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
+MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock) : clock_(std::move(clock)) {
+  if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, ImageMaker image)
-    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due), image_(std::move(image)) {
-  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
+MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due)
+    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due) {
+  if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
 
 MemoryCamera::~MemoryCamera() { stop(); }
@@ -115,7 +114,7 @@ Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds timeout) {
   const std::uint64_t newest = exposed() - 1;
   const Frame::Header header{newest, {started_.clock, started_.since_zero + since_start(newest)}, newest - next_};
   next_ = newest + 1;
-  return Frame(header, image_(newest, settings_));
+  return Frame(header, test_pattern(newest, settings_));
 }
 
 Wheels::Wheels(std::shared_ptr<const Clock> clock, std::chrono::nanoseconds command_timeout)

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -12,10 +11,6 @@
 #include "hal/diff_drive.h"
 
 namespace twocone::memory {
-
-/// Makes the image of exposure number `sequence`. The image is passed on unchanged even if it does not match the
-/// settings; the consumer must detect that.
-using ImageMaker = std::function<Image(std::uint64_t sequence, const CameraSettings& settings)>;
 
 /// The number of places that the mark of the test pattern can have around the image.
 inline constexpr int kMarkPlaces = 60;
@@ -38,15 +33,16 @@ inline constexpr int kLargestSide_px = 8192;
 inline constexpr double kSlowest_hz = 0.001;
 inline constexpr double kFastest_hz = 1000;
 
-/// A camera without a device. Exposure k happens k / rate_hz after start() on the given clock, exposure 0 at once. A
-/// new start() begins again with 0. A grab returns the newest exposure and the number of lost ones before it.
+/// A camera without a device, which shows the test pattern. Exposure k happens k / rate_hz after start() on the given
+/// clock, exposure 0 at once. A new start() begins again with 0. A grab returns the newest exposure and the number of
+/// lost ones before it.
 class MemoryCamera final : public Camera {
  public:
   /// A camera in real time: a grab sleeps until an exposure is due, at most for its timeout.
-  explicit MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image = test_pattern);
+  explicit MemoryCamera(std::shared_ptr<const SteadyClock> clock);
 
   /// A camera in the time of a clock that several devices may share. No call ever waits, so timeouts are always kept.
-  MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, ImageMaker image = test_pattern);
+  MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due);
 
   ~MemoryCamera() override;
 
@@ -64,7 +60,6 @@ class MemoryCamera final : public Camera {
   std::shared_ptr<const Clock> clock_;
   std::shared_ptr<ManualClock> manual_;  ///< the same clock, if it can be advanced
   WhenNotDue when_not_due_ = WhenNotDue::kTimeOut;
-  ImageMaker image_;
   CameraSettings settings_;
   Timestamp started_;
   std::uint64_t next_ = 0;  ///< the first exposure that is neither returned nor lost

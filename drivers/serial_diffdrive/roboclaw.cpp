@@ -12,7 +12,7 @@
 #include <boost/endian/conversion.hpp>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {

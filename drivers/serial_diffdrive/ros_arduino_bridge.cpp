@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {

@@ -15,7 +15,7 @@
 #include "drivers/serial_diffdrive/transport.h"
 #include "drivers/serial_diffdrive/watchdog.h"
 #include "hal/clock.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {

@@ -20,7 +20,7 @@
 
 #include "base/log.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {
@@ -38,10 +38,7 @@ std::string last_error() {
   return copy;
 }
 
-struct FreePort {
-  void operator()(sp_port* port) const { sp_free_port(port); }
-};
-using Port = std::unique_ptr<sp_port, FreePort>;
+using Port = std::unique_ptr<sp_port, void (*)(sp_port*)>;
 
 ErrorCode code_of(int error) {
   switch (error) {
@@ -182,7 +179,7 @@ Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
     return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
   }
-  Port port(raw);
+  Port port(raw, sp_free_port);
   if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
     const int error = sp_last_error_code();
     is_busy = error == EBUSY;

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "drivers/v4l2_camera/device.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::v4l2 {
 namespace {

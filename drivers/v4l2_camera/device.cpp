@@ -13,7 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::v4l2 {
 namespace {
