@@ -31,12 +31,15 @@ struct Shared {
   std::unique_ptr<sim_povray::Simulation> simulation;                    ///< sim_povray
 };
 
-std::unique_ptr<Camera> open_memory_camera(Shared& shared) {
-  return std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance);
+using OpenedCamera = Result<std::unique_ptr<Camera>>;
+using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
+
+OpenedCamera open_memory_camera(Shared& shared, const char* /*view*/, const CameraPart& /*part*/) {
+  return {std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance)};
 }
 
-std::unique_ptr<DiffDrive> open_memory_drive(Shared& shared, const DrivePart& part) {
-  return std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits);
+OpenedDrive open_memory_drive(Shared& shared, const DrivePart& part) {
+  return {std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits)};
 }
 
 Result<std::vector<DeviceInfo>> list_v4l2() {
@@ -65,9 +68,6 @@ std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   return names;
 }
 
-using OpenedCamera = Result<std::unique_ptr<Camera>>;
-using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
-
 /// All that the program knows of one driver. Only this table names every driver.
 struct Row {
   Backend backend;
@@ -81,31 +81,26 @@ struct Row {
 
 using Keys = Backend::Keys;
 const std::array kRows{
-    Row{{kMemory, true, true, ""},
-        [](Shared& shared, const char*, const CameraPart&) -> OpenedCamera { return open_memory_camera(shared); },
-        [](Shared& shared, const DrivePart& part) -> OpenedDrive { return open_memory_drive(shared, part); }},
-    Row{{kSimPovray, true, true, ""},
-        [](Shared& shared, const char* view, const CameraPart& part) -> OpenedCamera {
+    Row{.backend = {kMemory, true, true, ""}, .open_camera = open_memory_camera, .open_drive = open_memory_drive},
+    Row{.backend = {kSimPovray, true, true, ""},
+        .open_camera = [](Shared& shared, const char* view, const CameraPart& part) -> OpenedCamera {
           return shared.simulation->open_camera({view, part.antialias, part.effects});
         },
-        [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
-    Row{{"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
-        [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
-        nullptr,
-        v4l2::check,
-        list_v4l2,
-        v4l2_nodes},
-    Row{{"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
-        [](Shared&, const char*, const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
-        nullptr,
-        libcamera_camera::check,
-        libcamera_camera::list_cameras,
-        libcamera_ids},
-    Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
-        nullptr,
-        [](Shared&, const DrivePart& part) { return serial::open_drive(*part.serial, part.limits); },
-        nullptr,
-        []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
+        .open_drive = [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
+    Row{.backend = {"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
+        .open_camera = [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
+        .check_camera = v4l2::check,
+        .list = list_v4l2,
+        .device_ids = v4l2_nodes},
+    Row{.backend = {"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
+        .open_camera = [](Shared&, const char*,
+                          const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
+        .check_camera = libcamera_camera::check,
+        .list = libcamera_camera::list_cameras,
+        .device_ids = libcamera_ids},
+    Row{.backend = {kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
+        .open_drive = [](Shared&, const DrivePart& part) { return serial::open_drive(*part.serial, part.limits); },
+        .list = []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
 };
 
 /// Null: there is no such driver.

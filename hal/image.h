@@ -54,10 +54,6 @@ class Bytes {
   std::uint8_t& operator[](std::size_t i) { return own()[i]; }
   void resize(std::size_t size) { own().resize(size); }
   void push_back(std::uint8_t byte) { own().push_back(byte); }
-  template <std::input_iterator From>
-  void assign(From begin, From end) {
-    *this = Bytes(begin, end);
-  }
 
   friend bool operator==(const Bytes& a, const Bytes& b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
 

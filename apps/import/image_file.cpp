@@ -81,7 +81,7 @@ std::optional<Image> decode(const std::filesystem::path& file, ImageSize wanted)
     return std::nullopt;
   }
   Image image{size->width_px, size->height_px, PixelFormat::kMjpeg, {}};
-  image.bytes.assign(bytes.begin(), bytes.end());
+  image.bytes = Bytes(bytes.begin(), bytes.end());
   auto rgb = to_rgb8(image);
   if (!rgb) throw UnreadableImage(fmt::format("{}: {}", file.string(), rgb.error().message));
   return std::move(*rgb);

@@ -62,8 +62,6 @@ MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_n
   if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
 
-MemoryCamera::~MemoryCamera() { stop(); }
-
 Result<CameraSettings> MemoryCamera::do_configure(const CameraSettings& wanted) {
   return settings_ = {std::min(wanted.width_px, kLargestSide_px), std::min(wanted.height_px, kLargestSide_px),
                       std::clamp(wanted.rate_hz, kSlowest_hz, kFastest_hz)};
@@ -74,8 +72,6 @@ Status MemoryCamera::do_start() {
   next_ = 0;
   return {};
 }
-
-void MemoryCamera::do_stop() noexcept {}
 
 std::chrono::nanoseconds MemoryCamera::since_start(std::uint64_t sequence) const {
   // The time is computed from the count, not from the previous exposure: a sum of rounded periods would drift.
@@ -141,23 +137,6 @@ WheelAngles Wheels::angles() const {
   angles.left_rad += last.speeds.left_radps * turning.count();
   angles.right_rad += last.speeds.right_radps * turning.count();
   return angles;
-}
-
-MemoryDiffDrive::MemoryDiffDrive(std::shared_ptr<const Clock> clock, const DriveLimits& limits)
-    : DiffDrive(limits), wheels_(std::make_shared<Wheels>(std::move(clock), limits.command_timeout)) {}
-
-MemoryDiffDrive::~MemoryDiffDrive() { wheels_->command({}); }
-
-Status MemoryDiffDrive::do_set_speeds(const WheelSpeeds& speeds) {
-  wheels_->command(speeds);
-  return {};
-}
-
-Result<WheelAngles> MemoryDiffDrive::do_read_angles() { return wheels_->angles(); }
-
-Status MemoryDiffDrive::do_stop() noexcept {
-  wheels_->command({});
-  return {};
 }
 
 }  // namespace twocone::memory

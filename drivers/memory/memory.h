@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "hal/camera.h"
@@ -44,13 +45,13 @@ class MemoryCamera final : public Camera {
   /// A camera in the time of a clock that several devices may share. No call ever waits, so timeouts are always kept.
   MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due);
 
-  ~MemoryCamera() override;
+  ~MemoryCamera() override { stop(); }
 
  private:
   Result<CameraSettings> do_configure(const CameraSettings& wanted) override;
   Status do_start() override;
   Result<Frame> do_grab(std::chrono::milliseconds timeout) override;
-  void do_stop() noexcept override;
+  void do_stop() noexcept override {}
 
   [[nodiscard]] std::chrono::nanoseconds since_start(std::uint64_t sequence) const;
   /// The number of exposures so far in this stream.
@@ -100,15 +101,22 @@ class Wheels {
 class MemoryDiffDrive final : public DiffDrive {
  public:
   /// @throws std::invalid_argument for a missing clock and as check(limits) does
-  MemoryDiffDrive(std::shared_ptr<const Clock> clock, const DriveLimits& limits);
-  ~MemoryDiffDrive() override;
+  MemoryDiffDrive(std::shared_ptr<const Clock> clock, const DriveLimits& limits)
+      : DiffDrive(limits), wheels_(std::make_shared<Wheels>(std::move(clock), limits.command_timeout)) {}
+  ~MemoryDiffDrive() override { wheels_->command({}); }
 
   [[nodiscard]] std::shared_ptr<const Wheels> wheels() const { return wheels_; }
 
  private:
-  Status do_set_speeds(const WheelSpeeds& speeds) override;
-  Result<WheelAngles> do_read_angles() override;
-  Status do_stop() noexcept override;
+  Status do_set_speeds(const WheelSpeeds& speeds) override {
+    wheels_->command(speeds);
+    return {};
+  }
+  Result<WheelAngles> do_read_angles() override { return wheels_->angles(); }
+  Status do_stop() noexcept override {
+    wheels_->command({});
+    return {};
+  }
 
   std::shared_ptr<Wheels> wheels_;
 };

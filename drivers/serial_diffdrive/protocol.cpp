@@ -10,14 +10,12 @@
 
 namespace twocone::serial {
 
-std::vector<std::string_view> protocol_names() { return {"ros_arduino_bridge", "roboclaw", "create2"}; }
-
 std::unique_ptr<Protocol> make_protocol(const ProtocolSettings& settings) {
   if (settings.name == "ros_arduino_bridge") return make_ros_arduino_bridge();
   if (settings.name == "roboclaw") return make_roboclaw(settings.address, settings.command_timeout);
   if (settings.name == "create2") return make_create2();
   throw std::invalid_argument(
-      fmt::format("no protocol '{}'; there are: {}", settings.name, fmt::join(protocol_names(), ", ")));
+      fmt::format("no protocol '{}'; there are: {}", settings.name, fmt::join(kProtocolNames, ", ")));
 }
 
 }  // namespace twocone::serial

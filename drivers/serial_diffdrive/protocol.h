@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -103,13 +104,13 @@ class Protocol {
 };
 
 struct ProtocolSettings {
-  std::string name;             ///< one of protocol_names()
+  std::string name;             ///< one of kProtocolNames
   std::uint8_t address = 0x80;  ///< roboclaw: 0x80 to 0x87
   /// roboclaw: its own time-out is set to this, rounded down to a multiple of 0.1 s, but at least 0.1 s.
   std::chrono::nanoseconds command_timeout{500'000'000};
 };
 
-std::vector<std::string_view> protocol_names();
+inline constexpr std::array<std::string_view, 3> kProtocolNames{"ros_arduino_bridge", "roboclaw", "create2"};
 /// @throws std::invalid_argument for another name, or a value outside its range
 std::unique_ptr<Protocol> make_protocol(const ProtocolSettings& settings);
 

@@ -427,9 +427,8 @@ class SerialDiffDrive final : public DiffDrive {
 void check(const SerialDriveSettings& settings) {
   std::string bad;
   if (settings.port.empty()) bad += " port is missing;";
-  const auto names = protocol_names();
-  if (std::ranges::find(names, settings.protocol) == names.end()) {
-    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(names, ", "));
+  if (std::ranges::find(kProtocolNames, settings.protocol) == kProtocolNames.end()) {
+    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(kProtocolNames, ", "));
   } else {
     const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();
     if (!fixed && !settings.counts_per_turn) {

@@ -41,18 +41,9 @@ std::string last_error() {
 using Port = std::unique_ptr<sp_port, void (*)(sp_port*)>;
 
 ErrorCode code_of(int error) {
-  switch (error) {
-    case ENOENT:
-    case ENODEV:
-    case ENXIO:
-      return ErrorCode::kNotFound;
-    case EACCES:
-    case EPERM:
-    case EBUSY:
-      return ErrorCode::kRefused;
-    default:
-      return ErrorCode::kUnavailable;
-  }
+  if (error == ENOENT || error == ENODEV || error == ENXIO) return ErrorCode::kNotFound;
+  if (error == EACCES || error == EPERM || error == EBUSY) return ErrorCode::kRefused;
+  return ErrorCode::kUnavailable;
 }
 
 // The text after the semicolon advises what to do about a refusal.

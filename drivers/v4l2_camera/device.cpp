@@ -70,22 +70,15 @@ bool is_gone(int code) { return code == ENODEV || code == ENXIO || code == ESHUT
 Error device_error(const std::string& what, int code) {
   const std::string message = fmt::format("{}: {}", what, std::strerror(code));
   if (is_gone(code) || code == EIO) return {ErrorCode::kDisconnected, message};
-  switch (code) {
-    case ENOENT:
-      return {ErrorCode::kNotFound, message};
-    case EBUSY:
-      return {ErrorCode::kRefused, message + "; another program uses the camera: end it (fuser shows which)"};
-    case EACCES:
-    case EPERM:
-      return {ErrorCode::kRefused, message + "; join the group video: sudo usermod -aG video $USER, then log in again"};
-    case ENOSPC:
-      return {ErrorCode::kRefused,
-              message + "; its USB bus has no room for it: MJPG, a smaller size or another port may help"};
-    case ENOMEM:
-      return {ErrorCode::kUnavailable, message};
-    default:
-      return {ErrorCode::kRefused, message};
+  if (code == ENOENT) return {ErrorCode::kNotFound, message};
+  if (code == ENOMEM) return {ErrorCode::kUnavailable, message};
+  std::string advice;
+  if (code == EBUSY) advice = "; another program uses the camera: end it (fuser shows which)";
+  if (code == EACCES || code == EPERM) {
+    advice = "; join the group video: sudo usermod -aG video $USER, then log in again";
   }
+  if (code == ENOSPC) advice = "; its USB bus has no room for it: MJPG, a smaller size or another port may help";
+  return {ErrorCode::kRefused, message + advice};
 }
 
 Result<std::unique_ptr<Device>> Device::open(const std::string& path, std::shared_ptr<Kernel> kernel) {

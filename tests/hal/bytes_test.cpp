@@ -28,7 +28,7 @@ TEST(Bytes, OwnBytesAreAVector) {
   bytes.resize(5);
   bytes[0] = 9;
   EXPECT_EQ(bytes, (Bytes{9, 2, 3, 4, 0}));
-  bytes.assign(vector.begin(), vector.begin() + 1);
+  bytes = Bytes(vector.begin(), vector.begin() + 1);
   EXPECT_EQ(bytes, Bytes{1});
   EXPECT_FALSE(bytes.empty());
   EXPECT_TRUE(Bytes().empty());
