@@ -263,8 +263,9 @@ class LibcameraCamera final : public Camera {
     std::vector<std::uint8_t> packed;
     packed.reserve(size);
     for (const auto& plane : newest.memory->planes()) {
-      for (std::size_t at = 0; at + row_bytes <= plane.size() && packed.size() < size; at += stride) {
-        packed.insert(packed.end(), plane.begin() + std::ptrdiff_t(at), plane.begin() + std::ptrdiff_t(at + row_bytes));
+      for (std::size_t at = 0; at + row_bytes <= plane.bytes.size() && packed.size() < size; at += stride) {
+        const auto row = plane.bytes.subspan(at, row_bytes);
+        packed.insert(packed.end(), row.begin(), row.end());
       }
     }
     if (packed.size() != size) {

@@ -89,7 +89,13 @@ class Memory {
   Memory(const Memory&) = delete;
   Memory& operator=(const Memory&) = delete;
 
-  [[nodiscard]] const std::vector<std::span<const std::uint8_t>>& planes() const { return planes_; }
+  struct Plane {
+    decltype(lc::FrameBuffer::Plane::fd) file;
+    void* mapped;  ///< from the start of the file
+    std::size_t offset;
+    std::span<const std::uint8_t> bytes;
+  };
+  [[nodiscard]] const std::vector<Plane>& planes() const { return planes_; }
   /// All planes as one contiguous span; nothing if they do not follow each other.
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
 
@@ -98,16 +104,9 @@ class Memory {
   void end_reading() const;
 
  private:
-  struct Area {
-    decltype(lc::FrameBuffer::Plane::fd) file;
-    void* memory;
-    std::size_t length;
-  };
   void sync(std::uint64_t flags) const;
 
-  std::vector<Area> areas_;
-  std::vector<std::span<const std::uint8_t>> planes_;
-  std::vector<std::size_t> offsets_;
+  std::vector<Plane> planes_;
 };
 
 /// A completed request, which libcamera does not use until it is given back.
