@@ -4,12 +4,79 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "base/started_child.h"
+#include "base/confinement.h"
+#include "base/process.h"
+#include "base/unique_fd.h"
 
 namespace twocone::base {
+
+/// The path of a program: `name` itself if it has a slash, else where PATH has it. None: PATH has no such program.
+std::optional<std::string> find_program(const std::string& name);
+
+/// The environment of this program, as Program::environment requires it.
+std::vector<std::string> own_environment();
+
+/// A program to start.
+struct Program {
+  std::string path;                                  ///< full path; PATH is not searched
+  std::vector<std::string> arguments;                ///< without the program's name
+  std::vector<std::string> environment;              ///< the complete environment, NAME=value
+  std::string folder;                                ///< working directory
+  std::vector<int> inputs;                           ///< become its descriptors kChildInput, kChildInput + 1, ...
+  bool output = true;                                ///< false: its standard output goes to /dev/null
+  std::shared_ptr<const Confinement> confinement{};  ///< none: it has the same rights as this program
+  std::string writable{};                            ///< the folder where a program confined by Landlock may write
+  int input = -1;                                    ///< becomes its standard input; -1: that is /dev/null
+  bool outlives = false;  ///< it has its own session, and the kernel does not kill it when this program ends
+};
+constexpr int kChildInput = 3;
+
+/// A started program. It inherits no descriptor but its inputs, and it has its own process group. Unless it may outlive
+/// this program, the kernel kills it if the *thread* that started it ends in any way. (This does not cover processes
+/// that it starts itself: kill -9 of this program leaves a grandchild behind. POV-Ray starts none.)
+class StartedChild {
+ public:
+  /// @throws std::system_error whose what() names the step that failed
+  explicit StartedChild(const Program& program);
+  /// Kills and reaps the child.
+  ~StartedChild();
+  StartedChild(const StartedChild&) = delete;
+  StartedChild& operator=(const StartedChild&) = delete;
+
+  [[nodiscard]] pid_t pid() const { return process_.pid(); }
+  /// A descriptor that becomes readable when the child has ended.
+  [[nodiscard]] int end_fd() const { return process_.end_fd(); }
+  /// Its standard output and error as descriptors that do not block; -1 if the output is not wanted.
+  [[nodiscard]] int output_fd() const { return output_.get(); }
+  [[nodiscard]] int errors_fd() const { return errors_.get(); }
+
+  /// The processor time of all its threads so far; also available after it has ended. None: not reported by the system.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> cpu() const;
+
+  /// Kills the whole process group. Call this before the child is reaped: until then its number, which is also the
+  /// group's, cannot belong to another process.
+  void kill_group() const;
+  /// Kills the rest of the group, reaps the child and returns the status of waitpid(). Call it only once.
+  int end();
+
+ private:
+  Process process_;
+  UniqueFd output_;
+  UniqueFd errors_;
+};
+
+/// Appends the bytes that are available now to `into`; returns false when the other end is closed.
+bool drain(int fd, std::string& into);
+
+/// At most this many of the newest bytes of standard error are kept.
+constexpr std::size_t kMaxErrors = std::size_t{64} * 1024;
+/// Cuts `errors` only at twice that size, so that large output is not copied at every read.
+void keep_newest(std::string& errors);
 
 /// A descriptor to wait on. It is ready from raise() to lower(). Every method may be called from any thread.
 class StopSignal {

@@ -12,8 +12,8 @@
 
 namespace twocone::base {
 
-/// A child process of this program. Every child process of the product is made here: started_child.h and
-/// child_process.h start other programs; the watchdog of the wheels continues in a copy of this one.
+/// A child process of this program. Every child process of the product is made here: child_process.h starts other
+/// programs; the watchdog of the wheels continues in a copy of this one.
 class Process {
  public:
   /// Owns no process.
@@ -49,7 +49,8 @@ class Process {
   UniqueFd end_fd_;
 };
 
-/// Returns the peak of a process's resident memory; 0: not known, as after it has ended.
+/// Peak memory of a process since it started its program (wait4() would also count the memory of the program that forked
+/// it); 0: not known, as after the process has ended.
 std::uint64_t peak_memory_bytes(pid_t pid);
 
 }  // namespace twocone::base

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/started_child.h"
+#include "base/child_process.h"
 
 namespace twocone::base {
 

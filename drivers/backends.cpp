@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -11,9 +10,8 @@
 #include <fmt/ranges.h>
 
 #include "drivers/libcamera_camera/libcamera_camera.h"
-#include "drivers/memory/memory_camera.h"
-#include "drivers/memory/memory_diffdrive.h"
-#include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/memory/memory.h"
+#include "drivers/serial_diffdrive/transport.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/v4l2_camera/v4l2_camera.h"
 
@@ -33,18 +31,21 @@ struct Shared {
   std::unique_ptr<sim_povray::Simulation> simulation;                    ///< sim_povray
 };
 
-std::unique_ptr<Camera> open_memory_camera(Shared& shared) {
-  return std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance, memory::test_pattern);
+using OpenedCamera = Result<std::unique_ptr<Camera>>;
+using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
+
+OpenedCamera open_memory_camera(Shared& shared, const char* /*view*/, const CameraPart& /*part*/) {
+  return {std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance)};
 }
 
-std::unique_ptr<DiffDrive> open_memory_drive(Shared& shared, const DrivePart& part) {
-  return std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits);
+OpenedDrive open_memory_drive(Shared& shared, const DrivePart& part) {
+  return {std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits)};
 }
 
 Result<std::vector<DeviceInfo>> list_v4l2() {
   std::vector<DeviceInfo> devices;
   for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.push_back({.name = camera.stable_path.empty() ? camera.path : camera.stable_path,
+    devices.push_back({.name = camera.name(),
                        .what = fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
                        .details = std::move(camera.modes)});
   }
@@ -61,15 +62,11 @@ std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   const auto cameras = libcamera_camera::list_cameras();
   if (!cameras) return names;
   for (std::string& name : names) {
-    const auto is_it = [&](const DeviceInfo& camera) { return camera.what == name; };
-    if (std::count_if(cameras->begin(), cameras->end(), is_it) != 1) continue;
-    name = std::find_if(cameras->begin(), cameras->end(), is_it)->name;
+    if (std::ranges::count(*cameras, name, &DeviceInfo::what) != 1) continue;
+    name = std::ranges::find(*cameras, name, &DeviceInfo::what)->name;
   }
   return names;
 }
-
-using OpenedCamera = Result<std::unique_ptr<Camera>>;
-using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
 
 /// All that the program knows of one driver. Only this table names every driver.
 struct Row {
@@ -84,42 +81,31 @@ struct Row {
 
 using Keys = Backend::Keys;
 const std::array kRows{
-    Row{{kMemory, true, true, ""},
-        [](Shared& shared, const char*, const CameraPart&) -> OpenedCamera { return open_memory_camera(shared); },
-        [](Shared& shared, const DrivePart& part) -> OpenedDrive { return open_memory_drive(shared, part); }},
-    Row{{kSimPovray, true, true, ""},
-        [](Shared& shared, const char* view, const CameraPart& part) -> OpenedCamera {
+    Row{.backend = {kMemory, true, true, ""}, .open_camera = open_memory_camera, .open_drive = open_memory_drive},
+    Row{.backend = {kSimPovray, true, true, ""},
+        .open_camera = [](Shared& shared, const char* view, const CameraPart& part) -> OpenedCamera {
           return shared.simulation->open_camera({view, part.antialias, part.effects});
         },
-        [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
-    Row{{kV4l2Camera, true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
-        [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
-        nullptr,
-        v4l2::check,
-        list_v4l2,
-        v4l2_nodes},
-    Row{{kLibcameraCamera, true, false, libcamera_camera::why_not(), Keys::kCamera},
-        [](Shared&, const char*, const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
-        nullptr,
-        libcamera_camera::check,
-        libcamera_camera::list_cameras,
-        libcamera_ids},
-    Row{{kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
-        nullptr,
-        [](Shared&, const DrivePart& part) { return serial::open_drive(*part.serial, part.limits); },
-        nullptr,
-        []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
+        .open_drive = [](Shared& shared, const DrivePart&) -> OpenedDrive { return shared.simulation->open_drive(); }},
+    Row{.backend = {"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
+        .open_camera = [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
+        .check_camera = v4l2::check,
+        .list = list_v4l2,
+        .device_ids = v4l2_nodes},
+    Row{.backend = {"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
+        .open_camera = [](Shared&, const char*,
+                          const CameraPart& part) { return libcamera_camera::open_camera(part.device); },
+        .check_camera = libcamera_camera::check,
+        .list = libcamera_camera::list_cameras,
+        .device_ids = libcamera_ids},
+    Row{.backend = {kSerialDiffDrive, false, true, serial::why_not(), Keys::kSerialDrive},
+        .open_drive = [](Shared&, const DrivePart& part) { return serial::open_drive(*part.serial, part.limits); },
+        .list = []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
 };
-
-const auto kBackends = [] {
-  std::array<Backend, kRows.size()> all{};
-  std::transform(kRows.begin(), kRows.end(), all.begin(), [](const Row& row) { return row.backend; });
-  return all;
-}();
 
 /// Null: there is no such driver.
 const Row* find_row(std::string_view driver) {
-  const auto row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.backend.name == driver; });
+  const auto row = std::ranges::find(kRows, driver, [](const Row& each) { return each.backend.name; });
   return row == kRows.end() ? nullptr : &*row;
 }
 
@@ -146,7 +132,7 @@ std::vector<Wanted> parts_of(const RobotSettings& settings) {
 /// The drivers for this kind of part that are in this build, or those that are not: "memory, sim_povray".
 std::string drivers_for(const Wanted& wanted, bool available = true) {
   std::vector<std::string_view> names;
-  for (const Backend& backend : kBackends) {
+  for (const Backend& backend : backends()) {
     if (backend.available() == available && wanted.suits(backend)) names.push_back(backend.name);
   }
   return fmt::format("{}", fmt::join(names, ", "));
@@ -181,7 +167,7 @@ Status check_drivers(const RobotSettings& settings) {
   for (const Wanted& part : parts) {
     if (const auto row = find_row(part); !row) return row.error();
   }
-  const auto simulated = std::count_if(parts.begin(), parts.end(), is_simulated);
+  const auto simulated = std::ranges::count_if(parts, is_simulated);
   if (simulated != 0 && simulated != std::ssize(parts)) {
     std::vector<std::string> named;
     named.reserve(parts.size());
@@ -301,7 +287,11 @@ Status check_cameras_differ(const RobotSettings& settings) {
   return {};
 }
 
-std::span<const Backend> backends() { return kBackends; }
+std::vector<Backend> backends() {
+  std::vector<Backend> all;
+  for (const Row& row : kRows) all.push_back(row.backend);
+  return all;
+}
 
 const Backend* find_backend(std::string_view name) {
   const Row* const row = find_row(name);
@@ -328,7 +318,7 @@ void check(const RobotSettings& settings) {
     bad += fmt::format("\n  cameras: max_skew is {} ns, must be >= 0", settings.max_skew.count());
   }
   const auto parts = parts_of(settings);
-  if (std::any_of(parts.begin(), parts.end(), is_simulated)) {
+  if (std::ranges::any_of(parts, is_simulated)) {
     if (!settings.world) {
       bad += "\n  world: is missing, sim_povray needs one";
     } else {

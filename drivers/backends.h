@@ -4,7 +4,6 @@
 #include <chrono>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,7 +13,6 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 #include "hal/device_info.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"
@@ -23,11 +21,9 @@
 /// The only place that names every driver. It opens a robot from its parsed settings.
 namespace twocone::drivers {
 
-/// The drivers' names, as after `driver:` in a robot file.
+/// The names, as after `driver:` in a robot file, of the drivers that are treated differently from others.
 inline constexpr std::string_view kMemory = "memory";
 inline constexpr std::string_view kSimPovray = "sim_povray";
-inline constexpr std::string_view kV4l2Camera = "v4l2_camera";
-inline constexpr std::string_view kLibcameraCamera = "libcamera_camera";
 inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 
 /// One row of the table of drivers. The table also lists drivers that are known but not in this build, so that a
@@ -51,7 +47,7 @@ struct Backend {
 };
 
 /// Every driver, in the order in which messages and `devices` list them.
-std::span<const Backend> backends();
+std::vector<Backend> backends();
 /// The driver of that name; null: there is none.
 const Backend* find_backend(std::string_view name);
 

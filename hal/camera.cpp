@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace twocone {
 
@@ -72,6 +73,19 @@ Status start_camera(const std::string& name, Camera& camera, const CameraSetting
   }
   if (const auto started = camera.start(); !started) return with_name(name, started.error());
   return {};
+}
+
+void check(const CameraDevice& device, std::string_view settings) {
+  std::string bad;
+  if (device.name.empty()) bad += " device is missing;";
+  if (!device.format.empty() && std::ranges::find(kCameraFormats, device.format) == kCameraFormats.end()) {
+    bad += fmt::format(" format is '{}', must be one of {};", device.format, fmt::join(kCameraFormats, ", "));
+  }
+  for (const auto& [name, value] : device.controls) {
+    if (name.empty()) bad += " a control has no name;";
+    if (!std::isfinite(value)) bad += fmt::format(" control {} is {};", name, value);
+  }
+  if (!bad.empty()) throw std::invalid_argument(fmt::format("{}:{}", settings, bad));
 }
 
 }  // namespace twocone

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <stdexcept>
 
 namespace twocone {
 
@@ -21,7 +22,12 @@ struct Timestamp {
 };
 
 /// `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
-std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier);
+inline std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier) {
+  if (later.clock != earlier.clock) {
+    throw std::invalid_argument("Timestamp: a simulated time and a steady-clock time cannot be compared");
+  }
+  return later.since_zero - earlier.since_zero;
+}
 
 /// The longest time that any call waits, even if a longer one is requested. A longer one could overflow a deadline.
 constexpr std::chrono::milliseconds kLongestWait = std::chrono::hours(24);
@@ -38,16 +44,21 @@ class Clock {
 
 class SteadyClock final : public Clock {
  public:
-  [[nodiscard]] Timestamp now() const override;
+  [[nodiscard]] Timestamp now() const override {
+    return {ClockKind::kSteady, std::chrono::steady_clock::now().time_since_epoch()};
+  }
 };
 
 /// A clock that changes only by advance(). It may be read from any thread.
 class ManualClock final : public Clock {
  public:
   explicit ManualClock(ClockKind kind = ClockKind::kSimulated) : kind_(kind) {}
-  [[nodiscard]] Timestamp now() const override;
+  [[nodiscard]] Timestamp now() const override { return {kind_, std::chrono::nanoseconds(now_ns_.load())}; }
   /// @throws std::invalid_argument for a negative step: time does not run backwards.
-  void advance(std::chrono::nanoseconds step);
+  void advance(std::chrono::nanoseconds step) {
+    if (step.count() < 0) throw std::invalid_argument("ManualClock: step is negative; time does not run backwards");
+    now_ns_ += step.count();
+  }
 
  private:
   const ClockKind kind_;

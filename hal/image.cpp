@@ -95,10 +95,7 @@ Error bad_jpeg(const Image& image, const std::string& why) {
 
 /// @param rgb gets the pixels
 Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
-  struct Destroy {
-    void operator()(void* handle) const { tjDestroy(handle); }
-  };
-  const std::unique_ptr<void, Destroy> decoder(tjInitDecompress());
+  const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
   if (!decoder) return Error{ErrorCode::kUnavailable, "no memory for a JPEG decoder"};
   int width = 0, height = 0, sampling = 0, colours = 0;
   if (tjDecompressHeader3(decoder.get(), image.bytes.data(), image.bytes.size(), &width, &height, &sampling,
@@ -189,6 +186,22 @@ Result<Image> to_rgb8(const Image& image) {
   rgb.bytes.resize(*image_bytes(rgb.format, rgb.width_px, rgb.height_px));
   if (auto converted = convert(image, rgb.bytes.data()); !converted) return converted.error();
   return rgb;
+}
+
+Frame::Frame(Header header, Image image) : header_(header) {
+  std::promise<ImageResult> ready;
+  ready.set_value(std::make_shared<const Image>(std::move(image)));
+  pixels_ = ready.get_future().share();
+}
+
+ImageResult Frame::image(std::chrono::milliseconds timeout) const {
+  // Each call waits on its own copy: two threads must not wait on one shared_future object.
+  const auto pixels = pixels_;
+  if (pixels.wait_for(std::min(timeout, kLongestWait)) != std::future_status::ready) {
+    return Error{ErrorCode::kTimeout,
+                 fmt::format("the pixels of frame {} did not come within {} ms", header_.sequence, timeout.count())};
+  }
+  return pixels.get();
 }
 
 }  // namespace twocone

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cassert>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,7 +24,12 @@ enum class ErrorCode {
 };
 
 /// The code's name without its `k`, for messages and tables: "Timeout".
-std::string_view to_string(ErrorCode code);
+inline std::string_view to_string(ErrorCode code) {
+  constexpr std::array<std::string_view, 8> kNames{"NotFound",     "Unavailable", "InvalidState", "Timeout",
+                                                   "Disconnected", "BadData",     "Cancelled",    "Refused"};
+  static_assert(kNames.size() == std::size_t(ErrorCode::kRefused) + 1);
+  return kNames.at(std::size_t(code));
+}
 
 /// A code to branch on and one sentence for a person.
 struct Error {
@@ -31,7 +38,9 @@ struct Error {
 };
 
 /// Returns the error with the name of a device or part before its message: "upper: the cable is out".
-Error with_name(const std::string& name, const Error& error);
+inline Error with_name(const std::string& name, const Error& error) {
+  return {error.code, name + ": " + error.message};
+}
 
 /// A value, or the reason why there is none. The spelling follows std::expected (C++23).
 template <typename T>

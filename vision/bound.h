@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "base/landmark.h"
+#include "base/plane.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::vision {

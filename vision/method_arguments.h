@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "base/landmark.h"
+#include "base/plane.h"
 
 namespace twocone::vision {
 

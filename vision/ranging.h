@@ -6,8 +6,9 @@
 
 #include <Eigen/Core>
 
-#include "base/landmark.h"
+#include "base/plane.h"
 #include "vision/mirror_view.h"
+#include "vision/ranging.h"
 
 namespace twocone::vision {
 

@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "base/landmark.h"
 #include "base/plane.h"
 #include "drivers/sim_povray/place.h"
 

@@ -120,7 +120,7 @@ Result<Image> read_image(const std::filesystem::path& file) {
   cv::Mat rgb;
   cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
   Image image{rgb.cols, rgb.rows, PixelFormat::kRgb8, {}};
-  image.bytes.assign(rgb.datastart, rgb.dataend);
+  image.bytes = Bytes(rgb.datastart, rgb.dataend);
   return image;
 }
 

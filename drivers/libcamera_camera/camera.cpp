@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 #include <ctime>
+#include <iostream>
 #include <optional>
-#include <stdexcept>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <libcamera/logging.h>
 
-#include "drivers/libcamera_camera/controls.h"
 #include "drivers/libcamera_camera/device.h"
 #include "drivers/libcamera_camera/module.h"
-#include "drivers/libcamera_camera/stream.h"
 
 namespace twocone::libcamera_camera {
 namespace {
@@ -69,7 +69,7 @@ class LibcameraCamera final : public Camera {
     }
     wanted_ = wanted;
     lc::Camera& camera = *device_->camera();
-    configuration_ = camera.generateConfiguration(viewfinder());
+    configuration_ = camera.generateConfiguration(kViewfinder);
     if (!configuration_ || configuration_->empty()) {
       return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", id_)};
     }
@@ -157,9 +157,9 @@ class LibcameraCamera final : public Camera {
   Status choose_format(const CameraSettings& wanted) {
     lc::StreamConfiguration& stream = configuration_->at(0);
     const auto offered = stream.formats().pixelformats();
-    for (const Format& candidate : formats()) {
+    for (const Format& candidate : kFormats) {
       if (!settings_.format.empty() && candidate.name != settings_.format) continue;
-      if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+      if (std::ranges::find(offered, candidate.code) == offered.end()) continue;
       stream.pixelFormat = candidate.code;
       stream.size = {unsigned(wanted.width_px), unsigned(wanted.height_px)};
       stream.bufferCount = std::max(stream.bufferCount, kBuffers);
@@ -263,8 +263,9 @@ class LibcameraCamera final : public Camera {
     std::vector<std::uint8_t> packed;
     packed.reserve(size);
     for (const auto& plane : newest.memory->planes()) {
-      for (std::size_t at = 0; at + row_bytes <= plane.size() && packed.size() < size; at += stride) {
-        packed.insert(packed.end(), plane.begin() + std::ptrdiff_t(at), plane.begin() + std::ptrdiff_t(at + row_bytes));
+      for (std::size_t at = 0; at + row_bytes <= plane.bytes.size() && packed.size() < size; at += stride) {
+        const auto row = plane.bytes.subspan(at, row_bytes);
+        packed.insert(packed.end(), row.begin(), row.end());
       }
     }
     if (packed.size() != size) {
@@ -289,12 +290,50 @@ class LibcameraCamera final : public Camera {
   std::uint64_t sequence_ = 0;  // number of the next frame
 };
 
-}  // namespace
-
-Result<std::unique_ptr<Camera>> open_here(const LibcameraSettings& settings) {
+Result<std::unique_ptr<Camera>> open(const LibcameraSettings& settings) {
   auto camera = std::make_unique<LibcameraCamera>(settings);
   if (auto opened = camera->open(); !opened) return opened.error();
   return std::unique_ptr<Camera>(std::move(camera));
 }
+
+/// Suppresses libcamera's messages. libcamera prints complaints on stderr, for example about every device that it may
+/// not open. A list of cameras reports that in its own words. If the user has requested libcamera's messages, nothing
+/// is changed.
+class Silence {
+ public:
+  Silence() {
+    if (is_ours_) lc::logSetTarget(lc::LoggingTargetNone);
+  }
+  ~Silence() {
+    if (is_ours_) lc::logSetStream(&std::cerr);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  static bool was_asked_for() {
+    const char* const levels = std::getenv("LIBCAMERA_LOG_LEVELS");
+    return std::getenv("LIBCAMERA_LOG_FILE") != nullptr ||
+           (levels != nullptr && std::string_view(levels) != kOurLogLevels);
+  }
+  const bool is_ours_ = !was_asked_for();
+};
+
+Result<std::vector<DeviceInfo>> list() {
+  const Silence silence;
+  const auto manager = use_manager();
+  if (!manager) return manager.error();
+  std::vector<DeviceInfo> cameras;
+  for (const auto& camera : (*manager)->cameras()) {
+    cameras.push_back({.name = printable(camera->id()), .what = model_of(*camera), .details = formats_of(*camera)});
+  }
+  return cameras;
+}
+
+constexpr Module kModule{list, open};
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) const Module* twocone_libcamera_module() { return &kModule; }
 
 }  // namespace twocone::libcamera_camera

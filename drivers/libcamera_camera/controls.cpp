@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/libcamera_camera/controls.h"
+#include "drivers/libcamera_camera/device.h"
 
 #include <algorithm>
 #include <cmath>

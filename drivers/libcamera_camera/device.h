@@ -3,14 +3,19 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/libcamera_camera/interface.h"
-#include "hal/result.h"
+#include "drivers/libcamera_camera/libcamera_camera.h"
 
 namespace twocone::libcamera_camera {
 
@@ -56,5 +61,104 @@ class Device {
 
 /// The formats of kCameraFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
 std::vector<std::string> formats_of(lc::Camera& camera);
+
+/// The controls with which a stream starts.
+struct ChosenControls {
+  lc::ControlList list;
+  /// The requested controls, in that order, within the limits that the camera reports.
+  std::vector<std::pair<const lc::ControlId*, double>> applied;
+  std::optional<double> rate_hz;  ///< if the camera has a control for it
+};
+
+/// Errors: kRefused, naming the existing controls.
+Result<ChosenControls> choose_controls(const lc::Camera& camera, const LibcameraSettings& settings, double rate_hz);
+
+/// Stores in `applied` the values that the camera used for a frame, if it reports them.
+void read_back(const lc::ControlList& metadata, ChosenControls& applied);
+
+/// Converts a (positive) errno to an error of the camera.
+Error device_error(const std::string& what, int code);
+
+/// The memory of one buffer, mapped as long as this object exists.
+class Memory {
+ public:
+  /// Maps a buffer. Returns nullptr and sets errno if it cannot be mapped.
+  static std::shared_ptr<const Memory> of(const lc::FrameBuffer& buffer);
+  Memory() = default;
+  ~Memory();
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+
+  struct Plane {
+    decltype(lc::FrameBuffer::Plane::fd) file;
+    void* mapped;  ///< from the start of the file
+    std::size_t offset;
+    std::span<const std::uint8_t> bytes;
+  };
+  [[nodiscard]] const std::vector<Plane>& planes() const { return planes_; }
+  /// All planes as one contiguous span; nothing if they do not follow each other.
+  [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
+
+  /// Reading must happen between these calls, because a device may write past the processor's caches.
+  void begin_reading() const;
+  void end_reading() const;
+
+ private:
+  void sync(std::uint64_t flags) const;
+
+  std::vector<Plane> planes_;
+};
+
+/// A completed request, which libcamera does not use until it is given back.
+struct Newest {
+  lc::Request* request = nullptr;
+  const lc::FrameBuffer* buffer = nullptr;
+  std::shared_ptr<const Memory> memory;
+  std::uint64_t passed_over = 0;  ///< older requests that were given back unread
+  bool was_starved = false;       ///< libcamera had no request left to fill
+};
+
+/// A running stream: requests that circulate between libcamera and the program. Lent frames keep it alive and give
+/// their requests back from any thread; after stop() they keep only the memory.
+class Stream : public std::enable_shared_from_this<Stream> {
+ public:
+  using SteadyTime = std::chrono::steady_clock::time_point;
+
+  /// Errors: kRefused, kUnavailable, kDisconnected.
+  static Result<std::shared_ptr<Stream>> start(std::shared_ptr<Device> device, lc::Stream* stream,
+                                               const lc::ControlList& controls);
+  ~Stream();
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  /// Waits until `deadline`; nothing: no request was completed, or the camera is gone.
+  std::optional<Newest> take_newest(SteadyTime deadline);
+  void give_back(lc::Request* request);
+  /// Keeps the bytes valid as long as a copy of the result exists; then gives the request back.
+  std::shared_ptr<const void> lend(const Newest& newest);
+  /// The number of requests that libcamera has to fill.
+  [[nodiscard]] std::size_t queued() const;
+  /// Returns whether no request was completed for this time.
+  [[nodiscard]] bool is_silent(std::chrono::nanoseconds time) const;
+
+  /// Must not be called if the device is gone: libcamera ends the program if requests do not come back.
+  void stop();
+  /// Replaces stop() for a device that is gone: keeps the stream unchanged until the program ends.
+  static void abandon(const std::shared_ptr<Stream>& stream);
+
+ private:
+  explicit Stream(std::shared_ptr<Device> device) : device_(std::move(device)), shared_(device_->shared()) {}
+
+  Status prepare(lc::Stream* stream);
+  Status run(const lc::ControlList& controls);
+  void queue(lc::Request* request);
+
+  std::shared_ptr<Device> device_;  // only until stop(), so that a kept frame does not keep the camera
+  const std::shared_ptr<SharedState> shared_;
+  std::unique_ptr<lc::FrameBufferAllocator> allocator_;
+  std::vector<std::unique_ptr<lc::Request>> requests_;
+  std::map<const lc::FrameBuffer*, std::shared_ptr<const Memory>> memories_;
+  bool running_ = false;  // protected by shared_->mutex
+};
 
 }  // namespace twocone::libcamera_camera

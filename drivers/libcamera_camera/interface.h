@@ -3,20 +3,20 @@
 
 #include <libcamera/libcamera.h>
 
+#include <algorithm>
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "hal/camera_device.h"
+#include "hal/camera.h"
+#include "hal/device_info.h"
 #include "hal/image.h"
-#include "hal/text.h"
 
 /// The differences between libcamera's versions, and nothing else of the driver. Version 0.0.3 was built and tested.
 /// Versions 0.1 to 0.5 were not built; only their documentation and headers were read. These changes between them are
 /// handled here or by the way of calling:
-/// - Roles are a vector up to 0.0.x, a span later: viewfinder() fits both, a braced list does not.
+/// - Roles are a vector up to 0.0.x, a span later: kViewfinder fits both, a braced list does not.
 /// - FrameMetadata has a status for frames of a sensor that is not yet stable (FrameStartup): a frame whose status is
 ///   neither success nor error is skipped, so the name of this status is not needed.
 /// - Control types of unsigned numbers were added: a control of an unknown type is refused by name.
@@ -28,10 +28,7 @@ namespace lc = libcamera;
 #define TWOCONE_LIBCAMERA_IS(major, minor) \
   (LIBCAMERA_VERSION_MAJOR > (major) || (LIBCAMERA_VERSION_MAJOR == (major) && LIBCAMERA_VERSION_MINOR >= (minor)))
 
-inline const std::vector<lc::StreamRole>& viewfinder() {
-  static const std::vector<lc::StreamRole> roles{lc::StreamRole::Viewfinder};
-  return roles;
-}
+inline const std::vector<lc::StreamRole> kViewfinder{lc::StreamRole::Viewfinder};
 
 /// Returns whether a control has several numbers. Setting it to one number would end the program by an assertion of
 /// libcamera.
@@ -42,10 +39,7 @@ inline bool is_array(const lc::ControlId& control) {
   const std::array<const lc::ControlId*, 5> arrays{&lc::controls::ColourGains, &lc::controls::SensorBlackLevels,
                                                    &lc::controls::ColourCorrectionMatrix,
                                                    &lc::controls::FrameDurationLimits, &lc::controls::AfWindows};
-  for (const lc::ControlId* const array : arrays) {
-    if (*array == control.id()) return true;
-  }
-  return false;
+  return std::ranges::any_of(arrays, [&](const lc::ControlId* array) { return *array == control.id(); });
 #endif
 }
 
@@ -59,16 +53,13 @@ struct Format {
   PixelFormat layout;
 };
 /// The formats of kCameraFormats. libcamera names RGB formats by their bits from the highest one, V4L2 by their bytes.
-inline const std::array<Format, 7>& formats() {
-  static const std::array<Format, 7> all{{{kCameraFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
-                                          {kCameraFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},
-                                          {kCameraFormats[2], lc::formats::NV12, PixelFormat::kNv12},
-                                          {kCameraFormats[3], lc::formats::BGR888, PixelFormat::kRgb8},
-                                          {kCameraFormats[4], lc::formats::RGB888, PixelFormat::kBgr8},
-                                          {kCameraFormats[5], lc::formats::MJPEG, PixelFormat::kMjpeg},
-                                          {kCameraFormats[6], lc::formats::R8, PixelFormat::kGrey8}}};
-  return all;
-}
+inline constexpr std::array<Format, 7> kFormats{{{kCameraFormats[0], lc::formats::YUYV, PixelFormat::kYuyv},
+                                                 {kCameraFormats[1], lc::formats::UYVY, PixelFormat::kUyvy},
+                                                 {kCameraFormats[2], lc::formats::NV12, PixelFormat::kNv12},
+                                                 {kCameraFormats[3], lc::formats::BGR888, PixelFormat::kRgb8},
+                                                 {kCameraFormats[4], lc::formats::RGB888, PixelFormat::kBgr8},
+                                                 {kCameraFormats[5], lc::formats::MJPEG, PixelFormat::kMjpeg},
+                                                 {kCameraFormats[6], lc::formats::R8, PixelFormat::kGrey8}}};
 inline bool has_yuv(PixelFormat layout) {
   return layout == PixelFormat::kYuyv || layout == PixelFormat::kUyvy || layout == PixelFormat::kNv12;
 }

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 #include "hal/device_info.h"
 
 /// Cameras that only libcamera can drive, in particular the Raspberry Pi's CSI cameras.
@@ -35,6 +33,22 @@ inline void check(const LibcameraSettings& settings) { twocone::check(settings, 
 /// Errors: kUnavailable (no module; libcamera does not start).
 Result<std::vector<DeviceInfo>> list_cameras();
 
+/// Opens a camera. Its frames are in the camera's own format. They are lent if their planes are contiguous in
+/// memory: a frame's buffer goes back when the last copy of the frame is destroyed. If too few buffers are left for the
+/// camera, frames are copies instead. Capture times are libcamera's (SensorTimestamp if it is reported), on the steady
+/// clock: the time at which the frame began to arrive.
+///
+/// facts() holds the controls as the camera reports them with its frames; if it does not, as they were set, within the
+/// limits that it reports. The rate is the nearest to the requested one within the camera's FrameDurationLimits, if it
+/// has them.
+///
+/// libcamera does not report that a camera stopped sending. Whatever its timeout, grab() waits at most ten frame
+/// periods, or half a second if that is longer. It then asks the camera for its formats: kTimeout if it answers,
+/// kDisconnected if not. After kDisconnected, configure() searches for the camera again.
+///
+/// libcamera 0.0.3 ends the program when a camera that is gone is stopped. Such a stream is therefore abandoned: its
+/// buffers, and libcamera's thread that continues to poll the device, remain until the program ends.
+///
 /// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
 Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings);
 

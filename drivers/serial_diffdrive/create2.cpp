@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -46,38 +47,21 @@ constexpr milliseconds kOld{1'000};
 
 /// Parses a body that holds the four packets in any order, and nothing else.
 std::optional<Create2Sensors> parse_body(std::span<const std::uint8_t> body) {
-  Create2Sensors sensors;
-  unsigned seen = 0;
+  std::map<std::uint8_t, std::uint16_t> packets;  // by id
   while (!body.empty()) {
     const std::uint8_t id = body.front();
     const std::size_t size = id == kLeftCounts || id == kRightCounts ? 2 : 1;
     if (body.size() < 1 + size) return std::nullopt;
-    const auto data = body.subspan(1, size);
+    packets[id] = size == 2 ? boost::endian::load_big_u16(&body[1]) : body[1];
     body = body.subspan(1 + size);
-    switch (id) {
-      case kBumpsAndDrops:
-        sensors.bumps_and_drops = data.front();
-        seen |= 1;
-        break;
-      case kLeftCounts:
-        sensors.counts.left = boost::endian::load_big_u16(data.data());
-        seen |= 2;
-        break;
-      case kRightCounts:
-        sensors.counts.right = boost::endian::load_big_u16(data.data());
-        seen |= 4;
-        break;
-      case kMode:
-        if (data.front() > std::uint8_t(OiMode::kFull)) return std::nullopt;
-        sensors.mode = OiMode(data.front());
-        seen |= 8;
-        break;
-      default:
-        return std::nullopt;
-    }
   }
-  if (seen != 15) return std::nullopt;
-  return sensors;
+  const std::array wanted{kBumpsAndDrops, kLeftCounts, kRightCounts, kMode};
+  const auto has_come = [&](std::uint8_t id) { return packets.contains(id); };
+  if (packets.size() != wanted.size() || !std::ranges::all_of(wanted, has_come)) return std::nullopt;
+  if (packets[kMode] > std::uint8_t(OiMode::kFull)) return std::nullopt;
+  return Create2Sensors{.bumps_and_drops = std::uint8_t(packets[kBumpsAndDrops]),
+                        .counts = {packets[kLeftCounts], packets[kRightCounts]},
+                        .mode = OiMode(packets[kMode])};
 }
 
 class Create2 final : public Protocol {

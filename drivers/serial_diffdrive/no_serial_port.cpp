@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replaces serial_port.cpp in a build without libserialport.
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/serial_diffdrive/transport.h"
 
 namespace twocone::serial {
 

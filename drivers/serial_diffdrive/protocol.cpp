@@ -6,20 +6,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "drivers/serial_diffdrive/create2.h"
-#include "drivers/serial_diffdrive/roboclaw.h"
-#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 namespace twocone::serial {
-
-std::vector<std::string_view> protocol_names() { return {"ros_arduino_bridge", "roboclaw", "create2"}; }
 
 std::unique_ptr<Protocol> make_protocol(const ProtocolSettings& settings) {
   if (settings.name == "ros_arduino_bridge") return make_ros_arduino_bridge();
   if (settings.name == "roboclaw") return make_roboclaw(settings.address, settings.command_timeout);
   if (settings.name == "create2") return make_create2();
   throw std::invalid_argument(
-      fmt::format("no protocol '{}'; there are: {}", settings.name, fmt::join(protocol_names(), ", ")));
+      fmt::format("no protocol '{}'; there are: {}", settings.name, fmt::join(kProtocolNames, ", ")));
 }
 
 }  // namespace twocone::serial

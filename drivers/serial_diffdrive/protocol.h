@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,16 +15,52 @@
 
 namespace twocone::serial {
 
-/// Encoder counts per second of each wheel; positive drives forward.
-struct CountRates {
-  double left = 0;
-  double right = 0;
+template <typename Number>
+struct BothWheels {
+  Number left = 0;
+  Number right = 0;
 };
-
+/// Encoder counts per second of each wheel; positive drives forward.
+using CountRates = BothWheels<double>;
 /// The controller's counters as it reports them: the low 16 or 32 bits of the counts since it was switched on.
-struct RawCounts {
-  std::uint32_t left = 0;
-  std::uint32_t right = 0;
+using RawCounts = BothWheels<std::uint32_t>;
+/// Whole counts of both wheels since the beginning.
+using WheelCounts = BothWheels<std::int64_t>;
+
+/// Makes counts that do not wrap from a controller's counts, which wrap at 16 or 32 bits. The result is correct as long
+/// as the counts change by less than half of their range between two readings.
+class WheelCounter {
+ public:
+  /// @param bits 16 or 32
+  explicit WheelCounter(int bits) : bits_(bits) {}
+
+  /// The counts of both wheels since the last reading, if the controller was not reset in between; zero for the first
+  /// reading after rebase().
+  [[nodiscard]] WheelCounts step_to(const RawCounts& raw) const {
+    if (!last_) return {};
+    return {difference(raw.left, last_->left), difference(raw.right, last_->right)};
+  }
+  /// Adds a reading to the total.
+  void advance(const RawCounts& raw) {
+    const WheelCounts step = step_to(raw);
+    total_.left += step.left;
+    total_.right += step.right;
+    last_ = raw;
+  }
+  /// Makes the next reading equal to the last total. Call it after a reset, or for another controller.
+  void rebase() { last_.reset(); }
+
+  [[nodiscard]] const WheelCounts& total() const { return total_; }
+
+ private:
+  [[nodiscard]] std::int64_t difference(std::uint32_t to, std::uint32_t from) const {
+    const std::uint32_t apart = to - from;
+    return bits_ == 16 ? std::int64_t(std::int16_t(std::uint16_t(apart))) : std::int64_t(std::int32_t(apart));
+  }
+
+  int bits_;
+  std::optional<RawCounts> last_;
+  WheelCounts total_;
 };
 
 /// The protocol of one kind of motor controller. Its calls are exchanges of tens of milliseconds. Each call tries again
@@ -68,13 +104,13 @@ class Protocol {
 };
 
 struct ProtocolSettings {
-  std::string name;             ///< one of protocol_names()
+  std::string name;             ///< one of kProtocolNames
   std::uint8_t address = 0x80;  ///< roboclaw: 0x80 to 0x87
   /// roboclaw: its own time-out is set to this, rounded down to a multiple of 0.1 s, but at least 0.1 s.
   std::chrono::nanoseconds command_timeout{500'000'000};
 };
 
-std::vector<std::string_view> protocol_names();
+inline constexpr std::array<std::string_view, 3> kProtocolNames{"ros_arduino_bridge", "roboclaw", "create2"};
 /// @throws std::invalid_argument for another name, or a value outside its range
 std::unique_ptr<Protocol> make_protocol(const ProtocolSettings& settings);
 

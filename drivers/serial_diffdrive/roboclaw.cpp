@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/roboclaw.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <boost/endian/conversion.hpp>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 
 #include <algorithm>
 #include <charconv>
@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {

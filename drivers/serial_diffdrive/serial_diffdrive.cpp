@@ -11,13 +11,11 @@
 #include <fmt/ranges.h>
 
 #include "base/log.h"
-#include "drivers/serial_diffdrive/monitored_transport.h"
 #include "drivers/serial_diffdrive/protocol.h"
-#include "drivers/serial_diffdrive/serial_port.h"
-#include "drivers/serial_diffdrive/watchdog_process.h"
-#include "drivers/serial_diffdrive/wheel_counter.h"
+#include "drivers/serial_diffdrive/transport.h"
+#include "drivers/serial_diffdrive/watchdog.h"
 #include "hal/clock.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {
@@ -47,16 +45,16 @@ constexpr int kCrossedTries = kStopsInARow + 1;
 /// Describes the bytes that arrived instead of a controller's answers.
 std::string quote(const MonitoredTransport& monitor) {
   const std::string& text = monitor.beginning();
-  const auto is_text = [](char c) { return (c >= ' ' && c <= '~') || c == '\r' || c == '\n' || c == '\t'; };
-  if (2 * std::count_if(text.begin(), text.end(), is_text) < std::ssize(text)) {
+  const auto is_space = [](char c) { return c == '\r' || c == '\n' || c == '\t'; };
+  const auto is_text = [&](char c) { return (c >= ' ' && c <= '~') || is_space(c); };
+  if (2 * std::ranges::count_if(text, is_text) < std::ssize(text)) {
     std::string bytes;
     for (const char c : text.substr(0, 16)) bytes += fmt::format(" {:02X}", std::uint8_t(c));
     return fmt::format("{} bytes that are no text, the first{}: another baud or another protocol?", monitor.count(),
                        bytes);
   }
   std::string line = text;
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\r' || c == '\n' || c == '\t'; }, ' ');
+  std::ranges::replace_if(line, is_space, ' ');
   return fmt::format("{} bytes, beginning with '{}': another device or another protocol?", monitor.count(),
                      printable(line));
 }
@@ -87,7 +85,7 @@ class SerialDiffDrive final : public DiffDrive {
     facts_.counts_per_turn = settings.counts_per_turn.value_or(protocol_->fixed_counts_per_turn().value_or(0));
     least_speed_radps_ = least_speed_radps(settings);
     if (!machine_.connect) machine_.connect = [path = settings.port, baud] { return open_port(path, baud); };
-    if (!machine_.post) machine_.post = WatchdogProcess::post;
+    if (!machine_.post) machine_.post = start_watchdog_process;
     if (!machine_.now) machine_.now = std::chrono::steady_clock::now;
   }
   ~SerialDiffDrive() override {
@@ -429,9 +427,8 @@ class SerialDiffDrive final : public DiffDrive {
 void check(const SerialDriveSettings& settings) {
   std::string bad;
   if (settings.port.empty()) bad += " port is missing;";
-  const auto names = protocol_names();
-  if (std::find(names.begin(), names.end(), settings.protocol) == names.end()) {
-    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(names, ", "));
+  if (std::ranges::find(kProtocolNames, settings.protocol) == kProtocolNames.end()) {
+    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(kProtocolNames, ", "));
   } else {
     const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();
     if (!fixed && !settings.counts_per_turn) {

@@ -51,7 +51,7 @@ double least_speed_radps(const SerialDriveSettings& settings);
 struct Machine {
   /// Opens a transport, at the start and whenever the last one was lost; empty: opens the serial port.
   std::function<Result<Connection>()> connect{};
-  /// Starts a watchdog on Connection::descriptor; empty: a WatchdogProcess.
+  /// Starts a watchdog on Connection::descriptor; empty: start_watchdog_process().
   std::function<Result<std::unique_ptr<Watchdog>>(int descriptor, std::vector<std::uint8_t> stop_bytes,
                                                   std::chrono::nanoseconds timeout)>
       post{};

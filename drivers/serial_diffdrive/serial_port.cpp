@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/serial_port.h"
+#include "drivers/serial_diffdrive/transport.h"
 
 #include <fcntl.h>
 #include <libserialport.h>
@@ -20,7 +20,7 @@
 
 #include "base/log.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::serial {
 namespace {
@@ -38,24 +38,12 @@ std::string last_error() {
   return copy;
 }
 
-struct FreePort {
-  void operator()(sp_port* port) const { sp_free_port(port); }
-};
-using Port = std::unique_ptr<sp_port, FreePort>;
+using Port = std::unique_ptr<sp_port, void (*)(sp_port*)>;
 
 ErrorCode code_of(int error) {
-  switch (error) {
-    case ENOENT:
-    case ENODEV:
-    case ENXIO:
-      return ErrorCode::kNotFound;
-    case EACCES:
-    case EPERM:
-    case EBUSY:
-      return ErrorCode::kRefused;
-    default:
-      return ErrorCode::kUnavailable;
-  }
+  if (error == ENOENT || error == ENODEV || error == ENXIO) return ErrorCode::kNotFound;
+  if (error == EACCES || error == EPERM || error == EBUSY) return ErrorCode::kRefused;
+  return ErrorCode::kUnavailable;
 }
 
 // The text after the semicolon advises what to do about a refusal.
@@ -93,95 +81,86 @@ class SerialPort final : public Transport {
 
   /// Takes the port exclusively: TIOCEXCL stops other programs from opening it, except root's; the lock stops every
   /// other twocone.
-  Status take_alone(bool& is_busy);
-  Status set_up(int baud);
+  Status take_alone(bool& is_busy) {
+    ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
+    is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
+    if (is_alone_) return {};
+    is_busy = errno == EWOULDBLOCK;
+    const int error = errno;
+    return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
+                                                  is_busy ? kEndTheOther : kNamePort)};
+  }
 
-  Status write(std::span<const std::uint8_t> bytes, Deadline deadline) override;
-  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override;
-  Status discard_input() override;
+  Status set_up(int baud) {
+    if (sp_set_baudrate(port_.get(), baud) != SP_OK) {
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
+    }
+    if (sp_set_bits(port_.get(), 8) != SP_OK || sp_set_parity(port_.get(), SP_PARITY_NONE) != SP_OK ||
+        sp_set_stopbits(port_.get(), 1) != SP_OK || sp_set_flowcontrol(port_.get(), SP_FLOWCONTROL_NONE) != SP_OK) {
+      return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
+                                                    last_error(), kNamePort)};
+    }
+    sp_flush(port_.get(), SP_BUF_BOTH);
+    return {};
+  }
+
+  Status write(std::span<const std::uint8_t> bytes, Deadline deadline) override {
+    while (!bytes.empty()) {
+      const auto sent = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
+      if (sent < 0) return gone();
+      bytes = bytes.subspan(std::size_t(sent));
+      if (bytes.empty()) break;
+      if (auto ready = wait_for(POLLOUT, deadline); !ready) {
+        if (ready.error().code != ErrorCode::kTimeout) return ready;
+        return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
+      }
+    }
+    return {};
+  }
+
+  Result<std::size_t> read(std::span<std::uint8_t> room, Deadline deadline) override {
+    while (true) {
+      const auto got = sp_nonblocking_read(port_.get(), room.data(), room.size());
+      if (got < 0) return gone();
+      if (got > 0) return std::size_t(got);
+      if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
+      // The port is readable but has nothing to read: its device is gone.
+      if (sp_input_waiting(port_.get()) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
+    }
+  }
+
+  Status discard_input() override {
+    if (sp_input_waiting(port_.get()) < 0 || sp_flush(port_.get(), SP_BUF_INPUT) != SP_OK) return gone();
+    return {};
+  }
 
  private:
   [[nodiscard]] Error gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
   /// Waits for `events`. Errors: kTimeout, kDisconnected.
-  [[nodiscard]] Status wait_for(short events, Deadline deadline) const;
+  [[nodiscard]] Status wait_for(short events, Deadline deadline) const {
+    while (true) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      pollfd entry{descriptor_, events, 0};
+      const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
+      if (ready < 0 && errno != EINTR) return gone();
+      if (ready > 0) {
+        if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
+        return {};
+      }
+      if (std::chrono::steady_clock::now() >= deadline) {
+        // A port whose device is gone may look like a silent one.
+        if (sp_input_waiting(port_.get()) < 0) return gone();
+        return Error{ErrorCode::kTimeout, "no answer"};
+      }
+    }
+  }
 
   const std::string path_;
   const Port port_;
   const int descriptor_;
   bool is_alone_ = false;
 };
-
-Status SerialPort::take_alone(bool& is_busy) {
-  ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
-  is_alone_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 && ::ioctl(descriptor_, TIOCEXCL) == 0;
-  if (is_alone_) return {};
-  is_busy = errno == EWOULDBLOCK;
-  const int error = errno;
-  return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
-                                                is_busy ? kEndTheOther : kNamePort)};
-}
-
-Status SerialPort::set_up(int baud) {
-  if (sp_set_baudrate(port_.get(), baud) != SP_OK) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
-  }
-  if (sp_set_bits(port_.get(), 8) != SP_OK || sp_set_parity(port_.get(), SP_PARITY_NONE) != SP_OK ||
-      sp_set_stopbits(port_.get(), 1) != SP_OK || sp_set_flowcontrol(port_.get(), SP_FLOWCONTROL_NONE) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
-                                                  last_error(), kNamePort)};
-  }
-  sp_flush(port_.get(), SP_BUF_BOTH);
-  return {};
-}
-
-Status SerialPort::wait_for(short events, Deadline deadline) const {
-  while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    pollfd entry{descriptor_, events, 0};
-    const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
-    if (ready < 0 && errno != EINTR) return gone();
-    if (ready > 0) {
-      if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();
-      return {};
-    }
-    if (std::chrono::steady_clock::now() >= deadline) {
-      // A port whose device is gone may look like a silent one.
-      if (sp_input_waiting(port_.get()) < 0) return gone();
-      return Error{ErrorCode::kTimeout, "no answer"};
-    }
-  }
-}
-
-Status SerialPort::write(std::span<const std::uint8_t> bytes, Deadline deadline) {
-  while (!bytes.empty()) {
-    const auto sent = sp_nonblocking_write(port_.get(), bytes.data(), bytes.size());
-    if (sent < 0) return gone();
-    bytes = bytes.subspan(std::size_t(sent));
-    if (bytes.empty()) break;
-    if (auto ready = wait_for(POLLOUT, deadline); !ready) {
-      if (ready.error().code != ErrorCode::kTimeout) return ready;
-      return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
-    }
-  }
-  return {};
-}
-
-Result<std::size_t> SerialPort::read(std::span<std::uint8_t> room, Deadline deadline) {
-  while (true) {
-    const auto got = sp_nonblocking_read(port_.get(), room.data(), room.size());
-    if (got < 0) return gone();
-    if (got > 0) return std::size_t(got);
-    if (auto ready = wait_for(POLLIN, deadline); !ready) return ready.error();
-    // The port is readable but has nothing to read: its device is gone.
-    if (sp_input_waiting(port_.get()) <= 0 && std::chrono::steady_clock::now() >= deadline) return gone();
-  }
-}
-
-Status SerialPort::discard_input() {
-  if (sp_input_waiting(port_.get()) < 0 || sp_flush(port_.get(), SP_BUF_INPUT) != SP_OK) return gone();
-  return {};
-}
 
 Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   std::error_code none;
@@ -191,7 +170,7 @@ Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
     return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
   }
-  Port port(raw);
+  Port port(raw, sp_free_port);
   if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
     const int error = sp_last_error_code();
     is_busy = error == EBUSY;

@@ -4,12 +4,15 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "hal/result.h"
 
 /// The rule by which a second process, the watchdog, stops the wheels if the program cannot, and the communication of
-/// the two. Both sides are written without processes and clocks: watchdog_process.h runs them in two processes, a test
-/// runs them in one simulated time.
+/// the two. Both sides are written without processes and clocks: start_watchdog_process() runs them in two processes, a
+/// test runs them in one simulated time.
 namespace twocone::serial {
 
 /// A page of memory that the program and its watchdog share. Each field has one writer, except `moves_until_ns`, which
@@ -103,5 +106,24 @@ class Watchdog {
   const std::chrono::nanoseconds timeout_;
   std::int64_t set_at_ns_ = 0;
 };
+
+/// Starts a watchdog as a small process that holds the open port and runs WatchdogSteps, and waits until it is ready.
+/// It reads the deadline from a shared page and is woken through a pipe. The end of the pipe means the end of the
+/// program.
+///
+/// The process is a copy of this program (fork without exec) in its own session, so that neither a terminal's Ctrl-C
+/// nor a signal to this program's group reaches it. It ignores all signals that may be ignored, and ends with the pipe.
+/// It runs before ordinary processes if the system allows it (root, or RLIMIT_RTPRIO). It cannot act if it is killed or
+/// halted too, or if the port is gone: then only the controller's own time-out remains.
+///
+/// The destructor of the result ends the watchdog, which stops the wheels once more, and waits until its process is
+/// gone. The process is killed if that takes longer than half a second.
+///
+/// Errors: kUnavailable (no process, memory or pipe is available).
+/// @param port the open port, with non-blocking writes; the watchdog keeps it open as long as it runs
+/// @param stop_bytes the bytes that stop the wheels after any bytes sent before
+/// @param timeout time since the last expect_motion(), > 0
+Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<std::uint8_t> stop_bytes,
+                                                         std::chrono::nanoseconds timeout);
 
 }  // namespace twocone::serial

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/serial_diffdrive/watchdog_process.h"
-
 #include <fcntl.h>
 #include <linux/close_range.h>
 #include <poll.h>
@@ -18,6 +16,7 @@
 #include <cerrno>
 #include <cstring>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -25,6 +24,9 @@
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "base/process.h"
+#include "drivers/serial_diffdrive/watchdog.h"
 
 namespace twocone::serial {
 namespace {
@@ -50,12 +52,13 @@ std::int64_t steady_ns() {
 // Everything from here to become_watchdog runs in a copy of a program that had other threads. Only functions that a
 // signal handler may call are allowed, and no memory may be allocated.
 
-void send_once(const std::uint8_t* bytes, std::size_t count) {
-  std::size_t sent = 0;
-  for (int tries = 0; sent < count && tries < 20; ++tries) {
-    const ssize_t written = ::write(kPort, bytes + sent, count - sent);
+using StopBytes = std::span<const std::uint8_t>;
+
+void send_once(StopBytes bytes) {
+  for (int tries = 0; !bytes.empty() && tries < 20; ++tries) {
+    const ssize_t written = ::write(kPort, bytes.data(), bytes.size());
     if (written > 0) {
-      sent += std::size_t(written);
+      bytes = bytes.subspan(std::size_t(written));
     } else if (written < 0 && errno != EAGAIN && errno != EINTR) {
       return;  // the port is gone
     } else {
@@ -68,25 +71,24 @@ void send_once(const std::uint8_t* bytes, std::size_t count) {
 void forget_unsent() { ::tcflush(kPort, TCOFLUSH); }
 
 /// Writes the last stops and exits. The program has ended, or has requested the watchdog's end.
-[[noreturn]] void stop_and_exit(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count) {
+[[noreturn]] void stop_and_exit(WatchdogState& state, StopBytes stop_bytes) {
   forget_unsent();
   for (int i = 0; i < kStopsInARow; ++i) {
     if (i > 0) ::poll(nullptr, 0, int(kBetweenStops.count() / 1'000'000));
     ++state.stops_begun;
-    send_once(stop_bytes, count);
+    send_once(stop_bytes);
     ++state.stops_done;
   }
   ::_exit(0);
 }
 
-[[noreturn]] void run_watchdog(WatchdogState& state, const std::uint8_t* stop_bytes, std::size_t count,
-                               std::int64_t timeout_ns) {
+[[noreturn]] void run_watchdog(WatchdogState& state, StopBytes stop_bytes, std::int64_t timeout_ns) {
   WatchdogSteps steps(state, timeout_ns);
   while (true) {
     const WatchdogSteps::Step step = steps.next(steady_ns());
     if (step.writes_stop) {
       if (step.is_first) forget_unsent();
-      send_once(stop_bytes, count);
+      send_once(stop_bytes);
       steps.wrote_stop(steady_ns());
       continue;
     }
@@ -96,12 +98,12 @@ void forget_unsent() { ::tcflush(kPort, TCOFLUSH); }
     }
     pollfd pipe{kPipe, POLLIN, 0};
     const int ready = ::poll(&pipe, 1, wait_ms);
-    if (ready < 0 && errno != EINTR) stop_and_exit(state, stop_bytes, count);
+    if (ready < 0 && errno != EINTR) stop_and_exit(state, stop_bytes);
     if (ready <= 0) continue;
     std::array<char, 64> words;
     const ssize_t got = ::read(kPipe, words.data(), words.size());
     const bool is_end = got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN);
-    if (is_end) stop_and_exit(state, stop_bytes, count);
+    if (is_end) stop_and_exit(state, stop_bytes);
   }
 }
 
@@ -127,8 +129,8 @@ bool keep_only(int port, int pipe) {
   return ::close_range(kPipe + 1, ~0U, 0) == 0;
 }
 
-[[noreturn]] void become_watchdog(int port, int pipe, WatchdogState& state, const std::uint8_t* stop_bytes,
-                                  std::size_t count, std::int64_t timeout_ns) {
+[[noreturn]] void become_watchdog(int port, int pipe, WatchdogState& state, StopBytes stop_bytes,
+                                  std::int64_t timeout_ns) {
   ::setsid();
   ignore_signals();
   ::prctl(PR_SET_NAME, "twocone-watchdog");
@@ -136,7 +138,7 @@ bool keep_only(int port, int pipe) {
   const sched_param least{1};
   ::sched_setscheduler(0, SCHED_RR, &least);
   if (!keep_only(port, pipe) || ::chdir("/") != 0 || ::write(kPipe, &kReady, 1) != 1) ::_exit(1);
-  run_watchdog(state, stop_bytes, count, timeout_ns);
+  run_watchdog(state, stop_bytes, timeout_ns);
 }
 
 /// Returns whether the watchdog reports that it is ready.
@@ -146,16 +148,45 @@ bool is_ready(int pipe) {
   return TEMP_FAILURE_RETRY(::poll(&entry, 1, kPosted_ms)) > 0 && ::read(pipe, &word, 1) == 1 && word == kReady;
 }
 
+/// The program's side of a watchdog in another process.
+class WatchdogProcess final : public Watchdog {
+ public:
+  struct Unmap {
+    void operator()(WatchdogState* state) const { ::munmap(state, sizeof *state); }
+  };
+  using SharedState = std::unique_ptr<WatchdogState, Unmap>;
+
+  WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe, std::chrono::nanoseconds timeout)
+      : Watchdog(*state, timeout), state_(std::move(state)), process_(std::move(process)), pipe_(std::move(pipe)) {}
+  ~WatchdogProcess() override { do_end(kEnds); }
+
+ private:
+  Status wake() override {
+    while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
+      if (errno == EINTR) continue;
+      if (errno == EAGAIN) break;  // enough messages are waiting for it
+      return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
+    }
+    return {};
+  }
+  void do_end(std::chrono::milliseconds patience) noexcept override {
+    ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
+    // One that does not end is halted, or blocked by a port that accepts no bytes.
+    if (!process_.wait(patience)) process_.kill();
+  }
+  [[nodiscard]] std::int64_t now_ns() const override { return steady_ns(); }
+  void nap() override { std::this_thread::sleep_for(kNap); }
+  [[nodiscard]] std::string name() const override { return fmt::format("process {}", process_.pid()); }
+
+  const SharedState state_;
+  base::Process process_;
+  const base::UniqueFd pipe_;
+};
+
 }  // namespace
 
-void WatchdogProcess::Unmap::operator()(WatchdogState* state) const { ::munmap(state, sizeof *state); }
-
-WatchdogProcess::WatchdogProcess(SharedState state, base::Process process, base::UniqueFd pipe,
-                                 std::chrono::nanoseconds timeout)
-    : Watchdog(*state, timeout), state_(std::move(state)), process_(std::move(process)), pipe_(std::move(pipe)) {}
-
-Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<std::uint8_t> stop_bytes,
-                                                        std::chrono::nanoseconds timeout) {
+Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<std::uint8_t> stop_bytes,
+                                                         std::chrono::nanoseconds timeout) {
   if (timeout.count() <= 0) {
     throw std::invalid_argument(fmt::format("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count()));
   }
@@ -165,45 +196,22 @@ Result<std::unique_ptr<Watchdog>> WatchdogProcess::post(int port, std::vector<st
   void* const memory =
       ::mmap(nullptr, sizeof(WatchdogState), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) return unavailable("memory", errno);
-  SharedState state(new (memory) WatchdogState);
+  WatchdogProcess::SharedState state(new (memory) WatchdogState);
   // The pipe is a socket, because send() has a flag that prevents SIGPIPE.
   std::array<int, 2> ends{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return unavailable("pipe", errno);
   base::UniqueFd ours(ends[0]);
   base::UniqueFd theirs(ends[1]);
   try {
-    base::Process process(
-        [&] { become_watchdog(port, theirs.get(), *state, stop_bytes.data(), stop_bytes.size(), timeout.count()); });
+    base::Process process([&] { become_watchdog(port, theirs.get(), *state, stop_bytes, timeout.count()); });
     theirs.reset();
     const bool ready = is_ready(ours.get());
-    std::unique_ptr<Watchdog> watchdog(
-        new WatchdogProcess(std::move(state), std::move(process), std::move(ours), timeout));
+    auto watchdog = std::make_unique<WatchdogProcess>(std::move(state), std::move(process), std::move(ours), timeout);
     if (!ready) return Error{ErrorCode::kUnavailable, "the watchdog process does not start"};
-    return watchdog;
+    return std::unique_ptr<Watchdog>(std::move(watchdog));
   } catch (const std::system_error& error) {
     return unavailable("process", error.code().value());
   }
 }
-
-WatchdogProcess::~WatchdogProcess() { do_end(kEnds); }
-
-void WatchdogProcess::do_end(std::chrono::milliseconds patience) noexcept {
-  ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
-  // One that does not end is halted, or blocked by a port that accepts no bytes.
-  if (!process_.wait(patience)) process_.kill();
-}
-
-Status WatchdogProcess::wake() {
-  while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
-    if (errno == EINTR) continue;
-    if (errno == EAGAIN) break;  // enough messages are waiting for it
-    return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
-  }
-  return {};
-}
-
-std::int64_t WatchdogProcess::now_ns() const { return steady_ns(); }
-void WatchdogProcess::nap() { std::this_thread::sleep_for(kNap); }
-std::string WatchdogProcess::name() const { return fmt::format("process {}", process_.pid()); }
 
 }  // namespace twocone::serial

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/landmark.h"
 #include "base/plane.h"
 #include "drivers/sim_povray/place.h"
 #include "hal/result.h"

@@ -10,7 +10,7 @@
 #include "drivers/sim_povray/camera_effects.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
-#include "hal/frame.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {

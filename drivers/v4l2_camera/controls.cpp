@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -7,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "drivers/v4l2_camera/device.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::v4l2 {
 namespace {
@@ -53,18 +55,11 @@ bool has_choices(const v4l2_query_ext_ctrl& control) {
 
 /// Returns whether the control is a number, not a text, an array or a title.
 bool is_number(const v4l2_query_ext_ctrl& control) {
-  switch (control.type) {
-    case V4L2_CTRL_TYPE_INTEGER:
-    case V4L2_CTRL_TYPE_BOOLEAN:
-    case V4L2_CTRL_TYPE_MENU:
-    case V4L2_CTRL_TYPE_INTEGER_MENU:
-    case V4L2_CTRL_TYPE_BUTTON:
-    case V4L2_CTRL_TYPE_INTEGER64:
-    case V4L2_CTRL_TYPE_BITMASK:
-      return (control.flags & V4L2_CTRL_FLAG_HAS_PAYLOAD) == 0;
-    default:
-      return false;
-  }
+  constexpr std::array<std::uint32_t, 7> kNumbers{
+      V4L2_CTRL_TYPE_INTEGER, V4L2_CTRL_TYPE_BOOLEAN,   V4L2_CTRL_TYPE_MENU,   V4L2_CTRL_TYPE_INTEGER_MENU,
+      V4L2_CTRL_TYPE_BUTTON,  V4L2_CTRL_TYPE_INTEGER64, V4L2_CTRL_TYPE_BITMASK};
+  const bool has_payload = (control.flags & V4L2_CTRL_FLAG_HAS_PAYLOAD) != 0;
+  return !has_payload && std::ranges::find(kNumbers, control.type) != kNumbers.end();
 }
 
 /// The choices that the device has, such as "1 (Manual Mode)". A menu may have gaps.

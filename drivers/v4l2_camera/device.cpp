@@ -13,11 +13,12 @@
 #include <fmt/ranges.h>
 
 #include "base/log.h"
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 namespace twocone::v4l2 {
 namespace {
 
+/// The formats that the driver supports, in the order in which it tries them.
 constexpr std::array kFormats{
     Format{V4L2_PIX_FMT_YUYV, "YUYV", PixelFormat::kYuyv},  Format{V4L2_PIX_FMT_UYVY, "UYVY", PixelFormat::kUyvy},
     Format{V4L2_PIX_FMT_NV12, "NV12", PixelFormat::kNv12},  Format{V4L2_PIX_FMT_RGB24, "RGB3", PixelFormat::kRgb8},
@@ -34,10 +35,6 @@ double rounded(double rate_hz) {
   return rate_hz < 1 / kRateDigits ? rate_hz : std::round(rate_hz * kRateDigits) / kRateDigits;
 }
 
-}  // namespace
-
-std::span<const Format> formats() { return kFormats; }
-
 std::string code_name(std::uint32_t code) {
   std::string name;
   for (int i = 0; i < 4; ++i) {
@@ -47,27 +44,41 @@ std::string code_name(std::uint32_t code) {
   return name;
 }
 
+constexpr std::string_view kNode = "/dev/video";
+
+bool is_node(const std::string& path) {
+  return path.starts_with(kNode) && path.size() > kNode.size() &&
+         path.find_first_not_of("0123456789", kNode.size()) == std::string::npos;
+}
+
+/// The link that names the device wherever it is plugged in, or else the link that names its place.
+std::string stable_path_of(const std::string& path, Kernel& kernel) {
+  for (const char* folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
+    auto links = kernel.entries(folder);
+    std::ranges::sort(links);
+    for (const std::string& link : links) {
+      if (kernel.target(link) == path) return link;
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
 bool is_gone(int code) { return code == ENODEV || code == ENXIO || code == ESHUTDOWN; }
 
 Error device_error(const std::string& what, int code) {
   const std::string message = fmt::format("{}: {}", what, std::strerror(code));
   if (is_gone(code) || code == EIO) return {ErrorCode::kDisconnected, message};
-  switch (code) {
-    case ENOENT:
-      return {ErrorCode::kNotFound, message};
-    case EBUSY:
-      return {ErrorCode::kRefused, message + "; another program uses the camera: end it (fuser shows which)"};
-    case EACCES:
-    case EPERM:
-      return {ErrorCode::kRefused, message + "; join the group video: sudo usermod -aG video $USER, then log in again"};
-    case ENOSPC:
-      return {ErrorCode::kRefused,
-              message + "; its USB bus has no room for it: MJPG, a smaller size or another port may help"};
-    case ENOMEM:
-      return {ErrorCode::kUnavailable, message};
-    default:
-      return {ErrorCode::kRefused, message};
+  if (code == ENOENT) return {ErrorCode::kNotFound, message};
+  if (code == ENOMEM) return {ErrorCode::kUnavailable, message};
+  std::string advice;
+  if (code == EBUSY) advice = "; another program uses the camera: end it (fuser shows which)";
+  if (code == EACCES || code == EPERM) {
+    advice = "; join the group video: sudo usermod -aG video $USER, then log in again";
   }
+  if (code == ENOSPC) advice = "; its USB bus has no room for it: MJPG, a smaller size or another port may help";
+  return {ErrorCode::kRefused, message + advice};
 }
 
 Result<std::unique_ptr<Device>> Device::open(const std::string& path, std::shared_ptr<Kernel> kernel) {
@@ -123,8 +134,7 @@ std::vector<std::string> Device::modes() const {
   const auto offered = codes();
   if (!offered) return modes;
   for (const std::uint32_t code : *offered) {
-    const bool known = std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.code == code; });
-    if (!known) {
+    if (std::ranges::find(kFormats, code, &Format::code) == kFormats.end()) {
       modes.push_back(fmt::format("{} (not known to this driver)", code_name(code)));
       continue;
     }
@@ -156,7 +166,7 @@ std::vector<std::string> Device::modes() const {
   return modes;
 }
 
-Result<Negotiated> Device::set_format(const Format& format, const CameraSettings& wanted) const {
+Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wanted) const {
   v4l2_format asked{};
   asked.type = buffer_type_;
   Negotiated result{format, 0, 0, 0, std::nullopt};
@@ -193,6 +203,7 @@ Result<Negotiated> Device::set_format(const Format& format, const CameraSettings
                  fmt::format("{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
                              result.width_px, result.height_px, format.name)};
   }
+  result.rate_hz = set_rate(wanted.rate_hz);
   return result;
 }
 
@@ -221,12 +232,6 @@ std::optional<double> Device::set_rate(double wanted_hz) const {
   return std::nullopt;
 }
 
-Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wanted) const {
-  auto got = set_format(format, wanted);
-  if (got) got->rate_hz = set_rate(wanted.rate_hz);
-  return got;
-}
-
 Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::string& format) const {
   const auto all = codes();
   if (!all) return all.error();
@@ -236,7 +241,7 @@ Result<Negotiated> Device::negotiate(const CameraSettings& wanted, const std::st
   std::optional<Error> last;
   for (const Format& candidate : kFormats) {
     if (!format.empty() && candidate.name != format) continue;
-    if (std::find(offered.begin(), offered.end(), candidate.code) == offered.end()) continue;
+    if (std::ranges::find(offered, candidate.code) == offered.end()) continue;
     auto got = set_up(candidate, wanted);
     if (!got) {
       last = got.error();
@@ -280,6 +285,44 @@ std::string Device::input_trouble() const {
   if ((input.status & V4L2_IN_ST_NO_SIGNAL) != 0) return "there is no signal at its input";
   if ((input.status & (V4L2_IN_ST_NO_SYNC | V4L2_IN_ST_NO_H_LOCK)) != 0) return "its input finds no lock on the signal";
   return "";
+}
+
+std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
+  std::vector<std::string> paths;
+  for (const std::string& path : kernel->entries("/dev")) {
+    if (is_node(path)) paths.push_back(path);
+  }
+  // The order is by number: video2 before video10.
+  std::ranges::sort(paths, {}, [](const std::string& path) { return std::pair(path.size(), path); });
+  std::vector<CameraInfo> cameras;
+  for (const std::string& path : paths) {
+    const auto device = Device::open(path, kernel);
+    if (!device) continue;
+    cameras.push_back({path, stable_path_of(path, *kernel), (*device)->card(), (*device)->bus(), (*device)->modes()});
+  }
+  return cameras;
+}
+
+std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel) {
+  const auto path = find_device(device, kernel);
+  return path ? kernel->target(*path) : device;
+}
+
+Result<std::string> find_device(const std::string& name, const std::shared_ptr<Kernel>& kernel) {
+  if (name.starts_with('/')) return name;
+  std::vector<std::string> found;
+  std::vector<std::string> cards;
+  for (const CameraInfo& camera : list_cameras(kernel)) {
+    if (camera.card == name) found.push_back(camera.name());
+    cards.push_back(fmt::format("'{}'", camera.card));
+  }
+  if (found.size() == 1) return found.front();
+  if (found.empty()) {
+    return Error{ErrorCode::kNotFound, fmt::format("no camera is called '{}'; there are: {}", name,
+                                                   cards.empty() ? "none" : fmt::format("{}", fmt::join(cards, ", ")))};
+  }
+  return Error{ErrorCode::kRefused, fmt::format("{} cameras are called '{}'; name one by its path: {}", found.size(),
+                                                name, fmt::join(found, ", "))};
 }
 
 }  // namespace twocone::v4l2

@@ -3,9 +3,11 @@
 
 #include <linux/videodev2.h>
 
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,9 +26,6 @@ struct Format {
   std::string_view name;
   PixelFormat layout;
 };
-/// The formats that the driver supports, in the order in which it tries them.
-std::span<const Format> formats();
-std::string code_name(std::uint32_t code);
 
 /// The text in a field of a kernel structure, which need not end with a zero byte.
 template <typename Byte, std::size_t Size>
@@ -59,8 +58,7 @@ class Device {
   /// Makes an ioctl call. Returns errno, or 0 for success.
   int call(unsigned long request, void* argument) const;
   [[nodiscard]] int file() const { return file_; }
-  [[nodiscard]] Kernel& kernel() const { return *kernel_; }
-  [[nodiscard]] const std::shared_ptr<Kernel>& shared_kernel() const { return kernel_; }
+  [[nodiscard]] const std::shared_ptr<Kernel>& kernel() const { return kernel_; }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::string card() const;
   [[nodiscard]] std::string bus() const;
@@ -88,7 +86,6 @@ class Device {
 
   [[nodiscard]] Result<Control> set(const v4l2_query_ext_ctrl& found, const Control& control) const;
   [[nodiscard]] Result<std::vector<std::uint32_t>> codes() const;
-  [[nodiscard]] Result<Negotiated> set_format(const Format& format, const CameraSettings& wanted) const;
   [[nodiscard]] Result<Negotiated> set_up(const Format& format, const CameraSettings& wanted) const;
   [[nodiscard]] std::optional<double> set_rate(double wanted_hz) const;
 
@@ -107,5 +104,67 @@ Result<std::string> find_device(const std::string& name, const std::shared_ptr<K
 bool is_gone(int code);
 /// Converts an errno to an error of the camera.
 Error device_error(const std::string& what, int code);
+
+/// A filled buffer, which the device does not use until it is given back.
+struct Filled {
+  std::uint32_t index = 0;
+  std::span<const std::uint8_t> bytes;
+  std::uint64_t sequence = 0;            ///< number of the exposure since the stream's first buffer, which has 0
+  std::chrono::nanoseconds captured{0};  ///< on the monotonic clock, if `is_monotonic`
+  bool is_monotonic = false;
+  bool is_damaged = false;
+};
+
+/// A running stream: the buffers that program and device share. Lent frames keep it alive and give their buffers back
+/// from any thread. After stop() they keep only their memory, which no longer belongs to the device.
+class Stream : public std::enable_shared_from_this<Stream> {
+ public:
+  /// Errors: kRefused, kUnavailable, kDisconnected.
+  static Result<std::shared_ptr<Stream>> start(const Device& device);
+  ~Stream();
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  /// Takes a filled buffer without a wait; nothing: none is filled. Errors: kDisconnected (the stream is broken).
+  Result<std::optional<Filled>> take();
+  void give_back(std::uint32_t index);
+  /// Keeps a buffer's bytes valid as long as a copy of the result exists; then gives the buffer back.
+  std::shared_ptr<const void> lend(std::uint32_t index);
+  /// The number of buffers that the device has, to fill or filled and not yet taken.
+  [[nodiscard]] std::size_t queued() const;
+
+  /// Returns true if the device's buffers are freed. Otherwise the device must be opened again before the next start.
+  bool stop();
+
+ private:
+  Stream(std::shared_ptr<Kernel> kernel, int file, std::uint32_t type)
+      : kernel_(std::move(kernel)), file_(file), type_(type) {}
+
+  enum class Place {
+    kHere,
+    kDevice,
+    kLent,
+    kRefused,  ///< the device did not accept it; it is offered again
+  };
+  struct Buffer {
+    void* memory = nullptr;  ///< null: no longer mapped
+    std::size_t length = 0;
+    Place place = Place::kHere;
+  };
+  struct Request;
+
+  int queue(std::uint32_t index);
+  void unmap(Buffer& buffer);
+  std::uint64_t count(std::uint32_t sequence);
+
+  const std::shared_ptr<Kernel> kernel_;
+  const int file_;
+  const std::uint32_t type_;
+  mutable std::mutex mutex_;
+  bool running_ = false;
+  std::vector<Buffer> buffers_;
+  std::optional<std::uint32_t> last_sequence_;
+  std::uint64_t exposures_ = 0;
+};
 
 }  // namespace twocone::v4l2

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/v4l2_camera/stream.h"
+#include "drivers/v4l2_camera/device.h"
 
 #include <sys/mman.h>
 
@@ -43,7 +43,7 @@ struct Stream::Request {
 };
 
 Result<std::shared_ptr<Stream>> Stream::start(const Device& device) {
-  std::shared_ptr<Stream> stream(new Stream(device.shared_kernel(), device.file(), device.buffer_type()));
+  std::shared_ptr<Stream> stream(new Stream(device.kernel(), device.file(), device.buffer_type()));
   v4l2_requestbuffers wanted{};
   wanted.count = kBuffers;
   wanted.type = device.buffer_type();
@@ -60,7 +60,7 @@ Result<std::shared_ptr<Stream>> Stream::start(const Device& device) {
   for (std::uint32_t i = 0; i < wanted.count; ++i) {
     Request request(device.buffer_type(), i);
     if (const int error = device.call(VIDIOC_QUERYBUF, &request.buffer)) return failed("its buffers", error);
-    void* memory = device.kernel().mmap(device.file(), request.length(), long(request.place()));
+    void* memory = device.kernel()->mmap(device.file(), request.length(), long(request.place()));
     if (memory == MAP_FAILED) return failed("its buffers' memory", errno);
     stream->buffers_.push_back({memory, request.length()});
   }
@@ -151,8 +151,7 @@ std::shared_ptr<const void> Stream::lend(std::uint32_t index) {
 
 std::size_t Stream::queued() const {
   const std::lock_guard lock(mutex_);
-  return std::size_t(std::count_if(buffers_.begin(), buffers_.end(),
-                                   [](const Buffer& buffer) { return buffer.place == Place::kDevice; }));
+  return std::size_t(std::ranges::count(buffers_, Place::kDevice, &Buffer::place));
 }
 
 bool Stream::stop() {

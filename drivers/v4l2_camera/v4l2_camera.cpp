@@ -9,7 +9,6 @@
 
 #include "base/log.h"
 #include "drivers/v4l2_camera/device.h"
-#include "drivers/v4l2_camera/stream.h"
 
 namespace twocone::v4l2 {
 namespace {

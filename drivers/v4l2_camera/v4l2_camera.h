@@ -8,7 +8,6 @@
 
 #include "drivers/v4l2_camera/kernel.h"
 #include "hal/camera.h"
-#include "hal/camera_device.h"
 
 /// Cameras of the kernel's Video4Linux2 interface, streamed through memory that device and program share.
 namespace twocone::v4l2 {
@@ -33,6 +32,9 @@ struct CameraInfo {
   std::string card;
   std::string bus;
   std::vector<std::string> modes;  ///< "YUYV 640x480 at 30, 15 Hz"; also formats that the driver does not support
+
+  /// The name for a robot file.
+  [[nodiscard]] const std::string& name() const { return stable_path.empty() ? path : stable_path; }
 };
 std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_camera.h"
 
@@ -121,9 +121,8 @@ TEST(DoctorCamera, ABadCableIsReported) {
   testing_support::CameraFaults faults;
   faults.bad_data_chance = 0.04;
   faults.lost_chance = 0.04;
-  testing_support::FaultyCamera camera(
-      std::make_unique<memory::MemoryCamera>(fake.clock, memory::WhenNotDue::kAdvance, memory::test_pattern), faults,
-      42);
+  testing_support::FaultyCamera camera(std::make_unique<memory::MemoryCamera>(fake.clock, memory::WhenNotDue::kAdvance),
+                                       faults, 42);
   Report report;
   check_camera(lower(), camera, 20, fake.surroundings(), report);
   EXPECT_NE(row_of(report, "lower", "lost frames").verdict, Verdict::kOk);

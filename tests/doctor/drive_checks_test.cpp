@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/doctor/checks/wheel_bench.h"
-#include "drivers/memory/memory_diffdrive.h"
+#include "drivers/memory/memory.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/faulty_diffdrive.h"
 

@@ -12,7 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory.h"
 
 namespace twocone::testing_support {
 namespace {

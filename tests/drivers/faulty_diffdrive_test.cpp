@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/memory/memory_diffdrive.h"
+#include "drivers/memory/memory.h"
 
 namespace twocone::testing_support {
 namespace {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
-#include "drivers/memory/memory_camera.h"
-#include "drivers/memory/memory_diffdrive.h"
+#include "drivers/memory/memory.h"
 #include "tests/drivers/camera_conformance.h"
 #include "tests/drivers/diff_drive_conformance.h"
 #include "tests/support/faulty_camera.h"

@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 #include "drivers/serial_diffdrive/protocol.h"
-#include "drivers/serial_diffdrive/roboclaw.h"
-#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
 #include "tests/emulator/memory_transport.h"
 
 namespace twocone::serial {

@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include "hal/text.h"
+#include "hal/device_info.h"
 #include "tests/emulator/simulated_line.h"
 
 namespace twocone::serial {

@@ -10,7 +10,7 @@ add_driver() {
   git clone -q . "$tree"
   cp -r tests/evidence/toy_camera "$tree/drivers/toy_camera"
   sed -i 's|^#include "drivers/v4l2_camera/v4l2_camera.h"|#include "drivers/toy_camera/toy_camera.h"\n&|
-          s|^    Row{{kSerialDiffDrive, |    Row{{"toy_camera", true, false, ""}, [](Shared\&, const char*, const CameraPart\&) -> OpenedCamera { return std::unique_ptr<Camera>(new toy_camera::ToyCamera); }},\n&|' "$tree/drivers/backends.cpp"
+          s|^    Row{.backend = {kSerialDiffDrive, |    Row{.backend = {"toy_camera", true, false, ""}, .open_camera = [](Shared\&, const char*, const CameraPart\&) -> OpenedCamera { return std::unique_ptr<Camera>(new toy_camera::ToyCamera); }},\n&|' "$tree/drivers/backends.cpp"
   git -C "$tree" add -A
   git -C "$tree" diff --cached --stat
   git -C "$tree" diff --cached drivers/backends.cpp

@@ -11,10 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/serial_diffdrive/create2.h"
+#include "drivers/serial_diffdrive/message_formats.h"
 #include "drivers/serial_diffdrive/protocol.h"
-#include "drivers/serial_diffdrive/roboclaw.h"
-#include "drivers/serial_diffdrive/ros_arduino_bridge.h"
 
 using namespace twocone;          // NOLINT(google-build-using-namespace): this is a separate program
 using namespace twocone::serial;  // NOLINT(google-build-using-namespace): this is a separate program

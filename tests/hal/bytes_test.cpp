@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/bytes.h"
+#include "hal/image.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(Bytes, OwnBytesAreAVector) {
   bytes.resize(5);
   bytes[0] = 9;
   EXPECT_EQ(bytes, (Bytes{9, 2, 3, 4, 0}));
-  bytes.assign(vector.begin(), vector.begin() + 1);
+  bytes = Bytes(vector.begin(), vector.begin() + 1);
   EXPECT_EQ(bytes, Bytes{1});
   EXPECT_FALSE(bytes.empty());
   EXPECT_TRUE(Bytes().empty());

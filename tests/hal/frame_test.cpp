@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/frame.h"
+#include "hal/image.h"
 
 #include <thread>
 

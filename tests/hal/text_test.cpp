@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/text.h"
+#include "hal/device_info.h"
 
 #include <gtest/gtest.h>
 

@@ -63,8 +63,8 @@ void read_serial_drive(Section& section, Drive& drive) {
   }
   serial::SerialDriveSettings& serial = drive.serial.emplace();
   section.text("port", "name of the serial port; twocone devices lists the ports", serial.port);
-  const auto names = serial::protocol_names();
   const bool has_protocol = section.text("protocol", "protocol of the controller", serial.protocol);
+  const auto& names = serial::kProtocolNames;
   const bool is_known = std::ranges::find(names, serial.protocol) != names.end();
   if (has_protocol && !is_known)
     section.complain("protocol", kNoUnit, fmt::format("one of {}", fmt::join(names, ", ")));

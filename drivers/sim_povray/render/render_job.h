@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/child_process.h"
-#include "hal/frame.h"
+#include "hal/image.h"
 
 namespace twocone::sim_povray {
 

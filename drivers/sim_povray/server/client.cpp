@@ -302,7 +302,7 @@ class RemoteSession final : public RobotSession {
     image->format = format;
     const std::size_t size = image_bytes(format, image->width_px, image->height_px).value_or(0);
     const auto bytes = order.slots->frames.read(order.slot).first(size);
-    image->bytes.assign(bytes.begin(), bytes.end());
+    image->bytes = Bytes(bytes.begin(), bytes.end());
     return std::shared_ptr<const Image>(std::move(image));
   }
 

@@ -12,7 +12,7 @@
 
 #include "drivers/sim_povray/server/shared_frames.h"
 #include "hal/camera.h"
-#include "hal/frame.h"
+#include "hal/image.h"
 
 namespace twocone::sim_povray::server {
 

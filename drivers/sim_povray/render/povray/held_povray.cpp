@@ -92,7 +92,7 @@ Order HeldPovray::finish() {
   assert(state_ == State::kDrawing);
   ++frame_;
   if (const auto cpu = child_.cpu()) {
-    order_->use = {*cpu - cpu_until_last_, order_->job.used ? child_.peak_bytes() : 0};
+    order_->use = {*cpu - cpu_until_last_, order_->job.used ? base::peak_memory_bytes(child_.pid()) : 0};
     cpu_until_last_ = *cpu;
   }
   errors_.clear();  // warnings about the finished frame

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "base/started_child.h"
+#include "base/child_process.h"
 #include "drivers/sim_povray/render/povray/pose_lease.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/render_job.h"

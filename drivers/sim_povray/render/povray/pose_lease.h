@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "base/started_child.h"
+#include "base/child_process.h"
 
 namespace twocone::sim_povray {
 

@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "base/child_process.h"
-#include "base/started_child.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/render/render_job.h"
-#include "hal/frame.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drivers/sim_povray/render/render_job.h"
-#include "hal/frame.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 /// Reads POV-Ray's output, and makes the error if there is no image.

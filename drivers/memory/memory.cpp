@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/memory/memory_camera.h"
+#include "drivers/memory/memory.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -52,17 +53,14 @@ Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
   return image;
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock, ImageMaker image)
-    : clock_(std::move(clock)), image_(std::move(image)) {
-  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
+MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock) : clock_(std::move(clock)) {
+  if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due, ImageMaker image)
-    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due), image_(std::move(image)) {
-  if (!clock_ || !image_) throw std::invalid_argument("MemoryCamera: needs a clock and an image");
+MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due)
+    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due) {
+  if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
-
-MemoryCamera::~MemoryCamera() { stop(); }
 
 Result<CameraSettings> MemoryCamera::do_configure(const CameraSettings& wanted) {
   return settings_ = {std::min(wanted.width_px, kLargestSide_px), std::min(wanted.height_px, kLargestSide_px),
@@ -74,8 +72,6 @@ Status MemoryCamera::do_start() {
   next_ = 0;
   return {};
 }
-
-void MemoryCamera::do_stop() noexcept {}
 
 std::chrono::nanoseconds MemoryCamera::since_start(std::uint64_t sequence) const {
   // The time is computed from the count, not from the previous exposure: a sum of rounded periods would drift.
@@ -114,7 +110,33 @@ Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds timeout) {
   const std::uint64_t newest = exposed() - 1;
   const Frame::Header header{newest, {started_.clock, started_.since_zero + since_start(newest)}, newest - next_};
   next_ = newest + 1;
-  return Frame(header, image_(newest, settings_));
+  return Frame(header, test_pattern(newest, settings_));
+}
+
+Wheels::Wheels(std::shared_ptr<const Clock> clock, std::chrono::nanoseconds command_timeout)
+    : clock_(std::move(clock)), command_timeout_(command_timeout) {
+  if (!clock_) throw std::invalid_argument("Wheels: needs a clock");
+}
+
+void Wheels::command(const WheelSpeeds& speeds) {
+  at_last_command_ = angles();
+  commands_.push_back({at_last_command_.time, speeds});
+}
+
+WheelSpeeds Wheels::speeds() const {
+  if (commands_.empty() || clock_->now() - commands_.back().time >= command_timeout_) return {};
+  return commands_.back().speeds;
+}
+
+WheelAngles Wheels::angles() const {
+  WheelAngles angles = at_last_command_;
+  angles.time = clock_->now();
+  if (commands_.empty()) return angles;
+  const Command& last = commands_.back();
+  const std::chrono::duration<double> turning = std::min(angles.time - last.time, command_timeout_);
+  angles.left_rad += last.speeds.left_radps * turning.count();
+  angles.right_rad += last.speeds.right_radps * turning.count();
+  return angles;
 }
 
 }  // namespace twocone::memory
