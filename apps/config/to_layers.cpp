@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/config/yaml/file_error.h"
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
 namespace twocone::config {
 namespace {

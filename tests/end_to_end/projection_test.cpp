@@ -15,7 +15,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/estimation/image_as_mat.h"
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
 

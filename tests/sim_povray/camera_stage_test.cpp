@@ -9,9 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/camera/lens.h"
 #include "drivers/sim_povray/camera/light.h"
-#include "drivers/sim_povray/camera/noise.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -76,22 +74,24 @@ std::vector<double> lights(const Image& image) {
 TEST(Light, EveryCodeComesBack) {
   for (int code = 0; code < 256; ++code) {
     const auto byte = static_cast<std::uint8_t>(code);
-    EXPECT_EQ(encode_srgb(decode_srgb(byte)), byte);
-    EXPECT_NEAR(decode_srgb(byte), linear(code), 1e-7) << "a float's rounding, code " << code;
+    const Light light = mean_light({grey(1, 1, code).get()}, {{0}});
+    EXPECT_EQ(to_image(light).bytes[0], byte);
+    EXPECT_NEAR(light.values.front(), linear(code), 1e-7) << "a float's rounding, code " << code;
   }
 }
 
 TEST(Light, IsCodedByTheCurveAndClipped) {
+  const auto code_of = [](float light) { return to_image({1, 1, {light, light, light}}).bytes[0]; };
   int different = 0;
   for (int i = -1000; i <= 21'000; ++i) {
     const double light = i / 20'000.0;
-    different += encode_srgb(static_cast<float>(light)) == coded(light) ? 0 : 1;
+    different += code_of(static_cast<float>(light)) == coded(light) ? 0 : 1;
   }
   // They differ only where a float's rounding crosses one of 255 steps: 22'000 * 255 * 6e-8 = 0.3 are expected.
   EXPECT_LE(different, 3);
-  EXPECT_EQ(encode_srgb(1e30F), 255);
-  EXPECT_EQ(encode_srgb(-1e30F), 0);
-  EXPECT_EQ(encode_srgb(NAN), 0);
+  EXPECT_EQ(code_of(1e30F), 255);
+  EXPECT_EQ(code_of(-1e30F), 0);
+  EXPECT_EQ(code_of(NAN), 0);
 }
 
 TEST(CameraStage, WithoutEffectsThePixelsAreUnchanged) {
@@ -227,8 +227,6 @@ TEST(Distortion, ThroughTheLensAndBackIsThePointItself) {
     for (int i = 0; i < 500; ++i) {
       const LensPoint ideal{side(random), side(random)};
       const LensPoint seen = through_lens(k, ideal.x, ideal.y);
-      EXPECT_NEAR(distort(k, ideal).x, seen.x, 1e-15);
-      EXPECT_NEAR(distort(k, ideal).y, seen.y, 1e-15);
       // undistort stops at 1e-9; the lens shrinks by a factor of two at most here.
       EXPECT_NEAR(undistort(k, seen).x, ideal.x, 2e-9);
       EXPECT_NEAR(undistort(k, seen).y, ideal.y, 2e-9);

@@ -16,7 +16,6 @@
 
 #include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/render/povray/povray.h"
-#include "drivers/sim_povray/verification.h"
 #include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 

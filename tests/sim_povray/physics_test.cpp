@@ -15,8 +15,8 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/world/motion.h"
-#include "drivers/sim_povray/world/touch.h"
-#include "drivers/sim_povray/world/wheel_friction.h"
+#include "drivers/sim_povray/world/surroundings.h"
+#include "drivers/sim_povray/world/wheel.h"
 #include "drivers/sim_povray/world/world.h"
 #include "tests/sim_povray/wheels_of_body.h"
 

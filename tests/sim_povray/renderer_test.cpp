@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 
 #include <chrono>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several robots in one world: joining, lock-step, images, and cameras with time effects.
 #include "drivers/sim_povray/simulation_host.h"
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
 #include <atomic>
 #include <future>

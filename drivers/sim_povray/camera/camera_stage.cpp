@@ -8,9 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/camera/lens.h"
 #include "drivers/sim_povray/camera/light.h"
-#include "drivers/sim_povray/camera/noise.h"
 
 namespace twocone::sim_povray {
 namespace {

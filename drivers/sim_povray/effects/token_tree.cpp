@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drivers/sim_povray/scene/scene_condition.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/verification.h"
+#include "drivers/sim_povray/effects.h"
 
 #include <sys/resource.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/scene/scene_outline.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "hal/result.h"

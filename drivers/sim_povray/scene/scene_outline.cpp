@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/scene/scene_condition.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/render_settings.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/server/image_sender.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/shared_frames.h"

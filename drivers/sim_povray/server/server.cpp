@@ -17,10 +17,10 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
-#include "drivers/sim_povray/serve.h"
 #include "drivers/sim_povray/server/client_connection.h"
 #include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::sim_povray {
 namespace {

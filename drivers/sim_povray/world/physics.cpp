@@ -8,8 +8,8 @@
 #include <cmath>
 #include <map>
 
-#include "drivers/sim_povray/world/touch.h"
-#include "drivers/sim_povray/world/wheel_friction.h"
+#include "drivers/sim_povray/world/surroundings.h"
+#include "drivers/sim_povray/world/wheel.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -12,7 +12,7 @@
 #include "base/started_child.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "hal/frame.h"
 #include "hal/result.h"
 
