@@ -54,8 +54,7 @@ struct Verification {
   /// off). No other difference should occur.
   bool is_asked_for = false;
 };
-/// Errors: as Simulation::open, and those of Povray::render. No other child process of this program may end during the
-/// call: its time would be counted.
+/// Errors: as Simulation::open, and those of Povray::render.
 [[nodiscard]] Result<std::vector<Verification>> verify_effects(const PlaceSettings& place,
                                                                const SessionSettings& session,
                                                                const std::vector<ViewSettings>& views,
