@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/server/image_sender.h"
 #include "drivers/sim_povray/server/protocol.h"
@@ -56,7 +58,7 @@ class Conversation {
     Status end = caught([&] { return shake_hands(peer, in(kHandshakeTime)); });
     if (session_) {
       report_(fmt::format("{} attached (pid {})", robot_, peer ? peer->process : 0));
-      end = caught([this] { return converse(); });
+      end = caught([this] { return serve_requests(); });
       if (!left_) leave(": " + end.error().message);
     } else if (end.error().code != ErrorCode::kDisconnected) {
       report_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
@@ -112,7 +114,7 @@ class Conversation {
   }
 
   /// Serves requests until the client leaves or an error occurs.
-  Status converse() {
+  Status serve_requests() {
     while (!left_) {
       const Result<Message> message = receive(SteadyTime::max());
       if (!message) return message.error();
@@ -271,18 +273,9 @@ class Conversation {
 
 }  // namespace
 
-ClientConnection::ClientConnection(base::UniqueFd socket, std::shared_ptr<SimulationHost> host,
-                                   std::function<void(const std::string&)> report, const std::atomic<bool>& stop,
-                                   std::chrono::milliseconds patience)
-    : socket_(std::move(socket)),
-      host_(std::move(host)),
-      report_(std::move(report)),
-      thread_([this, &stop, patience] { work(stop, patience); }) {}
-
-void ClientConnection::work(const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
-  Conversation(socket_.get(), *host_, report_, stop, patience).run();
-  socket_.reset();
-  finished_ = true;
+void converse(int socket, SimulationHost& host, const std::function<void(const std::string&)>& report,
+              const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
+  Conversation(socket, host, report, stop, patience).run();
 }
 
 }  // namespace twocone::sim_povray::server
