@@ -118,9 +118,8 @@ std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even
         }
       }
       if (!shown) continue;
-      const auto nearest = std::min_element(
-          landmarks.begin(), landmarks.end(),
-          [&](const Landmark& a, const Landmark& b) { return outside_m(a, point) < outside_m(b, point); });
+      const auto nearest =
+          std::ranges::min_element(landmarks, {}, [&](const Landmark& landmark) { return outside_m(landmark, point); });
       pixels.push_back({column, row, std::size_t(nearest - landmarks.begin()),
                         std::hypot(point[0] - robot.x_m, point[1] - robot.y_m), point[2]});
     }

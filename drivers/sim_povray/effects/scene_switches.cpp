@@ -172,8 +172,8 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
                  fmt::format("{}: the map's `effects: {{{}: false}}` cannot be done: {}", place, key, why)};
   };
   for (const Switch& effect : off) {
-    const auto there = std::find_if(calls.all.begin(), calls.all.end(),
-                                    [&](const Call& call) { return call.feature == effect.feature && call.included; });
+    const auto is_included = [&](const Call& call) { return call.feature == effect.feature && call.included; };
+    const auto there = std::ranges::find_if(calls.all, is_included);
     if (there != calls.all.end()) {
       return refused(there->place(), effect.key,
                      fmt::format("this '{}' stands in a file that the scene includes; only the scene's own text is "

@@ -91,11 +91,11 @@ struct Verifier {
     if (!full_image) return full_image.error();
     const auto chosen_image = take(view_template_of(chosen, *camera, mirror), chosen, view, kTimes);
     if (!chosen_image) return chosen_image.error();
-    Verification result;
-    result.view = view.camera_name;
-    result.everything_s = full_image->middle_s;
-    result.choice_s = chosen_image->middle_s;
-    result.is_time_told = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
+    const bool is_time_told = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
+    Verification result{.view = view.camera_name,
+                        .everything_s = full_image->middle_s,
+                        .choice_s = chosen_image->middle_s,
+                        .is_time_told = is_time_told};
     const Image whole = pass_through(*full_image->image);
     compare(whole, *chosen_image->image, mirror, result);
     if (result.different == 0) return result;
@@ -164,18 +164,15 @@ struct Verifier {
                         std::make_shared<const ViewTemplate>(std::move(view_template)),
                         claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place.unit_m),
                         [&times](const base::ProcessUse& use) { times.push_back(seconds(use.cpu)); }};
-    Taken taken;
+    std::shared_ptr<const Image> last;
     for (int i = 0; i < count; ++i) {
       const ImageResult image = povray.render(job, -1);
       if (!image) return image.error();
-      taken.image = *image;
+      last = *image;
     }
     times.resize(std::size_t(count));  // where the system does not report the use
     std::sort(times.begin(), times.end());
-    taken.least_s = times.front();
-    taken.middle_s = times[times.size() / 2];
-    taken.most_s = times.back();
-    return taken;
+    return Taken{std::move(last), times.front(), times[times.size() / 2], times.back()};
   }
 };
 

@@ -29,11 +29,11 @@ struct ViewTemplate {
   std::size_t pose_offset = 0;  ///< offset in `scene` for an image's own text, before the first use
   int width_px = 0;
   int height_px = 0;
-  int antialias = 1;             ///< rays per pixel side
-  int quality = 9;               ///< POV-Ray's +Q
-  std::optional<Window> window;  ///< part of the image that is rendered; the rest is black
+  int antialias = 1;               ///< rays per pixel side
+  int quality = 9;                 ///< POV-Ray's +Q
+  std::optional<Window> window{};  ///< part of the image that is rendered; the rest is black
   /// Why a process cannot be held between images (RenderChoice::one_shot). Empty: it can.
-  std::string one_shot;
+  std::string one_shot{};
 };
 
 /// One image to render.

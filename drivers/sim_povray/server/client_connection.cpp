@@ -237,8 +237,7 @@ class Conversation {
   }
 
   [[nodiscard]] bool awaits_images() const {
-    return std::any_of(views_.begin(), views_.end(),
-                       [](const View& view) { return view.slots && view.slots->is_any_busy(); });
+    return std::ranges::any_of(views_, [](const View& view) { return view.slots && view.slots->is_any_busy(); });
   }
 
   Status reply(const Message& message, int file = -1) {

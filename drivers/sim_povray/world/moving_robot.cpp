@@ -22,16 +22,14 @@ void StepPath::begin_at(const Pose2& here, std::chrono::nanoseconds step) {
 
 const StepPath::Arc* StepPath::arc_at(double time_s) const {
   if (stopped_s && time_s >= *stopped_s) return nullptr;
-  const auto next = std::upper_bound(arcs.begin(), arcs.end(), time_s,
-                                     [](double time, const Arc& arc) { return time < arc.begin_s; });
+  const auto next = std::ranges::upper_bound(arcs, time_s, {}, &Arc::begin_s);
   if (next == arcs.begin() || time_s >= std::prev(next)->end_s) return nullptr;
   return &*std::prev(next);
 }
 
 Pose2 StepPath::pose_at(double time_s) const {
   if (!waypoints.empty()) {
-    const auto next = std::upper_bound(waypoints.begin(), waypoints.end(), time_s,
-                                       [](double time, const Waypoint& w) { return time < w.time_s; });
+    const auto next = std::ranges::upper_bound(waypoints, time_s, {}, &Waypoint::time_s);
     if (next == waypoints.end()) return end;
     if (next == waypoints.begin()) return begin;
     const Waypoint& from = *std::prev(next);
@@ -182,8 +180,7 @@ bool MovingRobot::turns_on_the_spot() const {
 
 void MovingRobot::pin(double time_s) {
   const Pose2 there = path_.pose_at(time_s);
-  const auto next = std::upper_bound(path_.arcs.begin(), path_.arcs.end(), time_s,
-                                     [](double time, const StepPath::Arc& arc) { return time < arc.begin_s; });
+  const auto next = std::ranges::upper_bound(path_.arcs, time_s, {}, &StepPath::Arc::begin_s);
   const std::ptrdiff_t first = std::max<std::ptrdiff_t>(next - path_.arcs.begin() - 1, 0);
   if (path_.arcs[first].begin_s < time_s) {
     const double end_s = std::exchange(path_.arcs[first].end_s, time_s);

@@ -95,11 +95,8 @@ std::vector<std::string> povray_arguments(const ViewTemplate& view_template) {
 }
 
 RenderJob plain_image(std::string label, std::string scene, int width_px, int height_px, int antialias) {
-  ViewTemplate view_template;
-  view_template.scene = std::move(scene);
-  view_template.width_px = width_px;
-  view_template.height_px = height_px;
-  view_template.antialias = antialias;
+  ViewTemplate view_template{
+      .scene = std::move(scene), .width_px = width_px, .height_px = height_px, .antialias = antialias};
   return {std::move(label), std::make_shared<const ViewTemplate>(std::move(view_template)), {}};
 }
 
