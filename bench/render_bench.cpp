@@ -113,7 +113,8 @@ fs::path obvious_image(const Stereo& stereo, const std::string& program, const f
   const fs::path pov = folder / (name + ".pov");
   const fs::path png = folder / (name + ".png");
   const FloorMotion m = motion(frame);
-  std::ofstream(pov) << stereo.scene.seen({{stereo.robot, m}}, {stereo.cameras[view], m}, stereo.unit_m);
+  std::ofstream(pov) << with_pose(stereo.scene.view_template({stereo.robot}, stereo.cameras[view], ""),
+                                  stereo.scene.pose_text({m}, m, stereo.unit_m));
   base::ChildRequest request;
   request.program.path = program;
   request.program.arguments = {"+I" + pov.string(), "+O" + png.string(), fmt::format("+W{}", size.width_px),

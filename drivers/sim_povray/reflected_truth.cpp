@@ -137,17 +137,20 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   if (landmarks.empty()) return std::vector<TruePixel>{};
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
-  std::vector<Moved> moved;
+  std::vector<NamedBlock> moved;
+  std::vector<FloorMotion> motions;
   std::vector<MovedBlock> all = others;
   all.push_back(robot);
   for (const MovedBlock& block : all) {
     auto found = scene->object(block.object);
     if (!found) return found.error();
-    moved.push_back({std::move(*found), motion_between(block.start, block.now)});
+    moved.push_back(*std::move(found));
+    motions.push_back(motion_between(block.start, block.now));
   }
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
-  const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
+  const std::string seen =
+      with_pose(scene->view_template(moved, *camera, ""), scene->pose_text(motions, motions.back(), place.unit_m));
   const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 

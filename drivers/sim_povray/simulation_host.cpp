@@ -17,7 +17,7 @@
 
 #include "base/child_process.h"
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"

@@ -14,7 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "tests/sim_povray/test_support.h"
 

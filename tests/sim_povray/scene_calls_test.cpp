@@ -10,7 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/effects/token_tree.h"
 
 namespace twocone::sim_povray {

@@ -6,7 +6,7 @@
 
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects.h"
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace twocone::sim_povray {

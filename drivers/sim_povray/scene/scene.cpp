@@ -153,17 +153,9 @@ std::string Scene::with(std::vector<Insertion> insertions) const {
   return result;
 }
 
-std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const {
-  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
-  std::vector<Insertion> insertions;
-  for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
-  insertions.push_back({view.block.begin, fmt::format("#declare {}View = ", prefix_)});
-  insertions.push_back({view.block.close, ' ' + matrix(view.motion, unit_m) + ' '});
-  return with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
-}
-
 ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const NamedBlock& view,
                                   const std::string& mask) const {
+  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
   std::vector<Insertion> insertions;
   for (std::size_t i = 0; i < moved.size(); ++i) {
     insertions.push_back({moved[i].close, fmt::format(" transform {{ {}X{} }} ", prefix_, i)});
