@@ -31,11 +31,13 @@
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value.h"
 
 namespace twocone::bench {
 namespace {
 
 using namespace twocone::sim_povray;
+using twocone::testing_support::value;
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
@@ -64,12 +66,6 @@ double processor_s() {
     for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
   }
   return sum;
-}
-
-template <typename T>
-T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
 }
 
 /// The robot's motion in a frame: on a circle of 1 m diameter through its start.

@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <future>
-#include <optional>
 #include <string>
 #include <vector>
 

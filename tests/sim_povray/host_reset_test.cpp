@@ -2,7 +2,6 @@
 // A world that robots enter one after the other. These tests run POV-Ray itself and fail where it is not installed.
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -41,12 +40,6 @@ SessionSettings session(std::optional<Pose2> begin = std::nullopt) {
   return result;
 }
 
-template <typename T>
-T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
-
 std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(tiny_place())); }
 
 /// Returns the simulation of the next episode.
@@ -60,9 +53,7 @@ struct Visit {
   explicit Visit(std::unique_ptr<Simulation> opened)
       : simulation(std::move(opened)), drive(simulation->open_drive()), truth(simulation->open_truth()) {
     for (const std::string& name : kCameras) {
-      cameras.push_back(value(simulation->open_camera({name, 1, {}})));
-      (void)value(cameras.back()->configure(kSmallSize));
-      if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+      cameras.push_back(streaming(*simulation, {name, 1, {}}));
     }
   }
   /// Grabs both views of the next step.

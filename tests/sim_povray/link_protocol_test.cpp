@@ -2,7 +2,6 @@
 // The parts of a link without a server: messages, shared memory, permissions, and the name of a world.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/socket.h>

@@ -51,10 +51,7 @@ class MirrorFinderTest : public testing::Test {
                        -1);
   }
   MirrorSight sight(const std::string& text, const std::string& name = "scene.pov") {
-    const auto found = find(folder_.write(name, text), "lower", kWidth_px, kHeight_px);
-    if (!found) throw std::runtime_error(found.error().message);
-    if (!*found) throw std::runtime_error("no mirror");
-    return **found;
+    return value(find(folder_.write(name, text), "lower", kWidth_px, kHeight_px)).value();
   }
   /// Finds the mirrors of several scenes at once, because POV-Ray mostly sleeps.
   std::vector<MirrorSight> sights(const std::vector<std::string>& texts) {

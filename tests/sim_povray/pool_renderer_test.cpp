@@ -19,11 +19,7 @@ using testing::HasSubstr;
 
 constexpr auto kShortTimeout = 1s;
 
-std::string program() {
-  const auto found = find_povray("povray");
-  if (!found) throw std::runtime_error(found.error().message);
-  return *found;
-}
+std::string program() { return value(find_povray("povray")); }
 
 class PoolRendererTest : public testing::Test {
  protected:

@@ -2,8 +2,6 @@
 // One run of POV-Ray. Shell scripts replace POV-Ray and misbehave in many ways.
 #include "drivers/sim_povray/render/povray/povray.h"
 
-#include <filesystem>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -28,30 +28,12 @@ struct Settings {
 };
 
 std::unique_ptr<Simulation> opened(const Settings& settings) {
-  auto simulation = Simulation::open(settings.place, settings.session);
-  if (!simulation) throw std::runtime_error(simulation.error().message);
-  return std::move(*simulation);
+  return value(Simulation::open(settings.place, settings.session));
 }
 
-std::unique_ptr<Camera> streaming(Simulation& simulation, const ViewSettings& view, const CameraSettings& settings) {
-  auto camera = simulation.open_camera(view);
-  if (!camera) throw std::runtime_error(camera.error().message);
-  if (auto applied = (*camera)->configure(settings); !applied) throw std::runtime_error(applied.error().message);
-  if (auto started = (*camera)->start(); !started) throw std::runtime_error(started.error().message);
-  return std::move(*camera);
-}
+Frame grabbed(Camera& camera) { return value(camera.grab(kRenderLimit)); }
 
-Frame grabbed(Camera& camera) {
-  auto frame = camera.grab(kRenderLimit);
-  if (!frame) throw std::runtime_error(frame.error().message);
-  return *frame;
-}
-
-Image pixels(const Frame& frame) {
-  auto image = frame.image(kRenderLimit);
-  if (!image) throw std::runtime_error(image.error().message);
-  return **image;
-}
+Image pixels(const Frame& frame) { return *value(frame.image(kRenderLimit)); }
 
 /// Returns the first image of a scene's lower camera.
 ImageResult first_image(const std::filesystem::path& path, const CameraSettings& size = {32, 24, 15}) {

@@ -2,7 +2,6 @@
 #include "drivers/sim_povray/scene/scene.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -23,11 +22,7 @@ constexpr const char* kCommentedScene =
     "camera {\n  //*PMName lower\n  location y // eye\n}\n"
     "camera { location x } // the default, no newline";
 
-Scene parsed(const std::string& text) {
-  auto scene = Scene::parse(text, "dir/lab.pov");
-  if (!scene) throw std::runtime_error(scene.error().message);
-  return *scene;
-}
+Scene parsed(const std::string& text) { return value(Scene::parse(text, "dir/lab.pov")); }
 
 std::string why_no_object(const std::string& text, const std::string& name = "robot") {
   const auto found = parsed(text).object(name);

@@ -3,7 +3,6 @@
 #include "drivers/sim_povray/simulation_host.h"
 #include "drivers/sim_povray/place.h"
 
-#include <atomic>
 #include <future>
 #include <thread>
 
@@ -34,9 +33,7 @@ class SimulationHostTest : public testing::Test {
     place_.scene = "pair.pov";
     place_.moving = {{"trolley", {{0, 2}, {1, 2}}, 0.5, true, 0.1}};
     desk_->at_once = true;
-    auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-    if (!host) throw std::runtime_error(host.error().message);
-    host_ = *std::move(host);
+    host_ = value(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)));
   }
 
   SessionSettings settings(const std::string& name, double x_m) {
@@ -47,14 +44,10 @@ class SimulationHostTest : public testing::Test {
     return result;
   }
   std::unique_ptr<RobotSession> joined(const std::string& name, double x_m) {
-    auto session = host_->join(settings(name, x_m));
-    if (!session) throw std::runtime_error(session.error().message);
-    return *std::move(session);
+    return value(host_->join(settings(name, x_m)));
   }
   static void configure(RobotSession& session) {
-    const auto view = session.open_view({"lower", 1, {}});
-    if (!view) throw std::runtime_error(view.error().message);
-    if (auto done = session.configure_view(*view, kSmallSize); !done) throw std::runtime_error(done.error().message);
+    value(session.configure_view(value(session.open_view({"lower", 1, {}})), kSmallSize));
   }
   std::string refusal(const SessionSettings& wanted) {
     const auto session = host_->join(wanted);
@@ -223,16 +216,10 @@ class CameraTimeTest : public SimulationHostTest {
     auto wanted = settings(name, 0);
     wanted.body.seed = 7;
     wanted.run_ahead_frames = 1000;
-    auto joined = Simulation::join(*host_, wanted);
-    if (!joined) throw std::runtime_error(joined.error().message);
-    return *std::move(joined);
+    return value(Simulation::join(*host_, wanted));
   }
   static std::unique_ptr<Camera> streaming(Simulation& simulation, const CameraEffects& effects) {
-    auto camera = simulation.open_camera({"lower", 1, effects});
-    if (!camera) throw std::runtime_error(camera.error().message);
-    if (auto done = (*camera)->configure(kSmallSize); !done) throw std::runtime_error(done.error().message);
-    if (auto done = (*camera)->start(); !done) throw std::runtime_error(done.error().message);
-    return *std::move(camera);
+    return sim_povray::streaming(simulation, {"lower", 1, effects});
   }
 };
 

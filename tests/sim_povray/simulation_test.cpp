@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -44,21 +43,14 @@ class SimulationTest : public testing::Test {
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
-    auto camera = simulation_->open_camera({name, 1, {}});
-    if (!camera) throw std::runtime_error(camera.error().message);
-    if (auto applied = (*camera)->configure({64, 48, rate_hz}); !applied) {
-      throw std::runtime_error(applied.error().message);
-    }
-    if (auto started = (*camera)->start(); !started) throw std::runtime_error(started.error().message);
-    return std::move(*camera);
+    return sim_povray::streaming(*simulation_, {name, 1, {}}, {64, 48, rate_hz});
   }
 
   /// Grabs a frame and finishes its image, so that the run-ahead limit has no effect.
   Frame::Header grab(Camera& camera) {
-    auto frame = camera.grab(kHandLimit);
-    if (!frame) throw std::runtime_error(frame.error().message);
+    const Frame frame = value(camera.grab(kHandLimit));
     desk_->finish(desk_->jobs.size() - 1);
-    return frame->header();
+    return frame.header();
   }
 
   const Scene scene_ = *Scene::parse(kOneRobotScene, "lab.pov");
