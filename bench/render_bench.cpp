@@ -264,8 +264,7 @@ nlohmann::json measure(const Options& options) {
       options.obvious_frames > 0 ? std::min(options.obvious_frames, options.frames) : options.frames;
   const int compared = std::min(options.compared_frames, obvious_frames);
   const testing_support::TemporaryFolder ours, theirs, bounded;
-  PoolSettings pool;
-  pool.processes = options.processes;
+  PoolSettings pool{.processes = options.processes};
   nlohmann::json result;
   result["cores"] = std::thread::hardware_concurrency();
   result["frames"] = options.frames;

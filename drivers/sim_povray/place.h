@@ -61,7 +61,7 @@ struct RenderSettings {
 
 /// A scene with everything in it except robots.
 struct PlaceSettings {
-  std::filesystem::path scene;  ///< a POV-Ray file
+  std::filesystem::path scene{};  ///< a POV-Ray file
   /// Folders that the scene may read, with all their sub-folders, in addition to POV-Ray's libraries. The scene may not
   /// write any file. Empty: the scene's own folder.
   std::vector<std::filesystem::path> scene_paths{};

@@ -40,9 +40,9 @@ struct Physics {
 /// The part of a robot that the world moves.
 struct RobotBody {
   std::string name = "robot";  ///< name in the messages of other robots
-  Pose2 start;                 ///< pose at which the scene shows the robot; the heading is wrapped to (-pi, pi]
+  Pose2 start{};               ///< pose at which the scene shows the robot; the heading is wrapped to (-pi, pi]
   double radius_m = 0;         ///< radius of the disc for contacts, >= 0; 0: it touches nothing
-  WheelSettings wheels;
+  WheelSettings wheels{};
   std::chrono::nanoseconds command_timeout{500'000'000};  ///< dead-man time, > 0
   std::optional<Physics> physics{};
   std::uint64_t seed = 1;  ///< seed of all random processes of this robot
@@ -63,9 +63,9 @@ struct RenderedImage {
 struct SessionSettings {
   /// The robot's name in the scene. It selects the object `robot.NAME` with the cameras `VIEW.NAME` or, if the scene
   /// has no such object, `robot` with the cameras `VIEW`.
-  std::string name;
-  RobotBody body;  ///< the claimed object's name replaces its name
-  DriveLimits drive;
+  std::string name{};
+  RobotBody body{};  ///< the claimed object's name replaces its name
+  DriveLimits drive{};
   /// Outline of the place according to the robot's map, as outline_of() writes it. A world with a different outline
   /// refuses the robot. Empty: unknown.
   std::string map_outline{};
@@ -108,7 +108,7 @@ struct CameraEffects {
 
 /// Settings of a camera of the scene in addition to CameraSettings.
 struct ViewSettings {
-  std::string camera_name;  ///< `lower`, `upper`: its `//*PMName`, without the robot's name
+  std::string camera_name{};  ///< `lower`, `upper`: its `//*PMName`, without the robot's name
   /// Rays per pixel side, 1 to 9, on a regular grid, wherever a pixel differs from its neighbours by more than 0.03
   /// (POV-Ray's +AM1 +A0.03 +R). 1: one ray through the pixel's centre, no anti-aliasing. Cost at 640 x 480: 0.3 s for
   /// 1, 1 s for 3.

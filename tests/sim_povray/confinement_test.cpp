@@ -52,9 +52,7 @@ class ConfinementTest : public testing::TestWithParam<bool> {
 
   /// Renders the scene from above with one process.
   Result<Image> render(const std::string& text, const std::vector<std::filesystem::path>& paths) {
-    RenderSettings settings;
-    settings.landlock = GetParam();
-    settings.timeout = 60s;
+    RenderSettings settings{.landlock = GetParam(), .timeout = 60s};
     const std::string name = fmt::format("map/{}-scene.pov", ++scenes_);
     return render_overhead(folder_.write(name, "#version 3.7;\n" + text + "\n" + kRoom), 1, {-1, 1, -1, 1, 1, 8},
                            settings, paths);
@@ -175,8 +173,7 @@ TEST_P(ConfinementTest, TheFolderOfAnIncludedSceneIsSearched) {
 TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
-  PlaceSettings place;
-  place.scene = scene;
+  PlaceSettings place{.scene = scene};
   place.render.landlock = GetParam();
   place.render.processes = 2;
   auto povray = confined_povray(place, {});
@@ -205,9 +202,7 @@ TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
 }
 
 TEST_P(ConfinementTest, TheConfinementIsDescribed) {
-  PlaceSettings place;
-  place.scene = at("map/scene.pov");
-  place.scene_paths = {at("map"), at("named")};
+  PlaceSettings place{.scene = at("map/scene.pov"), .scene_paths = {at("map"), at("named")}};
   place.render.landlock = GetParam();
   const std::string description = describe_confinement(place);
   EXPECT_THAT(description, AllOf(HasSubstr(at("map")), HasSubstr(at("named"))));

@@ -25,23 +25,8 @@ using std::chrono::nanoseconds;
 // except for this rounding of coordinates below 4 m.
 constexpr double kRounding_m = 32 * std::numeric_limits<double>::epsilon();
 
-RobotBody body(const Pose2& start) {
-  RobotBody b;
-  b.start = start;
-  b.radius_m = kRadius_m;
-  b.wheels.radius_m = kWheel_m;
-  b.wheels.separation_m = 0.3;
-  return b;
-}
-
 Outline box(double min_x_m, double max_x_m, double min_y_m, double max_y_m) {
   return {{min_x_m, min_y_m}, {max_x_m, min_y_m}, {max_x_m, max_y_m}, {min_x_m, max_y_m}};
-}
-
-World world_of(const PlaceSettings& place, double rate_hz = 15) {
-  World world(place);
-  world.set_rate(rate_hz);
-  return world;
 }
 
 void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int steps) {
@@ -52,8 +37,7 @@ void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int st
 }
 
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1.5, -2, 2};
+  PlaceSettings place{.walls = Bounds{-1, 1.5, -2, 2}};
   World world = world_of(place);
   const auto robot = *world.add_robot(body({0, 0, 0}));
   EXPECT_EQ(world.contact(robot), "");
@@ -66,8 +50,7 @@ TEST(Contact, AWallStopsTheBodyAndItsWheels) {
 }
 
 TEST(Contact, EachWallStopsIt) {
-  PlaceSettings place;
-  place.walls = Bounds{-1.1, 1.2, -1.3, 1.4};
+  PlaceSettings place{.walls = Bounds{-1.1, 1.2, -1.3, 1.4}};
   for (const double heading_rad : {0.0, std::numbers::pi / 2, std::numbers::pi, -std::numbers::pi / 2}) {
     World world = world_of(place);
     const auto robot = *world.add_robot(body({0, 0, heading_rad}));
@@ -80,8 +63,7 @@ TEST(Contact, EachWallStopsIt) {
 }
 
 TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
-  PlaceSettings place;
-  place.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}};
+  PlaceSettings place{.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}}};
   World world = world_of(place);
   const auto robot = *world.add_robot(body({0, 0, 0}));
   drive(world, robot, wheels(0.7), 60);
@@ -91,8 +73,8 @@ TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
 
 // Catches a polygon taken as its convex hull: the bay of the U is free.
 TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
-  PlaceSettings place;
-  place.solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}};
+  PlaceSettings place{
+      .solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}}};
   World world = world_of(place);
   const auto inside = *world.add_robot(body({0, 0, 0}));
   drive(world, inside, wheels(0.8), 60);
@@ -107,8 +89,7 @@ TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
 
 // Catches a search for contact at the end of a step only: at 5 m/s and 4 Hz a step is 1.25 m long.
 TEST(Contact, NothingTunnelsThroughAThinPanel) {
-  PlaceSettings place;
-  place.solids = {{"panel", box(0.9, 0.902, -3, 3)}};
+  PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3, 3)}}};
   World world = world_of(place, 4);
   const auto robot = *world.add_robot(body({0, 0, 0}));
   drive(world, robot, wheels(5), 3);
@@ -119,8 +100,7 @@ TEST(Contact, NothingTunnelsThroughAThinPanel) {
 // A body with a radius of 1 mm at 100 m/s, along an arc, with and without lag.
 TEST(Contact, NotEvenATinyFastBodyOnAnArcTunnels) {
   for (const double lag_s : {0.0, 0.05}) {
-    PlaceSettings place;
-    place.solids = {{"panel", box(0.9, 0.902, -3000, 3000)}};
+    PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3000, 3000)}}};
     World world = world_of(place, 4);
     RobotBody b = body({0, 0, 0.3});
     b.radius_m = 0.001;
@@ -139,8 +119,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
   std::uniform_real_distribution<double> any(-1, 1);
   int stopped = 0;
   for (int n = 0; n < 150; ++n) {
-    PlaceSettings place;
-    place.walls = Bounds{-2.5, 2.5, -2.5, 2.5};
+    PlaceSettings place{.walls = Bounds{-2.5, 2.5, -2.5, 2.5}};
     for (int i = 0; i < 4; ++i) {
       const FloorPoint at{2.3 * any(engine), 2.3 * any(engine)};
       if (i % 2 == 0) {
@@ -194,8 +173,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
 }
 
 TEST(Contact, ARobotLeavesAWallBackwards) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
   const auto robot = *world.add_robot(body({0, 0, 0.3}));
   drive(world, robot, wheels(0.5), 60);
@@ -211,8 +189,7 @@ TEST(Contact, ARobotLeavesAWallBackwards) {
 // Slip makes a turn on the spot a very tight arc, which half of the time leads into the wall. That must not hold the
 // robot.
 TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   for (const std::uint64_t seed : {0, 1, 2, 3, 4}) {
     const double slip = seed == 0 ? 0 : 0.05;
     World world = world_of(place);
@@ -235,8 +212,7 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
 }
 
 TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
   RobotBody b = body({0, 0, 0});
   b.wheels.lag_s = 0.2;
@@ -253,8 +229,7 @@ TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
 
 // Poses within a step in which the wall stops the body: it drives, then it stands.
 TEST(Contact, PosesWithinTheStepStopWithTheBody) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place, 1);
   RobotBody b = body({0, 0, 0});
   b.command_timeout = std::chrono::seconds(10);
@@ -266,10 +241,9 @@ TEST(Contact, PosesWithinTheStepStopWithTheBody) {
 }
 
 TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
-  PlaceSettings place;
-  place.walls = Bounds{-3, 3, -3, 3};
-  place.solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}};
-  place.moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}};
+  PlaceSettings place{.walls = Bounds{-3, 3, -3, 3},
+                      .solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}},
+                      .moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}}};
   World world = world_of(place);
   ASSERT_TRUE(world.add_robot(body({0, 0, 0})));
   const auto refusal = [&world](const Pose2& start) {
@@ -392,8 +366,7 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
 // ---- moving things
 
 TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
-  PlaceSettings place;
-  place.moving = {{"trolley", {{1, -2}, {1, 2}}, 0.4, true, 0.3}};
+  PlaceSettings place{.moving = {{"trolley", {{1, -2}, {1, 2}}, 0.4, true, 0.3}}};
   World world = world_of(place, 5);
   RobotBody b = body({0.2, 0, 0});
   const auto robot = *world.add_robot(b);
@@ -418,8 +391,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
 }
 
 TEST(Contact, AnOverrunRobotCanMoveOutButNotDeeper) {
-  PlaceSettings place;
-  place.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}};
+  PlaceSettings place{.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}}};
   World world = world_of(place, 5);
   const auto robot = *world.add_robot(body({0, 0, 0}));
   while (world.now() < std::chrono::seconds(5)) world.step();

@@ -63,11 +63,8 @@ std::vector<Image> rendered(const std::vector<RenderedScene>& scenes) {
   const Povray povray(find_povray("povray").value(), "a.pov", std::chrono::seconds(60));
   std::vector<std::future<ImageResult>> results;
   for (const RenderedScene& scene_text : scenes) {
-    ViewTemplate view_template;
-    view_template.scene = scene_text.text;
-    view_template.width_px = 48;
-    view_template.height_px = 36;
-    view_template.quality = scene_text.quality;
+    ViewTemplate view_template{
+        .scene = scene_text.text, .width_px = 48, .height_px = 36, .quality = scene_text.quality};
     const RenderJob job{"a", std::make_shared<const ViewTemplate>(std::move(view_template)), {}};
     results.push_back(std::async(std::launch::async, [&povray, job] { return povray.render(job, -1); }));
   }
@@ -116,8 +113,7 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
     switches.*member = false;
     return switches;
   };
-  SceneSwitches shallow;
-  shallow.reflection_depth = 1;
+  SceneSwitches shallow{.reflection_depth = 1};
   struct Case {
     SceneSwitches switches;
     Parts with;
@@ -150,8 +146,7 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
 // ---- the table
 
 PlaceSettings place_of(const std::string& scene) {
-  PlaceSettings place;
-  place.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov";
+  PlaceSettings place{.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov"};
   return place;
 }
 
@@ -237,8 +232,7 @@ TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {
-  SessionSettings session;
-  session.name = "plain";
+  SessionSettings session{.name = "plain"};
   return verify_effects(place, session, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
 }
 

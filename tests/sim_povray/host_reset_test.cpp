@@ -23,9 +23,8 @@ constexpr Pose2 kStart{0.31, -0.47, 0.83};
 const std::vector<std::string> kCameras{"lower", "upper"};
 
 PlaceSettings tiny_place() {
-  PlaceSettings result;
-  result.scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
-  result.solids = {{"landmark red", Disc{{2, 0.5}, 0.1}}};
+  PlaceSettings result{.scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov",
+                       .solids = {{"landmark red", Disc{{2, 0.5}, 0.1}}}};
   // The search for the mirror would render most of the images here, and these are not reported.
   result.render.whole_image = true;
   result.render.processes = 2;

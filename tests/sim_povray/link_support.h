@@ -83,8 +83,7 @@ class TestServer {
 };
 
 inline SessionSettings session_named(const std::string& name) {
-  SessionSettings settings;
-  settings.name = name;
+  SessionSettings settings{.name = name};
   settings.body.radius_m = 0.2;
   return settings;
 }

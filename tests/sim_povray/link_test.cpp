@@ -24,9 +24,7 @@ TEST_F(Link, ARemoteSessionBehavesLikeALocalOne) {
   auto remote = join_world("1");
   ASSERT_TRUE(remote);
   EXPECT_EQ(remote->state().pose, (Pose2{0, -1.5, 0.7}));
-  CameraEffects effects;
-  effects.distortion = {0.1, 0.2, 0.3, 0.4};
-  effects.distortion_focal_px = 300;
+  CameraEffects effects{.distortion = {0.1, 0.2, 0.3, 0.4}, .distortion_focal_px = 300};
   ASSERT_TRUE(remote->open_view({"lower", 3, effects}));
   EXPECT_EQ(server.host().robot("1").views.at(0).effects, effects);
   EXPECT_EQ(server.host().robot("1").views.at(0).antialias, 3);

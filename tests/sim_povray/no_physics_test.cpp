@@ -11,8 +11,7 @@ namespace {
 // Catches a robot that silently moves without the physics that its settings require.
 TEST(Physics, ARobotThatNeedsTheMissingEngineIsRefused) {
   World world{PlaceSettings{}};
-  RobotBody body;
-  body.radius_m = 0.2;
+  RobotBody body{.radius_m = 0.2};
   EXPECT_TRUE(world.add_robot(body));
   body.start.x_m = 1;
   body.physics = Physics{};

@@ -24,9 +24,7 @@ std::string program() { return value(find_povray("povray")); }
 class PoolRendererTest : public testing::Test {
  protected:
   [[nodiscard]] PoolSettings settings(int processes) const {
-    PoolSettings s;
-    s.processes = processes;
-    s.scratch_roots = {scratch_.path()};
+    PoolSettings s{.processes = processes, .scratch_roots = {scratch_.path()}};
     return s;
   }
   [[nodiscard]] bool scratch_is_empty() const { return std::filesystem::is_empty(scratch_.path()); }

@@ -57,11 +57,7 @@ TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
 }
 
 TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
-  ViewTemplate view_template;
-  view_template.scene = "the scene";
-  view_template.pose_offset = 3;
-  view_template.width_px = 2;
-  view_template.height_px = 1;
+  ViewTemplate view_template{.scene = "the scene", .pose_offset = 3, .width_px = 2, .height_px = 1};
   const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kPrintTwoPixels)),
                       folder_.path() / "lab.pov", kChildLimit);
   ASSERT_TRUE(povray.render({"", std::make_shared<const ViewTemplate>(view_template), "pose"}, -1));
@@ -69,9 +65,7 @@ TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
 }
 
 TEST(PovrayArguments, FollowTheViewTemplate) {
-  ViewTemplate view_template;
-  view_template.width_px = 20;
-  view_template.height_px = 10;
+  ViewTemplate view_template{.width_px = 20, .height_px = 10};
   EXPECT_THAT(povray_arguments(view_template), testing::IsSupersetOf({"-A", "+Q9", "+BM2", "+W20", "+H10"}));
   EXPECT_THAT(povray_arguments(view_template), testing::Not(testing::Contains(HasSubstr("+SC"))));
   view_template.antialias = 4;

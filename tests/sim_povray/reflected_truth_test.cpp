@@ -33,8 +33,7 @@ constexpr double kDifferent = 0.01;
 const std::filesystem::path kScenes = std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes";
 
 PlaceSettings place(const char* scene) {
-  PlaceSettings settings;
-  settings.scene = kScenes / scene;
+  PlaceSettings settings{.scene = kScenes / scene};
   settings.scene_paths = {kScenes};  // their maps name the folder `parts` in the same way
   settings.unit_m = 0.05;
   return settings;
@@ -133,8 +132,10 @@ TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   ASSERT_TRUE(robot && camera);
   const auto motion = motion_between({}, c.pose);
   const Povray povray(*find_povray("povray"), settings.scene, std::chrono::minutes(1));
-  const auto image = povray.render_deep("image", scene->seen({{*robot, motion}}, {*camera, motion}, settings.unit_m),
-                                        view_.width_px, view_.height_px);
+  const auto image = povray.render_deep(
+      "image",
+      with_pose(scene->view_template({*robot}, *camera, ""), scene->pose_text({motion}, motion, settings.unit_m)),
+      view_.width_px, view_.height_px);
   ASSERT_TRUE(image) << image.error().message;
   int coloured = 0;
   int different = 0;
@@ -225,8 +226,7 @@ TEST(ReflectedTruth, TakesMovingThingsAtTheirPresentPoses) {
 }
 
 TEST(ReflectedTruth, NoLandmarksNeedNoRendering) {
-  PlaceSettings nowhere;
-  nowhere.scene = "no such file";
+  PlaceSettings nowhere{.scene = "no such file"};
   const auto truth = reflected_truth(nowhere, {"robot", {}, {}}, {"lower", 320, 240}, {});
   ASSERT_TRUE(truth);
   EXPECT_TRUE(truth->empty());

@@ -82,8 +82,7 @@ TEST(RenderTest, AStampOnePeriodLateShowsThePreviousImage) {
   Settings settings;
   settings.place.scene = scene_of_tests("tiny.pov");
   const auto simulation = opened(settings);
-  CameraEffects effects;
-  effects.stamp_late_s = 0.1;
+  CameraEffects effects{.stamp_late_s = 0.1};
   auto in_time = streaming(*simulation, {"lower", 1, {}}, {64, 48, 10});
   auto late = streaming(*simulation, {"lower", 1, effects}, {64, 48, 10});
   auto drive = simulation->open_drive();

@@ -283,8 +283,7 @@ TEST(SceneSwitches, RefuseWithFileAndLineWhereTheyCannotSwitch) {
 }
 
 TEST(SceneSwitches, ReflectionDepthComesLast) {
-  SceneSwitches switches;
-  switches.reflection_depth = 3;
+  SceneSwitches switches{.reflection_depth = 3};
   const auto result = switch_off("global_settings { max_trace_level 9 } // end", switches);
   ASSERT_TRUE(result);
   EXPECT_EQ(calls_of(*result).max_trace_level, 3);

@@ -37,8 +37,7 @@ class SimulationHostTest : public testing::Test {
   }
 
   SessionSettings settings(const std::string& name, double x_m) {
-    SessionSettings result;
-    result.name = name;
+    SessionSettings result{.name = name};
     result.body.start = {x_m, 0, 0};
     result.body.radius_m = 0.2;
     return result;
@@ -178,8 +177,7 @@ TEST_F(SimulationHostTest, EveryImageShowsAllMovingObjects) {
 TEST_F(SimulationHostTest, ALateStampShowsAllMovingObjectsAtTheEarlierTime) {
   const auto one = joined("1", 0);
   const auto two = joined("2", 1);
-  CameraEffects effects;
-  effects.stamp_late_s = 0.1;
+  CameraEffects effects{.stamp_late_s = 0.1};
   ASSERT_TRUE(one->open_view({"lower", 1, effects}));
   ASSERT_TRUE(one->configure_view(0, kSmallSize));
   configure(*two);
@@ -225,10 +223,7 @@ class CameraTimeTest : public SimulationHostTest {
 
 // Catches a time stamp at the end of the exposure, and a truth of another time than the image.
 TEST_F(CameraTimeTest, AnExposureIsStampedInItsMiddle) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.02;
-  effects.readout_s = 0.04;
-  effects.shutter_samples = 3;
+  CameraEffects effects{.exposure_time_s = 0.02, .readout_s = 0.04, .shutter_samples = 3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   const auto drive = world->open_drive();
@@ -273,10 +268,7 @@ TEST_F(CameraTimeTest, ALateStampChangesOnlyTheImages) {
     for (const RenderJob& job : desk_->jobs) record.poses.push_back(job.pose);
     return record;
   };
-  CameraEffects exposed;
-  exposed.exposure_time_s = 0.02;
-  exposed.readout_s = 0.04;
-  exposed.shutter_samples = 3;
+  CameraEffects exposed{.exposure_time_s = 0.02, .readout_s = 0.04, .shutter_samples = 3};
   for (const auto& [in_time, shutter_samples] : {std::pair(CameraEffects{}, 1U), std::pair(exposed, 3U)}) {
     const Record wanted = run(in_time);
     ASSERT_EQ(wanted.poses.size(), kFrames * shutter_samples);
@@ -300,8 +292,7 @@ TEST_F(CameraTimeTest, ALateStampChangesOnlyTheImages) {
 }
 
 TEST_F(CameraTimeTest, LostFramesAreCounted) {
-  CameraEffects effects;
-  effects.drop_probability = 0.3;
+  CameraEffects effects{.drop_probability = 0.3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   std::uint64_t next = 0;
@@ -321,8 +312,7 @@ TEST_F(CameraTimeTest, LostFramesAreCounted) {
 
 // Catches a late frame that shows a newer step than its time stamp, or that is lost.
 TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
-  CameraEffects effects;
-  effects.late_probability = 0.3;
+  CameraEffects effects{.late_probability = 0.3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   const auto drive = world->open_drive();
@@ -342,9 +332,7 @@ TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
 }
 
 TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.08;
-  effects.readout_s = 0.03;
+  CameraEffects effects{.exposure_time_s = 0.08, .readout_s = 0.03};
   const auto world = simulation();
   const auto camera = world->open_camera({"lower", 1, effects});
   ASSERT_TRUE(camera);

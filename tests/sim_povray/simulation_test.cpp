@@ -312,11 +312,10 @@ TEST_F(SimulationTest, OpenedDevicesOutliveTheSimulation) {
 // ---- settings
 
 TEST(SettingsCheck, NamesEveryBadField) {
-  PlaceSettings place;
-  place.unit_m = 0;
-  place.walls = Bounds{1, -1, 0, 2};
-  place.solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}};
-  place.moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}};
+  PlaceSettings place{.unit_m = 0,
+                      .walls = Bounds{1, -1, 0, 2},
+                      .solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}},
+                      .moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}}};
   place.switches.reflection_depth = 0;
   place.render.povray = "";
   place.render.processes = 0;
@@ -372,8 +371,7 @@ TEST(SettingsCheck, NamesEveryBadField) {
 
 TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   const TemporaryFolder folder;
-  PlaceSettings place;
-  place.scene = folder.path() / "none.pov";
+  PlaceSettings place{.scene = folder.path() / "none.pov"};
   const auto no_scene = Simulation::open(place, {});
   ASSERT_FALSE(no_scene);
   EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);

@@ -195,8 +195,7 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
     if (!changed) return changed.error();
     return claim(*std::move(changed), session.name);
   };
-  SceneSwitches deep;
-  deep.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest);
+  SceneSwitches deep{.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest)};
   auto everything = claim_with(deep);
   if (!everything) return everything.error();
   auto chosen = claim(choice->scene, session.name);

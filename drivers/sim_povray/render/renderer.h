@@ -25,7 +25,7 @@ struct Window {
 
 /// A scene prepared for one view, with the poses left open: the common part of all images of the view.
 struct ViewTemplate {
-  std::string scene;            ///< the scene's text, in which poses are used but not declared
+  std::string scene{};          ///< the scene's text, in which poses are used but not declared
   std::size_t pose_offset = 0;  ///< offset in `scene` for an image's own text, before the first use
   int width_px = 0;
   int height_px = 0;

@@ -162,9 +162,7 @@ void PoolRenderer::fall_back(std::string why, std::vector<Order> orders) {
 
 std::unique_ptr<Renderer> make_renderer(Povray povray, const RenderSettings& settings) {
   if (!settings.hold) return std::make_unique<ProcessRenderer>(std::move(povray), settings.processes);
-  PoolSettings pool;
-  pool.processes = settings.processes;
-  pool.notice = settings.notice;
+  PoolSettings pool{.processes = settings.processes, .notice = settings.notice};
   std::string obstacle = povray.hold_obstacle();
   if (obstacle.empty()) obstacle = lease_obstacle();
   return std::make_unique<PoolRenderer>(std::move(povray), pool, std::move(obstacle));
