@@ -95,9 +95,8 @@ TEST(Light, IsCodedByTheCurveAndClipped) {
 }
 
 TEST(CameraStage, WithoutEffectsThePixelsAreUnchanged) {
-  CameraEffects losing{.drop_probability = 0.4, .late_probability = 0.3};
-  losing.distortion = {0, 0, 0, 0};
-  losing.stamp_late_s = 0.04;
+  const CameraEffects losing{
+      .distortion = {0, 0, 0, 0}, .drop_probability = 0.4, .late_probability = 0.3, .stamp_late_s = 0.04};
   for (const CameraEffects& effects : {CameraEffects{}, losing}) {
     EXPECT_FALSE(changes_pixels(effects));
     EXPECT_FALSE(takes_time(effects));

@@ -173,9 +173,7 @@ TEST_P(ConfinementTest, TheFolderOfAnIncludedSceneIsSearched) {
 TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
-  PlaceSettings place{.scene = scene};
-  place.render.landlock = GetParam();
-  place.render.processes = 2;
+  const PlaceSettings place{.scene = scene, .render = {.processes = 2, .landlock = GetParam()}};
   auto povray = confined_povray(place, {});
   ASSERT_TRUE(povray) << povray.error().message;
   const auto confined = make_renderer(*povray, place.render);

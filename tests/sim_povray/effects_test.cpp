@@ -191,16 +191,10 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   place.switches.shadows = false;
   place.switches.reflection_depth = 2;
   place.moving.push_back({"trolley", {{0, 0}, {1, 0}}, 0.1, true, 0.2});
-  SessionSettings session;
-  session.body.wheels.slip = 0.01;
-  session.body.radius_m = 0.2;
-  ViewSettings lower{"lower", 3, {}};
-  lower.effects.vignetting = 0.3;
-  ViewSettings upper{"upper", 1, {}};
-  upper.effects.vignetting = 0.2;
-  upper.effects.exposure_time_s = 0.01;
-  upper.effects.shutter_samples = 5;
-  upper.effects.stamp_late_s = 0.02;
+  const SessionSettings session{.body = {.radius_m = 0.2, .wheels = {.slip = 0.01}}};
+  const ViewSettings lower{"lower", 3, {.vignetting = 0.3}};
+  const ViewSettings upper{
+      "upper", 1, {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02}};
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},

@@ -32,11 +32,7 @@ PlaceSettings tiny_place() {
 }
 
 SessionSettings session(std::optional<Pose2> begin = std::nullopt) {
-  SessionSettings result;
-  result.body.start = kStart;
-  result.body.begin = begin;
-  result.body.radius_m = 0.2;
-  return result;
+  return {.body = {.start = kStart, .radius_m = 0.2, .begin = begin}};
 }
 
 std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(tiny_place())); }

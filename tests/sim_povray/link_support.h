@@ -82,10 +82,6 @@ class TestServer {
   std::thread thread_;
 };
 
-inline SessionSettings session_named(const std::string& name) {
-  SessionSettings settings{.name = name};
-  settings.body.radius_m = 0.2;
-  return settings;
-}
+inline SessionSettings session_named(const std::string& name) { return {.name = name, .body = {.radius_m = 0.2}}; }
 
 }  // namespace twocone::sim_povray

@@ -23,8 +23,8 @@ using testing::HasSubstr;
 constexpr double kRoomUnit_m = 0.05;
 
 struct Settings {
-  PlaceSettings place;
-  SessionSettings session;
+  PlaceSettings place{};
+  SessionSettings session{};
 };
 
 std::unique_ptr<Simulation> opened(const Settings& settings) {
@@ -48,13 +48,9 @@ ImageResult first_image(const std::filesystem::path& path, const CameraSettings&
 
 /// Returns all images of a short run, both views in turn.
 std::vector<Image> run(int processes, int run_ahead_frames) {
-  Settings settings;
-  settings.place.scene = scene_of_tests("tiny.pov");
-  settings.session.body.wheels.slip = 0.05;
-  settings.session.body.seed = 3;
-  settings.place.render.processes = processes;
-  settings.session.run_ahead_frames = run_ahead_frames;
-  const auto simulation = opened(settings);
+  const auto simulation =
+      opened({.place = {.scene = scene_of_tests("tiny.pov"), .render = {.processes = processes}},
+              .session = {.body = {.wheels = {.slip = 0.05}, .seed = 3}, .run_ahead_frames = run_ahead_frames}});
   auto lower = streaming(*simulation, {"lower", 1, {}}, {64, 48, 15});
   auto upper = streaming(*simulation, {"upper", 2, {}}, {64, 48, 15});
   auto drive = simulation->open_drive();
@@ -321,10 +317,7 @@ std::filesystem::path endless(const TemporaryFolder& folder) {
 
 TEST(RenderTest, AnEndlessSceneTimesOut) {
   const TemporaryFolder folder;
-  Settings settings;
-  settings.place.scene = endless(folder);
-  settings.place.render.timeout = 1500ms;
-  const auto simulation = opened(settings);
+  const auto simulation = opened({.place = {.scene = endless(folder), .render = {.timeout = 1500ms}}});
   const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, ErrorCode::kTimeout);
@@ -335,9 +328,7 @@ TEST(RenderTest, AnEndlessSceneTimesOut) {
 
 TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   const TemporaryFolder folder;
-  Settings settings;
-  settings.place.scene = endless(folder);
-  auto simulation = opened(settings);
+  auto simulation = opened({.place = {.scene = endless(folder)}});
   auto camera = streaming(*simulation, {"lower", 1, {}}, {32, 24, 15});
   const Frame frame = grabbed(*camera);
   ASSERT_TRUE(eventually([] { return !children_of(::getpid()).empty(); }));

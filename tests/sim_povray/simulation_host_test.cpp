@@ -37,10 +37,7 @@ class SimulationHostTest : public testing::Test {
   }
 
   SessionSettings settings(const std::string& name, double x_m) {
-    SessionSettings result{.name = name};
-    result.body.start = {x_m, 0, 0};
-    result.body.radius_m = 0.2;
-    return result;
+    return {.name = name, .body = {.start = {x_m, 0, 0}, .radius_m = 0.2}};
   }
   std::unique_ptr<RobotSession> joined(const std::string& name, double x_m) {
     return value(host_->join(settings(name, x_m)));

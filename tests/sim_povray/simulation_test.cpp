@@ -317,30 +317,24 @@ TEST(SettingsCheck, NamesEveryBadField) {
                       .solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}},
                       .moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}}};
   place.switches.reflection_depth = 0;
-  place.render.povray = "";
-  place.render.processes = 0;
-  place.render.timeout = 0ms;
-  SessionSettings s;
-  s.body.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
-  s.body.begin = Pose2{std::numeric_limits<double>::infinity(), 0, 0};
-  s.body.radius_m = -0.2;
-  s.body.wheels.separation_m = -0.3;
-  s.body.wheels.radius_m = std::numeric_limits<double>::infinity();
-  s.body.wheels.slip = -0.1;
-  s.body.wheels.slip_correlation_s = 0;
-  s.body.wheels.lag_s = -1;
-  s.body.wheels.encoder_counts_per_turn = -1;
-  s.body.physics = Physics{0, 0, -1};
-  s.drive.max_speed_radps = 0;
-  s.run_ahead_frames = 0;
-  ViewSettings view{"", 10, {}};
-  view.effects.gain = 0;
-  view.effects.read_noise_electrons = 2;
-  view.effects.vignetting = 1.5;
-  view.effects.shutter_samples = 1;
-  view.effects.distortion = {0.1};
-  view.effects.drop_probability = 1;
-  view.effects.stamp_late_s = 0.501;
+  place.render = {.povray = "", .processes = 0, .timeout = 0ms};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const SessionSettings s{.body = {.start = {0, 0, std::numeric_limits<double>::quiet_NaN()},
+                                   .radius_m = -0.2,
+                                   .wheels = {-0.3, kInfinity, -0.1, 0, -1, -1},
+                                   .physics = Physics{0, 0, -1},
+                                   .begin = Pose2{kInfinity, 0, 0}},
+                          .drive = {.max_speed_radps = 0},
+                          .run_ahead_frames = 0};
+  const ViewSettings view{"",
+                          10,
+                          {.gain = 0,
+                           .read_noise_electrons = 2,
+                           .vignetting = 1.5,
+                           .shutter_samples = 1,
+                           .distortion = {0.1},
+                           .drop_probability = 1,
+                           .stamp_late_s = 0.501}};
   const auto complaint = [](const auto& settings) -> std::string {
     try {
       check(settings);

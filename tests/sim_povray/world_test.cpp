@@ -21,11 +21,9 @@ using std::chrono::nanoseconds;
 using twocone::testing_support::kEps;
 
 RobotBody body() {
-  RobotBody b{.start = {0.2, -0.3, 0.4}};
-  b.wheels.separation_m = 0.27;
-  b.wheels.radius_m = 0.043;
-  b.command_timeout = nanoseconds(500'000'000);
-  return b;
+  return {.start = {0.2, -0.3, 0.4},
+          .wheels = {.separation_m = 0.27, .radius_m = 0.043},
+          .command_timeout = nanoseconds(500'000'000)};
 }
 
 /// A world with one robot in it.
