@@ -20,6 +20,7 @@
 #include "drivers/sim_povray/shown_camera.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -30,6 +31,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
+using testing_support::FailsWith;
 
 constexpr const char* kRoom =
     "global_settings { assumed_gamma 1 }\nlight_source { <9, 30, -9> rgb 1 }\nplane { y, 0 pigment { rgb 0.4 } }\n";
@@ -148,8 +150,7 @@ TEST_P(ConfinementTest, AMissingFileIsReportedWithTheFoldersThatWereSearched) {
 
 TEST_P(ConfinementTest, AFolderThatDoesNotExistIsRefused) {
   const auto image = render("", {at("map"), at("nowhere")});
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kNotFound));
   EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
 }
 
@@ -274,8 +275,7 @@ TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
                                     "union {\n //*PMName robot\n sphere { 0, 1 } }\n#declare Own = camera {\n "
                                     "location y }\ncamera {\n //*PMName lower\n Own\n}\n");
   const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_FALSE(shown);
-  EXPECT_EQ(shown.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(shown, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
 }
 
@@ -293,8 +293,7 @@ TEST(ShownCamera, StopsOnRequest) {
   });
   const auto begin = std::chrono::steady_clock::now();
   const auto shown = shown_camera(place, "robot", "lower", source.get_token());
-  ASSERT_FALSE(shown);
-  EXPECT_EQ(shown.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(shown, FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
 }
 

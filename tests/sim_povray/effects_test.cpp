@@ -16,11 +16,13 @@
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 const SceneAccess kAnywhere("a.pov", {});
 
@@ -221,8 +223,7 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
 
 TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
   const auto table = effect_table(place_of("none"), {}, {}, {});
-  ASSERT_FALSE(table);
-  EXPECT_EQ(table.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(table, FailsWith(ErrorCode::kNotFound));
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {

@@ -12,12 +12,14 @@
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr Pose2 kStart{0.31, -0.47, 0.83};
 const std::vector<std::string> kCameras{"lower", "upper"};
@@ -124,14 +126,12 @@ TEST(HostResetTest, RefusesASecondRobotAndAStartInAnObstacle) {
   auto truth = first->open_truth();
   first.reset();
   const auto second = enter(*here, session());
-  ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(second.error().message, HasSubstr("cameras, drive or truth are still there"));
 
   truth.reset();
   const auto inside = enter(*here, session(Pose2{1.9, 0.4, 0}));
-  ASSERT_FALSE(inside);
-  EXPECT_EQ(inside.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(inside, FailsWith(ErrorCode::kRefused));
   EXPECT_EQ(inside.error().message, "begin of robot touches landmark red");
   EXPECT_TRUE(enter(*here, session())) << "a refusal leaves the host empty";
 }

@@ -14,12 +14,14 @@
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr int kWidth_px = 160;
 constexpr int kHeight_px = 120;
@@ -146,8 +148,7 @@ TEST_F(MirrorFinderTest, ASceneWithoutAMirrorIsNoError) {
 TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
   const auto path = folder_.write("bad.pov", scene_text("sphere { Bogus }", kCamera));
   const auto found = find(path, "lower", kWidth_px, kHeight_px);
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(found, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(found.error().message, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error"));
 }
 

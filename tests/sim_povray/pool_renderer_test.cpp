@@ -10,12 +10,14 @@
 
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr auto kShortTimeout = 1s;
 
@@ -184,8 +186,7 @@ TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotRetriedForever) {
       Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kRenderLimit),
       settings(1));
   const auto image = ordered(pool, view.job(7)).get();
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
   EXPECT_EQ(image.error().message, "frame 7: POV-Ray crashed (SIGSEGV)");
   EXPECT_EQ(read_file(folder_.path() / "begun"), "x\nx\nx\n");
 }
@@ -217,8 +218,7 @@ TEST_F(PoolRendererTest, MistakesInTheSceneAreReportedAsWithOneProcessPerImage) 
     const auto expected = ordered(one_by_one, view.job(0)).get();
     ASSERT_FALSE(expected);
     for (const auto& got : images(pool, {view}, 3)) {
-      ASSERT_FALSE(got);
-      EXPECT_EQ(got.error().code, ErrorCode::kRefused);
+      ASSERT_THAT(got, FailsWith(ErrorCode::kRefused));
       EXPECT_EQ(got.error().message, expected.error().message);
     }
   }
@@ -231,8 +231,7 @@ TEST_F(PoolRendererTest, AProcessThatTakesTooLongIsKilled) {
     const View view(path, "lower", 32, 24);
     PoolRenderer pool(Povray(program(), path, kShortTimeout), settings(1));
     const auto got = ordered(pool, view.job(5)).get();
-    ASSERT_FALSE(got);
-    EXPECT_EQ(got.error().code, ErrorCode::kTimeout);
+    ASSERT_THAT(got, FailsWith(ErrorCode::kTimeout));
     EXPECT_EQ(got.error().message, "frame 5: POV-Ray did not finish within 1 s and was killed");
   }
 }

@@ -7,6 +7,7 @@
 
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 // An image of 2 x 1 pixels.
 constexpr const char* kPrintTwoPixels = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
@@ -141,8 +143,7 @@ TEST_F(PovrayTest, AFloodOnStandardOutput) {
 TEST_F(PovrayTest, AMissingProgramIsReported) {
   const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kChildLimit);
   const auto result = povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1);
-  ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(result, FailsWith(ErrorCode::kUnavailable));
   EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));
 }
 
@@ -161,15 +162,13 @@ TEST(FindPovray, InPathOrAtAGivenPath) {
   ::setenv("PATH", old_path.c_str(), 1);
   ASSERT_TRUE(found);
   EXPECT_EQ(*found, program);
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kUnavailable));
 }
 
 TEST(FindPovray, AFileThatIsNoProgramIsRefused) {
   const TemporaryFolder folder;
   const auto found = find_povray(folder.write("tracer", "text").string());
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(found, FailsWith(ErrorCode::kUnavailable));
   EXPECT_FALSE(find_povray(folder.path().string())) << "a folder is executable, but no program";
 }
 
@@ -189,8 +188,7 @@ TEST(ParsePpm, RefusesIncompleteImages) {
         "P6\n-2 1\n255\nabcdef", "P6\n2 0\n255\n", "P6\n2 1\n65535\nabcdefabcdef", "P6\n2 x\n255\nabcdef",
         "P6\n# no end", "P6\n99999999999 1\n255\nabcdef", "P6\n2 1\n255abcdef"}) {
     const auto image = parse_ppm(bytes);
-    ASSERT_FALSE(image) << bytes;
-    EXPECT_EQ(image.error().code, ErrorCode::kBadData) << bytes;
+    ASSERT_THAT(image, FailsWith(ErrorCode::kBadData)) << bytes;
   }
 }
 

@@ -16,6 +16,7 @@
 
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 
@@ -244,16 +245,13 @@ TEST(ReflectedTruth, ReportsWhatTheSceneLacks) {
 TEST(ReflectedTruth, NamesEveryBadArgument) {
   auto settings = place("lab.pov");
   settings.unit_m = -0.05;
-  try {
+  const auto call = [&] {
     (void)reflected_truth(settings, {"robot", {}, {}}, {"lower", 0, 20000}, {{"red", {}, 1, NAN, 0, -0.9}});
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "reflected_truth: width_px is 0, must be 1 to 16384; height_px is 20000, must be 1 to 16384; radius_m of "
-        "landmark red is 0 m, must be > 0 and finite; top_m of landmark red is -0.9 m, must be > 0 and finite; "
-        "landmark red is at (1, nan) m, must be finite; unit_m is -0.05 m, must be > 0 and finite;");
-  }
+  };
+  EXPECT_EQ(testing_support::error_of<std::invalid_argument>(call),
+            "reflected_truth: width_px is 0, must be 1 to 16384; height_px is 20000, must be 1 to 16384; radius_m of "
+            "landmark red is 0 m, must be > 0 and finite; top_m of landmark red is -0.9 m, must be > 0 and finite; "
+            "landmark red is at (1, nan) m, must be finite; unit_m is -0.05 m, must be > 0 and finite;");
 }
 
 // Catches bytes that are read in the machine's order instead of that of the format.

@@ -13,12 +13,16 @@
 #include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::error_of;
+using testing_support::FailsWith;
 
 constexpr double kRoomUnit_m = 0.05;
 
@@ -143,8 +147,7 @@ TEST(RenderTest, TheSceneIsReadOnce) {
 TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
   const auto path = scene_of_tests("syntax_error.pov");
   const auto image = first_image(path);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kRefused));
   EXPECT_EQ(image.error().message,
             path.string() + ":10: POV-Ray: Parse Error: Expected '>', undeclared identifier 'Bogus' found instead");
 }
@@ -154,14 +157,12 @@ TEST(RenderTest, MistakesInIncludedFilesAreNamedThere) {
   const std::string robot = read_file(scene_of_tests("tiny.pov"));
   (void)folder.write("parts.inc", "\n\nsphere { 0, Nothing }\n");
   const auto in_include = first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
-  ASSERT_FALSE(in_include);
-  EXPECT_EQ(in_include.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(in_include, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(in_include.error().message, testing::StartsWith("parts.inc:3: POV-Ray: Parse Error: "));
 
   const auto missing =
       first_image(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot));
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(missing.error().message,
               HasSubstr("b.pov:2: POV-Ray: Possible Parse Error: Cannot find file 'none.png'"));
 }
@@ -293,19 +294,16 @@ TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
 }
 
 TEST(RenderTest, OverheadNamesEveryBadArgument) {
-  try {
+  const std::string complaint = error_of<std::invalid_argument>([] {
     (void)render_overhead(scene_of_tests("marks.pov"), -1, {1, 1, 2, 1, 0, 0}, {});
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& e) {
-    for (const char* field : {"min_x_m is 1 m", "max_y_m 1 m", "height_m is 0 m", "width_px is 0", "unit_m is -1 m"}) {
-      EXPECT_THAT(e.what(), HasSubstr(field));
-    }
+  });
+  for (const char* field : {"min_x_m is 1 m", "max_y_m 1 m", "height_m is 0 m", "width_px is 0", "unit_m is -1 m"}) {
+    EXPECT_THAT(complaint, HasSubstr(field));
   }
   EXPECT_THROW((void)render_overhead(scene_of_tests("marks.pov"), 1, {0, 1e-6, 0, 1, 2, 1000}, {}),
                std::invalid_argument);
   const auto missing = render_overhead(scene_of_tests("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {});
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kNotFound));
 }
 
 // ---- processes
@@ -319,8 +317,7 @@ TEST(RenderTest, AnEndlessSceneTimesOut) {
   const TemporaryFolder folder;
   const auto simulation = opened({.place = {.scene = endless(folder), .render = {.timeout = 1500ms}}});
   const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kTimeout));
   EXPECT_THAT(image.error().message,
               testing::EndsWith("view lower: POV-Ray did not finish within 1.5 s and was killed"));
   EXPECT_TRUE(children_of(::getpid()).empty());
@@ -336,8 +333,7 @@ TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   simulation.reset();
   EXPECT_TRUE(children_of(::getpid()).empty());
   const auto image = frame.image(0ms);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
 
 // Catches a POV-Ray process that continues after its program was killed and could not clean up.

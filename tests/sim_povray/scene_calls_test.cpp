@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/effects/token_tree.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -19,6 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing_support::FailsWith;
 
 using Files = std::map<std::string, std::string>;
 
@@ -276,8 +278,7 @@ TEST(SceneSwitches, RefuseWithFileAndLineWhereTheyCannotSwitch) {
     const auto scene = Scene::parse(c.text, "a.pov");
     ASSERT_TRUE(scene) << c.text << ": " << scene.error().message;
     const auto result = switched(*scene, calls_of(c.text, {{"lamp.inc", "\nlight_source { 0 }"}}), kNo(c.member));
-    ASSERT_FALSE(result) << c.text << ": " << *result;
-    EXPECT_EQ(result.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(result, FailsWith(ErrorCode::kRefused)) << c.text << ": " << *result;
     EXPECT_THAT(result.error().message, HasSubstr(c.why));
   }
 }

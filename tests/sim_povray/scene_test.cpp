@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing_support::FailsWith;
 
 constexpr const char* kCommentedScene =
     "union {\n  //*PMName robot\n  sphere { 0, 1 } // body }\n}\n"
@@ -41,15 +43,12 @@ std::string why_no_camera(const std::string& text, const std::string& name = "lo
 TEST(Scene, FileErrorsNameTheFile) {
   const TemporaryFolder folder;
   const auto missing = Scene::read(folder.path() / "none.pov");
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kNotFound));
   EXPECT_THAT(missing.error().message, HasSubstr("none.pov: no such scene file"));
   const auto directory = Scene::read(folder.path());
-  ASSERT_FALSE(directory);
-  EXPECT_EQ(directory.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(directory, FailsWith(ErrorCode::kRefused));
   const auto broken = Scene::read(folder.write("broken.pov", "union {\n  sphere {\n}\n"));
-  ASSERT_FALSE(broken);
-  EXPECT_EQ(broken.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(broken, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(broken.error().message, HasSubstr("broken.pov:1:7: this '{' is never closed"));
 }
 

@@ -14,12 +14,14 @@
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr const char* kTwoRobotScene =
     "union { //*PMName robot.1\n}\nunion { //*PMName robot.2\n}\nunion { //*PMName moving.trolley\n}\n"
@@ -77,8 +79,7 @@ TEST_F(SimulationHostTest, ARobotWithAnotherMapIsRefusedAndTheDifferenceNamed) {
   believed.moving[0].path_m[1].x_m = 1.649;
   other.map_outline = outline_of(believed);
   const auto refused = host_->join(other);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(refused.error().message,
               testing::AllOf(HasSubstr("the robot's map is not that of this world: the map has moving trolley"),
                              HasSubstr("(1.649, 2.000)"), HasSubstr("; the world has moving trolley")));
@@ -93,8 +94,7 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
   configure(*one);
   configure(*two);
   const auto alone = one->step(due_in(kHandTimeout));
-  ASSERT_FALSE(alone);
-  EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(alone, FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(alone.error().message, "the world waits for robot.2");
   EXPECT_EQ(one->state().step, 0U);
   for (std::uint64_t step = 1; step <= 20; ++step) {
@@ -112,8 +112,7 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
 TEST_F(SimulationHostTest, WithoutAConfiguredCameraThereIsNoStep) {
   const auto one = joined("1", 0);
   const auto stepped = one->step(due_in(kHandTimeout));
-  ASSERT_FALSE(stepped);
-  EXPECT_EQ(stepped.error().code, ErrorCode::kInvalidState);
+  ASSERT_THAT(stepped, FailsWith(ErrorCode::kInvalidState));
   configure(*one);
   EXPECT_TRUE(one->step(due_in(kHandTimeout)));
 }

@@ -13,6 +13,8 @@
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -20,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr const char* kOneRobotScene =
     "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
@@ -154,8 +157,7 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
   }
   const Pose2 before = truth->true_pose();
   const auto fourth = lower->grab(kHandTimeout);
-  ASSERT_FALSE(fourth);
-  EXPECT_EQ(fourth.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(fourth, FailsWith(ErrorCode::kTimeout));
   EXPECT_THAT(fourth.error().message, HasSubstr("frame 0"));
   EXPECT_EQ(truth->true_pose(), before) << "a grab that fails must not step the world";
   EXPECT_EQ(desk_->jobs.size(), 6U);
@@ -193,8 +195,7 @@ TEST_F(SimulationTest, AFailedImageFreesItsPlaceAndKeepsItsError) {
   const auto second = lower->grab(0ms);
   ASSERT_TRUE(second) << second.error().message;
   const auto image = first->image(0ms);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
 
 TEST_F(SimulationTest, PixelsMayArriveLater) {
@@ -202,8 +203,7 @@ TEST_F(SimulationTest, PixelsMayArriveLater) {
   const auto frame = lower->grab(0ms);
   ASSERT_TRUE(frame);
   const auto early = frame->image(0ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(early, FailsWith(ErrorCode::kTimeout));
   desk_->finish(0);
   EXPECT_TRUE(frame->image(0ms));
 }
@@ -215,8 +215,7 @@ TEST_F(SimulationTest, OneRateForAllCameras) {
   auto upper = simulation_->open_camera({"upper", 1, {}});
   ASSERT_TRUE((*lower)->configure({64, 48, 15}));
   const auto other = (*upper)->configure({64, 48, 30});
-  ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(other, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(other.error().message, AllOf(HasSubstr("'upper' wants 30 Hz"), HasSubstr("'lower' runs at 15 Hz")));
   EXPECT_EQ((*upper)->state(), Camera::State::kClosed);
   EXPECT_TRUE((*upper)->configure({32, 24, 15})) << "sizes may differ";
@@ -242,8 +241,7 @@ TEST_F(SimulationTest, AStoppedCameraCannotRestartAtAnOldRate) {
   lower->stop();
   auto upper = streaming("upper", 30);
   const auto again = lower->start();
-  ASSERT_FALSE(again);
-  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(again, FailsWith(ErrorCode::kRefused));
 }
 
 TEST_F(SimulationTest, RefusesSettingsThatCannotBeRendered) {
@@ -251,16 +249,14 @@ TEST_F(SimulationTest, RefusesSettingsThatCannotBeRendered) {
   for (const CameraSettings& bad :
        {CameraSettings{64, 48, 1e-9}, CameraSettings{64, 48, 1e12}, CameraSettings{100000, 48, 15}}) {
     const auto applied = (*camera)->configure(bad);
-    ASSERT_FALSE(applied);
-    EXPECT_EQ(applied.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(applied, FailsWith(ErrorCode::kRefused));
   }
   EXPECT_EQ((*camera)->configure({63, 47, 12.5}).value(), (CameraSettings{63, 47, 12.5})) << "applied as requested";
 }
 
 TEST_F(SimulationTest, RefusesMissingCameras) {
   const auto camera = simulation_->open_camera({"rear", 1, {}});
-  ASSERT_FALSE(camera);
-  EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(camera, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(camera.error().message, HasSubstr("lab.pov: no camera 'rear'"));
   EXPECT_THROW((void)simulation_->open_camera({"", 1, {}}), std::invalid_argument);
   EXPECT_THROW((void)simulation_->open_camera({"lower", 0, {}}), std::invalid_argument);
@@ -335,13 +331,8 @@ TEST(SettingsCheck, NamesEveryBadField) {
                            .distortion = {0.1},
                            .drop_probability = 1,
                            .stamp_late_s = 0.501}};
-  const auto complaint = [](const auto& settings) -> std::string {
-    try {
-      check(settings);
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "accepted";
+  const auto complaint = [](const auto& settings) {
+    return testing_support::error_of<std::invalid_argument>([&] { check(settings); });
   };
   for (const char* field :
        {"scene is empty", "unit_m is 0 m", "min_x_m is 1 m and max_x_m -1 m", "landmark red.radius_m is -1 m",
@@ -367,22 +358,19 @@ TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   const TemporaryFolder folder;
   PlaceSettings place{.scene = folder.path() / "none.pov"};
   const auto no_scene = Simulation::open(place, {});
-  ASSERT_FALSE(no_scene);
-  EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(no_scene, FailsWith(ErrorCode::kNotFound));
 
   place.scene = folder.write("lab.pov", kOneRobotScene);
   place.render.povray = "no-such-program";
   const auto no_povray = Simulation::open(place, {});
-  ASSERT_FALSE(no_povray);
-  EXPECT_EQ(no_povray.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(no_povray, FailsWith(ErrorCode::kUnavailable));
   EXPECT_EQ(no_povray.error().message,
             "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray");
 
   // A user can correct a scene without POV-Ray, so an error of the scene is reported first.
   place.scene = folder.write("open.pov", "union { //*PMName robot\n");
   const auto open_brace = Simulation::open(place, {});
-  ASSERT_FALSE(open_brace);
-  EXPECT_EQ(open_brace.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(open_brace, FailsWith(ErrorCode::kRefused));
 }
 
 }  // namespace
