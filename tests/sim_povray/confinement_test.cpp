@@ -256,15 +256,14 @@ TEST(ShownCamera, IsAtThePlaceOfItsStatement) {
                                             "translate <3, 0, -7>\n}}\n",
                                             kRoom));
   place.unit_m = 0.05;
-  const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_TRUE(shown) << shown.error().message;
+  const auto shown = value(shown_camera(place, "robot", "lower", {}));
   // POV-Ray is left-handed: turning about y by t takes x to (cos t, -sin t) in (x, z), which are the world's x and y.
   const double t = 103 * std::acos(-1.0) / 180;
   constexpr double kDigits = 1e-8;  // nine digits of a few units; 20 units are one metre
-  EXPECT_NEAR(shown->x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
-  EXPECT_NEAR(shown->y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
-  ASSERT_TRUE(shown->x_axis_rad);
-  EXPECT_NEAR(*shown->x_axis_rad, -t, kDigits);
+  EXPECT_NEAR(shown.x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
+  EXPECT_NEAR(shown.y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
+  ASSERT_TRUE(shown.x_axis_rad);
+  EXPECT_NEAR(*shown.x_axis_rad, -t, kDigits);
 }
 
 TEST(ShownCamera, ReportsWhyItCannotBeComputed) {

@@ -134,9 +134,8 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
   for (const Case& c : cases) {
     const std::string with = scene_with(c.with);
     const auto scene = Scene::parse(with, "a.pov");
-    const auto text = switched(*scene, find_calls(*scene, kAnywhere), c.switches);
-    ASSERT_TRUE(text) << text.error().message;
-    scenes.insert(scenes.end(), {{*text}, {scene_with(c.without)}, {with}});
+    const auto text = value(switched(*scene, find_calls(*scene, kAnywhere), c.switches));
+    scenes.insert(scenes.end(), {{text}, {scene_with(c.without)}, {with}});
   }
   const std::vector<Image> images = rendered(scenes);
   for (std::size_t i = 0; i < images.size(); i += 3) {
@@ -250,11 +249,10 @@ constexpr const char* kDeep =
 // Catches a difference without an explanation: two images of a scene that draws random numbers are never equal.
 TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
   const TemporaryFolder folder;
-  const auto result = verified(
+  const auto result = value(verified(
       plain_with(folder, "random.pov",
-                 kDeep + std::string("box { <7, 5, 14>, <14, 12, 15> pigment { rgb 0.5 } finish { crand 0.3 } }")));
-  ASSERT_TRUE(result) << result.error().message;
-  const Verification& seen = result->front();
+                 kDeep + std::string("box { <7, 5, 14>, <14, 12, 15> pigment { rgb 0.5 } finish { crand 0.3 } }"))));
+  const Verification& seen = result.front();
   EXPECT_GT(seen.different, 0);
   EXPECT_THAT(seen.why, HasSubstr("random.pov:"));
   EXPECT_THAT(seen.why, HasSubstr("crand draws random numbers"));
@@ -264,9 +262,8 @@ TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
 // Catches a report that the choice is wrong where the scene itself limits the depth: two mirrors face each other.
 TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
   const TemporaryFolder folder;
-  const auto result = verified(plain_with(folder, "deep.pov", kDeep));
-  ASSERT_TRUE(result) << result.error().message;
-  const Verification& seen = result->front();
+  const auto result = value(verified(plain_with(folder, "deep.pov", kDeep)));
+  const Verification& seen = result.front();
   EXPECT_GT(seen.different, 0) << "the scene shows nothing deep";
   EXPECT_THAT(seen.why, HasSubstr("more than 2 surfaces"));
   EXPECT_TRUE(seen.is_asked_for);
@@ -280,9 +277,8 @@ TEST(VerifyEffects, OnlyEffectsThatTheMapSwitchesOffChangePixels) {
   switched_off.switches.shadows = false;
   const auto missed = verified(switched_off);
   const auto same = plain.get();
-  const auto gathered = radiosity.get();
-  ASSERT_TRUE(gathered) << gathered.error().message;
-  EXPECT_EQ(gathered->front().different, 0);
+  const auto gathered = value(radiosity.get());
+  EXPECT_EQ(gathered.front().different, 0);
   ASSERT_TRUE(same) << same.error().message;
   ASSERT_TRUE(missed) << missed.error().message;
 

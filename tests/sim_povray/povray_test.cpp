@@ -43,9 +43,8 @@ class PovrayTest : public testing::Test {
 };
 
 TEST_F(PovrayTest, ReturnsTheImage) {
-  const auto image = render(kPrintTwoPixels);
-  ASSERT_TRUE(image) << image.error().message;
-  EXPECT_EQ(**image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
+  const auto image = value(render(kPrintTwoPixels));
+  EXPECT_EQ(*image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
 }
 
 TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {

@@ -182,9 +182,8 @@ TEST(RenderTest, ByteOrderMarkAndDosLineEndsAreAccepted) {
   std::string text = read_file(scene_of_tests("tiny.pov"));
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
   const auto expected = first_image(scene_of_tests("tiny.pov"));
-  const auto got = first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A"));
-  ASSERT_TRUE(got) << got.error().message;
-  EXPECT_TRUE(**got == **expected);
+  const auto got = value(first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A")));
+  EXPECT_TRUE(*got == **expected);
 }
 
 // ---- geometry
@@ -275,12 +274,11 @@ TEST(RenderTest, MarksAppearAtTheComputedPlaces) {
 // Catches a mirrored or rotated map, in which marks would change places.
 TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   const OverheadView view{-2.5, 1.7, -1.9, 1.6, 1.0, 210};
-  const auto image = render_overhead(scene_of_tests("marks.pov"), kRoomUnit_m, view, {});
-  ASSERT_TRUE(image) << image.error().message;
-  EXPECT_EQ(image->width_px, 210);
-  EXPECT_EQ(image->height_px, 175) << "50 pixels per metre in both directions";
+  const auto image = value(render_overhead(scene_of_tests("marks.pov"), kRoomUnit_m, view, {}));
+  EXPECT_EQ(image.width_px, 210);
+  EXPECT_EQ(image.height_px, 175) << "50 pixels per metre in both directions";
   const auto expect_at = [&](std::array<int, 3> colour, double x_m, double y_m, const char* name) {
-    const auto middle = middle_of(*image, colour);
+    const auto middle = middle_of(image, colour);
     ASSERT_TRUE(middle) << name;
     // Edges agree with pixel borders within half a pixel.
     EXPECT_NEAR(middle->column_px, (x_m + 2.5) * 50 - 0.5, 0.5) << name;
@@ -290,7 +288,7 @@ TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   expect_at(kMagenta, 1.1, -1.2, "magenta box");
   expect_at(kBlue, 0.31 + 0.9 * std::cos(0.83), -0.47 + 0.9 * std::sin(0.83),
             "the robot's mark at its place in the scene file");
-  EXPECT_FALSE(middle_of(*image, kYellow)) << "it is above height_m";
+  EXPECT_FALSE(middle_of(image, kYellow)) << "it is above height_m";
 }
 
 TEST(RenderTest, OverheadNamesEveryBadArgument) {

@@ -38,11 +38,8 @@ class SimulationTest : public testing::Test {
 
   void open() {
     desk_ = std::make_shared<HandRenderer::Desk>();
-    auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-    ASSERT_TRUE(host) << host.error().message;
-    auto joined = Simulation::join(**host, settings_);
-    ASSERT_TRUE(joined) << joined.error().message;
-    simulation_ = *std::move(joined);
+    auto host = value(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)));
+    simulation_ = value(Simulation::join(*host, settings_));
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
@@ -192,8 +189,7 @@ TEST_F(SimulationTest, AFailedImageFreesItsPlaceAndKeepsItsError) {
   const auto first = lower->grab(0ms);
   ASSERT_TRUE(first);
   desk_->fail(0);
-  const auto second = lower->grab(0ms);
-  ASSERT_TRUE(second) << second.error().message;
+  (void)value(lower->grab(0ms));
   const auto image = first->image(0ms);
   ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
@@ -229,8 +225,7 @@ TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
   ASSERT_TRUE(rig.start({64, 48, 15}, {64, 48, 15}));
   ASSERT_TRUE(rig.grab(0ms));
   rig.stop();
-  const auto again = rig.start({64, 48, 20}, {64, 48, 20});
-  ASSERT_TRUE(again) << again.error().message;
+  value(rig.start({64, 48, 20}, {64, 48, 20}));
   const auto pair = rig.grab(0ms);
   ASSERT_TRUE(pair);
   EXPECT_EQ(pair->lower.header().captured.since_zero, 50ms);
