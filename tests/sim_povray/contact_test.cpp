@@ -39,7 +39,7 @@ void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int st
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
   PlaceSettings place{.walls = Bounds{-1, 1.5, -2, 2}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   EXPECT_EQ(world.contact(robot), "");
   drive(world, robot, wheels(0.5), 60);
   EXPECT_EQ(world.contact(robot), "wall");
@@ -53,7 +53,7 @@ TEST(Contact, EachWallStopsIt) {
   PlaceSettings place{.walls = Bounds{-1.1, 1.2, -1.3, 1.4}};
   for (const double heading_rad : {0.0, std::numbers::pi / 2, std::numbers::pi, -std::numbers::pi / 2}) {
     World world = world_of(place);
-    const auto robot = *world.add_robot(body({0, 0, heading_rad}));
+    const auto robot = *world.add_robot(body_at({0, 0, heading_rad}));
     drive(world, robot, wheels(0.5), 60);
     EXPECT_EQ(world.contact(robot), "wall");
     const Pose2& p = world.pose(robot);
@@ -65,7 +65,7 @@ TEST(Contact, EachWallStopsIt) {
 TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
   PlaceSettings place{.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   drive(world, robot, wheels(0.7), 60);
   EXPECT_EQ(world.contact(robot), "landmark red");
   EXPECT_NEAR(world.pose(robot).x_m, 1.1 - std::sqrt(0.51 * 0.51 - 0.13 * 0.13), 2 * kTouch_m);
@@ -76,13 +76,13 @@ TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
   PlaceSettings place{
       .solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}}};
   World world = world_of(place);
-  const auto inside = *world.add_robot(body({0, 0, 0}));
+  const auto inside = *world.add_robot(body_at({0, 0, 0}));
   drive(world, inside, wheels(0.8), 60);
   EXPECT_EQ(world.contact(inside), "obstacle 1");
   EXPECT_NEAR(world.pose(inside).x_m, 2 - kRadius_m, kTouch_m + kRounding_m);
 
   World corner = world_of(place);
-  const auto at_corner = *corner.add_robot(body({0, 0.4, 0}));
+  const auto at_corner = *corner.add_robot(body_at({0, 0.4, 0}));
   drive(corner, at_corner, wheels(0.8), 60);
   EXPECT_NEAR(corner.pose(at_corner).x_m, 1 - std::sqrt(0.04 - 0.01), 2 * kTouch_m) << "at its corner";
 }
@@ -91,7 +91,7 @@ TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
 TEST(Contact, NothingTunnelsThroughAThinPanel) {
   PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3, 3)}}};
   World world = world_of(place, 4);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   drive(world, robot, wheels(5), 3);
   EXPECT_EQ(world.contact(robot), "panel");
   EXPECT_NEAR(world.pose(robot).x_m, 0.9 - kRadius_m, kTouch_m + kRounding_m);
@@ -102,7 +102,7 @@ TEST(Contact, NotEvenATinyFastBodyOnAnArcTunnels) {
   for (const double lag_s : {0.0, 0.05}) {
     PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3000, 3000)}}};
     World world = world_of(place, 4);
-    RobotBody b = body({0, 0, 0.3});
+    RobotBody b = body_at({0, 0, 0.3});
     b.radius_m = 0.001;
     b.wheels.lag_s = lag_s;
     const auto robot = *world.add_robot(b);
@@ -132,7 +132,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
     }
     World world = world_of(place, 0.5);
     const Pose2 start{any(engine), any(engine), std::numbers::pi * any(engine)};
-    RobotBody b = body(start);
+    RobotBody b = body_at(start);
     b.command_timeout = std::chrono::seconds(10);
     const auto robot = world.add_robot(b);
     if (!robot) continue;
@@ -175,7 +175,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
 TEST(Contact, ARobotLeavesAWallBackwards) {
   PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0.3}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0.3}));
   drive(world, robot, wheels(0.5), 60);
   const Pose2 there = world.pose(robot);
   ASSERT_EQ(world.contact(robot), "wall");
@@ -193,7 +193,7 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
   for (const std::uint64_t seed : {0, 1, 2, 3, 4}) {
     const double slip = seed == 0 ? 0 : 0.05;
     World world = world_of(place);
-    RobotBody b = body({0, 0, 0.3});
+    RobotBody b = body_at({0, 0, 0.3});
     b.wheels.slip = slip;
     b.seed = seed;
     const auto robot = *world.add_robot(b);
@@ -214,7 +214,7 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
 TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
   PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
-  RobotBody b = body({0, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.wheels.lag_s = 0.2;
   const auto robot = *world.add_robot(b);
   drive(world, robot, wheels(0.5), 60);
@@ -231,7 +231,7 @@ TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
 TEST(Contact, PosesWithinTheStepStopWithTheBody) {
   PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place, 1);
-  RobotBody b = body({0, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.command_timeout = std::chrono::seconds(10);
   const auto robot = *world.add_robot(b);
   world.command(robot, wheels(2));  // touches after 0.4 s
@@ -245,9 +245,9 @@ TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
                       .solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}},
                       .moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}}};
   World world = world_of(place);
-  ASSERT_TRUE(world.add_robot(body({0, 0, 0})));
+  ASSERT_TRUE(world.add_robot(body_at({0, 0, 0})));
   const auto refusal = [&world](const Pose2& start) {
-    RobotBody b = body(start);
+    RobotBody b = body_at(start);
     b.name = "robot.2";
     const auto result = world.add_robot(b);
     return result ? std::string("taken") : result.error().message;
@@ -260,10 +260,10 @@ TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
   EXPECT_EQ(refusal({0.1, 1.7, 0}), "start of robot.2 touches moving.trolley");
   EXPECT_EQ(refusal({0.2, 0.3, 0}), "start of robot.2 touches robot");
   EXPECT_EQ(refusal({0.3, -0.5, 0}), "taken");
-  RobotBody b = body({1, 0, 0});
+  RobotBody b = body_at({1, 0, 0});
   b.radius_m = 0;
   EXPECT_TRUE(world.add_robot(b)) << "a point touches nothing";
-  RobotBody late = body({0, 0, 0});
+  RobotBody late = body_at({0, 0, 0});
   EXPECT_EQ(world.add_robot(late).error().code, ErrorCode::kRefused);
 }
 
@@ -291,8 +291,8 @@ Pair meet(bool a_first, const RobotBody& a, const WheelSpeeds& of_a, const Robot
 
 // Catches robots that move one after the other: the first one would get farther than its share of the way.
 TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
-  RobotBody a = body({-1.2, 0.05, 0});
-  RobotBody b = body({1.3, 0, std::numbers::pi});
+  RobotBody a = body_at({-1.2, 0.05, 0});
+  RobotBody b = body_at({1.3, 0, std::numbers::pi});
   a.name = "robot.1";
   b.name = "robot.2";
   b.radius_m = 0.27;
@@ -311,8 +311,8 @@ TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
 }
 
 TEST(Contact, AFasterRobotStaysBehindASlowerOne) {
-  RobotBody a = body({-1, 0, 0});
-  RobotBody b = body({0, 0, 0});
+  RobotBody a = body_at({-1, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.name = "robot.2";
   const Pair p = meet(true, a, wheels(1), b, wheels(0.3), 45, 15);
   EXPECT_NEAR(p.b.x_m, 0.9, 1e-9) << "the robot that drives away is not held";
@@ -322,9 +322,9 @@ TEST(Contact, AFasterRobotStaysBehindASlowerOne) {
 
 TEST(Contact, AnAbandonedRobotStandsInTheWayUntilItIsRemoved) {
   World world = world_of(PlaceSettings{});
-  RobotBody other = body({1, 0, 0});
+  RobotBody other = body_at({1, 0, 0});
   other.name = "robot.2";
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   const auto abandoned = *world.add_robot(other);
   world.command(abandoned, wheels(0.5));
   world.abandon(abandoned);
@@ -346,7 +346,7 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
     World world = world_of(PlaceSettings{}, 3);
     std::vector<World::RobotId> ids(3);
     for (const int i : order) {
-      RobotBody b = body({-1.0 + i, 0, i == 2 ? std::numbers::pi : 0});
+      RobotBody b = body_at({-1.0 + i, 0, i == 2 ? std::numbers::pi : 0});
       b.name = "robot." + std::to_string(i + 1);
       ids[i] = *world.add_robot(b);
     }
@@ -368,7 +368,7 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
 TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
   PlaceSettings place{.moving = {{"trolley", {{1, -2}, {1, 2}}, 0.4, true, 0.3}}};
   World world = world_of(place, 5);
-  RobotBody b = body({0.2, 0, 0});
+  RobotBody b = body_at({0.2, 0, 0});
   const auto robot = *world.add_robot(b);
   std::string touched;
   for (int i = 0; i < 60; ++i) {
@@ -378,7 +378,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
   EXPECT_EQ(touched, "") << "0.04 m of driving does not bring it near";
 
   World closer = world_of(place, 5);
-  const auto near = *closer.add_robot(body({0.55, 0, 0}));
+  const auto near = *closer.add_robot(body_at({0.55, 0, 0}));
   int contacts = 0;
   for (int i = 0; i < 60; ++i) {
     closer.step();
@@ -393,7 +393,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
 TEST(Contact, AnOverrunRobotCanMoveOutButNotDeeper) {
   PlaceSettings place{.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}}};
   World world = world_of(place, 5);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   while (world.now() < std::chrono::seconds(5)) world.step();
   ASSERT_EQ(world.contact(robot), "moving.trolley");
   drive(world, robot, wheels(-0.5), 5);

@@ -30,7 +30,7 @@ constexpr double kFriction = 0.63;
 constexpr double kMost_mps2 = kFriction * PhysicsEngine::kGravity_mps2;
 
 RobotBody heavy(const Pose2& start) {
-  RobotBody b = body(start);
+  RobotBody b = body_at(start);
   b.command_timeout = std::chrono::seconds(1000);
   b.physics = Physics{kMass_kg, kFriction, 0.3};
   return b;

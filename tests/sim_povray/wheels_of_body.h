@@ -14,7 +14,7 @@ inline WheelSpeeds wheels(double speed_mps, double turn_radps = 0) {
   return {(speed_mps - turn_radps * 0.15) / kWheel_m, (speed_mps + turn_radps * 0.15) / kWheel_m};
 }
 
-inline RobotBody body(const Pose2& start) {
+inline RobotBody body_at(const Pose2& start) {
   return {.start = start, .radius_m = kRadius_m, .wheels = {.separation_m = 0.3, .radius_m = kWheel_m}};
 }
 
