@@ -31,11 +31,13 @@
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value.h"
 
 namespace twocone::bench {
 namespace {
 
 using namespace twocone::sim_povray;
+using twocone::testing_support::value;
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
@@ -64,12 +66,6 @@ double processor_s() {
     for (const timeval& t : {usage.ru_utime, usage.ru_stime}) sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
   }
   return sum;
-}
-
-template <typename T>
-T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
 }
 
 /// The robot's motion in a frame: on a circle of 1 m diameter through its start.
@@ -113,7 +109,8 @@ fs::path obvious_image(const Stereo& stereo, const std::string& program, const f
   const fs::path pov = folder / (name + ".pov");
   const fs::path png = folder / (name + ".png");
   const FloorMotion m = motion(frame);
-  std::ofstream(pov) << stereo.scene.seen({{stereo.robot, m}}, {stereo.cameras[view], m}, stereo.unit_m);
+  std::ofstream(pov) << with_pose(stereo.scene.view_template({stereo.robot}, stereo.cameras[view], ""),
+                                  stereo.scene.pose_text({m}, m, stereo.unit_m));
   base::ChildRequest request;
   request.program.path = program;
   request.program.arguments = {"+I" + pov.string(), "+O" + png.string(), fmt::format("+W{}", size.width_px),
@@ -267,8 +264,7 @@ nlohmann::json measure(const Options& options) {
       options.obvious_frames > 0 ? std::min(options.obvious_frames, options.frames) : options.frames;
   const int compared = std::min(options.compared_frames, obvious_frames);
   const testing_support::TemporaryFolder ours, theirs, bounded;
-  PoolSettings pool;
-  pool.processes = options.processes;
+  PoolSettings pool{.processes = options.processes};
   nlohmann::json result;
   result["cores"] = std::thread::hardware_concurrency();
   result["frames"] = options.frames;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"

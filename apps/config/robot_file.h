@@ -11,8 +11,7 @@
 #include "apps/config/map_file.h"
 #include "drivers/backends.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
-#include "drivers/sim_povray/camera_effects.h"
-#include "drivers/sim_povray/robot_body.h"
+#include "drivers/sim_povray/session_settings.h"
 
 namespace twocone::config {
 

@@ -12,7 +12,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
 namespace twocone::config {
 namespace {

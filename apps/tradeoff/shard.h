@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/tradeoff/plan.h"
-#include "drivers/sim_povray/render_settings.h"
+#include "drivers/sim_povray/place.h"
 #include "hal/result.h"
 
 namespace twocone::tradeoff {

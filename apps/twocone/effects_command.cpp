@@ -15,7 +15,6 @@
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
-#include "drivers/sim_povray/verification.h"
 
 namespace twocone::cli {
 namespace {

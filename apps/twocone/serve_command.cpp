@@ -8,7 +8,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
-#include "drivers/sim_povray/serve.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::cli {
 namespace {

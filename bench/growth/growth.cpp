@@ -72,7 +72,7 @@ std::vector<std::unique_ptr<Camera>> start_pair(sim_povray::Simulation& simulati
   for (const char* name : {"lower", "upper"}) {
     cameras.push_back(value(simulation.open_camera({name, antialias, {}})));
     (void)value(cameras.back()->configure(settings));
-    if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+    value(cameras.back()->start());
   }
   return cameras;
 }

@@ -3,13 +3,11 @@
 
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "drivers/sim_povray/simulation.h"
-#include "hal/result.h"
+#include "tests/support/value.h"
 #include "vision/ranging.h"
 
 /// Measures how times grow with the number of robots, frames, pixels and landmarks.
@@ -75,10 +73,6 @@ double wall_s();        ///< time of the steady clock
 double thread_cpu_s();  ///< processor time of the calling thread
 double median(std::vector<double> values);
 
-template <typename T>
-T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
+using testing_support::value;
 
 }  // namespace twocone::bench

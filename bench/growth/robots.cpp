@@ -53,8 +53,7 @@ PlaceSettings room(int robots, const Options& options) {
 }
 
 SessionSettings session_of(int robot) {
-  SessionSettings session;
-  session.name = std::to_string(robot + 1);
+  SessionSettings session{.name = std::to_string(robot + 1)};
   session.body.start = place_of(robot);
   session.body.radius_m = 0.2;
   session.body.seed = std::uint64_t(robot) + 1;

@@ -5,12 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
+#include "hal/camera.h"
 #include "hal/result.h"
 
-/// The table of all effects: what activates each, whether it is on and why, what it costs and how it is switched.
+/// The table of all effects: what activates each, whether it is on and why, what it costs and how it is switched; and
+/// the check that what a scene does not use changes nothing.
 namespace twocone::sim_povray {
 
 struct EffectRow {
@@ -33,5 +34,30 @@ using KeyPlaces = std::map<std::string, std::string>;
 
 /// Describes in a sentence how POV-Ray's access to files is confined.
 [[nodiscard]] std::string describe_confinement(const PlaceSettings& place);
+
+/// One view's image of the start, rendered in two ways. `everything`: POV-Ray's highest quality, reflections at least
+/// 20 deep, no effect switched off by the map, the whole image, and every camera stage applied at its neutral value.
+/// `choice`: as choose_rendering() decides, and limited to the mirror only where that changes nothing. Effects that a
+/// camera is asked for (noise, ...) would change both alike and are left out.
+struct Verification {
+  std::string view;
+  int pixels = 0;           ///< compared pixels: those inside the mirror; all if none is found or all are rendered
+  int different = 0;        ///< pixels that differ in any channel
+  int greatest = 0;         ///< greatest difference, of 255
+  double mean = 0;          ///< mean difference over pixels and channels, of 255
+  double everything_s = 0;  ///< POV-Ray's processor time for one image, median of three, each in a new process
+  double choice_s = 0;
+  bool is_time_told = false;  ///< all three times of one exceed all three of the other; else the gap is noise
+  /// If pixels differ: the cause, with file and line as far as known.
+  std::string why{};
+  /// Whether the scene's or the map's own text requires the difference (a depth of reflections, an effect switched
+  /// off). No other difference should occur.
+  bool is_asked_for = false;
+};
+/// Errors: as Simulation::open, and those of Povray::render.
+[[nodiscard]] Result<std::vector<Verification>> verify_effects(const PlaceSettings& place,
+                                                               const SessionSettings& session,
+                                                               const std::vector<ViewSettings>& views,
+                                                               const CameraSettings& size);
 
 }  // namespace twocone::sim_povray

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
 #include <algorithm>
 #include <sstream>

@@ -40,10 +40,7 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   check(render);
   auto text = Scene::read(scene);
   if (!text) return text.error();
-  PlaceSettings place;
-  place.scene = scene;
-  place.scene_paths = scene_paths;
-  place.render = render;
+  const PlaceSettings place{.scene = scene, .scene_paths = scene_paths, .render = render};
   const auto povray = confined_povray(place, *text);
   if (!povray) return povray.error();
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "drivers/sim_povray/render_settings.h"
+#include "drivers/sim_povray/place.h"
 #include "hal/image.h"
 #include "hal/result.h"
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "base/plane.h"
-#include "drivers/sim_povray/render_settings.h"
 
 namespace twocone::sim_povray {
 
@@ -45,9 +46,24 @@ struct SceneSwitches {
   friend bool operator==(const SceneSwitches&, const SceneSwitches&) = default;
 };
 
+/// Greatest width and height of an image. Its size in bytes does not overflow.
+constexpr int kMaxSide_px = 16384;
+
+/// How images are rendered. The defaults suit two cores.
+struct RenderSettings {
+  std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
+  int processes = 8;              ///< POV-Ray processes at one time, >= 1; more than cores, as each sleeps at times
+  bool hold = true;               ///< keep processes between images; off: one process per image
+  bool whole_image = false;       ///< also render the pixels outside the mirror
+  bool landlock = true;           ///< confine POV-Ray by Landlock if the kernel has it; off: as on a kernel without
+  std::chrono::milliseconds timeout{120'000};  ///< time limit of one image, > 0; then the process is killed
+  /// Called from any thread with a line for a person: rendering fell back to a slower method, and why.
+  std::function<void(const std::string&)> notice{};
+};
+
 /// A scene with everything in it except robots.
 struct PlaceSettings {
-  std::filesystem::path scene;  ///< a POV-Ray file
+  std::filesystem::path scene{};  ///< a POV-Ray file
   /// Folders that the scene may read, with all their sub-folders, in addition to POV-Ray's libraries. The scene may not
   /// write any file. Empty: the scene's own folder.
   std::vector<std::filesystem::path> scene_paths{};
@@ -61,5 +77,14 @@ struct PlaceSettings {
 
 /// @throws std::invalid_argument naming every bad field
 void check(const PlaceSettings& settings);
+void check(const RenderSettings& settings);
+
+/// Describes the walls, solids and moving things of a place in text, one line each, to a millimetre. The programs of
+/// one world must agree on it. At most 4 kB: a checksum replaces the lines beyond that.
+std::string outline_of(const PlaceSettings& place);
+
+/// Returns the first difference between the outline_of() of the robot's map and that of the world, as a message; empty:
+/// they agree.
+std::string first_difference(const std::string& of_map, const std::string& of_world);
 
 }  // namespace twocone::sim_povray

@@ -118,9 +118,8 @@ std::vector<TruePixel> read_off(const DeepImage& position, const DeepImage& even
         }
       }
       if (!shown) continue;
-      const auto nearest = std::min_element(
-          landmarks.begin(), landmarks.end(),
-          [&](const Landmark& a, const Landmark& b) { return outside_m(a, point) < outside_m(b, point); });
+      const auto nearest =
+          std::ranges::min_element(landmarks, {}, [&](const Landmark& landmark) { return outside_m(landmark, point); });
       pixels.push_back({column, row, std::size_t(nearest - landmarks.begin()),
                         std::hypot(point[0] - robot.x_m, point[1] - robot.y_m), point[2]});
     }
@@ -138,17 +137,20 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   if (landmarks.empty()) return std::vector<TruePixel>{};
   const auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
-  std::vector<Moved> moved;
+  std::vector<NamedBlock> moved;
+  std::vector<FloorMotion> motions;
   std::vector<MovedBlock> all = others;
   all.push_back(robot);
   for (const MovedBlock& block : all) {
     auto found = scene->object(block.object);
     if (!found) return found.error();
-    moved.push_back({std::move(*found), motion_between(block.start, block.now)});
+    moved.push_back(*std::move(found));
+    motions.push_back(motion_between(block.start, block.now));
   }
   const auto camera = scene->camera(view.camera);
   if (!camera) return camera.error();
-  const std::string seen = scene->seen(moved, {*camera, motion_between(robot.start, robot.now)}, place.unit_m);
+  const std::string seen =
+      with_pose(scene->view_template(moved, *camera, ""), scene->pose_text(motions, motions.back(), place.unit_m));
   const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/plane.h"
-#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/image.h"

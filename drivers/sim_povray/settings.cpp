@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"

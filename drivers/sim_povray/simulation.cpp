@@ -21,8 +21,6 @@ namespace twocone::sim_povray {
 struct SharedSession {
   std::unique_ptr<RobotSession> session;
   SessionSettings settings;
-
-  [[nodiscard]] Timestamp now() const { return {ClockKind::kSimulated, session->state().now}; }
 };
 
 namespace {
@@ -140,7 +138,8 @@ class SimDrive final : public DiffDrive {
   Result<WheelAngles> do_read_angles() override {
     const SessionState& state = shared_->session->state();
     const int counts = shared_->settings.body.wheels.encoder_counts_per_turn;
-    return WheelAngles{shared_->now(), encoder_reading_rad(state.left_rad - left_rad_, counts),
+    return WheelAngles{{ClockKind::kSimulated, state.now},
+                       encoder_reading_rad(state.left_rad - left_rad_, counts),
                        encoder_reading_rad(state.right_rad - right_rad_, counts)};
   }
   Status do_stop() noexcept override { return shared_->session->halt(); }

@@ -17,8 +17,8 @@
 
 #include "base/child_process.h"
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/effects/choice.h"
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
@@ -80,31 +80,158 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   }
 
   Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) override;
-  Status reset() override;
+
+  Status reset() override {
+    const std::lock_guard lock(mutex_);
+    // Another robot of the scene could join, and the two would wait for each other.
+    if (!is_empty()) {
+      return Error{ErrorCode::kRefused,
+                   "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
+    }
+    begin_anew();
+    return {};
+  }
+
   [[nodiscard]] std::string rendering() const override { return renderer_->describe(); }
 
  private:
   friend class LocalSession;
 
-  void leave(const std::string& robot);
-  [[nodiscard]] bool is_empty() const;
-  void begin_anew();
-  Status step(const std::string& robot, RobotSession::SteadyTime deadline);
-  void step_if_all_asked();
-  [[nodiscard]] std::string robots_not_ready() const;
-  [[nodiscard]] bool waits_for(const std::string& robot) const;
-  Status claim_rate(const void* view, const std::string& camera, double rate_hz);
-  void drop_rate(const void* view);
+  void leave(const std::string& robot) {
+    const std::lock_guard lock(mutex_);
+    HostedRobot& hosted = robots_.at(robot);
+    world_.abandon(*hosted.id);
+    hosted.joined = hosted.asked = false;
+    if (is_empty()) {
+      begin_anew();
+    } else {
+      step_if_all_asked();
+    }
+    changed_.notify_all();
+  }
+
+  [[nodiscard]] bool is_empty() const {
+    return std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
+  }
+
+  void begin_anew() {
+    robots_.clear();
+    claims_.clear();
+    world_.begin_anew();
+  }
+
+  Status step(const std::string& robot, RobotSession::SteadyTime deadline) {
+    std::unique_lock lock(mutex_);
+    if (world_.rate_hz() == 0) {
+      return Error{ErrorCode::kInvalidState,
+                   "no camera of this world has been configured, so it has no rate to step at"};
+    }
+    robots_.at(robot).asked = true;
+    const std::uint64_t before = steps_;
+    step_if_all_asked();
+    if (changed_.wait_until(lock, deadline, [&] { return steps_ != before; })) return {};
+    const Error late{ErrorCode::kTimeout, fmt::format("the world waits for {}", robots_not_ready())};
+    robots_.at(robot).asked = false;
+    return late;
+  }
+
+  void step_if_all_asked() {
+    for (const auto& [name, robot] : robots_) {
+      if (robot.joined && !robot.asked) return;
+    }
+    world_.step();
+    ++steps_;
+    for (auto& [name, robot] : robots_) robot.asked = false;
+    changed_.notify_all();
+  }
+
+  [[nodiscard]] std::string robots_not_ready() const {
+    std::vector<std::string> names;
+    for (const auto& [name, robot] : robots_) {
+      if (robot.joined && !robot.asked) names.push_back(name);
+    }
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+
+  [[nodiscard]] bool waits_for(const std::string& robot) const {
+    const std::lock_guard lock(mutex_);
+    return !robots_.at(robot).asked &&
+           std::any_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.asked; });
+  }
+
+  Status claim_rate(const void* view, const std::string& camera, double rate_hz) {
+    for (const auto& [other, claim] : claims_) {
+      if (other != view && claim.rate_hz != rate_hz) {
+        return Error{ErrorCode::kRefused,
+                     fmt::format("camera '{}' wants {} Hz, but this world's camera '{}' runs at {} Hz, and a world has "
+                                 "one rate",
+                                 camera, rate_hz, claim.camera, claim.rate_hz)};
+      }
+    }
+    claims_[view] = {camera, rate_hz};
+    world_.set_rate(rate_hz);
+    return {};
+  }
+
+  void drop_rate(const void* view) {
+    const std::lock_guard lock(mutex_);
+    claims_.erase(view);
+  }
+
   std::shared_ptr<FutureViewTemplate> view_template(const NamedBlock& robot, const NamedBlock& camera,
-                                                    const CameraSettings& size, int antialias);
+                                                    const CameraSettings& size, int antialias) {
+    auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
+    if (view_template) return view_template;
+    const auto make = [=, this] { return make_view_template(robot, camera, size, antialias); };
+    return view_template = looks_for_mirror() ? std::make_shared<FutureViewTemplate>(make)
+                                              : std::make_shared<FutureViewTemplate>(make());
+  }
+
   /// Whether images may leave out the pixels outside the mirror.
   [[nodiscard]] bool looks_for_mirror() const {
     return povray_ && !place_.render.whole_image && choice_.why_whole.empty();
   }
+
   [[nodiscard]] ViewTemplateResult make_view_template(const NamedBlock& robot, const NamedBlock& camera,
-                                                      const CameraSettings& size, int antialias) const;
-  [[nodiscard]] std::string pose_text(const std::string& robot, std::chrono::nanoseconds before) const;
-  [[nodiscard]] FloorMotion motion_of(const NamedBlock& mover, std::chrono::nanoseconds before) const;
+                                                      const CameraSettings& size, int antialias) const {
+    std::optional<MirrorSight> mirror;
+    if (looks_for_mirror()) {
+      auto found = find_mirror(*povray_, choice_.scene, robot, camera, size.width_px, size.height_px, stop_.fd());
+      if (!found) return found.error();
+      mirror = *std::move(found);
+    }
+    ViewTemplate view_template = choice_.scene.view_template(movers_, camera, mirror ? mirror->mask : std::string());
+    view_template.width_px = size.width_px;
+    view_template.height_px = size.height_px;
+    view_template.antialias = antialias;
+    view_template.quality = choice_.quality;
+    view_template.one_shot = choice_.one_shot;
+    if (mirror) view_template.window = mirror->window;
+    return std::make_shared<const ViewTemplate>(std::move(view_template));
+  }
+
+  [[nodiscard]] std::string pose_text(const std::string& robot, std::chrono::nanoseconds before) const {
+    std::vector<FloorMotion> motions;
+    FloorMotion view;
+    for (const NamedBlock& mover : movers_) {
+      motions.push_back(motion_of(mover, before));
+      if (mover.name == robot) view = motions.back();
+    }
+    return choice_.scene.pose_text(motions, view, place_.unit_m);
+  }
+
+  [[nodiscard]] FloorMotion motion_of(const NamedBlock& mover, std::chrono::nanoseconds before) const {
+    const auto robot = robots_.find(mover.name);
+    if (robot != robots_.end()) {
+      return motion_between(robot->second.start, world_.pose_before(*robot->second.id, before));
+    }
+    for (std::size_t i = 0; i < place_.moving.size(); ++i) {
+      if (mover.name == "moving." + place_.moving[i].name) {
+        return motion_between(moving_starts_[i], world_.moving_pose_before(i, before));
+      }
+    }
+    return {};  // a robot that no session has claimed stands where the scene shows it
+  }
 
   const PlaceSettings place_;
   const RenderChoice choice_;
@@ -272,147 +399,6 @@ Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& set
   }
   session->refresh();
   return std::unique_ptr<RobotSession>(std::move(session));
-}
-
-void LocalHost::leave(const std::string& robot) {
-  const std::lock_guard lock(mutex_);
-  HostedRobot& hosted = robots_.at(robot);
-  world_.abandon(*hosted.id);
-  hosted.joined = hosted.asked = false;
-  if (is_empty()) {
-    begin_anew();
-  } else {
-    step_if_all_asked();
-  }
-  changed_.notify_all();
-}
-
-Status LocalHost::reset() {
-  const std::lock_guard lock(mutex_);
-  // Another robot of the scene could join, and the two would wait for each other.
-  if (!is_empty()) {
-    return Error{ErrorCode::kRefused,
-                 "the host is not empty: the last robot's simulation, cameras, drive or truth are still there"};
-  }
-  begin_anew();
-  return {};
-}
-
-bool LocalHost::is_empty() const {
-  return std::none_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.joined; });
-}
-
-void LocalHost::begin_anew() {
-  robots_.clear();
-  claims_.clear();
-  world_.begin_anew();
-}
-
-Status LocalHost::step(const std::string& robot, RobotSession::SteadyTime deadline) {
-  std::unique_lock lock(mutex_);
-  if (world_.rate_hz() == 0) {
-    return Error{ErrorCode::kInvalidState, "no camera of this world has been configured, so it has no rate to step at"};
-  }
-  robots_.at(robot).asked = true;
-  const std::uint64_t before = steps_;
-  step_if_all_asked();
-  if (changed_.wait_until(lock, deadline, [&] { return steps_ != before; })) return {};
-  const Error late{ErrorCode::kTimeout, fmt::format("the world waits for {}", robots_not_ready())};
-  robots_.at(robot).asked = false;
-  return late;
-}
-
-void LocalHost::step_if_all_asked() {
-  for (const auto& [name, robot] : robots_) {
-    if (robot.joined && !robot.asked) return;
-  }
-  world_.step();
-  ++steps_;
-  for (auto& [name, robot] : robots_) robot.asked = false;
-  changed_.notify_all();
-}
-
-std::string LocalHost::robots_not_ready() const {
-  std::vector<std::string> names;
-  for (const auto& [name, robot] : robots_) {
-    if (robot.joined && !robot.asked) names.push_back(name);
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-bool LocalHost::waits_for(const std::string& robot) const {
-  const std::lock_guard lock(mutex_);
-  return !robots_.at(robot).asked &&
-         std::any_of(robots_.begin(), robots_.end(), [](const auto& entry) { return entry.second.asked; });
-}
-
-Status LocalHost::claim_rate(const void* view, const std::string& camera, double rate_hz) {
-  for (const auto& [other, claim] : claims_) {
-    if (other != view && claim.rate_hz != rate_hz) {
-      return Error{ErrorCode::kRefused,
-                   fmt::format("camera '{}' wants {} Hz, but this world's camera '{}' runs at {} Hz, and a world has "
-                               "one rate",
-                               camera, rate_hz, claim.camera, claim.rate_hz)};
-    }
-  }
-  claims_[view] = {camera, rate_hz};
-  world_.set_rate(rate_hz);
-  return {};
-}
-
-void LocalHost::drop_rate(const void* view) {
-  const std::lock_guard lock(mutex_);
-  claims_.erase(view);
-}
-
-std::shared_ptr<FutureViewTemplate> LocalHost::view_template(const NamedBlock& robot, const NamedBlock& camera,
-                                                             const CameraSettings& size, int antialias) {
-  auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
-  if (view_template) return view_template;
-  const auto make = [=, this] { return make_view_template(robot, camera, size, antialias); };
-  return view_template = looks_for_mirror() ? std::make_shared<FutureViewTemplate>(make)
-                                            : std::make_shared<FutureViewTemplate>(make());
-}
-
-ViewTemplateResult LocalHost::make_view_template(const NamedBlock& robot, const NamedBlock& camera,
-                                                 const CameraSettings& size, int antialias) const {
-  std::optional<MirrorSight> mirror;
-  if (looks_for_mirror()) {
-    auto found = find_mirror(*povray_, choice_.scene, robot, camera, size.width_px, size.height_px, stop_.fd());
-    if (!found) return found.error();
-    mirror = *std::move(found);
-  }
-  ViewTemplate view_template = choice_.scene.view_template(movers_, camera, mirror ? mirror->mask : std::string());
-  view_template.width_px = size.width_px;
-  view_template.height_px = size.height_px;
-  view_template.antialias = antialias;
-  view_template.quality = choice_.quality;
-  view_template.one_shot = choice_.one_shot;
-  if (mirror) view_template.window = mirror->window;
-  return std::make_shared<const ViewTemplate>(std::move(view_template));
-}
-
-FloorMotion LocalHost::motion_of(const NamedBlock& mover, std::chrono::nanoseconds before) const {
-  const auto robot = robots_.find(mover.name);
-  if (robot != robots_.end()) {
-    return motion_between(robot->second.start, world_.pose_before(*robot->second.id, before));
-  }
-  for (std::size_t i = 0; i < place_.moving.size(); ++i) {
-    if (mover.name == "moving." + place_.moving[i].name) {
-      return motion_between(moving_starts_[i], world_.moving_pose_before(i, before));
-    }
-  }
-  return {};  // a robot that no session has claimed stands where the scene shows it
-}
-
-std::string LocalHost::pose_text(const std::string& robot, std::chrono::nanoseconds before) const {
-  std::vector<FloorMotion> motions;
-  FloorMotion view;
-  for (const NamedBlock& mover : movers_) {
-    motions.push_back(motion_of(mover, before));
-    if (mover.name == robot) view = motions.back();
-  }
-  return choice_.scene.pose_text(motions, view, place_.unit_m);
 }
 
 /// Returns all robots of the scene, and the moving things of the map. A robot that cannot be moved is skipped here; it

@@ -4,6 +4,7 @@
 #include "drivers/sim_povray/simulation.h"
 #include "tests/drivers/camera_conformance.h"
 #include "tests/drivers/diff_drive_conformance.h"
+#include "tests/support/value.h"
 
 /// Runs the suites for a world that POV-Ray renders. The images are small, so their number determines the time.
 namespace twocone::test {
@@ -12,22 +13,17 @@ namespace {
 using namespace std::chrono_literals;
 using sim_povray::Simulation;
 using std::chrono::nanoseconds;
-
-template <typename T>
-T take(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return *std::move(result);
-}
+using testing_support::value;
 
 std::unique_ptr<Simulation> open_world(const DriveLimits& limits) {
   sim_povray::PlaceSettings place;
   place.scene = TWOCONE_SOURCE_DIR "/tests/sim_povray/scenes/tiny.pov";
   sim_povray::SessionSettings session;
   session.drive = limits;
-  return take(Simulation::open(place, session));
+  return value(Simulation::open(place, session));
 }
 
-OpenedCamera open_camera() { return {take(open_world({})->open_camera({"lower", 1, {}})), nullptr}; }
+OpenedCamera open_camera() { return {value(open_world({})->open_camera({"lower", 1, {}})), nullptr}; }
 
 const CameraCase kCamera{"SimPovray", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, open_camera};
 
@@ -45,10 +41,10 @@ OpenedDrive open_simulated_drive(const DriveLimits& limits) {
   const auto world = open_world(limits);
   auto drive = world->open_drive();
   const std::shared_ptr<GroundTruth> truth = world->open_truth();
-  const std::shared_ptr<Camera> camera = take(world->open_camera({"lower", 1, {}}));
-  const auto grab = [camera] { return take(camera->grab(30s)); };
-  (void)take(camera->configure({8, 6, kRate_hz}));
-  if (auto started = camera->start(); !started) throw std::runtime_error(started.error().message);
+  const std::shared_ptr<Camera> camera = value(world->open_camera({"lower", 1, {}}));
+  const auto grab = [camera] { return value(camera->grab(30s)); };
+  (void)value(camera->configure({8, 6, kRate_hz}));
+  value(camera->start());
   (void)grab();  // the frame of the start, which advances no time
   return {std::move(drive),
           [grab](nanoseconds time) {

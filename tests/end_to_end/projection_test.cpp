@@ -15,7 +15,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/estimation/image_as_mat.h"
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "vision/hue_labels.h"
 
@@ -159,7 +159,9 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
       ASSERT_TRUE(camera) << camera.error().message;
       auto promise = std::make_shared<std::promise<ImageResult>>();
       pair[std::size_t(i)] = promise->get_future();
-      renderer.submit(sim_povray::plain_image(name, scene->seen({{*body, motion}}, {*camera, motion}, map.unit_m),
+      renderer.submit(sim_povray::plain_image(name,
+                                              sim_povray::with_pose(scene->view_template({*body}, *camera, ""),
+                                                                    scene->pose_text({motion}, motion, map.unit_m)),
                                               entry.width_px, entry.height_px, 1),
                       [promise](ImageResult image) { promise->set_value(std::move(image)); });
     }

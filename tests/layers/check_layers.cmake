@@ -11,13 +11,10 @@ set(areas base hal vision localisation drivers/backends drivers/DRIVER
           apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate
           apps/compare apps/doctor apps/import apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
-                drivers/sim_povray/camera_effects.h drivers/sim_povray/effects.h
-                drivers/sim_povray/outline.h drivers/sim_povray/overhead.h
+                drivers/sim_povray/effects.h drivers/sim_povray/overhead.h
                 drivers/sim_povray/place.h drivers/sim_povray/reflected_truth.h
-                drivers/sim_povray/render_settings.h drivers/sim_povray/robot_body.h
-                drivers/sim_povray/serve.h drivers/sim_povray/session_settings.h
-                drivers/sim_povray/shown_camera.h drivers/sim_povray/simulation.h
-                drivers/sim_povray/simulation_host.h drivers/sim_povray/verification.h)
+                drivers/sim_povray/session_settings.h drivers/sim_povray/shown_camera.h
+                drivers/sim_povray/simulation.h drivers/sim_povray/simulation_host.h)
 # Folders and headers that every application may include.
 set(common apps/config apps/estimation apps/runlog apps/behaviours base hal vision localisation ${drivers_api})
 set(may_base base)

@@ -9,9 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/camera/lens.h"
 #include "drivers/sim_povray/camera/light.h"
-#include "drivers/sim_povray/camera/noise.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -76,30 +74,29 @@ std::vector<double> lights(const Image& image) {
 TEST(Light, EveryCodeComesBack) {
   for (int code = 0; code < 256; ++code) {
     const auto byte = static_cast<std::uint8_t>(code);
-    EXPECT_EQ(encode_srgb(decode_srgb(byte)), byte);
-    EXPECT_NEAR(decode_srgb(byte), linear(code), 1e-7) << "a float's rounding, code " << code;
+    const Light light = mean_light({grey(1, 1, code).get()}, {{0}});
+    EXPECT_EQ(to_image(light).bytes[0], byte);
+    EXPECT_NEAR(light.values.front(), linear(code), 1e-7) << "a float's rounding, code " << code;
   }
 }
 
 TEST(Light, IsCodedByTheCurveAndClipped) {
+  const auto code_of = [](float light) { return to_image({1, 1, {light, light, light}}).bytes[0]; };
   int different = 0;
   for (int i = -1000; i <= 21'000; ++i) {
     const double light = i / 20'000.0;
-    different += encode_srgb(static_cast<float>(light)) == coded(light) ? 0 : 1;
+    different += code_of(static_cast<float>(light)) == coded(light) ? 0 : 1;
   }
   // They differ only where a float's rounding crosses one of 255 steps: 22'000 * 255 * 6e-8 = 0.3 are expected.
   EXPECT_LE(different, 3);
-  EXPECT_EQ(encode_srgb(1e30F), 255);
-  EXPECT_EQ(encode_srgb(-1e30F), 0);
-  EXPECT_EQ(encode_srgb(NAN), 0);
+  EXPECT_EQ(code_of(1e30F), 255);
+  EXPECT_EQ(code_of(-1e30F), 0);
+  EXPECT_EQ(code_of(NAN), 0);
 }
 
 TEST(CameraStage, WithoutEffectsThePixelsAreUnchanged) {
-  CameraEffects losing;
-  losing.drop_probability = 0.4;
-  losing.late_probability = 0.3;
-  losing.distortion = {0, 0, 0, 0};
-  losing.stamp_late_s = 0.04;
+  const CameraEffects losing{
+      .distortion = {0, 0, 0, 0}, .drop_probability = 0.4, .late_probability = 0.3, .stamp_late_s = 0.04};
   for (const CameraEffects& effects : {CameraEffects{}, losing}) {
     EXPECT_FALSE(changes_pixels(effects));
     EXPECT_FALSE(takes_time(effects));
@@ -133,8 +130,7 @@ TEST(CameraStage, ShutterSamplesThatDoNotFitAreRefused) {
 // ---- gain, vignetting, defocus
 
 TEST(Gain, DoublesLinearLightNotTheCode) {
-  CameraEffects effects;
-  effects.gain = 2;
+  CameraEffects effects{.gain = 2};
   const auto source = random_image(31, 17);
   const Image bright = developed(effects, {source});
   for (std::size_t i = 0; i < bright.bytes.size(); ++i) {
@@ -143,8 +139,7 @@ TEST(Gain, DoublesLinearLightNotTheCode) {
 }
 
 TEST(Vignetting, TakesItsShareInTheCornersAndGrowsWithTheRadiusSquared) {
-  CameraEffects effects;
-  effects.vignetting = 0.37;
+  CameraEffects effects{.vignetting = 0.37};
   const Image image = developed(effects, {grey(41, 31, 255)});
   for (const auto& [column, row] : {std::pair(0, 0), std::pair(40, 0), std::pair(0, 30), std::pair(40, 30)}) {
     EXPECT_EQ(at(image, column, row), coded(1 - 0.37)) << "corner " << column << ", " << row;
@@ -187,8 +182,7 @@ TEST(Defocus, SpreadsAPointEvenlyOverItsDiscAndKeepsTheLight) {
 }
 
 TEST(Defocus, LeavesAnEvenImageAsItIsUpToTheEdges) {
-  CameraEffects effects;
-  effects.defocus_px = 3.3;
+  CameraEffects effects{.defocus_px = 3.3};
   const auto source = grey(5, 9, 137);  // narrower than the disc
   EXPECT_EQ(developed(effects, {source}), *source);
   effects.defocus_px = 0.45;
@@ -196,8 +190,7 @@ TEST(Defocus, LeavesAnEvenImageAsItIsUpToTheEdges) {
 }
 
 TEST(Defocus, IsLinearLightNotTheMeanOfCodes) {
-  CameraEffects effects;
-  effects.defocus_px = 20;
+  CameraEffects effects{.defocus_px = 20};
   auto source = grey(2, 1, 0);
   for (std::size_t i = 0; i < 3; ++i) source->bytes[i] = 255;
   const Image image = developed(effects, {source});
@@ -227,8 +220,6 @@ TEST(Distortion, ThroughTheLensAndBackIsThePointItself) {
     for (int i = 0; i < 500; ++i) {
       const LensPoint ideal{side(random), side(random)};
       const LensPoint seen = through_lens(k, ideal.x, ideal.y);
-      EXPECT_NEAR(distort(k, ideal).x, seen.x, 1e-15);
-      EXPECT_NEAR(distort(k, ideal).y, seen.y, 1e-15);
       // undistort stops at 1e-9; the lens shrinks by a factor of two at most here.
       EXPECT_NEAR(undistort(k, seen).x, ideal.x, 2e-9);
       EXPECT_NEAR(undistort(k, seen).y, ideal.y, 2e-9);
@@ -287,10 +278,7 @@ TEST(Distortion, OfASlopeEqualsASlowReference) {
 // ---- time
 
 TEST(ShutterSamples, AreTheMiddlesOfEqualPartsEndingNow) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.013;
-  effects.readout_s = 0.021;
-  effects.shutter_samples = 5;
+  CameraEffects effects{.exposure_time_s = 0.013, .readout_s = 0.021, .shutter_samples = 5};
   const auto before = shutter_samples_before(effects);
   ASSERT_EQ(before.size(), 5u);
   EXPECT_EQ(before.front().count(), 30'600'000) << "34 ms less a tenth, oldest first";
@@ -303,8 +291,7 @@ TEST(ShutterSamples, AreTheMiddlesOfEqualPartsEndingNow) {
 
 // Catches an implementation that moves the stamp too, so that the stamp is not late.
 TEST(ShutterSamples, AreAllOlderByTheDelayOfTheStamp) {
-  CameraEffects effects;
-  effects.stamp_late_s = 0.0173;
+  CameraEffects effects{.stamp_late_s = 0.0173};
   EXPECT_EQ(shutter_samples_before(effects), std::vector{std::chrono::nanoseconds(17'300'000)}) << "still one image";
   EXPECT_EQ(capture_before(effects).count(), 0);
   effects.exposure_time_s = 0.013;
@@ -326,9 +313,7 @@ Images one_colour_each(int count, int height_px) {
 }
 
 TEST(MotionBlur, IsTheMeanLightOfAllShutterSamples) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.02;
-  effects.shutter_samples = 7;
+  CameraEffects effects{.exposure_time_s = 0.02, .shutter_samples = 7};
   double mean = 0;
   for (int i = 0; i < 7; ++i) mean += linear(25 * (i + 1)) / 7;
   EXPECT_EQ(developed(effects, one_colour_each(7, 11)), *grey(3, 11, coded(mean)));
@@ -338,10 +323,7 @@ TEST(RollingShutter, EveryRowIsTheMeanOfTheSamplesInItsOwnTime) {
   constexpr int kRows = 31;
   for (const auto& [exposure_time_s, readout_s, count] :
        {std::tuple(0.0107, 0.0231, 8), std::tuple(0.0, 0.0231, 9), std::tuple(0.0011, 0.0307, 4)}) {
-    CameraEffects effects;
-    effects.exposure_time_s = exposure_time_s;
-    effects.readout_s = readout_s;
-    effects.shutter_samples = count;
+    CameraEffects effects{.exposure_time_s = exposure_time_s, .readout_s = readout_s, .shutter_samples = count};
     const auto before = shutter_samples_before(effects);
     const Image image = developed(effects, one_colour_each(count, kRows));
     for (int row = 0; row < kRows; ++row) {
@@ -404,10 +386,7 @@ class Noise : public testing::TestWithParam<NoiseCase> {};
 
 TEST_P(Noise, HasTheStatedVarianceAndNoBias) {
   const auto& [name, gain, full_well, read_noise] = GetParam();
-  CameraEffects effects;
-  effects.gain = gain;
-  effects.full_well_electrons = full_well;
-  effects.read_noise_electrons = read_noise;
+  CameraEffects effects{.gain = gain, .full_well_electrons = full_well, .read_noise_electrons = read_noise};
   constexpr int kCode = 124;
   const Image noisy = developed(effects, {grey(200, 150, kCode)});
   const Moments found = moments(lights(noisy));
@@ -428,9 +407,7 @@ INSTANTIATE_TEST_SUITE_P(All, Noise,
                          [](const auto& param) { return param.param.name; });
 
 CameraEffects noisy() {
-  CameraEffects effects;
-  effects.full_well_electrons = 700;
-  effects.read_noise_electrons = 9;
+  CameraEffects effects{.full_well_electrons = 700, .read_noise_electrons = 9};
   return effects;
 }
 
@@ -489,9 +466,7 @@ TEST(Draws, AreStillThoseOfEarlierVersions) {
 
 TEST(Losses, HappenAtTheirRatesAndIndependently) {
   constexpr int kSteps = 4000;
-  CameraEffects effects;
-  effects.drop_probability = 0.13;
-  effects.late_probability = 0.21;
+  CameraEffects effects{.drop_probability = 0.13, .late_probability = 0.21};
   int dropped = 0, late = 0, both = 0;
   for (std::uint64_t step = 0; step < kSteps; ++step) {
     const bool is_dropped = drops(effects, 7, "lower", step);

@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <future>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,7 @@
 #include "drivers/sim_povray/shown_camera.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -31,6 +31,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
+using testing_support::FailsWith;
 
 constexpr const char* kRoom =
     "global_settings { assumed_gamma 1 }\nlight_source { <9, 30, -9> rgb 1 }\nplane { y, 0 pigment { rgb 0.4 } }\n";
@@ -53,9 +54,7 @@ class ConfinementTest : public testing::TestWithParam<bool> {
 
   /// Renders the scene from above with one process.
   Result<Image> render(const std::string& text, const std::vector<std::filesystem::path>& paths) {
-    RenderSettings settings;
-    settings.landlock = GetParam();
-    settings.timeout = 60s;
+    RenderSettings settings{.landlock = GetParam(), .timeout = 60s};
     const std::string name = fmt::format("map/{}-scene.pov", ++scenes_);
     return render_overhead(folder_.write(name, "#version 3.7;\n" + text + "\n" + kRoom), 1, {-1, 1, -1, 1, 1, 8},
                            settings, paths);
@@ -151,8 +150,7 @@ TEST_P(ConfinementTest, AMissingFileIsReportedWithTheFoldersThatWereSearched) {
 
 TEST_P(ConfinementTest, AFolderThatDoesNotExistIsRefused) {
   const auto image = render("", {at("map"), at("nowhere")});
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kNotFound));
   EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
 }
 
@@ -176,10 +174,7 @@ TEST_P(ConfinementTest, TheFolderOfAnIncludedSceneIsSearched) {
 TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
-  PlaceSettings place;
-  place.scene = scene;
-  place.render.landlock = GetParam();
-  place.render.processes = 2;
+  const PlaceSettings place{.scene = scene, .render = {.processes = 2, .landlock = GetParam()}};
   auto povray = confined_povray(place, {});
   ASSERT_TRUE(povray) << povray.error().message;
   const auto confined = make_renderer(*povray, place.render);
@@ -206,9 +201,7 @@ TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
 }
 
 TEST_P(ConfinementTest, TheConfinementIsDescribed) {
-  PlaceSettings place;
-  place.scene = at("map/scene.pov");
-  place.scene_paths = {at("map"), at("named")};
+  PlaceSettings place{.scene = at("map/scene.pov"), .scene_paths = {at("map"), at("named")}};
   place.render.landlock = GetParam();
   const std::string description = describe_confinement(place);
   EXPECT_THAT(description, AllOf(HasSubstr(at("map")), HasSubstr(at("named"))));
@@ -263,15 +256,14 @@ TEST(ShownCamera, IsAtThePlaceOfItsStatement) {
                                             "translate <3, 0, -7>\n}}\n",
                                             kRoom));
   place.unit_m = 0.05;
-  const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_TRUE(shown) << shown.error().message;
+  const auto shown = value(shown_camera(place, "robot", "lower", {}));
   // POV-Ray is left-handed: turning about y by t takes x to (cos t, -sin t) in (x, z), which are the world's x and y.
   const double t = 103 * std::acos(-1.0) / 180;
   constexpr double kDigits = 1e-8;  // nine digits of a few units; 20 units are one metre
-  EXPECT_NEAR(shown->x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
-  EXPECT_NEAR(shown->y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
-  ASSERT_TRUE(shown->x_axis_rad);
-  EXPECT_NEAR(*shown->x_axis_rad, -t, kDigits);
+  EXPECT_NEAR(shown.x_m, 0.05 * (std::cos(t) + 0.5 * std::sin(t) + 3), kDigits);
+  EXPECT_NEAR(shown.y_m, 0.05 * (-std::sin(t) + 0.5 * std::cos(t) - 7), kDigits);
+  ASSERT_TRUE(shown.x_axis_rad);
+  EXPECT_NEAR(*shown.x_axis_rad, -t, kDigits);
 }
 
 TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
@@ -282,8 +274,7 @@ TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
                                     "union {\n //*PMName robot\n sphere { 0, 1 } }\n#declare Own = camera {\n "
                                     "location y }\ncamera {\n //*PMName lower\n Own\n}\n");
   const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_FALSE(shown);
-  EXPECT_EQ(shown.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(shown, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
 }
 
@@ -301,8 +292,7 @@ TEST(ShownCamera, StopsOnRequest) {
   });
   const auto begin = std::chrono::steady_clock::now();
   const auto shown = shown_camera(place, "robot", "lower", source.get_token());
-  ASSERT_FALSE(shown);
-  EXPECT_EQ(shown.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(shown, FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
 }
 

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/world/motion.h"
-#include "drivers/sim_povray/world/touch.h"
+#include "drivers/sim_povray/world/surroundings.h"
 #include "drivers/sim_povray/world/world.h"
 #include "tests/sim_povray/wheels_of_body.h"
 
@@ -25,23 +25,8 @@ using std::chrono::nanoseconds;
 // except for this rounding of coordinates below 4 m.
 constexpr double kRounding_m = 32 * std::numeric_limits<double>::epsilon();
 
-RobotBody body(const Pose2& start) {
-  RobotBody b;
-  b.start = start;
-  b.radius_m = kRadius_m;
-  b.wheels.radius_m = kWheel_m;
-  b.wheels.separation_m = 0.3;
-  return b;
-}
-
 Outline box(double min_x_m, double max_x_m, double min_y_m, double max_y_m) {
   return {{min_x_m, min_y_m}, {max_x_m, min_y_m}, {max_x_m, max_y_m}, {min_x_m, max_y_m}};
-}
-
-World world_of(const PlaceSettings& place, double rate_hz = 15) {
-  World world(place);
-  world.set_rate(rate_hz);
-  return world;
 }
 
 void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int steps) {
@@ -52,10 +37,9 @@ void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int st
 }
 
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1.5, -2, 2};
+  PlaceSettings place{.walls = Bounds{-1, 1.5, -2, 2}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   EXPECT_EQ(world.contact(robot), "");
   drive(world, robot, wheels(0.5), 60);
   EXPECT_EQ(world.contact(robot), "wall");
@@ -66,11 +50,10 @@ TEST(Contact, AWallStopsTheBodyAndItsWheels) {
 }
 
 TEST(Contact, EachWallStopsIt) {
-  PlaceSettings place;
-  place.walls = Bounds{-1.1, 1.2, -1.3, 1.4};
+  PlaceSettings place{.walls = Bounds{-1.1, 1.2, -1.3, 1.4}};
   for (const double heading_rad : {0.0, std::numbers::pi / 2, std::numbers::pi, -std::numbers::pi / 2}) {
     World world = world_of(place);
-    const auto robot = *world.add_robot(body({0, 0, heading_rad}));
+    const auto robot = *world.add_robot(body_at({0, 0, heading_rad}));
     drive(world, robot, wheels(0.5), 60);
     EXPECT_EQ(world.contact(robot), "wall");
     const Pose2& p = world.pose(robot);
@@ -80,10 +63,9 @@ TEST(Contact, EachWallStopsIt) {
 }
 
 TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
-  PlaceSettings place;
-  place.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}};
+  PlaceSettings place{.solids = {{"landmark red", Disc{{1.1, 0.13}, 0.31}}}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   drive(world, robot, wheels(0.7), 60);
   EXPECT_EQ(world.contact(robot), "landmark red");
   EXPECT_NEAR(world.pose(robot).x_m, 1.1 - std::sqrt(0.51 * 0.51 - 0.13 * 0.13), 2 * kTouch_m);
@@ -91,26 +73,25 @@ TEST(Contact, ALandmarkStopsItWhereTheCirclesTouch) {
 
 // Catches a polygon taken as its convex hull: the bay of the U is free.
 TEST(Contact, ABodyEntersTheBayOfAConcaveOutline) {
-  PlaceSettings place;
-  place.solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}};
+  PlaceSettings place{
+      .solids = {{"obstacle 1", Outline{{1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 0.5}, {2, 0.5}, {2, -0.5}, {1, -0.5}}}}};
   World world = world_of(place);
-  const auto inside = *world.add_robot(body({0, 0, 0}));
+  const auto inside = *world.add_robot(body_at({0, 0, 0}));
   drive(world, inside, wheels(0.8), 60);
   EXPECT_EQ(world.contact(inside), "obstacle 1");
   EXPECT_NEAR(world.pose(inside).x_m, 2 - kRadius_m, kTouch_m + kRounding_m);
 
   World corner = world_of(place);
-  const auto at_corner = *corner.add_robot(body({0, 0.4, 0}));
+  const auto at_corner = *corner.add_robot(body_at({0, 0.4, 0}));
   drive(corner, at_corner, wheels(0.8), 60);
   EXPECT_NEAR(corner.pose(at_corner).x_m, 1 - std::sqrt(0.04 - 0.01), 2 * kTouch_m) << "at its corner";
 }
 
 // Catches a search for contact at the end of a step only: at 5 m/s and 4 Hz a step is 1.25 m long.
 TEST(Contact, NothingTunnelsThroughAThinPanel) {
-  PlaceSettings place;
-  place.solids = {{"panel", box(0.9, 0.902, -3, 3)}};
+  PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3, 3)}}};
   World world = world_of(place, 4);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   drive(world, robot, wheels(5), 3);
   EXPECT_EQ(world.contact(robot), "panel");
   EXPECT_NEAR(world.pose(robot).x_m, 0.9 - kRadius_m, kTouch_m + kRounding_m);
@@ -119,10 +100,9 @@ TEST(Contact, NothingTunnelsThroughAThinPanel) {
 // A body with a radius of 1 mm at 100 m/s, along an arc, with and without lag.
 TEST(Contact, NotEvenATinyFastBodyOnAnArcTunnels) {
   for (const double lag_s : {0.0, 0.05}) {
-    PlaceSettings place;
-    place.solids = {{"panel", box(0.9, 0.902, -3000, 3000)}};
+    PlaceSettings place{.solids = {{"panel", box(0.9, 0.902, -3000, 3000)}}};
     World world = world_of(place, 4);
-    RobotBody b = body({0, 0, 0.3});
+    RobotBody b = body_at({0, 0, 0.3});
     b.radius_m = 0.001;
     b.wheels.lag_s = lag_s;
     const auto robot = *world.add_robot(b);
@@ -139,8 +119,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
   std::uniform_real_distribution<double> any(-1, 1);
   int stopped = 0;
   for (int n = 0; n < 150; ++n) {
-    PlaceSettings place;
-    place.walls = Bounds{-2.5, 2.5, -2.5, 2.5};
+    PlaceSettings place{.walls = Bounds{-2.5, 2.5, -2.5, 2.5}};
     for (int i = 0; i < 4; ++i) {
       const FloorPoint at{2.3 * any(engine), 2.3 * any(engine)};
       if (i % 2 == 0) {
@@ -153,7 +132,7 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
     }
     World world = world_of(place, 0.5);
     const Pose2 start{any(engine), any(engine), std::numbers::pi * any(engine)};
-    RobotBody b = body(start);
+    RobotBody b = body_at(start);
     b.command_timeout = std::chrono::seconds(10);
     const auto robot = world.add_robot(b);
     if (!robot) continue;
@@ -194,10 +173,9 @@ TEST(Contact, StopsWhereASlowSearchFindsTheFirstOverlap) {
 }
 
 TEST(Contact, ARobotLeavesAWallBackwards) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
-  const auto robot = *world.add_robot(body({0, 0, 0.3}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0.3}));
   drive(world, robot, wheels(0.5), 60);
   const Pose2 there = world.pose(robot);
   ASSERT_EQ(world.contact(robot), "wall");
@@ -211,12 +189,11 @@ TEST(Contact, ARobotLeavesAWallBackwards) {
 // Slip makes a turn on the spot a very tight arc, which half of the time leads into the wall. That must not hold the
 // robot.
 TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   for (const std::uint64_t seed : {0, 1, 2, 3, 4}) {
     const double slip = seed == 0 ? 0 : 0.05;
     World world = world_of(place);
-    RobotBody b = body({0, 0, 0.3});
+    RobotBody b = body_at({0, 0, 0.3});
     b.wheels.slip = slip;
     b.seed = seed;
     const auto robot = *world.add_robot(b);
@@ -235,10 +212,9 @@ TEST(Contact, ARobotAtAWallTurnsOnTheSpotAndDrivesOff) {
 }
 
 TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place);
-  RobotBody b = body({0, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.wheels.lag_s = 0.2;
   const auto robot = *world.add_robot(b);
   drive(world, robot, wheels(0.5), 60);
@@ -253,10 +229,9 @@ TEST(Contact, WithLagTheWheelsStartAgainFromZero) {
 
 // Poses within a step in which the wall stops the body: it drives, then it stands.
 TEST(Contact, PosesWithinTheStepStopWithTheBody) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = world_of(place, 1);
-  RobotBody b = body({0, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.command_timeout = std::chrono::seconds(10);
   const auto robot = *world.add_robot(b);
   world.command(robot, wheels(2));  // touches after 0.4 s
@@ -266,14 +241,13 @@ TEST(Contact, PosesWithinTheStepStopWithTheBody) {
 }
 
 TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
-  PlaceSettings place;
-  place.walls = Bounds{-3, 3, -3, 3};
-  place.solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}};
-  place.moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}};
+  PlaceSettings place{.walls = Bounds{-3, 3, -3, 3},
+                      .solids = {{"landmark red", Disc{{1, 0}, 0.2}}, {"obstacle 1", box(-2, -1, -1, 1)}},
+                      .moving = {{"trolley", {{0, 2}, {1, 2}}, 0.1, true, 0.2}}};
   World world = world_of(place);
-  ASSERT_TRUE(world.add_robot(body({0, 0, 0})));
+  ASSERT_TRUE(world.add_robot(body_at({0, 0, 0})));
   const auto refusal = [&world](const Pose2& start) {
-    RobotBody b = body(start);
+    RobotBody b = body_at(start);
     b.name = "robot.2";
     const auto result = world.add_robot(b);
     return result ? std::string("taken") : result.error().message;
@@ -286,10 +260,10 @@ TEST(Contact, AStartThatTouchesIsRefusedAndNamed) {
   EXPECT_EQ(refusal({0.1, 1.7, 0}), "start of robot.2 touches moving.trolley");
   EXPECT_EQ(refusal({0.2, 0.3, 0}), "start of robot.2 touches robot");
   EXPECT_EQ(refusal({0.3, -0.5, 0}), "taken");
-  RobotBody b = body({1, 0, 0});
+  RobotBody b = body_at({1, 0, 0});
   b.radius_m = 0;
   EXPECT_TRUE(world.add_robot(b)) << "a point touches nothing";
-  RobotBody late = body({0, 0, 0});
+  RobotBody late = body_at({0, 0, 0});
   EXPECT_EQ(world.add_robot(late).error().code, ErrorCode::kRefused);
 }
 
@@ -317,8 +291,8 @@ Pair meet(bool a_first, const RobotBody& a, const WheelSpeeds& of_a, const Robot
 
 // Catches robots that move one after the other: the first one would get farther than its share of the way.
 TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
-  RobotBody a = body({-1.2, 0.05, 0});
-  RobotBody b = body({1.3, 0, std::numbers::pi});
+  RobotBody a = body_at({-1.2, 0.05, 0});
+  RobotBody b = body_at({1.3, 0, std::numbers::pi});
   a.name = "robot.1";
   b.name = "robot.2";
   b.radius_m = 0.27;
@@ -337,8 +311,8 @@ TEST(Contact, TwoThatDriveAtEachOtherStopTouchingInAnyOrderOfJoining) {
 }
 
 TEST(Contact, AFasterRobotStaysBehindASlowerOne) {
-  RobotBody a = body({-1, 0, 0});
-  RobotBody b = body({0, 0, 0});
+  RobotBody a = body_at({-1, 0, 0});
+  RobotBody b = body_at({0, 0, 0});
   b.name = "robot.2";
   const Pair p = meet(true, a, wheels(1), b, wheels(0.3), 45, 15);
   EXPECT_NEAR(p.b.x_m, 0.9, 1e-9) << "the robot that drives away is not held";
@@ -348,9 +322,9 @@ TEST(Contact, AFasterRobotStaysBehindASlowerOne) {
 
 TEST(Contact, AnAbandonedRobotStandsInTheWayUntilItIsRemoved) {
   World world = world_of(PlaceSettings{});
-  RobotBody other = body({1, 0, 0});
+  RobotBody other = body_at({1, 0, 0});
   other.name = "robot.2";
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   const auto abandoned = *world.add_robot(other);
   world.command(abandoned, wheels(0.5));
   world.abandon(abandoned);
@@ -372,7 +346,7 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
     World world = world_of(PlaceSettings{}, 3);
     std::vector<World::RobotId> ids(3);
     for (const int i : order) {
-      RobotBody b = body({-1.0 + i, 0, i == 2 ? std::numbers::pi : 0});
+      RobotBody b = body_at({-1.0 + i, 0, i == 2 ? std::numbers::pi : 0});
       b.name = "robot." + std::to_string(i + 1);
       ids[i] = *world.add_robot(b);
     }
@@ -392,10 +366,9 @@ TEST(Contact, ThreeInARowMeetWithoutOverlap) {
 // ---- moving things
 
 TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
-  PlaceSettings place;
-  place.moving = {{"trolley", {{1, -2}, {1, 2}}, 0.4, true, 0.3}};
+  PlaceSettings place{.moving = {{"trolley", {{1, -2}, {1, 2}}, 0.4, true, 0.3}}};
   World world = world_of(place, 5);
-  RobotBody b = body({0.2, 0, 0});
+  RobotBody b = body_at({0.2, 0, 0});
   const auto robot = *world.add_robot(b);
   std::string touched;
   for (int i = 0; i < 60; ++i) {
@@ -405,7 +378,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
   EXPECT_EQ(touched, "") << "0.04 m of driving does not bring it near";
 
   World closer = world_of(place, 5);
-  const auto near = *closer.add_robot(body({0.55, 0, 0}));
+  const auto near = *closer.add_robot(body_at({0.55, 0, 0}));
   int contacts = 0;
   for (int i = 0; i < 60; ++i) {
     closer.step();
@@ -418,10 +391,9 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
 }
 
 TEST(Contact, AnOverrunRobotCanMoveOutButNotDeeper) {
-  PlaceSettings place;
-  place.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}};
+  PlaceSettings place{.moving = {{"trolley", {{-2, 0}, {-0.3, 0}}, 0.5, false, 0.3}}};
   World world = world_of(place, 5);
-  const auto robot = *world.add_robot(body({0, 0, 0}));
+  const auto robot = *world.add_robot(body_at({0, 0, 0}));
   while (world.now() < std::chrono::seconds(5)) world.step();
   ASSERT_EQ(world.contact(robot), "moving.trolley");
   drive(world, robot, wheels(-0.5), 5);

@@ -10,19 +10,19 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/povray/povray.h"
-#include "drivers/sim_povray/verification.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 const SceneAccess kAnywhere("a.pov", {});
 
@@ -65,11 +65,8 @@ std::vector<Image> rendered(const std::vector<RenderedScene>& scenes) {
   const Povray povray(find_povray("povray").value(), "a.pov", std::chrono::seconds(60));
   std::vector<std::future<ImageResult>> results;
   for (const RenderedScene& scene_text : scenes) {
-    ViewTemplate view_template;
-    view_template.scene = scene_text.text;
-    view_template.width_px = 48;
-    view_template.height_px = 36;
-    view_template.quality = scene_text.quality;
+    ViewTemplate view_template{
+        .scene = scene_text.text, .width_px = 48, .height_px = 36, .quality = scene_text.quality};
     const RenderJob job{"a", std::make_shared<const ViewTemplate>(std::move(view_template)), {}};
     results.push_back(std::async(std::launch::async, [&povray, job] { return povray.render(job, -1); }));
   }
@@ -118,8 +115,7 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
     switches.*member = false;
     return switches;
   };
-  SceneSwitches shallow;
-  shallow.reflection_depth = 1;
+  SceneSwitches shallow{.reflection_depth = 1};
   struct Case {
     SceneSwitches switches;
     Parts with;
@@ -138,9 +134,8 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
   for (const Case& c : cases) {
     const std::string with = scene_with(c.with);
     const auto scene = Scene::parse(with, "a.pov");
-    const auto text = switched(*scene, find_calls(*scene, kAnywhere), c.switches);
-    ASSERT_TRUE(text) << text.error().message;
-    scenes.insert(scenes.end(), {{*text}, {scene_with(c.without)}, {with}});
+    const auto text = value(switched(*scene, find_calls(*scene, kAnywhere), c.switches));
+    scenes.insert(scenes.end(), {{text}, {scene_with(c.without)}, {with}});
   }
   const std::vector<Image> images = rendered(scenes);
   for (std::size_t i = 0; i < images.size(); i += 3) {
@@ -152,8 +147,7 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
 // ---- the table
 
 PlaceSettings place_of(const std::string& scene) {
-  PlaceSettings place;
-  place.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov";
+  PlaceSettings place{.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov"};
   return place;
 }
 
@@ -198,16 +192,10 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   place.switches.shadows = false;
   place.switches.reflection_depth = 2;
   place.moving.push_back({"trolley", {{0, 0}, {1, 0}}, 0.1, true, 0.2});
-  SessionSettings session;
-  session.body.wheels.slip = 0.01;
-  session.body.radius_m = 0.2;
-  ViewSettings lower{"lower", 3, {}};
-  lower.effects.vignetting = 0.3;
-  ViewSettings upper{"upper", 1, {}};
-  upper.effects.vignetting = 0.2;
-  upper.effects.exposure_time_s = 0.01;
-  upper.effects.shutter_samples = 5;
-  upper.effects.stamp_late_s = 0.02;
+  const SessionSettings session{.body = {.radius_m = 0.2, .wheels = {.slip = 0.01}}};
+  const ViewSettings lower{"lower", 3, {.vignetting = 0.3}};
+  const ViewSettings upper{
+      "upper", 1, {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02}};
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},
@@ -234,13 +222,11 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
 
 TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
   const auto table = effect_table(place_of("none"), {}, {}, {});
-  ASSERT_FALSE(table);
-  EXPECT_EQ(table.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(table, FailsWith(ErrorCode::kNotFound));
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {
-  SessionSettings session;
-  session.name = "plain";
+  SessionSettings session{.name = "plain"};
   return verify_effects(place, session, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
 }
 
@@ -263,11 +249,10 @@ constexpr const char* kDeep =
 // Catches a difference without an explanation: two images of a scene that draws random numbers are never equal.
 TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
   const TemporaryFolder folder;
-  const auto result = verified(
+  const auto result = value(verified(
       plain_with(folder, "random.pov",
-                 kDeep + std::string("box { <7, 5, 14>, <14, 12, 15> pigment { rgb 0.5 } finish { crand 0.3 } }")));
-  ASSERT_TRUE(result) << result.error().message;
-  const Verification& seen = result->front();
+                 kDeep + std::string("box { <7, 5, 14>, <14, 12, 15> pigment { rgb 0.5 } finish { crand 0.3 } }"))));
+  const Verification& seen = result.front();
   EXPECT_GT(seen.different, 0);
   EXPECT_THAT(seen.why, HasSubstr("random.pov:"));
   EXPECT_THAT(seen.why, HasSubstr("crand draws random numbers"));
@@ -277,9 +262,8 @@ TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
 // Catches a report that the choice is wrong where the scene itself limits the depth: two mirrors face each other.
 TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
   const TemporaryFolder folder;
-  const auto result = verified(plain_with(folder, "deep.pov", kDeep));
-  ASSERT_TRUE(result) << result.error().message;
-  const Verification& seen = result->front();
+  const auto result = value(verified(plain_with(folder, "deep.pov", kDeep)));
+  const Verification& seen = result.front();
   EXPECT_GT(seen.different, 0) << "the scene shows nothing deep";
   EXPECT_THAT(seen.why, HasSubstr("more than 2 surfaces"));
   EXPECT_TRUE(seen.is_asked_for);
@@ -293,9 +277,8 @@ TEST(VerifyEffects, OnlyEffectsThatTheMapSwitchesOffChangePixels) {
   switched_off.switches.shadows = false;
   const auto missed = verified(switched_off);
   const auto same = plain.get();
-  const auto gathered = radiosity.get();
-  ASSERT_TRUE(gathered) << gathered.error().message;
-  EXPECT_EQ(gathered->front().different, 0);
+  const auto gathered = value(radiosity.get());
+  EXPECT_EQ(gathered.front().different, 0);
   ASSERT_TRUE(same) << same.error().message;
   ASSERT_TRUE(missed) << missed.error().message;
 

@@ -22,10 +22,7 @@ namespace twocone::sim_povray {
 
 /// Returns a robot's image of a step. Every byte depends on the robot, the view, the step and its position.
 inline Image fake_image(const std::string& robot, std::uint32_t view, std::uint64_t step, const CameraSettings& size) {
-  Image image;
-  image.width_px = size.width_px;
-  image.height_px = size.height_px;
-  image.format = view == 1 ? PixelFormat::kGrey8 : PixelFormat::kRgb8;
+  Image image{size.width_px, size.height_px, view == 1 ? PixelFormat::kGrey8 : PixelFormat::kRgb8, {}};
   image.bytes.resize(*image_bytes(image.format, size.width_px, size.height_px));
   std::uint64_t state = step * 977 + view * 31 + (robot.empty() ? 0 : std::uint64_t(robot.back()));
   for (auto& byte : image.bytes) {

@@ -2,7 +2,6 @@
 // A world that robots enter one after the other. These tests run POV-Ray itself and fail where it is not installed.
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -13,20 +12,21 @@
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr Pose2 kStart{0.31, -0.47, 0.83};
 const std::vector<std::string> kCameras{"lower", "upper"};
 
 PlaceSettings tiny_place() {
-  PlaceSettings result;
-  result.scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
-  result.solids = {{"landmark red", Disc{{2, 0.5}, 0.1}}};
+  PlaceSettings result{.scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov",
+                       .solids = {{"landmark red", Disc{{2, 0.5}, 0.1}}}};
   // The search for the mirror would render most of the images here, and these are not reported.
   result.render.whole_image = true;
   result.render.processes = 2;
@@ -34,17 +34,7 @@ PlaceSettings tiny_place() {
 }
 
 SessionSettings session(std::optional<Pose2> begin = std::nullopt) {
-  SessionSettings result;
-  result.body.start = kStart;
-  result.body.begin = begin;
-  result.body.radius_m = 0.2;
-  return result;
-}
-
-template <typename T>
-T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
+  return {.body = {.start = kStart, .radius_m = 0.2, .begin = begin}};
 }
 
 std::shared_ptr<SimulationHost> host() { return value(SimulationHost::open(tiny_place())); }
@@ -60,9 +50,7 @@ struct Visit {
   explicit Visit(std::unique_ptr<Simulation> opened)
       : simulation(std::move(opened)), drive(simulation->open_drive()), truth(simulation->open_truth()) {
     for (const std::string& name : kCameras) {
-      cameras.push_back(value(simulation->open_camera({name, 1, {}})));
-      (void)value(cameras.back()->configure(kSmallSize));
-      if (auto started = cameras.back()->start(); !started) throw std::runtime_error(started.error().message);
+      cameras.push_back(streaming(*simulation, {name, 1, {}}));
     }
   }
   /// Grabs both views of the next step.
@@ -138,14 +126,12 @@ TEST(HostResetTest, RefusesASecondRobotAndAStartInAnObstacle) {
   auto truth = first->open_truth();
   first.reset();
   const auto second = enter(*here, session());
-  ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(second.error().message, HasSubstr("cameras, drive or truth are still there"));
 
   truth.reset();
   const auto inside = enter(*here, session(Pose2{1.9, 0.4, 0}));
-  ASSERT_FALSE(inside);
-  EXPECT_EQ(inside.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(inside, FailsWith(ErrorCode::kRefused));
   EXPECT_EQ(inside.error().message, "begin of robot touches landmark red");
   EXPECT_TRUE(enter(*here, session())) << "a refusal leaves the host empty";
 }

@@ -9,18 +9,17 @@ namespace twocone::sim_povray::server {
 
 /// Returns at least one message of each kind. No field has its default, so that an omitted field is noticed.
 inline std::vector<Message> sample_messages() {
-  SessionSettings session;
-  session.name = "2";
-  session.body = {"robot.2",
-                  {1.5, -2.25, 0.7},
-                  0.21,
-                  {0.31, 0.052, 0.013, 2.2, 1024, 0.11},
-                  std::chrono::nanoseconds(412),
-                  Physics{4.9, 0.77, 0.29},
-                  0xfedcba9876543210,
-                  Pose2{-0.4, 1.25, 2.6}};
-  session.drive = {9.5, std::chrono::nanoseconds(399)};
-  session.run_ahead_frames = 7;
+  SessionSettings session{.name = "2",
+                          .body = {"robot.2",
+                                   {1.5, -2.25, 0.7},
+                                   0.21,
+                                   {0.31, 0.052, 0.013, 2.2, 1024, 0.11},
+                                   std::chrono::nanoseconds(412),
+                                   Physics{4.9, 0.77, 0.29},
+                                   0xfedcba9876543210,
+                                   Pose2{-0.4, 1.25, 2.6}},
+                          .drive = {9.5, std::chrono::nanoseconds(399)},
+                          .run_ahead_frames = 7};
   SessionSettings without_physics = session;
   without_physics.body.physics.reset();
   const CameraEffects effects{1.1,   20000, 12,    0.3,  0.8, 0.011, 0.013, 9, {0.1, -0.2, 0.003, 0.004, 0.05},

@@ -24,8 +24,7 @@ int serve_until_killed(const std::string& name) {
 }
 
 int drive_until_killed(const std::string& name, const std::string& robot) {
-  SessionSettings settings;
-  settings.name = robot;
+  SessionSettings settings{.name = robot};
   auto session = join_served_world(name, settings, std::chrono::seconds(5));
   if (!session) return std::fprintf(stderr, "link_peer: %s\n", session.error().message.c_str()), 1;
   std::vector<RobotSession::ViewId> views;

@@ -2,7 +2,6 @@
 // The parts of a link without a server: messages, shared memory, permissions, and the name of a world.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -19,11 +18,13 @@
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray::server {
 namespace {
 
 using std::chrono::milliseconds;
+using testing_support::FailsWith;
 
 // ---- messages
 
@@ -158,8 +159,7 @@ TEST(LinkSharedFrames, AFileWithoutSealsOrOfAnotherSizeIsNotAdopted) {
   base::UniqueFd loose(::memfd_create("loose", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   ASSERT_EQ(::ftruncate(loose.get(), 300), 0);
   const auto not_sealed = SharedFrames::adopt(std::move(loose), 3, 100);
-  ASSERT_FALSE(not_sealed);
-  EXPECT_EQ(not_sealed.error().code, ErrorCode::kBadData);
+  ASSERT_THAT(not_sealed, FailsWith(ErrorCode::kBadData));
   auto writer = SharedFrames::allocate(3, 100);
   ASSERT_TRUE(writer);
   EXPECT_FALSE(SharedFrames::adopt(writer->take_file(), 3, 101));
@@ -169,8 +169,7 @@ TEST(LinkSharedFrames, AFileWithoutSealsOrOfAnotherSizeIsNotAdopted) {
 TEST(LinkSharedFrames, MissingMemoryIsAnErrorAndNoSignal) {
   constexpr std::uint64_t kTebibyte = std::uint64_t{1} << 40;  // more than the free memory of any test machine
   const auto huge = SharedFrames::allocate(256, kTebibyte / 64);
-  ASSERT_FALSE(huge);
-  EXPECT_EQ(huge.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(huge, FailsWith(ErrorCode::kUnavailable));
   EXPECT_NE(huge.error().message.find("MB are free"), std::string::npos) << huge.error().message;
 
   rlimit before{};
@@ -179,8 +178,7 @@ TEST(LinkSharedFrames, MissingMemoryIsAnErrorAndNoSignal) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   const auto limited = SharedFrames::allocate(2, 4096);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
-  ASSERT_FALSE(limited);
-  EXPECT_EQ(limited.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(limited, FailsWith(ErrorCode::kUnavailable));
 }
 
 // ---- packets
@@ -198,12 +196,10 @@ struct Pair {
 TEST(LinkSocket, EveryWaitEndsAtItsDeadline) {
   const Pair pair;
   const auto received = receive_message(pair.near.get(), in(milliseconds(20)));
-  ASSERT_FALSE(received);
-  EXPECT_EQ(received.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(received, FailsWith(ErrorCode::kTimeout));
   Status sent;
   for (int i = 0; i < 100'000 && sent; ++i) sent = send_message(pair.near.get(), Halt{}, in(milliseconds(20)));
-  ASSERT_FALSE(sent) << "the other end never read";
-  EXPECT_EQ(sent.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(sent, FailsWith(ErrorCode::kTimeout)) << "the other end never read";
 }
 
 TEST(LinkSocket, AClosedEndIsAnErrorAndNoSignal) {
@@ -249,8 +245,7 @@ TEST(LinkSocket, AnotherUserIsRefused) {
   EXPECT_TRUE(check_peer(Peer{0, 77}, 0));
   for (const auto& [peer, own] : {std::pair<uid_t, uid_t>{1001, 1000}, {0, 1000}, {1000, 0}}) {
     const Status refused = check_peer(Peer{peer, 77}, own);
-    ASSERT_FALSE(refused) << peer << " at " << own;
-    EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused)) << peer << " at " << own;
     EXPECT_NE(refused.error().message.find("pid 77"), std::string::npos);
   }
   EXPECT_FALSE(check_peer(std::nullopt, 0));
@@ -267,8 +262,7 @@ TEST(LinkName, BadNamesAreRefused) {
   for (const std::string& name :
        std::initializer_list<std::string>{"", "../lab", "a/b", "l ab", "lab.", "läb", std::string(65, 'x')}) {
     const auto path = world_socket(name);
-    ASSERT_FALSE(path) << name;
-    EXPECT_EQ(path.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(path, FailsWith(ErrorCode::kRefused)) << name;
   }
   const auto path = world_socket("Lab-2_x");
   ASSERT_TRUE(path) << path.error().message;
@@ -317,8 +311,7 @@ TEST(LinkName, OneClaimAtATimeAndNoFileIsLeft) {
     const auto first = ServedName::claim(*path);
     ASSERT_TRUE(first) << first.error().message;
     const auto second = ServedName::claim(*path);
-    ASSERT_FALSE(second);
-    EXPECT_EQ(second.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
     sweep(*path, milliseconds(0));
     EXPECT_EQ(runtime.files().size(), 1u) << "the lock of a running server was removed";
   }

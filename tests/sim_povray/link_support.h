@@ -7,7 +7,6 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -83,11 +82,6 @@ class TestServer {
   std::thread thread_;
 };
 
-inline SessionSettings session_named(const std::string& name) {
-  SessionSettings settings;
-  settings.name = name;
-  settings.body.radius_m = 0.2;
-  return settings;
-}
+inline SessionSettings session_named(const std::string& name) { return {.name = name, .body = {.radius_m = 0.2}}; }
 
 }  // namespace twocone::sim_povray

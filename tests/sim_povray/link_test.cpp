@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <limits>
 
 #include "tests/sim_povray/link_client.h"
 #include "tests/sim_povray/link_messages.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -19,15 +19,14 @@ using std::chrono::seconds;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::MatchesRegex;
+using testing_support::FailsWith;
 
 TEST_F(Link, ARemoteSessionBehavesLikeALocalOne) {
   TestServer server("lab");
   auto remote = join_world("1");
   ASSERT_TRUE(remote);
   EXPECT_EQ(remote->state().pose, (Pose2{0, -1.5, 0.7}));
-  CameraEffects effects;
-  effects.distortion = {0.1, 0.2, 0.3, 0.4};
-  effects.distortion_focal_px = 300;
+  CameraEffects effects{.distortion = {0.1, 0.2, 0.3, 0.4}, .distortion_focal_px = 300};
   ASSERT_TRUE(remote->open_view({"lower", 3, effects}));
   EXPECT_EQ(server.host().robot("1").views.at(0).effects, effects);
   EXPECT_EQ(server.host().robot("1").views.at(0).antialias, 3);
@@ -47,8 +46,7 @@ TEST_F(Link, ARemoteSessionBehavesLikeALocalOne) {
 
   EXPECT_THAT(remote->open_view({"sideways", 1, {}}).error().message, HasSubstr("sideways"));
   const auto refused = remote->configure_view(0, {64, 48, 30});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused));
   expect_image(remote->image(0), fake_image("1", 0, 1, kSize));
   remote->release_view(0);
   EXPECT_TRUE(remote->step(in(kPatience))) << "a request that the world refuses does not end the link";
@@ -93,8 +91,7 @@ TEST_F(Link, TwoRobotsStepTogether) {
   auto two = join_world("2");
   ASSERT_TRUE(one && two);
   const Status alone = one->step(in(milliseconds(120)));
-  ASSERT_FALSE(alone) << "a robot stepped without the other";
-  EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(alone, FailsWith(ErrorCode::kTimeout)) << "a robot stepped without the other";
   constexpr int kSteps = 40;
   std::thread other([&two] {
     for (int i = 0; i < kSteps; ++i) {
@@ -153,8 +150,7 @@ TEST_F(Link, ARobotThatWaitsForItsImagesIsNotRemoved) {
   server.host().hold_images();
   const auto image = two->image(0);
   const Status alone = one->step(in(5 * kShort));
-  ASSERT_FALSE(alone) << "robot 2 was removed although its image is being rendered";
-  EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(alone, FailsWith(ErrorCode::kTimeout)) << "robot 2 was removed although its image is being rendered";
   EXPECT_TRUE(two->command({1, 1}));
 }
 
@@ -226,8 +222,7 @@ TEST_F(Link, MissingMemoryIsReported) {
   ASSERT_TRUE(session) << session.error().message;
   ASSERT_TRUE((*session)->open_view({"lower", 1, {}}));
   const Status configured = (*session)->configure_view(0, {16384, 16384, 15});
-  ASSERT_FALSE(configured);
-  EXPECT_EQ(configured.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(configured, FailsWith(ErrorCode::kUnavailable));
   EXPECT_THAT(configured.error().message, HasSubstr("no shared memory for 256 images"));
   ASSERT_TRUE((*session)->configure_view(0, kSize)) << "the link must continue";
 }
@@ -236,8 +231,7 @@ TEST_F(Link, MissingMemoryIsReported) {
 
 TEST_F(Link, AWorldThatNoProgramServesIsNotFound) {
   const auto missing = join_served_world("lab", session_named("1"), kPatience);
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kNotFound));
   EXPECT_THAT(missing.error().message, HasSubstr("lab"));
   EXPECT_EQ(join_served_world("../lab", session_named("1"), kPatience).error().code, ErrorCode::kRefused);
 }
@@ -247,8 +241,7 @@ TEST_F(Link, TakenAndUnknownRobotsAreRefused) {
   auto one = join_world("1");
   ASSERT_TRUE(one);
   const auto again = join_served_world("lab", session_named("1"), kPatience);
-  ASSERT_FALSE(again);
-  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(again, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(again.error().message, HasSubstr("taken"));
   const auto unknown = join_served_world("lab", session_named("9"), kPatience);
   ASSERT_FALSE(unknown);
@@ -307,8 +300,7 @@ void pretend_to_serve(const std::vector<server::Message>& answers, const std::fu
 TEST_F(Link, AServerOfAnotherVersionIsRefusedWithBothNamed) {
   pretend_to_serve({server::Hello{server::kMagic, server::kVersion + 1, "twocone 9.9"}}, [] {
     const auto session = join_served_world("fake", session_named("1"), kPatience);
-    ASSERT_FALSE(session);
-    EXPECT_EQ(session.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(session, FailsWith(ErrorCode::kRefused));
     EXPECT_THAT(session.error().message, HasSubstr("version " + std::to_string(server::kVersion + 1) + " of"));
     EXPECT_THAT(session.error().message, HasSubstr("version " + std::to_string(server::kVersion) + " ("));
   });
@@ -457,8 +449,7 @@ TEST_F(Link, TheSixtyFifthClientIsRefused) {
   std::vector<std::unique_ptr<RawClient>> silent;
   for (int i = 0; i < 64; ++i) silent.push_back(std::make_unique<RawClient>());
   const auto session = join_served_world("lab", session_named("1"), kPatience);
-  ASSERT_FALSE(session);
-  EXPECT_EQ(session.error().code, ErrorCode::kUnavailable) << session.error().message;
+  ASSERT_THAT(session, FailsWith(ErrorCode::kUnavailable)) << session.error().message;
   silent.clear();
   EXPECT_TRUE(eventually([] { return join_served_world("lab", session_named("1"), kPatience).has_value(); }));
 }
@@ -483,8 +474,7 @@ TEST_F(Link, OneNameIsServedOnce) {
   const auto ended = eventually([&] { return second.ended(); });
   ASSERT_TRUE(ended);
   const Status refused = second.stop();
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused));
   EXPECT_TRUE(join_world("1")) << "the first server must continue";
   TestServer other("lab-2");
   EXPECT_TRUE(join_world("1", "lab-2"));

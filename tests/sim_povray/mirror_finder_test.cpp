@@ -11,15 +11,17 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr int kWidth_px = 160;
 constexpr int kHeight_px = 120;
@@ -51,10 +53,7 @@ class MirrorFinderTest : public testing::Test {
                        -1);
   }
   MirrorSight sight(const std::string& text, const std::string& name = "scene.pov") {
-    const auto found = find(folder_.write(name, text), "lower", kWidth_px, kHeight_px);
-    if (!found) throw std::runtime_error(found.error().message);
-    if (!*found) throw std::runtime_error("no mirror");
-    return **found;
+    return value(find(folder_.write(name, text), "lower", kWidth_px, kHeight_px)).value();
   }
   /// Finds the mirrors of several scenes at once, because POV-Ray mostly sleeps.
   std::vector<MirrorSight> sights(const std::vector<std::string>& texts) {
@@ -140,17 +139,15 @@ TEST_F(MirrorFinderTest, AMirrorThatTheImageCutsOff) {
 }
 
 TEST_F(MirrorFinderTest, ASceneWithoutAMirrorIsNoError) {
-  const auto found = find(folder_.write("dull.pov", scene_text("sphere { 4*y, 1 pigment { rgb 1 } }", kCamera)),
-                          "lower", kWidth_px, kHeight_px);
-  ASSERT_TRUE(found) << found.error().message;
-  EXPECT_FALSE(found->has_value());
+  const auto found = value(find(folder_.write("dull.pov", scene_text("sphere { 4*y, 1 pigment { rgb 1 } }", kCamera)),
+                                "lower", kWidth_px, kHeight_px));
+  EXPECT_FALSE(found.has_value());
 }
 
 TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
   const auto path = folder_.write("bad.pov", scene_text("sphere { Bogus }", kCamera));
   const auto found = find(path, "lower", kWidth_px, kHeight_px);
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(found, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(found.error().message, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error"));
 }
 
@@ -260,11 +257,10 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   ViewTemplate view_template = scene.view_template({scene.object("robot").value()}, camera, *mask);
   view_template.width_px = kSide_px;
   view_template.height_px = kSide_px;
-  const auto image = Povray(find_povray("povray").value(), lab_scene(), kRenderLimit)
-                         .render({"the mask", std::make_shared<const ViewTemplate>(view_template),
-                                  scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
-                                 -1);
-  ASSERT_TRUE(image) << image.error().message;
+  const auto image = value(Povray(find_povray("povray").value(), lab_scene(), kRenderLimit)
+                               .render({"the mask", std::make_shared<const ViewTemplate>(view_template),
+                                        scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
+                                       -1));
   std::vector<double> ends_px;
   for (int i = 0; i < kDirections; ++i) {
     const double angle_rad = 2 * std::numbers::pi * i / kDirections;
@@ -272,7 +268,7 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
       const auto column = int(std::lround(circle.centre.column_px + r * std::cos(angle_rad)));
       const auto row = int(std::lround(circle.centre.row_px + r * std::sin(angle_rad)));
       const auto at = std::size_t(3 * (row * kSide_px + column));
-      if ((*image)->bytes[at] + (*image)->bytes[at + 1] + (*image)->bytes[at + 2] == 0) continue;
+      if (image->bytes[at] + image->bytes[at + 1] + image->bytes[at + 2] == 0) continue;
       ends_px.push_back(r);
       break;
     }

@@ -67,8 +67,7 @@ TEST(MovingPath, ReportsItsCurrentStretch) {
 
 // Rolling shutter and motion blur need poses at times within a step, also across a corner.
 TEST(MovingThings, AWorldReportsEarlierPoses) {
-  PlaceSettings place;
-  place.moving = {triangle(true), triangle(false)};
+  PlaceSettings place{.moving = {triangle(true), triangle(false)}};
   World world(place);
   world.set_rate(2);
   expect_pose(world.moving_pose_before(0, nanoseconds(400'000'000)), {0.5, 1, 0}, "before the beginning");

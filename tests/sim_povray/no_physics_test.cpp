@@ -4,21 +4,22 @@
 
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/world.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
+using testing_support::FailsWith;
+
 // Catches a robot that silently moves without the physics that its settings require.
 TEST(Physics, ARobotThatNeedsTheMissingEngineIsRefused) {
   World world{PlaceSettings{}};
-  RobotBody body;
-  body.radius_m = 0.2;
+  RobotBody body{.radius_m = 0.2};
   EXPECT_TRUE(world.add_robot(body));
   body.start.x_m = 1;
   body.physics = Physics{};
   const auto refused = world.add_robot(body);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(refused, FailsWith(ErrorCode::kUnavailable));
   EXPECT_EQ(refused.error().message, "physics needs the Open Dynamics Engine, which this build does not have");
   EXPECT_EQ(PhysicsEngine::opened(), 0);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,10 +12,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 PlaceSettings place() {
-  PlaceSettings place;
-  place.walls = Bounds{-2, 2, -1.5, 1.5};
-  place.solids = {{"landmark red", Disc{{1.9, 0.7}, 0.08}}, {"obstacle 1", Outline{{0, 0}, {1, 0}, {0.5, 0.7}}}};
-  place.moving = {{"cart", {{0, 1}, {1, 1}}, 0.23, true, 0.19}};
+  PlaceSettings place{
+      .walls = Bounds{-2, 2, -1.5, 1.5},
+      .solids = {{"landmark red", Disc{{1.9, 0.7}, 0.08}}, {"obstacle 1", Outline{{0, 0}, {1, 0}, {0.5, 0.7}}}},
+      .moving = {{"cart", {{0, 1}, {1, 1}}, 0.23, true, 0.19}}};
   return place;
 }
 

@@ -15,8 +15,8 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/world/motion.h"
-#include "drivers/sim_povray/world/touch.h"
-#include "drivers/sim_povray/world/wheel_friction.h"
+#include "drivers/sim_povray/world/surroundings.h"
+#include "drivers/sim_povray/world/wheel.h"
 #include "drivers/sim_povray/world/world.h"
 #include "tests/sim_povray/wheels_of_body.h"
 
@@ -30,21 +30,13 @@ constexpr double kFriction = 0.63;
 constexpr double kMost_mps2 = kFriction * PhysicsEngine::kGravity_mps2;
 
 RobotBody heavy(const Pose2& start) {
-  RobotBody b;
-  b.start = start;
-  b.radius_m = kRadius_m;
-  b.wheels.radius_m = kWheel_m;
-  b.wheels.separation_m = 0.3;
+  RobotBody b = body_at(start);
   b.command_timeout = std::chrono::seconds(1000);
   b.physics = Physics{kMass_kg, kFriction, 0.3};
   return b;
 }
 
-World fine_world_of(const PlaceSettings& place, double rate_hz = kFine_hz) {
-  World world(place);
-  world.set_rate(rate_hz);
-  return world;
-}
+World fine_world_of(const PlaceSettings& place, double rate_hz = kFine_hz) { return world_of(place, rate_hz); }
 
 struct Velocity {
   double x_mps, y_mps, turn_radps;
@@ -72,8 +64,7 @@ double seconds_of(const World& world) { return std::chrono::duration<double>(wor
 // Catches an engine that every world starts: without physics, ODE must not be initialised.
 TEST(Physics, AWorldWithoutPhysicsDoesNotStartTheEngine) {
   const int before = PhysicsEngine::opened();
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = fine_world_of(place, 15);
   RobotBody light = heavy({});
   light.physics.reset();
@@ -264,8 +255,7 @@ TEST(Physics, WheelImpulsesMeetTheConditionsOfTheMinimum) {
 // ---- contact
 
 TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
-  PlaceSettings place;
-  place.solids = {{"panel", Outline{{9, -5}, {9.002, -5}, {9.002, 5}, {9, 5}}}};
+  PlaceSettings place{.solids = {{"panel", Outline{{9, -5}, {9.002, -5}, {9.002, 5}, {9, 5}}}}};
   World world = fine_world_of(place, 15);
   RobotBody b = heavy({0, 0, 0.2});
   b.physics->wheel_friction = 30;  // so that it is fast enough after a short distance
@@ -283,9 +273,7 @@ TEST(Physics, APanelOfTwoMillimetresStopsTenMetresPerSecond) {
 }
 
 TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
-  PlaceSettings place;
-  place.walls = Bounds{-2, 1, -2, 2};
-  place.solids = {{"landmark red", Disc{{-1, 0}, 0.1}}};
+  PlaceSettings place{.walls = Bounds{-2, 1, -2, 2}, .solids = {{"landmark red", Disc{{-1, 0}, 0.1}}}};
   World world = fine_world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
   for (int i = 0; i < 60; ++i) {
@@ -403,9 +391,9 @@ TEST(Physics, ACollisionKeepsMomentumAndMakesNoEnergy) {
 
 // With locked wheels nothing adds energy. The energy falls in every step, through many collisions.
 TEST(Physics, EnergyNeverIncreases) {
-  PlaceSettings place;
-  place.walls = Bounds{-2, 2, -1.2, 1.2};
-  place.solids = {{"landmark", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}};
+  PlaceSettings place{
+      .walls = Bounds{-2, 2, -1.2, 1.2},
+      .solids = {{"landmark", Disc{{0.2, 0.5}, 0.1}}, {"wedge", Outline{{0.5, -1.2}, {1, -1.2}, {0.7, -0.6}}}}};
   World world = fine_world_of(place);
   std::vector<World::RobotId> robots;
   for (int i = 0; i < 4; ++i) {
@@ -439,8 +427,7 @@ TEST(Physics, EnergyNeverIncreases) {
 }
 
 TEST(Physics, AThingOnRailsPushesARobotAlong) {
-  PlaceSettings place;
-  place.moving = {{"trolley", {{-2, 0.02}, {3, 0.02}}, 0.5, false, 0.3}};
+  PlaceSettings place{.moving = {{"trolley", {{-2, 0.02}, {3, 0.02}}, 0.5, false, 0.3}}};
   World world = fine_world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, std::numbers::pi / 2}));
   for (int i = 0; i < 15 * 5; ++i) {
@@ -504,8 +491,7 @@ TEST(Physics, PosesWithinTheStepLieOnThePath) {
 // ---- several worlds
 
 Pose2 run_of(int steps) {
-  PlaceSettings place;
-  place.walls = Bounds{-1, 1, -1, 1};
+  PlaceSettings place{.walls = Bounds{-1, 1, -1, 1}};
   World world = fine_world_of(place, 15);
   const auto a = *world.add_robot(heavy({-0.5, 0, 0.3}));
   RobotBody other = heavy({0.5, 0.1, 3});

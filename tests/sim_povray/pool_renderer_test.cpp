@@ -10,27 +10,23 @@
 
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr auto kShortTimeout = 1s;
 
-std::string program() {
-  const auto found = find_povray("povray");
-  if (!found) throw std::runtime_error(found.error().message);
-  return *found;
-}
+std::string program() { return value(find_povray("povray")); }
 
 class PoolRendererTest : public testing::Test {
  protected:
   [[nodiscard]] PoolSettings settings(int processes) const {
-    PoolSettings s;
-    s.processes = processes;
-    s.scratch_roots = {scratch_.path()};
+    PoolSettings s{.processes = processes, .scratch_roots = {scratch_.path()}};
     return s;
   }
   [[nodiscard]] bool scratch_is_empty() const { return std::filesystem::is_empty(scratch_.path()); }
@@ -178,9 +174,8 @@ TEST_F(PoolRendererTest, AKilledProcessCostsNoImage) {
   ProcessRenderer one_by_one(povray, 4);
   const auto expected = images(one_by_one, {view}, 4);
   for (std::size_t i = 0; i < futures.size(); ++i) {
-    const auto got = futures[i].get();
-    ASSERT_TRUE(got) << got.error().message;
-    EXPECT_TRUE(**got == **expected[i]) << "pose " << i;
+    const auto got = value(futures[i].get());
+    EXPECT_TRUE(*got == **expected[i]) << "pose " << i;
   }
 }
 
@@ -190,8 +185,7 @@ TEST_F(PoolRendererTest, AProcessThatAlwaysDiesIsNotRetriedForever) {
       Povray(folder_.script("povray", "echo x >> begun; kill -SEGV $$"), folder_.path() / "lab.pov", kRenderLimit),
       settings(1));
   const auto image = ordered(pool, view.job(7)).get();
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
   EXPECT_EQ(image.error().message, "frame 7: POV-Ray crashed (SIGSEGV)");
   EXPECT_EQ(read_file(folder_.path() / "begun"), "x\nx\nx\n");
 }
@@ -223,8 +217,7 @@ TEST_F(PoolRendererTest, MistakesInTheSceneAreReportedAsWithOneProcessPerImage) 
     const auto expected = ordered(one_by_one, view.job(0)).get();
     ASSERT_FALSE(expected);
     for (const auto& got : images(pool, {view}, 3)) {
-      ASSERT_FALSE(got);
-      EXPECT_EQ(got.error().code, ErrorCode::kRefused);
+      ASSERT_THAT(got, FailsWith(ErrorCode::kRefused));
       EXPECT_EQ(got.error().message, expected.error().message);
     }
   }
@@ -237,8 +230,7 @@ TEST_F(PoolRendererTest, AProcessThatTakesTooLongIsKilled) {
     const View view(path, "lower", 32, 24);
     PoolRenderer pool(Povray(program(), path, kShortTimeout), settings(1));
     const auto got = ordered(pool, view.job(5)).get();
-    ASSERT_FALSE(got);
-    EXPECT_EQ(got.error().code, ErrorCode::kTimeout);
+    ASSERT_THAT(got, FailsWith(ErrorCode::kTimeout));
     EXPECT_EQ(got.error().message, "frame 5: POV-Ray did not finish within 1 s and was killed");
   }
 }

@@ -2,13 +2,12 @@
 // One run of POV-Ray. Shell scripts replace POV-Ray and misbehave in many ways.
 #include "drivers/sim_povray/render/povray/povray.h"
 
-#include <filesystem>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -16,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 // An image of 2 x 1 pixels.
 constexpr const char* kPrintTwoPixels = "printf 'P6\\n# POV-Ray\\n2 1\\n255\\nabcdef'";
@@ -43,9 +43,8 @@ class PovrayTest : public testing::Test {
 };
 
 TEST_F(PovrayTest, ReturnsTheImage) {
-  const auto image = render(kPrintTwoPixels);
-  ASSERT_TRUE(image) << image.error().message;
-  EXPECT_EQ(**image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
+  const auto image = value(render(kPrintTwoPixels));
+  EXPECT_EQ(*image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
 }
 
 TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
@@ -59,11 +58,7 @@ TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
 }
 
 TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
-  ViewTemplate view_template;
-  view_template.scene = "the scene";
-  view_template.pose_offset = 3;
-  view_template.width_px = 2;
-  view_template.height_px = 1;
+  ViewTemplate view_template{.scene = "the scene", .pose_offset = 3, .width_px = 2, .height_px = 1};
   const Povray povray(folder_.script("povray", "cat /proc/self/fd/3 > got; " + std::string(kPrintTwoPixels)),
                       folder_.path() / "lab.pov", kChildLimit);
   ASSERT_TRUE(povray.render({"", std::make_shared<const ViewTemplate>(view_template), "pose"}, -1));
@@ -71,9 +66,7 @@ TEST_F(PovrayTest, ThePoseIsInsertedAtItsOffset) {
 }
 
 TEST(PovrayArguments, FollowTheViewTemplate) {
-  ViewTemplate view_template;
-  view_template.width_px = 20;
-  view_template.height_px = 10;
+  ViewTemplate view_template{.width_px = 20, .height_px = 10};
   EXPECT_THAT(povray_arguments(view_template), testing::IsSupersetOf({"-A", "+Q9", "+BM2", "+W20", "+H10"}));
   EXPECT_THAT(povray_arguments(view_template), testing::Not(testing::Contains(HasSubstr("+SC"))));
   view_template.antialias = 4;
@@ -149,8 +142,7 @@ TEST_F(PovrayTest, AFloodOnStandardOutput) {
 TEST_F(PovrayTest, AMissingProgramIsReported) {
   const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kChildLimit);
   const auto result = povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1);
-  ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(result, FailsWith(ErrorCode::kUnavailable));
   EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));
 }
 
@@ -169,15 +161,13 @@ TEST(FindPovray, InPathOrAtAGivenPath) {
   ::setenv("PATH", old_path.c_str(), 1);
   ASSERT_TRUE(found);
   EXPECT_EQ(*found, program);
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kUnavailable));
 }
 
 TEST(FindPovray, AFileThatIsNoProgramIsRefused) {
   const TemporaryFolder folder;
   const auto found = find_povray(folder.write("tracer", "text").string());
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(found, FailsWith(ErrorCode::kUnavailable));
   EXPECT_FALSE(find_povray(folder.path().string())) << "a folder is executable, but no program";
 }
 
@@ -197,8 +187,7 @@ TEST(ParsePpm, RefusesIncompleteImages) {
         "P6\n-2 1\n255\nabcdef", "P6\n2 0\n255\n", "P6\n2 1\n65535\nabcdefabcdef", "P6\n2 x\n255\nabcdef",
         "P6\n# no end", "P6\n99999999999 1\n255\nabcdef", "P6\n2 1\n255abcdef"}) {
     const auto image = parse_ppm(bytes);
-    ASSERT_FALSE(image) << bytes;
-    EXPECT_EQ(image.error().code, ErrorCode::kBadData) << bytes;
+    ASSERT_THAT(image, FailsWith(ErrorCode::kBadData)) << bytes;
   }
 }
 

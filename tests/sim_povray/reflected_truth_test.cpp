@@ -16,6 +16,7 @@
 
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/hyperboloid_mirror.h"
 #include "vision/mirror_view.h"
 
@@ -33,8 +34,7 @@ constexpr double kDifferent = 0.01;
 const std::filesystem::path kScenes = std::filesystem::path(TWOCONE_SOURCE_DIR) / "scenes";
 
 PlaceSettings place(const char* scene) {
-  PlaceSettings settings;
-  settings.scene = kScenes / scene;
+  PlaceSettings settings{.scene = kScenes / scene};
   settings.scene_paths = {kScenes};  // their maps name the folder `parts` in the same way
   settings.unit_m = 0.05;
   return settings;
@@ -133,8 +133,10 @@ TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   ASSERT_TRUE(robot && camera);
   const auto motion = motion_between({}, c.pose);
   const Povray povray(*find_povray("povray"), settings.scene, std::chrono::minutes(1));
-  const auto image = povray.render_deep("image", scene->seen({{*robot, motion}}, {*camera, motion}, settings.unit_m),
-                                        view_.width_px, view_.height_px);
+  const auto image = povray.render_deep(
+      "image",
+      with_pose(scene->view_template({*robot}, *camera, ""), scene->pose_text({motion}, motion, settings.unit_m)),
+      view_.width_px, view_.height_px);
   ASSERT_TRUE(image) << image.error().message;
   int coloured = 0;
   int different = 0;
@@ -225,8 +227,7 @@ TEST(ReflectedTruth, TakesMovingThingsAtTheirPresentPoses) {
 }
 
 TEST(ReflectedTruth, NoLandmarksNeedNoRendering) {
-  PlaceSettings nowhere;
-  nowhere.scene = "no such file";
+  PlaceSettings nowhere{.scene = "no such file"};
   const auto truth = reflected_truth(nowhere, {"robot", {}, {}}, {"lower", 320, 240}, {});
   ASSERT_TRUE(truth);
   EXPECT_TRUE(truth->empty());
@@ -244,16 +245,13 @@ TEST(ReflectedTruth, ReportsWhatTheSceneLacks) {
 TEST(ReflectedTruth, NamesEveryBadArgument) {
   auto settings = place("lab.pov");
   settings.unit_m = -0.05;
-  try {
+  const auto call = [&] {
     (void)reflected_truth(settings, {"robot", {}, {}}, {"lower", 0, 20000}, {{"red", {}, 1, NAN, 0, -0.9}});
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "reflected_truth: width_px is 0, must be 1 to 16384; height_px is 20000, must be 1 to 16384; radius_m of "
-        "landmark red is 0 m, must be > 0 and finite; top_m of landmark red is -0.9 m, must be > 0 and finite; "
-        "landmark red is at (1, nan) m, must be finite; unit_m is -0.05 m, must be > 0 and finite;");
-  }
+  };
+  EXPECT_EQ(testing_support::error_of<std::invalid_argument>(call),
+            "reflected_truth: width_px is 0, must be 1 to 16384; height_px is 20000, must be 1 to 16384; radius_m of "
+            "landmark red is 0 m, must be > 0 and finite; top_m of landmark red is -0.9 m, must be > 0 and finite; "
+            "landmark red is at (1, nan) m, must be finite; unit_m is -0.05 m, must be > 0 and finite;");
 }
 
 // Catches bytes that are read in the machine's order instead of that of the format.

@@ -13,45 +13,31 @@
 #include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::error_of;
+using testing_support::FailsWith;
 
 constexpr double kRoomUnit_m = 0.05;
 
 struct Settings {
-  PlaceSettings place;
-  SessionSettings session;
+  PlaceSettings place{};
+  SessionSettings session{};
 };
 
 std::unique_ptr<Simulation> opened(const Settings& settings) {
-  auto simulation = Simulation::open(settings.place, settings.session);
-  if (!simulation) throw std::runtime_error(simulation.error().message);
-  return std::move(*simulation);
+  return value(Simulation::open(settings.place, settings.session));
 }
 
-std::unique_ptr<Camera> streaming(Simulation& simulation, const ViewSettings& view, const CameraSettings& settings) {
-  auto camera = simulation.open_camera(view);
-  if (!camera) throw std::runtime_error(camera.error().message);
-  if (auto applied = (*camera)->configure(settings); !applied) throw std::runtime_error(applied.error().message);
-  if (auto started = (*camera)->start(); !started) throw std::runtime_error(started.error().message);
-  return std::move(*camera);
-}
+Frame grabbed(Camera& camera) { return value(camera.grab(kRenderLimit)); }
 
-Frame grabbed(Camera& camera) {
-  auto frame = camera.grab(kRenderLimit);
-  if (!frame) throw std::runtime_error(frame.error().message);
-  return *frame;
-}
-
-Image pixels(const Frame& frame) {
-  auto image = frame.image(kRenderLimit);
-  if (!image) throw std::runtime_error(image.error().message);
-  return **image;
-}
+Image pixels(const Frame& frame) { return *value(frame.image(kRenderLimit)); }
 
 /// Returns the first image of a scene's lower camera.
 ImageResult first_image(const std::filesystem::path& path, const CameraSettings& size = {32, 24, 15}) {
@@ -66,13 +52,9 @@ ImageResult first_image(const std::filesystem::path& path, const CameraSettings&
 
 /// Returns all images of a short run, both views in turn.
 std::vector<Image> run(int processes, int run_ahead_frames) {
-  Settings settings;
-  settings.place.scene = scene_of_tests("tiny.pov");
-  settings.session.body.wheels.slip = 0.05;
-  settings.session.body.seed = 3;
-  settings.place.render.processes = processes;
-  settings.session.run_ahead_frames = run_ahead_frames;
-  const auto simulation = opened(settings);
+  const auto simulation =
+      opened({.place = {.scene = scene_of_tests("tiny.pov"), .render = {.processes = processes}},
+              .session = {.body = {.wheels = {.slip = 0.05}, .seed = 3}, .run_ahead_frames = run_ahead_frames}});
   auto lower = streaming(*simulation, {"lower", 1, {}}, {64, 48, 15});
   auto upper = streaming(*simulation, {"upper", 2, {}}, {64, 48, 15});
   auto drive = simulation->open_drive();
@@ -100,8 +82,7 @@ TEST(RenderTest, AStampOnePeriodLateShowsThePreviousImage) {
   Settings settings;
   settings.place.scene = scene_of_tests("tiny.pov");
   const auto simulation = opened(settings);
-  CameraEffects effects;
-  effects.stamp_late_s = 0.1;
+  CameraEffects effects{.stamp_late_s = 0.1};
   auto in_time = streaming(*simulation, {"lower", 1, {}}, {64, 48, 10});
   auto late = streaming(*simulation, {"lower", 1, effects}, {64, 48, 10});
   auto drive = simulation->open_drive();
@@ -166,8 +147,7 @@ TEST(RenderTest, TheSceneIsReadOnce) {
 TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
   const auto path = scene_of_tests("syntax_error.pov");
   const auto image = first_image(path);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kRefused));
   EXPECT_EQ(image.error().message,
             path.string() + ":10: POV-Ray: Parse Error: Expected '>', undeclared identifier 'Bogus' found instead");
 }
@@ -177,14 +157,12 @@ TEST(RenderTest, MistakesInIncludedFilesAreNamedThere) {
   const std::string robot = read_file(scene_of_tests("tiny.pov"));
   (void)folder.write("parts.inc", "\n\nsphere { 0, Nothing }\n");
   const auto in_include = first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
-  ASSERT_FALSE(in_include);
-  EXPECT_EQ(in_include.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(in_include, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(in_include.error().message, testing::StartsWith("parts.inc:3: POV-Ray: Parse Error: "));
 
   const auto missing =
       first_image(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot));
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(missing.error().message,
               HasSubstr("b.pov:2: POV-Ray: Possible Parse Error: Cannot find file 'none.png'"));
 }
@@ -204,9 +182,8 @@ TEST(RenderTest, ByteOrderMarkAndDosLineEndsAreAccepted) {
   std::string text = read_file(scene_of_tests("tiny.pov"));
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
   const auto expected = first_image(scene_of_tests("tiny.pov"));
-  const auto got = first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A"));
-  ASSERT_TRUE(got) << got.error().message;
-  EXPECT_TRUE(**got == **expected);
+  const auto got = value(first_image(folder.write("dos.pov", "\xEF\xBB\xBF" + text + "\x1A")));
+  EXPECT_TRUE(*got == **expected);
 }
 
 // ---- geometry
@@ -297,12 +274,11 @@ TEST(RenderTest, MarksAppearAtTheComputedPlaces) {
 // Catches a mirrored or rotated map, in which marks would change places.
 TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   const OverheadView view{-2.5, 1.7, -1.9, 1.6, 1.0, 210};
-  const auto image = render_overhead(scene_of_tests("marks.pov"), kRoomUnit_m, view, {});
-  ASSERT_TRUE(image) << image.error().message;
-  EXPECT_EQ(image->width_px, 210);
-  EXPECT_EQ(image->height_px, 175) << "50 pixels per metre in both directions";
+  const auto image = value(render_overhead(scene_of_tests("marks.pov"), kRoomUnit_m, view, {}));
+  EXPECT_EQ(image.width_px, 210);
+  EXPECT_EQ(image.height_px, 175) << "50 pixels per metre in both directions";
   const auto expect_at = [&](std::array<int, 3> colour, double x_m, double y_m, const char* name) {
-    const auto middle = middle_of(*image, colour);
+    const auto middle = middle_of(image, colour);
     ASSERT_TRUE(middle) << name;
     // Edges agree with pixel borders within half a pixel.
     EXPECT_NEAR(middle->column_px, (x_m + 2.5) * 50 - 0.5, 0.5) << name;
@@ -312,23 +288,20 @@ TEST(RenderTest, OverheadShowsXToTheRightAndYUp) {
   expect_at(kMagenta, 1.1, -1.2, "magenta box");
   expect_at(kBlue, 0.31 + 0.9 * std::cos(0.83), -0.47 + 0.9 * std::sin(0.83),
             "the robot's mark at its place in the scene file");
-  EXPECT_FALSE(middle_of(*image, kYellow)) << "it is above height_m";
+  EXPECT_FALSE(middle_of(image, kYellow)) << "it is above height_m";
 }
 
 TEST(RenderTest, OverheadNamesEveryBadArgument) {
-  try {
+  const std::string complaint = error_of<std::invalid_argument>([] {
     (void)render_overhead(scene_of_tests("marks.pov"), -1, {1, 1, 2, 1, 0, 0}, {});
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& e) {
-    for (const char* field : {"min_x_m is 1 m", "max_y_m 1 m", "height_m is 0 m", "width_px is 0", "unit_m is -1 m"}) {
-      EXPECT_THAT(e.what(), HasSubstr(field));
-    }
+  });
+  for (const char* field : {"min_x_m is 1 m", "max_y_m 1 m", "height_m is 0 m", "width_px is 0", "unit_m is -1 m"}) {
+    EXPECT_THAT(complaint, HasSubstr(field));
   }
   EXPECT_THROW((void)render_overhead(scene_of_tests("marks.pov"), 1, {0, 1e-6, 0, 1, 2, 1000}, {}),
                std::invalid_argument);
   const auto missing = render_overhead(scene_of_tests("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {});
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(missing, FailsWith(ErrorCode::kNotFound));
 }
 
 // ---- processes
@@ -340,13 +313,9 @@ std::filesystem::path endless(const TemporaryFolder& folder) {
 
 TEST(RenderTest, AnEndlessSceneTimesOut) {
   const TemporaryFolder folder;
-  Settings settings;
-  settings.place.scene = endless(folder);
-  settings.place.render.timeout = 1500ms;
-  const auto simulation = opened(settings);
+  const auto simulation = opened({.place = {.scene = endless(folder), .render = {.timeout = 1500ms}}});
   const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kTimeout));
   EXPECT_THAT(image.error().message,
               testing::EndsWith("view lower: POV-Ray did not finish within 1.5 s and was killed"));
   EXPECT_TRUE(children_of(::getpid()).empty());
@@ -354,9 +323,7 @@ TEST(RenderTest, AnEndlessSceneTimesOut) {
 
 TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   const TemporaryFolder folder;
-  Settings settings;
-  settings.place.scene = endless(folder);
-  auto simulation = opened(settings);
+  auto simulation = opened({.place = {.scene = endless(folder)}});
   auto camera = streaming(*simulation, {"lower", 1, {}}, {32, 24, 15});
   const Frame frame = grabbed(*camera);
   ASSERT_TRUE(eventually([] { return !children_of(::getpid()).empty(); }));
@@ -364,8 +331,7 @@ TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   simulation.reset();
   EXPECT_TRUE(children_of(::getpid()).empty());
   const auto image = frame.image(0ms);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
 
 // Catches a POV-Ray process that continues after its program was killed and could not clean up.

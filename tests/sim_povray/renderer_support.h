@@ -4,13 +4,13 @@
 #include <cmath>
 #include <future>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
+#include "tests/sim_povray/test_support.h"
 
 namespace twocone::sim_povray {
 
@@ -44,11 +44,6 @@ class View {
   }
 
  private:
-  template <typename T>
-  static T value(Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(*result);
-  }
   Scene scene_;
   std::shared_ptr<const ViewTemplate> view_template_;
 };

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/povray/process_renderer.h"
+#include "drivers/sim_povray/render/povray/pool_renderer.h"
 
 #include <chrono>
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
+
+using testing_support::FailsWith;
 
 using namespace std::chrono_literals;
 
@@ -73,8 +75,7 @@ TEST_F(RendererTest, ClosingKillsProcessesAndAnswersWaitingJobs) {
   for (auto& image : images) {
     ASSERT_EQ(image.wait_for(0s), std::future_status::ready);
     const ImageResult result = image.get();
-    ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().code, ErrorCode::kDisconnected);
+    ASSERT_THAT(result, FailsWith(ErrorCode::kDisconnected));
     EXPECT_THAT(result.error().message, testing::HasSubstr("frame 0, view lower: the simulation was closed"));
   }
 }

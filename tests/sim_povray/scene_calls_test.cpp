@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/choice.h"
 #include "drivers/sim_povray/effects/token_tree.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -20,6 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing_support::FailsWith;
 
 using Files = std::map<std::string, std::string>;
 
@@ -277,15 +278,13 @@ TEST(SceneSwitches, RefuseWithFileAndLineWhereTheyCannotSwitch) {
     const auto scene = Scene::parse(c.text, "a.pov");
     ASSERT_TRUE(scene) << c.text << ": " << scene.error().message;
     const auto result = switched(*scene, calls_of(c.text, {{"lamp.inc", "\nlight_source { 0 }"}}), kNo(c.member));
-    ASSERT_FALSE(result) << c.text << ": " << *result;
-    EXPECT_EQ(result.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(result, FailsWith(ErrorCode::kRefused)) << c.text << ": " << *result;
     EXPECT_THAT(result.error().message, HasSubstr(c.why));
   }
 }
 
 TEST(SceneSwitches, ReflectionDepthComesLast) {
-  SceneSwitches switches;
-  switches.reflection_depth = 3;
+  SceneSwitches switches{.reflection_depth = 3};
   const auto result = switch_off("global_settings { max_trace_level 9 } // end", switches);
   ASSERT_TRUE(result);
   EXPECT_EQ(calls_of(*result).max_trace_level, 3);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several robots in one world: joining, lock-step, images, and cameras with time effects.
 #include "drivers/sim_povray/simulation_host.h"
-#include "drivers/sim_povray/outline.h"
+#include "drivers/sim_povray/place.h"
 
-#include <atomic>
 #include <future>
 #include <thread>
 
@@ -15,12 +14,14 @@
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr const char* kTwoRobotScene =
     "union { //*PMName robot.1\n}\nunion { //*PMName robot.2\n}\nunion { //*PMName moving.trolley\n}\n"
@@ -34,27 +35,17 @@ class SimulationHostTest : public testing::Test {
     place_.scene = "pair.pov";
     place_.moving = {{"trolley", {{0, 2}, {1, 2}}, 0.5, true, 0.1}};
     desk_->at_once = true;
-    auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-    if (!host) throw std::runtime_error(host.error().message);
-    host_ = *std::move(host);
+    host_ = value(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)));
   }
 
   SessionSettings settings(const std::string& name, double x_m) {
-    SessionSettings result;
-    result.name = name;
-    result.body.start = {x_m, 0, 0};
-    result.body.radius_m = 0.2;
-    return result;
+    return {.name = name, .body = {.start = {x_m, 0, 0}, .radius_m = 0.2}};
   }
   std::unique_ptr<RobotSession> joined(const std::string& name, double x_m) {
-    auto session = host_->join(settings(name, x_m));
-    if (!session) throw std::runtime_error(session.error().message);
-    return *std::move(session);
+    return value(host_->join(settings(name, x_m)));
   }
   static void configure(RobotSession& session) {
-    const auto view = session.open_view({"lower", 1, {}});
-    if (!view) throw std::runtime_error(view.error().message);
-    if (auto done = session.configure_view(*view, kSmallSize); !done) throw std::runtime_error(done.error().message);
+    value(session.configure_view(value(session.open_view({"lower", 1, {}})), kSmallSize));
   }
   std::string refusal(const SessionSettings& wanted) {
     const auto session = host_->join(wanted);
@@ -88,8 +79,7 @@ TEST_F(SimulationHostTest, ARobotWithAnotherMapIsRefusedAndTheDifferenceNamed) {
   believed.moving[0].path_m[1].x_m = 1.649;
   other.map_outline = outline_of(believed);
   const auto refused = host_->join(other);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(refused.error().message,
               testing::AllOf(HasSubstr("the robot's map is not that of this world: the map has moving trolley"),
                              HasSubstr("(1.649, 2.000)"), HasSubstr("; the world has moving trolley")));
@@ -104,14 +94,12 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
   configure(*one);
   configure(*two);
   const auto alone = one->step(due_in(kHandTimeout));
-  ASSERT_FALSE(alone);
-  EXPECT_EQ(alone.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(alone, FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(alone.error().message, "the world waits for robot.2");
   EXPECT_EQ(one->state().step, 0U);
   for (std::uint64_t step = 1; step <= 20; ++step) {
     auto other = std::async(std::launch::async, [&] { return two->step(due_in(kHandLimit)); });
-    const auto stepped = one->step(due_in(kHandLimit));
-    ASSERT_TRUE(stepped) << stepped.error().message;
+    value(one->step(due_in(kHandLimit)));
     ASSERT_TRUE(other.get());
     ASSERT_EQ(one->state().step, step);
     ASSERT_EQ(two->state().step, step);
@@ -123,8 +111,7 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
 TEST_F(SimulationHostTest, WithoutAConfiguredCameraThereIsNoStep) {
   const auto one = joined("1", 0);
   const auto stepped = one->step(due_in(kHandTimeout));
-  ASSERT_FALSE(stepped);
-  EXPECT_EQ(stepped.error().code, ErrorCode::kInvalidState);
+  ASSERT_THAT(stepped, FailsWith(ErrorCode::kInvalidState));
   configure(*one);
   EXPECT_TRUE(one->step(due_in(kHandTimeout)));
 }
@@ -185,8 +172,7 @@ TEST_F(SimulationHostTest, EveryImageShowsAllMovingObjects) {
 TEST_F(SimulationHostTest, ALateStampShowsAllMovingObjectsAtTheEarlierTime) {
   const auto one = joined("1", 0);
   const auto two = joined("2", 1);
-  CameraEffects effects;
-  effects.stamp_late_s = 0.1;
+  CameraEffects effects{.stamp_late_s = 0.1};
   ASSERT_TRUE(one->open_view({"lower", 1, effects}));
   ASSERT_TRUE(one->configure_view(0, kSmallSize));
   configure(*two);
@@ -223,34 +209,24 @@ class CameraTimeTest : public SimulationHostTest {
     auto wanted = settings(name, 0);
     wanted.body.seed = 7;
     wanted.run_ahead_frames = 1000;
-    auto joined = Simulation::join(*host_, wanted);
-    if (!joined) throw std::runtime_error(joined.error().message);
-    return *std::move(joined);
+    return value(Simulation::join(*host_, wanted));
   }
   static std::unique_ptr<Camera> streaming(Simulation& simulation, const CameraEffects& effects) {
-    auto camera = simulation.open_camera({"lower", 1, effects});
-    if (!camera) throw std::runtime_error(camera.error().message);
-    if (auto done = (*camera)->configure(kSmallSize); !done) throw std::runtime_error(done.error().message);
-    if (auto done = (*camera)->start(); !done) throw std::runtime_error(done.error().message);
-    return *std::move(camera);
+    return sim_povray::streaming(simulation, {"lower", 1, effects});
   }
 };
 
 // Catches a time stamp at the end of the exposure, and a truth of another time than the image.
 TEST_F(CameraTimeTest, AnExposureIsStampedInItsMiddle) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.02;
-  effects.readout_s = 0.04;
-  effects.shutter_samples = 3;
+  CameraEffects effects{.exposure_time_s = 0.02, .readout_s = 0.04, .shutter_samples = 3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   const auto drive = world->open_drive();
   const auto truth = world->open_truth();
   (void)camera->grab(0ms);
   (void)drive->set_speeds({2, 2});
-  const auto frame = camera->grab(0ms);
-  ASSERT_TRUE(frame) << frame.error().message;
-  EXPECT_EQ(frame->header().captured.since_zero, 70ms);
+  const auto frame = value(camera->grab(0ms));
+  EXPECT_EQ(frame.header().captured.since_zero, 70ms);
   // 2 rad/s on wheels of 0.05 m, for 70 ms.
   EXPECT_NEAR(truth->true_pose().x_m, 0.007, 1e-12);
   ASSERT_EQ(desk_->jobs.size(), 6U);
@@ -286,10 +262,7 @@ TEST_F(CameraTimeTest, ALateStampChangesOnlyTheImages) {
     for (const RenderJob& job : desk_->jobs) record.poses.push_back(job.pose);
     return record;
   };
-  CameraEffects exposed;
-  exposed.exposure_time_s = 0.02;
-  exposed.readout_s = 0.04;
-  exposed.shutter_samples = 3;
+  CameraEffects exposed{.exposure_time_s = 0.02, .readout_s = 0.04, .shutter_samples = 3};
   for (const auto& [in_time, shutter_samples] : {std::pair(CameraEffects{}, 1U), std::pair(exposed, 3U)}) {
     const Record wanted = run(in_time);
     ASSERT_EQ(wanted.poses.size(), kFrames * shutter_samples);
@@ -313,18 +286,16 @@ TEST_F(CameraTimeTest, ALateStampChangesOnlyTheImages) {
 }
 
 TEST_F(CameraTimeTest, LostFramesAreCounted) {
-  CameraEffects effects;
-  effects.drop_probability = 0.3;
+  CameraEffects effects{.drop_probability = 0.3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   std::uint64_t next = 0;
   std::uint64_t lost = 0;
   for (int i = 0; i < 200; ++i) {
-    const auto frame = camera->grab(0ms);
-    ASSERT_TRUE(frame) << frame.error().message;
-    ASSERT_EQ(frame->header().sequence, next + frame->header().lost_before);
-    next = frame->header().sequence + 1;
-    lost += frame->header().lost_before;
+    const auto frame = value(camera->grab(0ms));
+    ASSERT_EQ(frame.header().sequence, next + frame.header().lost_before);
+    next = frame.header().sequence + 1;
+    lost += frame.header().lost_before;
   }
   // Of about 286 images 86 are lost, with a standard deviation of 11.
   EXPECT_GT(lost, 40U);
@@ -334,19 +305,17 @@ TEST_F(CameraTimeTest, LostFramesAreCounted) {
 
 // Catches a late frame that shows a newer step than its time stamp, or that is lost.
 TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
-  CameraEffects effects;
-  effects.late_probability = 0.3;
+  CameraEffects effects{.late_probability = 0.3};
   const auto world = simulation();
   const auto camera = streaming(*world, effects);
   const auto drive = world->open_drive();
   int late = 0;
   for (std::uint64_t i = 0; i < 100; ++i) {
-    const auto frame = camera->grab(0ms);
-    ASSERT_TRUE(frame) << frame.error().message;
-    ASSERT_EQ(frame->header().sequence, i);
-    ASSERT_EQ(frame->header().lost_before, 0U);
-    ASSERT_EQ(frame->header().captured.since_zero, 100ms * i);
-    const auto behind = drive->read_angles()->time.since_zero - frame->header().captured.since_zero;
+    const auto frame = value(camera->grab(0ms));
+    ASSERT_EQ(frame.header().sequence, i);
+    ASSERT_EQ(frame.header().lost_before, 0U);
+    ASSERT_EQ(frame.header().captured.since_zero, 100ms * i);
+    const auto behind = drive->read_angles()->time.since_zero - frame.header().captured.since_zero;
     ASSERT_TRUE(behind == 0ms || behind == 100ms) << behind.count();
     late += behind == 100ms ? 1 : 0;
   }
@@ -355,9 +324,7 @@ TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
 }
 
 TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
-  CameraEffects effects;
-  effects.exposure_time_s = 0.08;
-  effects.readout_s = 0.03;
+  CameraEffects effects{.exposure_time_s = 0.08, .readout_s = 0.03};
   const auto world = simulation();
   const auto camera = world->open_camera({"lower", 1, effects});
   ASSERT_TRUE(camera);

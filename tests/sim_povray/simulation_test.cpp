@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -14,6 +13,8 @@
 #include "drivers/sim_povray/simulation_host.h"
 #include "tests/sim_povray/hand_renderer.h"
 #include "tests/sim_povray/test_support.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -21,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr const char* kOneRobotScene =
     "union { //*PMName robot\n}\ncamera { //*PMName lower\n}\ncamera { //*PMName upper\n}\n";
@@ -36,29 +38,19 @@ class SimulationTest : public testing::Test {
 
   void open() {
     desk_ = std::make_shared<HandRenderer::Desk>();
-    auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-    ASSERT_TRUE(host) << host.error().message;
-    auto joined = Simulation::join(**host, settings_);
-    ASSERT_TRUE(joined) << joined.error().message;
-    simulation_ = *std::move(joined);
+    auto host = value(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)));
+    simulation_ = value(Simulation::join(*host, settings_));
   }
 
   std::unique_ptr<Camera> streaming(const std::string& name, double rate_hz = 15) {
-    auto camera = simulation_->open_camera({name, 1, {}});
-    if (!camera) throw std::runtime_error(camera.error().message);
-    if (auto applied = (*camera)->configure({64, 48, rate_hz}); !applied) {
-      throw std::runtime_error(applied.error().message);
-    }
-    if (auto started = (*camera)->start(); !started) throw std::runtime_error(started.error().message);
-    return std::move(*camera);
+    return sim_povray::streaming(*simulation_, {name, 1, {}}, {64, 48, rate_hz});
   }
 
   /// Grabs a frame and finishes its image, so that the run-ahead limit has no effect.
   Frame::Header grab(Camera& camera) {
-    auto frame = camera.grab(kHandLimit);
-    if (!frame) throw std::runtime_error(frame.error().message);
+    const Frame frame = value(camera.grab(kHandLimit));
     desk_->finish(desk_->jobs.size() - 1);
-    return frame->header();
+    return frame.header();
   }
 
   const Scene scene_ = *Scene::parse(kOneRobotScene, "lab.pov");
@@ -162,8 +154,7 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
   }
   const Pose2 before = truth->true_pose();
   const auto fourth = lower->grab(kHandTimeout);
-  ASSERT_FALSE(fourth);
-  EXPECT_EQ(fourth.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(fourth, FailsWith(ErrorCode::kTimeout));
   EXPECT_THAT(fourth.error().message, HasSubstr("frame 0"));
   EXPECT_EQ(truth->true_pose(), before) << "a grab that fails must not step the world";
   EXPECT_EQ(desk_->jobs.size(), 6U);
@@ -198,11 +189,9 @@ TEST_F(SimulationTest, AFailedImageFreesItsPlaceAndKeepsItsError) {
   const auto first = lower->grab(0ms);
   ASSERT_TRUE(first);
   desk_->fail(0);
-  const auto second = lower->grab(0ms);
-  ASSERT_TRUE(second) << second.error().message;
+  (void)value(lower->grab(0ms));
   const auto image = first->image(0ms);
-  ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().code, ErrorCode::kDisconnected);
+  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
 
 TEST_F(SimulationTest, PixelsMayArriveLater) {
@@ -210,8 +199,7 @@ TEST_F(SimulationTest, PixelsMayArriveLater) {
   const auto frame = lower->grab(0ms);
   ASSERT_TRUE(frame);
   const auto early = frame->image(0ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  ASSERT_THAT(early, FailsWith(ErrorCode::kTimeout));
   desk_->finish(0);
   EXPECT_TRUE(frame->image(0ms));
 }
@@ -223,8 +211,7 @@ TEST_F(SimulationTest, OneRateForAllCameras) {
   auto upper = simulation_->open_camera({"upper", 1, {}});
   ASSERT_TRUE((*lower)->configure({64, 48, 15}));
   const auto other = (*upper)->configure({64, 48, 30});
-  ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(other, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(other.error().message, AllOf(HasSubstr("'upper' wants 30 Hz"), HasSubstr("'lower' runs at 15 Hz")));
   EXPECT_EQ((*upper)->state(), Camera::State::kClosed);
   EXPECT_TRUE((*upper)->configure({32, 24, 15})) << "sizes may differ";
@@ -238,8 +225,7 @@ TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
   ASSERT_TRUE(rig.start({64, 48, 15}, {64, 48, 15}));
   ASSERT_TRUE(rig.grab(0ms));
   rig.stop();
-  const auto again = rig.start({64, 48, 20}, {64, 48, 20});
-  ASSERT_TRUE(again) << again.error().message;
+  value(rig.start({64, 48, 20}, {64, 48, 20}));
   const auto pair = rig.grab(0ms);
   ASSERT_TRUE(pair);
   EXPECT_EQ(pair->lower.header().captured.since_zero, 50ms);
@@ -250,8 +236,7 @@ TEST_F(SimulationTest, AStoppedCameraCannotRestartAtAnOldRate) {
   lower->stop();
   auto upper = streaming("upper", 30);
   const auto again = lower->start();
-  ASSERT_FALSE(again);
-  EXPECT_EQ(again.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(again, FailsWith(ErrorCode::kRefused));
 }
 
 TEST_F(SimulationTest, RefusesSettingsThatCannotBeRendered) {
@@ -259,16 +244,14 @@ TEST_F(SimulationTest, RefusesSettingsThatCannotBeRendered) {
   for (const CameraSettings& bad :
        {CameraSettings{64, 48, 1e-9}, CameraSettings{64, 48, 1e12}, CameraSettings{100000, 48, 15}}) {
     const auto applied = (*camera)->configure(bad);
-    ASSERT_FALSE(applied);
-    EXPECT_EQ(applied.error().code, ErrorCode::kRefused);
+    ASSERT_THAT(applied, FailsWith(ErrorCode::kRefused));
   }
   EXPECT_EQ((*camera)->configure({63, 47, 12.5}).value(), (CameraSettings{63, 47, 12.5})) << "applied as requested";
 }
 
 TEST_F(SimulationTest, RefusesMissingCameras) {
   const auto camera = simulation_->open_camera({"rear", 1, {}});
-  ASSERT_FALSE(camera);
-  EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(camera, FailsWith(ErrorCode::kRefused));
   EXPECT_THAT(camera.error().message, HasSubstr("lab.pov: no camera 'rear'"));
   EXPECT_THROW((void)simulation_->open_camera({"", 1, {}}), std::invalid_argument);
   EXPECT_THROW((void)simulation_->open_camera({"lower", 0, {}}), std::invalid_argument);
@@ -320,43 +303,31 @@ TEST_F(SimulationTest, OpenedDevicesOutliveTheSimulation) {
 // ---- settings
 
 TEST(SettingsCheck, NamesEveryBadField) {
-  PlaceSettings place;
-  place.unit_m = 0;
-  place.walls = Bounds{1, -1, 0, 2};
-  place.solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}};
-  place.moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}};
+  PlaceSettings place{.unit_m = 0,
+                      .walls = Bounds{1, -1, 0, 2},
+                      .solids = {{"landmark red", Disc{{0, 0}, -1}}, {"obstacle 2", Outline{{0, 0}, {1, 0}}}},
+                      .moving = {{"trolley", {{0, 0}, {0, 0}}, 0, true, 0}}};
   place.switches.reflection_depth = 0;
-  place.render.povray = "";
-  place.render.processes = 0;
-  place.render.timeout = 0ms;
-  SessionSettings s;
-  s.body.start.heading_rad = std::numeric_limits<double>::quiet_NaN();
-  s.body.begin = Pose2{std::numeric_limits<double>::infinity(), 0, 0};
-  s.body.radius_m = -0.2;
-  s.body.wheels.separation_m = -0.3;
-  s.body.wheels.radius_m = std::numeric_limits<double>::infinity();
-  s.body.wheels.slip = -0.1;
-  s.body.wheels.slip_correlation_s = 0;
-  s.body.wheels.lag_s = -1;
-  s.body.wheels.encoder_counts_per_turn = -1;
-  s.body.physics = Physics{0, 0, -1};
-  s.drive.max_speed_radps = 0;
-  s.run_ahead_frames = 0;
-  ViewSettings view{"", 10, {}};
-  view.effects.gain = 0;
-  view.effects.read_noise_electrons = 2;
-  view.effects.vignetting = 1.5;
-  view.effects.shutter_samples = 1;
-  view.effects.distortion = {0.1};
-  view.effects.drop_probability = 1;
-  view.effects.stamp_late_s = 0.501;
-  const auto complaint = [](const auto& settings) -> std::string {
-    try {
-      check(settings);
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "accepted";
+  place.render = {.povray = "", .processes = 0, .timeout = 0ms};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const SessionSettings s{.body = {.start = {0, 0, std::numeric_limits<double>::quiet_NaN()},
+                                   .radius_m = -0.2,
+                                   .wheels = {-0.3, kInfinity, -0.1, 0, -1, -1},
+                                   .physics = Physics{0, 0, -1},
+                                   .begin = Pose2{kInfinity, 0, 0}},
+                          .drive = {.max_speed_radps = 0},
+                          .run_ahead_frames = 0};
+  const ViewSettings view{"",
+                          10,
+                          {.gain = 0,
+                           .read_noise_electrons = 2,
+                           .vignetting = 1.5,
+                           .shutter_samples = 1,
+                           .distortion = {0.1},
+                           .drop_probability = 1,
+                           .stamp_late_s = 0.501}};
+  const auto complaint = [](const auto& settings) {
+    return testing_support::error_of<std::invalid_argument>([&] { check(settings); });
   };
   for (const char* field :
        {"scene is empty", "unit_m is 0 m", "min_x_m is 1 m and max_x_m -1 m", "landmark red.radius_m is -1 m",
@@ -380,25 +351,21 @@ TEST(SettingsCheck, NamesEveryBadField) {
 
 TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   const TemporaryFolder folder;
-  PlaceSettings place;
-  place.scene = folder.path() / "none.pov";
+  PlaceSettings place{.scene = folder.path() / "none.pov"};
   const auto no_scene = Simulation::open(place, {});
-  ASSERT_FALSE(no_scene);
-  EXPECT_EQ(no_scene.error().code, ErrorCode::kNotFound);
+  ASSERT_THAT(no_scene, FailsWith(ErrorCode::kNotFound));
 
   place.scene = folder.write("lab.pov", kOneRobotScene);
   place.render.povray = "no-such-program";
   const auto no_povray = Simulation::open(place, {});
-  ASSERT_FALSE(no_povray);
-  EXPECT_EQ(no_povray.error().code, ErrorCode::kUnavailable);
+  ASSERT_THAT(no_povray, FailsWith(ErrorCode::kUnavailable));
   EXPECT_EQ(no_povray.error().message,
             "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray");
 
   // A user can correct a scene without POV-Ray, so an error of the scene is reported first.
   place.scene = folder.write("open.pov", "union { //*PMName robot\n");
   const auto open_brace = Simulation::open(place, {});
-  ASSERT_FALSE(open_brace);
-  EXPECT_EQ(open_brace.error().code, ErrorCode::kRefused);
+  ASSERT_THAT(open_brace, FailsWith(ErrorCode::kRefused));
 }
 
 }  // namespace

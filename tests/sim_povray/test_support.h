@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <signal.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "drivers/sim_povray/simulation.h"
 #include "hal/camera.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value.h"
 
 namespace twocone::sim_povray {
 
 using twocone::testing_support::TemporaryFolder;
+using twocone::testing_support::value;
 
 /// Time limit of a rendering. One image takes 0.7 s, in which POV-Ray mostly sleeps; on a loaded machine it takes many
 /// times that.
@@ -40,6 +41,15 @@ inline std::string read_file(const std::filesystem::path& path) {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
+}
+
+/// Opens a camera, and starts it.
+inline std::unique_ptr<Camera> streaming(Simulation& simulation, const ViewSettings& view,
+                                         const CameraSettings& settings = kSmallSize) {
+  auto camera = value(simulation.open_camera(view));
+  (void)value(camera->configure(settings));
+  value(camera->start());
+  return camera;
 }
 
 /// State letter and parent of a process, from /proc; state 'X' if there is no such process.

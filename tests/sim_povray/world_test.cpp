@@ -21,12 +21,9 @@ using std::chrono::nanoseconds;
 using twocone::testing_support::kEps;
 
 RobotBody body() {
-  RobotBody b;
-  b.start = {0.2, -0.3, 0.4};
-  b.wheels.separation_m = 0.27;
-  b.wheels.radius_m = 0.043;
-  b.command_timeout = nanoseconds(500'000'000);
-  return b;
+  return {.start = {0.2, -0.3, 0.4},
+          .wheels = {.separation_m = 0.27, .radius_m = 0.043},
+          .command_timeout = nanoseconds(500'000'000)};
 }
 
 /// A world with one robot in it.
@@ -97,8 +94,7 @@ TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
   b.wheels.slip = 0.02;
   for (const double radius_m : {0.0, 0.2}) {
     b.radius_m = radius_m;
-    PlaceSettings place;
-    place.walls = Bounds{-30, 30, -30, 30};
+    PlaceSettings place{.walls = Bounds{-30, 30, -30, 30}};
     World world(place);
     world.set_rate(15);
     const World::RobotId robot = *world.add_robot(b);
@@ -343,8 +339,7 @@ TEST(World, ARobotThatJoinsLaterStartsAtItsStart) {
 TEST(World, AResetWorldRepeatsItself) {
   RobotBody b = body();
   b.wheels.slip = 0.03;
-  PlaceSettings place;
-  place.moving = {{"cart", {{0, 1}, {1, 1}}, 0.3, true, 0.1}};
+  PlaceSettings place{.moving = {{"cart", {{0, 1}, {1, 1}}, 0.3, true, 0.1}}};
   World world(place);
   world.set_rate(15);
   const auto run = [&world, &b] {

@@ -8,9 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/camera/lens.h"
 #include "drivers/sim_povray/camera/light.h"
-#include "drivers/sim_povray/camera/noise.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -148,9 +146,7 @@ Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<co
 }
 
 Image pass_through(const Image& image) {
-  CameraEffects neutral;
-  neutral.distortion = {0, 0, 0, 0, 0};
-  neutral.distortion_focal_px = image.width_px;
+  CameraEffects neutral{.distortion = {0, 0, 0, 0, 0}, .distortion_focal_px = double(image.width_px)};
   const std::vector<std::vector<int>> each_row_of_both(static_cast<std::size_t>(image.height_px), {0, 1});
   return run_stages(neutral, mean_light({&image, &image}, each_row_of_both), {0, "", 0}, true);
 }

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "hal/image.h"
 
 /// Turns rendered light into the image of a camera.

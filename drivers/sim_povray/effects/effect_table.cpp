@@ -6,36 +6,37 @@
 
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects.h"
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-class Table {
- public:
-  Table(const PlaceSettings& place, const SessionSettings& session, const std::vector<ViewSettings>& views,
-        const KeyPlaces& places, const SceneCalls& written, const RenderChoice& choice)
-      : place_(place), session_(session), views_(views), places_(places), written_(written), choice_(choice) {}
+struct Table {
+  const PlaceSettings& place;
+  const SessionSettings& session;
+  const std::vector<ViewSettings>& views;
+  const KeyPlaces& places;
+  const SceneCalls& written;
+  const RenderChoice& choice;
+  std::vector<EffectRow> rows{};
 
   std::vector<EffectRow> run() {
     rendering();
     camera();
     motion();
-    return std::move(rows_);
+    return std::move(rows);
   }
 
- private:
   // ---- rendering
 
   void rendering() {
     called(Feature::kReflection, "reflection depth", "`reflection`", "reflection_depth", "a ray per mirroring");
-    if (rows_.back().on) {
-      const bool changed = place_.switches.reflection_depth.has_value();
+    if (rows.back().on) {
+      const bool changed = place.switches.reflection_depth.has_value();
       const int depth =
-          place_.switches.reflection_depth.value_or(written_.max_trace_level.value_or(kUsualReflectionDepth));
-      rows_.back().reason +=
-          fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
+          place.switches.reflection_depth.value_or(written.max_trace_level.value_or(kUsualReflectionDepth));
+      rows.back().reason += fmt::format(", {} deep{}", depth, changed ? ": " + at("map.effects.reflection_depth") : "");
     }
     called(Feature::kShadows, "shadows", "`light_source` with shadows", "shadows", "a ray per light");
     called(Feature::kTransparency, "refraction, transparency", "`transmit`, `filter` or `ior`", "",
@@ -48,7 +49,7 @@ class Table {
 
     EffectRow row{"rendering", "anti-aliasing", false, "", "robot cameras", "n x n rays at edges"};
     std::vector<std::string> names;
-    for (const ViewSettings& view : views_) {
+    for (const ViewSettings& view : views) {
       if (view.antialias <= 1) continue;
       if (names.empty()) row.reason = at(fmt::format("cameras.{}.antialias", view.camera_name));
       names.push_back(fmt::format("{} {} x {}", view.camera_name, view.antialias, view.antialias));
@@ -56,29 +57,29 @@ class Table {
     row.on = !names.empty();
     row.reason =
         row.on ? fmt::format("{}: {}", row.reason, fmt::join(names, ", ")) : "no camera has `antialias` above 1";
-    rows_.push_back(std::move(row));
+    rows.push_back(std::move(row));
   }
 
   /// @param key in the map's `effects`; empty: only the scene switches it
   void called(Feature feature, std::string effect, std::string_view words, const std::string& key, std::string cost) {
     EffectRow row{"rendering",    std::move(effect), false, "", key.empty() ? "the scene" : "map effects." + key,
                   std::move(cost)};
-    const Call* call = choice_.calls.find(feature);
-    const Call* written = written_.find(feature);
+    const Call* call = choice.calls.find(feature);
+    const Call* unchanged = written.find(feature);
     if (call != nullptr) {
       row.on = true;
       row.reason = fmt::format("{}: {}", call->place(), call->word);
-    } else if (written != nullptr) {
+    } else if (unchanged != nullptr) {
       row.reason = fmt::format("{}: switched off; {}: {}", key.empty() ? "" : at("map.effects." + key),
-                               written->place(), written->word);
-    } else if (!choice_.calls.unread.empty()) {
+                               unchanged->place(), unchanged->word);
+    } else if (!choice.calls.unread.empty()) {
       // An include that could not be read may use the effect, and it is rendered then.
       row.on = true;
-      row.reason = choice_.calls.unread.front();
+      row.reason = choice.calls.unread.front();
     } else {
-      row.reason = fmt::format("no {} in {}", words, place_.scene.string());
+      row.reason = fmt::format("no {} in {}", words, place.scene.string());
     }
-    rows_.push_back(std::move(row));
+    rows.push_back(std::move(row));
   }
 
   // ---- camera
@@ -92,11 +93,11 @@ class Table {
 
   void camera() {
     int most = 0;
-    for (const ViewSettings& view : views_) {
+    for (const ViewSettings& view : views) {
       if (takes_time(view.effects)) most = std::max(most, view.effects.shutter_samples);
     }
     const std::string images = most == 0 ? "n images for one" : fmt::format("{} images for one", most);
-    const std::vector<CameraRow> rows{
+    const std::vector<CameraRow> stages{
         {"shot noise", "full_well_electrons", [](auto& e) { return e.full_well_electrons > 0; }, "random numbers"},
         {"read noise", "read_noise_electrons", [](auto& e) { return e.read_noise_electrons > 0; }, "random numbers"},
         {"exposure and gain", "gain", [](auto& e) { return e.gain != 1; }, "a product per value"},
@@ -108,82 +109,74 @@ class Table {
         {"dropped frames", "drop_probability", [](auto& e) { return e.drop_probability > 0; }, "none"},
         {"late frames", "late_probability", [](auto& e) { return e.late_probability > 0; }, "none"},
         {"late stamps", "stamp_late_s", [](auto& e) { return e.stamp_late_s > 0; }, "none"}};
-    for (const auto& [effect, key, is_on, cost] : rows) {
+    for (const auto& [effect, key, is_on, cost] : stages) {
       EffectRow row{"camera", effect, false, "", "robot effects.camera", cost};
       std::vector<std::string> names;
-      for (const ViewSettings& view : views_) {
+      for (const ViewSettings& view : views) {
         if (!is_on(view.effects)) continue;
         if (names.empty()) {
           const std::string own = fmt::format("cameras.{}.effects.{}", view.camera_name, key);
-          row.reason = at(places_.contains(own) ? own : "effects.camera." + key);
+          row.reason = at(places.contains(own) ? own : "effects.camera." + key);
         }
         names.push_back(view.camera_name);
       }
       row.on = !names.empty();
       row.reason = row.on ? fmt::format("{}: {} of {}", row.reason, key, fmt::join(names, ", "))
                           : fmt::format("no `{}` in effects.camera", key);
-      rows_.push_back(std::move(row));
+      rows.push_back(std::move(row));
     }
   }
 
   // ---- motion
 
   void motion() {
-    const WheelSettings& wheels = session_.body.wheels;
+    const WheelSettings& wheels = session.body.wheels;
     of_robot("wheel slip", "effects.slip", wheels.slip > 0, fmt::format("{} of the way", wheels.slip));
     of_robot("encoder counts", "effects.encoder_counts_per_turn", wheels.encoder_counts_per_turn > 0,
              fmt::format("{} a turn", wheels.encoder_counts_per_turn));
     of_robot("actuator lag", "effects.motor_lag_s", wheels.lag_s > 0, fmt::format("{} s", wheels.lag_s));
 
     EffectRow physics{
-        "motion",        "mass and friction", session_.body.physics.has_value(), "no `mass_kg` or friction in effects",
+        "motion",        "mass and friction", session.body.physics.has_value(), "no `mass_kg` or friction in effects",
         "robot effects", "an engine's steps"};
     if (physics.on) {
       std::string key = "effects.mass_kg";
       for (const char* other : {"effects.wheel_friction", "effects.body_friction"}) {
-        if (!places_.contains(key)) key = other;
+        if (!places.contains(key)) key = other;
       }
-      physics.reason = fmt::format("{}: {} kg", at(key), session_.body.physics->mass_kg);
+      physics.reason = fmt::format("{}: {} kg", at(key), session.body.physics->mass_kg);
     }
-    rows_.push_back(std::move(physics));
+    rows.push_back(std::move(physics));
 
-    const bool surrounded = place_.walls || !place_.solids.empty() || !place_.moving.empty();
+    const bool surrounded = place.walls || !place.solids.empty() || !place.moving.empty();
     EffectRow contact{
-        "motion", "contact", session_.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
-    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), session_.body.radius_m)
+        "motion", "contact", session.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
+    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), session.body.radius_m)
                      : surrounded ? "no `body.radius_m` in the robot file"
                                   : "no walls, obstacles or moving things in the map";
-    rows_.push_back(std::move(contact));
+    rows.push_back(std::move(contact));
 
-    EffectRow moving{"motion", "moving things", !place_.moving.empty(), "no `moving` in the map", "map moving", "none"};
+    EffectRow moving{"motion", "moving things", !place.moving.empty(), "no `moving` in the map", "map moving", "none"};
     if (moving.on) {
       std::vector<std::string> names;
-      for (const MovingThing& thing : place_.moving) names.push_back(thing.name);
+      for (const MovingThing& thing : place.moving) names.push_back(thing.name);
       moving.reason = fmt::format("{}: {}", at("map.moving"), fmt::join(names, ", "));
     }
-    rows_.push_back(std::move(moving));
+    rows.push_back(std::move(moving));
   }
 
   void of_robot(std::string effect, const std::string& key, bool on, const std::string& value) {
     const std::string word = key.substr(key.rfind('.') + 1);
-    rows_.push_back({"motion", std::move(effect), on,
-                     on ? fmt::format("{}: {}", at(key), value) : fmt::format("no `{}` above 0 in effects", word),
-                     "robot effects", "none"});
+    rows.push_back({"motion", std::move(effect), on,
+                    on ? fmt::format("{}: {}", at(key), value) : fmt::format("no `{}` above 0 in effects", word),
+                    "robot effects", "none"});
   }
 
   /// Returns the file position of a key; the key itself if the position is unknown.
   [[nodiscard]] std::string at(const std::string& key) const {
-    const auto found = places_.find(key);
-    return found == places_.end() ? key : found->second;
+    const auto found = places.find(key);
+    return found == places.end() ? key : found->second;
   }
-
-  const PlaceSettings& place_;
-  const SessionSettings& session_;
-  const std::vector<ViewSettings>& views_;
-  const KeyPlaces& places_;
-  const SceneCalls& written_;
-  const RenderChoice& choice_;
-  std::vector<EffectRow> rows_;
 };
 
 }  // namespace
@@ -195,7 +188,8 @@ Result<std::vector<EffectRow>> effect_table(const PlaceSettings& place, const Se
   const SceneAccess access(place.scene, place.scene_paths);
   const auto choice = choose_rendering(*scene, place.switches, access);
   if (!choice) return choice.error();
-  return Table(place, session, views, places, find_calls(*scene, access), *choice).run();
+  const SceneCalls written = find_calls(*scene, access);
+  return Table{place, session, views, places, written, *choice}.run();
 }
 
 }  // namespace twocone::sim_povray

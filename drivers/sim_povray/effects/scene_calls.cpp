@@ -27,29 +27,16 @@ constexpr int kDeepestInclude = 32;
 constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
 /// Words that use a feature wherever they are.
-const std::unordered_map<std::string_view, Feature> kWords{
-    {"rgbf", Feature::kTransparency},
-    {"rgbt", Feature::kTransparency},
-    {"rgbft", Feature::kTransparency},
-    {"srgbf", Feature::kTransparency},
-    {"srgbt", Feature::kTransparency},
-    {"srgbft", Feature::kTransparency},
-    {"ior", Feature::kTransparency},
-    {"area_light", Feature::kAreaLights},
-    {"media", Feature::kMedia},
-    {"fog", Feature::kMedia},
-    {"photons", Feature::kPhotons},
-    {"jitter", Feature::kRandom},
-    {"crand", Feature::kRandom},
-    {"subsurface", Feature::kSubsurface},
-    {"frame_number", Feature::kFrameNumber},
-    {"clock_on", Feature::kFrameNumber},
-    {"initial_frame", Feature::kFrameNumber},
-    {"final_frame", Feature::kFrameNumber},
-    {"clock_delta", Feature::kFrameNumber},
-    {"initial_clock", Feature::kFrameNumber},
-    {"final_clock", Feature::kFrameNumber},
-    {"clock", Feature::kFrameNumber},
+const std::unordered_map<Feature, std::set<std::string_view>> kWords{
+    {Feature::kTransparency, {"rgbf", "rgbt", "rgbft", "srgbf", "srgbt", "srgbft", "ior"}},
+    {Feature::kAreaLights, {"area_light"}},
+    {Feature::kMedia, {"media", "fog"}},
+    {Feature::kPhotons, {"photons"}},
+    {Feature::kRandom, {"jitter", "crand"}},
+    {Feature::kSubsurface, {"subsurface"}},
+    {Feature::kFrameNumber,
+     {"frame_number", "clock_on", "initial_frame", "final_frame", "clock_delta", "initial_clock", "final_clock",
+      "clock"}},
 };
 
 bool is_zero_reflection(const TokenTree& tree, std::size_t i) {
@@ -72,8 +59,10 @@ std::optional<Feature> feature_of(const TokenTree& tree, std::size_t i) {
     // In an object it only states the importance of the object.
     return tree.is(i + 1, '{') && tree.is(i + 2, "importance") ? std::nullopt : std::optional(Feature::kRadiosity);
   }
-  const auto found = kWords.find(word);
-  return found == kWords.end() ? std::nullopt : std::optional(found->second);
+  for (const auto& [feature, words] : kWords) {
+    if (words.contains(word)) return feature;
+  }
+  return std::nullopt;
 }
 
 /// A file, with marks for its lights that cast no shadows.

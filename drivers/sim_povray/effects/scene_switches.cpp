@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -154,6 +156,15 @@ struct Switch {
   void (*take_out)(Edit&);
 };
 
+/// Returns the first use of any of `features`; else the first include that could not be read, which may use one; else
+/// empty.
+std::string reason(const SceneCalls& calls, std::initializer_list<Feature> features) {
+  for (const Feature feature : features) {
+    if (const Call* call = calls.find(feature)) return fmt::format("{}: {}", call->place(), call->word);
+  }
+  return calls.unread.empty() ? std::string() : calls.unread.front();
+}
+
 }  // namespace
 
 Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const SceneSwitches& switches) {
@@ -172,8 +183,8 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
                  fmt::format("{}: the map's `effects: {{{}: false}}` cannot be done: {}", place, key, why)};
   };
   for (const Switch& effect : off) {
-    const auto there = std::find_if(calls.all.begin(), calls.all.end(),
-                                    [&](const Call& call) { return call.feature == effect.feature && call.included; });
+    const auto is_included = [&](const Call& call) { return call.feature == effect.feature && call.included; };
+    const auto there = std::ranges::find_if(calls.all, is_included);
     if (there != calls.all.end()) {
       return refused(there->place(), effect.key,
                      fmt::format("this '{}' stands in a file that the scene includes; only the scene's own text is "
@@ -203,6 +214,27 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
     text += fmt::format("\nglobal_settings {{ max_trace_level {} }}\n", *switches.reflection_depth);
   }
   return text;
+}
+
+Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches, const SceneAccess& access) {
+  RenderChoice choice{scene, find_calls(scene, access)};
+  if (switches != SceneSwitches{}) {
+    auto text = switched(scene, choice.calls, switches);
+    if (!text) return text.error();
+    auto changed = Scene::parse(*std::move(text), scene.path());
+    if (!changed) return changed.error();
+    choice.scene = *std::move(changed);
+    choice.calls = find_calls(choice.scene, access);
+  }
+
+  choice.why_quality =
+      reason(choice.calls, {Feature::kMedia, Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface});
+  choice.quality = choice.why_quality.empty() ? kPlainQuality : kFullQuality;
+  choice.why_whole =
+      reason(choice.calls, {Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface, Feature::kRandom});
+  // With photons, an image of a process affects the next one (measured).
+  choice.one_shot = reason(choice.calls, {Feature::kFrameNumber, Feature::kPhotons});
+  return choice;
 }
 
 }  // namespace twocone::sim_povray

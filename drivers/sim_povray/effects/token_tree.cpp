@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drivers/sim_povray/scene/scene_condition.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -36,7 +36,7 @@ class Pairing {
     bool section = false;
     bool uneven = false;  // of a section: its brackets do not match within each branch
     bool outer_dead = false;
-    Branches branches;
+    Branches branches{};
   };
 
   [[nodiscard]] bool dead() const {
@@ -49,11 +49,7 @@ class Pairing {
     tree_.tokens.push_back(token);
     tree_.partner.push_back(kNowhere);
     tree_.around.push_back(open_.empty() ? kNowhere : open_.back().index);
-    if (token.is('{') || token.is('(') || token.is('[')) {
-      Open open;
-      open.index = index;
-      open_.push_back(open);
-    }
+    if (token.is('{') || token.is('(') || token.is('[')) open_.push_back({.index = index});
   }
 
   void close(const Token& token, std::size_t index) {
@@ -76,10 +72,7 @@ class Pairing {
     if (section_begun_by(token.text)) {
       const bool seen = !dead();
       if (seen) add(token);
-      Open open;
-      open.index = seen ? tree_.tokens.size() - 1 : kNowhere;
-      open.section = true;
-      open.outer_dead = !seen;
+      Open open{.index = seen ? tree_.tokens.size() - 1 : kNowhere, .section = true, .outer_dead = !seen};
       open.branches.enter(token.text == "if" ? literal_condition(lexer_) : Truth::kUnknown);
       sections_.push_back(open_.size());
       open_.push_back(open);

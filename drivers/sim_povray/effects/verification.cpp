@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/verification.h"
-
-#include <sys/resource.h>
+#include "drivers/sim_povray/effects.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -12,10 +10,11 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/camera/camera_stage.h"
-#include "drivers/sim_povray/effects/choice.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
+#include "drivers/sim_povray/world/motion.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -27,14 +26,6 @@ constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
 /// Number of images; the median of their processor times counts.
 constexpr int kTimes = 3;
-
-/// Returns the processor time of all child processes that have been reaped.
-double children_s() {
-  struct rusage usage {};
-  ::getrusage(RUSAGE_CHILDREN, &usage);
-  const auto seconds = [](const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 void compare(const Image& everything, const Image& choice, const std::optional<MirrorSight>& mirror,
              Verification& result) {
@@ -73,50 +64,45 @@ Result<Claimed> claim(Scene scene, const std::string& name) {
   return Claimed{std::move(scene), *std::move(robot)};
 }
 
-class Verifier {
- public:
-  /// @param chosen_deep the choice with the depth of reflections of `everything`
-  Verifier(const PlaceSettings& place, const CameraSettings& size, Povray povray, Claimed everything, Claimed chosen,
-           Claimed chosen_deep, const RenderChoice& choice)
-      : place_(place),
-        size_(size),
-        povray_(std::move(povray)),
-        everything_(std::move(everything)),
-        chosen_(std::move(chosen)),
-        chosen_deep_(std::move(chosen_deep)),
-        choice_(choice) {}
+struct Verifier {
+  const PlaceSettings& place;
+  const CameraSettings& size;
+  const RenderChoice& choice;
+  Povray povray;
+  Claimed everything;
+  Claimed chosen;
+  Claimed chosen_deep;  ///< the choice with the depth of reflections of `everything`
 
   Result<Verification> run(const ViewSettings& view) const {
-    const auto full_camera = everything_.scene.camera_of(everything_.robot, view.camera_name);
+    const auto full_camera = everything.scene.camera_of(everything.robot, view.camera_name);
     if (!full_camera) return full_camera.error();
-    const auto camera = chosen_.scene.camera_of(chosen_.robot, view.camera_name);
+    const auto camera = chosen.scene.camera_of(chosen.robot, view.camera_name);
     if (!camera) return camera.error();
     std::optional<MirrorSight> mirror;
-    if (!place_.render.whole_image) {
-      auto found = find_mirror(povray_, chosen_.scene, chosen_.robot, *camera, size_.width_px, size_.height_px, -1);
+    if (!place.render.whole_image) {
+      auto found = find_mirror(povray, chosen.scene, chosen.robot, *camera, size.width_px, size.height_px, -1);
       if (!found) return found.error();
       mirror = std::move(*found);
     }
 
-    ViewTemplate full = everything_.scene.view_template({everything_.robot}, *full_camera, "");
+    ViewTemplate full = everything.scene.view_template({everything.robot}, *full_camera, "");
     full.quality = kHighestQuality;
-    const auto everything = take(std::move(full), everything_, view, kTimes);
-    if (!everything) return everything.error();
-    const auto choice = take(view_template_of(chosen_, *camera, mirror), chosen_, view, kTimes);
-    if (!choice) return choice.error();
-    Verification result;
-    result.view = view.camera_name;
-    result.everything_s = everything->middle_s;
-    result.choice_s = choice->middle_s;
-    result.is_time_told = everything->least_s > choice->most_s || choice->least_s > everything->most_s;
-    const Image whole = pass_through(*everything->image);
-    compare(whole, *choice->image, mirror, result);
+    const auto full_image = take(std::move(full), everything, view, kTimes);
+    if (!full_image) return full_image.error();
+    const auto chosen_image = take(view_template_of(chosen, *camera, mirror), chosen, view, kTimes);
+    if (!chosen_image) return chosen_image.error();
+    const bool is_time_told = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
+    Verification result{.view = view.camera_name,
+                        .everything_s = full_image->middle_s,
+                        .choice_s = chosen_image->middle_s,
+                        .is_time_told = is_time_told};
+    const Image whole = pass_through(*full_image->image);
+    compare(whole, *chosen_image->image, mirror, result);
     if (result.different == 0) return result;
     if (auto explained = explain(view, mirror, whole, result); !explained) return explained.error();
     return result;
   }
 
- private:
   struct Taken {
     std::shared_ptr<const Image> image;
     double least_s = 0, middle_s = 0, most_s = 0;  ///< processor time
@@ -125,41 +111,41 @@ class Verifier {
   /// Returns the view template of the choice.
   [[nodiscard]] ViewTemplate view_template_of(const Claimed& claimed, const NamedBlock& camera,
                                               const std::optional<MirrorSight>& mirror) const {
-    const bool mirror_only = mirror && choice_.why_whole.empty();
+    const bool mirror_only = mirror && choice.why_whole.empty();
     ViewTemplate view_template = claimed.scene.view_template({claimed.robot}, camera, mirror_only ? mirror->mask : "");
-    view_template.quality = choice_.quality;
+    view_template.quality = choice.quality;
     if (mirror_only) view_template.window = mirror->window;
     return view_template;
   }
 
   /// Finds the cause of a difference: random numbers, effects that the map switches off, or the depth of reflections,
   /// which is tested.
-  Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const Image& everything,
+  Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const Image& whole,
                  Verification& result) const {
-    if (const Call* random = choice_.calls.find(Feature::kRandom)) {
+    if (const Call* random = choice.calls.find(Feature::kRandom)) {
       result.why = fmt::format(
           "{}: {} draws random numbers, pixel by pixel, in the order in which POV-Ray makes them: two renderings "
           "differ wherever it shows, and a comparison shows nothing more",
           random->place(), random->word);
       return {};
     }
-    const SceneSwitches& off = place_.switches;
+    const SceneSwitches& off = place.switches;
     if (!(off.shadows && off.area_lights && off.photons && off.radiosity && off.media)) {
       result.why = "the map's effects switch off what the scene has";
       result.is_asked_for = true;
       return {};
     }
-    const auto camera = chosen_deep_.scene.camera_of(chosen_deep_.robot, view.camera_name);
+    const auto camera = chosen_deep.scene.camera_of(chosen_deep.robot, view.camera_name);
     if (!camera) return camera.error();
-    const auto deep = take(view_template_of(chosen_deep_, *camera, mirror), chosen_deep_, view, 1);
+    const auto deep = take(view_template_of(chosen_deep, *camera, mirror), chosen_deep, view, 1);
     if (!deep) return deep.error();
     Verification left;
-    compare(everything, *deep->image, mirror, left);
+    compare(whole, *deep->image, mirror, left);
     if (left.different == 0) {
       result.why = fmt::format(
           "reflections and refractions of more than {} surfaces, where max_trace_level of the scene or "
           "reflection_depth of the map ends: with those of everything (at least {}) the choice shows the same pixels",
-          off.reflection_depth.value_or(choice_.calls.max_trace_level.value_or(kUsualReflectionDepth)),
+          off.reflection_depth.value_or(choice.calls.max_trace_level.value_or(kUsualReflectionDepth)),
           kDeepReflections);
       result.is_asked_for = true;
     } else {
@@ -170,35 +156,24 @@ class Verifier {
 
   [[nodiscard]] Result<Taken> take(ViewTemplate view_template, const Claimed& claimed, const ViewSettings& view,
                                    int count) const {
-    view_template.width_px = size_.width_px;
-    view_template.height_px = size_.height_px;
+    view_template.width_px = size.width_px;
+    view_template.height_px = size.height_px;
     view_template.antialias = view.antialias;
+    std::vector<double> times;
     const RenderJob job{fmt::format("verification of view {}", view.camera_name),
                         std::make_shared<const ViewTemplate>(std::move(view_template)),
-                        claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place_.unit_m)};
-    Taken taken;
-    std::vector<double> times(std::size_t(count), 0.0);
-    for (double& time : times) {
-      const double before_s = children_s();
-      const ImageResult image = povray_.render(job, -1);
+                        claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place.unit_m),
+                        [&times](const base::ProcessUse& use) { times.push_back(seconds(use.cpu)); }};
+    std::shared_ptr<const Image> last;
+    for (int i = 0; i < count; ++i) {
+      const ImageResult image = povray.render(job, -1);
       if (!image) return image.error();
-      time = children_s() - before_s;
-      taken.image = *image;
+      last = *image;
     }
+    times.resize(std::size_t(count));  // where the system does not report the use
     std::sort(times.begin(), times.end());
-    taken.least_s = times.front();
-    taken.middle_s = times[times.size() / 2];
-    taken.most_s = times.back();
-    return taken;
+    return Taken{std::move(last), times.front(), times[times.size() / 2], times.back()};
   }
-
-  const PlaceSettings& place_;
-  const CameraSettings& size_;
-  Povray povray_;
-  Claimed everything_;
-  Claimed chosen_;
-  Claimed chosen_deep_;
-  const RenderChoice& choice_;
 };
 
 }  // namespace
@@ -220,8 +195,7 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
     if (!changed) return changed.error();
     return claim(*std::move(changed), session.name);
   };
-  SceneSwitches deep;
-  deep.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest);
+  SceneSwitches deep{.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest)};
   auto everything = claim_with(deep);
   if (!everything) return everything.error();
   auto chosen = claim(choice->scene, session.name);
@@ -231,8 +205,8 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   auto with_depth = claim_with(chosen_deep);
   if (!with_depth) return with_depth.error();
 
-  const Verifier verifier(place, size, *std::move(povray), std::move(*everything), std::move(*chosen),
-                          std::move(*with_depth), *choice);
+  const Verifier verifier{
+      place, size, *choice, *std::move(povray), *std::move(everything), *std::move(chosen), *std::move(with_depth)};
   std::vector<Verification> results;
   for (const ViewSettings& view : views) {
     auto result = verifier.run(view);

@@ -29,8 +29,7 @@ Circle through(const Spot& a, const Spot& b, const Spot& c) {
   const double d = 2 * (bx * cy - by * cx);
   if (d == 0) {  // on one line: the circle through the two farthest points
     const std::vector<Circle> pairs{through(a, b), through(b, c), through(a, c)};
-    return *std::max_element(pairs.begin(), pairs.end(),
-                             [](const Circle& p, const Circle& q) { return p.radius_px < q.radius_px; });
+    return *std::ranges::max_element(pairs, {}, &Circle::radius_px);
   }
   const double b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
   const double ux = (cy * b2 - by * c2) / d, uy = (bx * c2 - cx * b2) / d;
@@ -40,9 +39,7 @@ Circle through(const Spot& a, const Spot& b, const Spot& c) {
 }  // namespace
 
 std::vector<Spot> convex_hull(std::vector<Spot> points) {
-  std::sort(points.begin(), points.end(), [](const Spot& a, const Spot& b) {
-    return a.column_px != b.column_px ? a.column_px < b.column_px : a.row_px < b.row_px;
-  });
+  std::ranges::sort(points);
   if (points.size() < 3) return points;
   std::vector<Spot> hull(2 * points.size());
   std::size_t n = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <compare>
 #include <vector>
 
 namespace twocone::sim_povray {
@@ -9,6 +10,8 @@ namespace twocone::sim_povray {
 struct Spot {
   double column_px = 0;
   double row_px = 0;
+
+  friend auto operator<=>(const Spot&, const Spot&) = default;
 };
 
 struct Circle {

@@ -10,7 +10,6 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/session_settings.h"
 

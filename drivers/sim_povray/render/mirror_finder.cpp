@@ -26,9 +26,8 @@ constexpr double kCircleError_px = 1;
 /// all of a mirror shows the sphere.
 ViewTemplate probe(const Scene& scene, const NamedBlock& robot, const NamedBlock& camera, const char* colour) {
   const std::string& p = scene.prefix();
-  ViewTemplate view_template;
-  view_template.scene = scene.with(
-      {{robot.begin, fmt::format("#declare {}Robot = ", p)}, {camera.begin, fmt::format("#declare {}View = ", p)}});
+  ViewTemplate view_template{.scene = scene.with({{robot.begin, fmt::format("#declare {}Robot = ", p)},
+                                                  {camera.begin, fmt::format("#declare {}View = ", p)}})};
   view_template.scene += fmt::format(
       "\n#declare {0}Low = min_extent({0}Robot); #declare {0}High = max_extent({0}Robot);\n"
       "#declare {0}Size = vlength({0}High - {0}Low) / 2; #declare {0}Middle = ({0}High + {0}Low) / 2;\n"

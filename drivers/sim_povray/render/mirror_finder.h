@@ -6,7 +6,7 @@
 
 #include "drivers/sim_povray/render/circle.h"
 #include "drivers/sim_povray/render/povray/povray.h"
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace twocone::sim_povray {

@@ -23,8 +23,6 @@ const std::set<std::string_view> kObjects{
     "sor",           "sphere",       "sphere_sweep", "superellipsoid", "text",          "torus",    "triangle",
     "union"};
 
-bool is_before(const Insertion& a, const Insertion& b) { return a.offset < b.offset; }
-
 }  // namespace
 
 Scene::Scene(std::string path, std::string text, SceneOutline found)
@@ -67,9 +65,8 @@ Error Scene::refused(const NamedBlock& block, const char* wanted) const {
 }
 
 bool Scene::mentions(const std::string& name) const {
-  const auto is_it = [&name](const auto& named) { return named.name == name; };
-  return std::any_of(found_.blocks.begin(), found_.blocks.end(), is_it) ||
-         std::any_of(found_.strays.begin(), found_.strays.end(), is_it);
+  return std::ranges::find(found_.blocks, name, &NamedBlock::name) != found_.blocks.end() ||
+         std::ranges::find(found_.strays, name, &SceneOutline::Stray::name) != found_.strays.end();
 }
 
 std::vector<std::string> Scene::names() const {
@@ -112,8 +109,7 @@ Result<NamedBlock> Scene::camera_of(const NamedBlock& robot, const std::string& 
 
 Result<NamedBlock> Scene::find(const std::string& name, const std::string& keyword, const std::string& what) const {
   std::vector<NamedBlock> named;
-  std::copy_if(found_.blocks.begin(), found_.blocks.end(), std::back_inserter(named),
-               [&](const NamedBlock& b) { return b.name == name; });
+  std::ranges::copy_if(found_.blocks, std::back_inserter(named), [&](const NamedBlock& b) { return b.name == name; });
   if (named.size() > 1) {
     std::string lines;
     for (const auto& block : named) lines += fmt::format("{}{}", lines.empty() ? "" : ", ", block.place.line);
@@ -125,8 +121,7 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
     return refused(named[0].place, fmt::format("the {} '{}' must stand at the top level of the file, and {}", what,
                                                name, named[0].obstacle));
   }
-  const auto stray = std::find_if(found_.strays.begin(), found_.strays.end(),
-                                  [&](const SceneOutline::Stray& s) { return s.name == name; });
+  const auto stray = std::ranges::find(found_.strays, name, &SceneOutline::Stray::name);
   if (stray != found_.strays.end()) {
     return refused(stray->place, fmt::format("'//*PMName {}' names nothing here: it must be the first line inside the "
                                              "braces of the {}",
@@ -144,9 +139,8 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
 }
 
 std::string Scene::with(std::vector<Insertion> insertions) const {
-  std::stable_sort(insertions.begin(), insertions.end(), is_before);
+  std::ranges::stable_sort(insertions, {}, &Insertion::offset);
   std::string result;
-  result.reserve(text_.size() + 4096);
   std::size_t done = 0;
   for (const auto& insertion : insertions) {
     result.append(text_, done, insertion.offset - done).append(insertion.text);
@@ -159,20 +153,10 @@ std::string Scene::with(std::vector<Insertion> insertions) const {
   return result;
 }
 
-std::string Scene::seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const {
-  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
-  std::vector<Insertion> insertions;
-  insertions.reserve(moved.size() + 2);
-  for (const auto& m : moved) insertions.push_back({m.block.close, ' ' + matrix(m.motion, unit_m) + ' '});
-  insertions.push_back({view.block.begin, fmt::format("#declare {}View = ", prefix_)});
-  insertions.push_back({view.block.close, ' ' + matrix(view.motion, unit_m) + ' '});
-  return with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
-}
-
 ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const NamedBlock& view,
                                   const std::string& mask) const {
+  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
   std::vector<Insertion> insertions;
-  insertions.reserve(moved.size() + 3);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     insertions.push_back({moved[i].close, fmt::format(" transform {{ {}X{} }} ", prefix_, i)});
   }
@@ -181,8 +165,7 @@ ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const Na
     insertions.push_back({view.begin, fmt::format("object {{ {} transform {{ {}V }} }} ", mask, prefix_)});
   insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});
   insertions.push_back({view.close, fmt::format(" transform {{ {}V }} ", prefix_)});
-  ViewTemplate view_template;
-  view_template.pose_offset = std::min_element(insertions.begin(), insertions.end(), is_before)->offset;
+  ViewTemplate view_template{.pose_offset = std::ranges::min(insertions, {}, &Insertion::offset).offset};
   view_template.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
   return view_template;
 }

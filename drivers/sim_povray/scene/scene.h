@@ -5,18 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/scene/scene_outline.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {
-
-/// A named block of the scene, and its motion since the scene was written.
-struct Moved {
-  NamedBlock block;
-  FloorMotion motion;
-};
 
 /// Text to insert at an offset of a scene's text.
 struct Insertion {
@@ -50,17 +44,14 @@ class Scene {
   /// Returns the camera `name` of a robot that robot() returned: that of `robot.2` has the name `name.2`.
   [[nodiscard]] Result<NamedBlock> camera_of(const NamedBlock& robot, const std::string& name) const;
 
-  /// Returns the scene with `moved` at their new poses, seen by `view`. No line is added before the end, so that
-  /// POV-Ray's line numbers are those of the file.
-  /// @param unit_m metres in one POV-Ray unit
-  [[nodiscard]] std::string seen(const std::vector<Moved>& moved, const Moved& view, double unit_m) const;
-  /// Prepares the same for many images: pose_text() gives the poses of `moved` and `view`. No line is added before the
-  /// end.
+  /// Returns the scene with `moved` at the poses that pose_text() gives, seen by `view`. No line is added before the
+  /// end, so that POV-Ray's line numbers are those of the file.
   /// @param mask an object (directives may precede it, line breaks are not allowed) that moves with the view, placed
   /// for it as the scene shows it; empty: none
   [[nodiscard]] ViewTemplate view_template(const std::vector<NamedBlock>& moved, const NamedBlock& view,
                                            const std::string& mask) const;
   /// Returns an image's RenderJob::pose: the motion of each block of `moved` and of the view, in that order.
+  /// @param unit_m metres in one POV-Ray unit
   [[nodiscard]] std::string pose_text(const std::vector<FloorMotion>& motions, const FloorMotion& view_motion,
                                       double unit_m) const;
   /// Returns the text with insertions; insertions at the same offset keep their order.

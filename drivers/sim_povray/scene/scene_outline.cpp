@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/scene/scene_condition.h"
+#include "drivers/sim_povray/scene/scene_text.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -21,29 +21,29 @@ constexpr std::size_t kMostBraces = 256;
 /// An open brace, parenthesis or bracket.
 struct Frame {
   char symbol = '{';
-  Place place;
-  std::string_view keyword;
-  std::size_t begin = 0;             // offset of the keyword
-  bool declared = false;             // on the right of `=`
-  bool fresh = true;                 // nothing but comments inside so far
-  std::size_t uncertain = 0;         // conditions, loops and macros around it
-  std::optional<std::size_t> named;  // index among the blocks
+  Place place{};
+  std::string_view keyword{};
+  std::size_t begin = 0;               // offset of the keyword
+  bool declared = false;               // on the right of `=`
+  bool fresh = true;                   // nothing but comments inside so far
+  std::size_t uncertain = 0;           // conditions, loops and macros around it
+  std::optional<std::size_t> named{};  // index among the blocks
 };
 using Frames = std::vector<Frame>;
 
 /// An `#if ... #end` or a similar section, while it is open.
 struct Section {
   SectionKind kind = SectionKind::kIf;
-  std::string_view directive;
-  Place place;
+  std::string_view directive{};
+  Place place{};
   bool outer_dead = false;
   bool in_branch = true;  // false between #switch and its first #case
-  Branches branches;
-  Frames at_start;
-  std::optional<Frames> after_first;  // the first branch that is not dead gives the open braces behind #end
+  Branches branches{};
+  Frames at_start{};
+  std::optional<Frames> after_first{};  // the first branch that is not dead gives the open braces behind #end
 
   // For a macro only:
-  std::string_view macro;
+  std::string_view macro{};
   std::size_t base = 0;    // number of braces open before it
   std::size_t closes = 0;  // number of braces of its caller that it closes
 };
@@ -70,8 +70,7 @@ class Outliner {
     }
     const auto open = std::find_if(frames_.rbegin(), frames_.rend(), [](const Frame& f) { return f.symbol == '{'; });
     if (open != frames_.rend()) throw SceneError{open->place, "this '{' is never closed"};
-    std::sort(outline_.blocks.begin(), outline_.blocks.end(),
-              [](const NamedBlock& a, const NamedBlock& b) { return a.place.offset < b.place.offset; });
+    std::ranges::sort(outline_.blocks, {}, [](const NamedBlock& block) { return block.place.offset; });
     return std::move(outline_);
   }
 
@@ -115,10 +114,7 @@ class Outliner {
   }
 
   void open(const Token& token) {
-    Frame frame;
-    frame.symbol = token.text.front();
-    frame.place = token.place;
-    frame.begin = token.place.offset;
+    Frame frame{.symbol = token.text.front(), .place = token.place, .begin = token.place.offset};
     if (token.is('{') && previous_.kind == Token::Kind::kWord) {
       frame.keyword = previous_.text;
       frame.begin = previous_.place.offset;
@@ -197,12 +193,7 @@ class Outliner {
     if (found == macros_.end()) return;
     for (std::size_t i = 0; i < found->second.closes; ++i) close_brace(token.place);
     for (std::size_t i = 0; i < found->second.opens; ++i) {
-      Frame frame;
-      frame.place = token.place;
-      frame.keyword = token.text;
-      frame.begin = token.place.offset;
-      frame.fresh = false;
-      push(frame);
+      push({.place = token.place, .keyword = token.text, .begin = token.place.offset, .fresh = false});
     }
   }
 
@@ -230,13 +221,12 @@ class Outliner {
                                                 "takes no more",
                                                 kMostSections)};
     }
-    Section section;
-    section.kind = kind;
-    section.directive = token.text;
-    section.place = token.place;
-    section.outer_dead = dead();
-    section.at_start = frames_;
-    section.in_branch = kind != SectionKind::kSwitch;
+    Section section{.kind = kind,
+                    .directive = token.text,
+                    .place = token.place,
+                    .outer_dead = dead(),
+                    .in_branch = kind != SectionKind::kSwitch,
+                    .at_start = frames_};
     if (kind == SectionKind::kMacro) {
       section.macro = lexer_.next().text;
       section.base = frames_.size();

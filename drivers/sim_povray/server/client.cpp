@@ -296,14 +296,10 @@ class RemoteSession final : public RobotSession {
   }
 
   static ImageResult copy(const Order& order, PixelFormat format) {
-    auto image = std::make_shared<Image>();
-    image->width_px = order.slots->size.width_px;
-    image->height_px = order.slots->size.height_px;
-    image->format = format;
-    const std::size_t size = image_bytes(format, image->width_px, image->height_px).value_or(0);
-    const auto bytes = order.slots->frames.read(order.slot).first(size);
-    image->bytes = Bytes(bytes.begin(), bytes.end());
-    return std::shared_ptr<const Image>(std::move(image));
+    const CameraSettings& size = order.slots->size;
+    const std::size_t count = image_bytes(format, size.width_px, size.height_px).value_or(0);
+    const auto bytes = order.slots->frames.read(order.slot).first(count);
+    return std::make_shared<const Image>(Image{size.width_px, size.height_px, format, {bytes.begin(), bytes.end()}});
   }
 
   const std::string server_;  ///< name in messages

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,7 +14,8 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/render_settings.h"
+#include "base/unique_fd.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/server/image_sender.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/shared_frames.h"
@@ -56,7 +58,7 @@ class Conversation {
     Status end = caught([&] { return shake_hands(peer, in(kHandshakeTime)); });
     if (session_) {
       report_(fmt::format("{} attached (pid {})", robot_, peer ? peer->process : 0));
-      end = caught([this] { return converse(); });
+      end = caught([this] { return serve_requests(); });
       if (!left_) leave(": " + end.error().message);
     } else if (end.error().code != ErrorCode::kDisconnected) {
       report_(fmt::format("a program (pid {}) was sent away: {}", peer ? peer->process : 0, end.error().message));
@@ -112,7 +114,7 @@ class Conversation {
   }
 
   /// Serves requests until the client leaves or an error occurs.
-  Status converse() {
+  Status serve_requests() {
     while (!left_) {
       const Result<Message> message = receive(SteadyTime::max());
       if (!message) return message.error();
@@ -235,8 +237,7 @@ class Conversation {
   }
 
   [[nodiscard]] bool awaits_images() const {
-    return std::any_of(views_.begin(), views_.end(),
-                       [](const View& view) { return view.slots && view.slots->is_any_busy(); });
+    return std::ranges::any_of(views_, [](const View& view) { return view.slots && view.slots->is_any_busy(); });
   }
 
   Status reply(const Message& message, int file = -1) {
@@ -271,18 +272,9 @@ class Conversation {
 
 }  // namespace
 
-ClientConnection::ClientConnection(base::UniqueFd socket, std::shared_ptr<SimulationHost> host,
-                                   std::function<void(const std::string&)> report, const std::atomic<bool>& stop,
-                                   std::chrono::milliseconds patience)
-    : socket_(std::move(socket)),
-      host_(std::move(host)),
-      report_(std::move(report)),
-      thread_([this, &stop, patience] { work(stop, patience); }) {}
-
-void ClientConnection::work(const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
-  Conversation(socket_.get(), *host_, report_, stop, patience).run();
-  socket_.reset();
-  finished_ = true;
+void converse(int socket, SimulationHost& host, const std::function<void(const std::string&)>& report,
+              const std::atomic<bool>& stop, std::chrono::milliseconds patience) {
+  Conversation(socket, host, report, stop, patience).run();
 }
 
 }  // namespace twocone::sim_povray::server

@@ -9,7 +9,6 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/sim_povray/camera_effects.h"
 #include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"

@@ -13,12 +13,12 @@
 #include <cstdlib>
 #include <exception>
 #include <string>
-#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/server/server.h"
+#include "drivers/sim_povray/server/socket.h"
 
 namespace twocone::sim_povray {
 namespace server {
@@ -58,8 +58,7 @@ Result<ServedName> ServedName::claim(const std::filesystem::path& socket) {
       return ServedName(socket, std::move(lock));
     }
     if (errno != EWOULDBLOCK) {
-      return Error{ErrorCode::kUnavailable,
-                   fmt::format("no lock {}: {}", path.string(), std::generic_category().message(errno))};
+      return Error{ErrorCode::kUnavailable, fmt::format("no lock {}: {}", path.string(), server::words(errno))};
     }
   }
   return Error{ErrorCode::kRefused,
@@ -103,11 +102,11 @@ Error refused(const std::filesystem::path& folder, const std::string& why) {
 /// Makes the folder if it does not exist. Errors: kRefused: not a folder of this user's alone.
 Status own_folder(const std::filesystem::path& folder) {
   if (::mkdir(folder.c_str(), S_IRWXU) != 0 && errno != EEXIST) {
-    return refused(folder, fmt::format("cannot be made: {}", std::generic_category().message(errno)));
+    return refused(folder, fmt::format("cannot be made: {}", server::words(errno)));
   }
   struct stat status {};
   if (::lstat(folder.c_str(), &status) != 0) {
-    return refused(folder, fmt::format("cannot be looked at: {}", std::generic_category().message(errno)));
+    return refused(folder, fmt::format("cannot be looked at: {}", server::words(errno)));
   }
   if (!S_ISDIR(status.st_mode)) return refused(folder, "is no folder");
   if (status.st_uid != ::geteuid()) {

@@ -17,10 +17,11 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
-#include "drivers/sim_povray/serve.h"
+#include "base/unique_fd.h"
 #include "drivers/sim_povray/server/client_connection.h"
 #include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -28,6 +29,12 @@ namespace {
 constexpr std::size_t kMaxConnections = 64;
 /// How often `stop` is checked.
 constexpr std::chrono::milliseconds kAcceptSlice{50};
+
+/// A connection to one client, in a thread of its own.
+struct Connection {
+  std::atomic<bool> finished{false};
+  std::jthread thread{};
+};
 
 /// Sends a refusal without waiting: a client that does not read it immediately misses it.
 void send_away(int socket, const std::string& why) {
@@ -53,11 +60,11 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
     report(line);
   };
   report_in_turn(fmt::format("serving '{}' at {}", name, path->string()));
-  std::list<server::ClientConnection> sessions;
+  std::list<Connection> connections;
   while (!stop) {
     pollfd entry{listening->get(), POLLIN, 0};
     const int ready = ::poll(&entry, 1, static_cast<int>(kAcceptSlice.count()));
-    sessions.remove_if([](const server::ClientConnection& session) { return session.finished(); });
+    connections.remove_if([](const Connection& connection) { return connection.finished.load(); });
     if (ready <= 0) continue;
     base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!socket.valid()) {
@@ -67,18 +74,24 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
       std::this_thread::sleep_for(kAcceptSlice);
       continue;
     }
-    if (sessions.size() >= kMaxConnections) {
+    if (connections.size() >= kMaxConnections) {
       send_away(socket.get(),
                 fmt::format("'{}' serves {} programs already, and no more at one time", name, kMaxConnections));
       continue;
     }
+    Connection& connection = connections.emplace_back();
     try {
-      sessions.emplace_back(std::move(socket), host, report_in_turn, stop, patience);
+      connection.thread = std::jthread([&, socket = std::move(socket)]() mutable {
+        server::converse(socket.get(), *host, report_in_turn, stop, patience);
+        socket.reset();
+        connection.finished = true;
+      });
     } catch (const std::system_error& error) {  // no thread is available
+      connections.pop_back();
       report_in_turn(fmt::format("a program was sent away: {}", error.what()));
     }
   }
-  // No new client finds the socket from now on; `sessions` is joined before the claim goes.
+  // No new client finds the socket from now on; `connections` are joined before the claim goes.
   ::unlink(path->c_str());
   listening->reset();
   return {};

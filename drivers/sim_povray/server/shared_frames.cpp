@@ -11,10 +11,11 @@
 #include <fstream>
 #include <limits>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "drivers/sim_povray/server/socket.h"
 
 namespace twocone::sim_povray::server {
 namespace {
@@ -46,8 +47,6 @@ Error no_memory(std::uint32_t slots, std::uint64_t bytes, const std::string& why
   return {ErrorCode::kUnavailable,
           fmt::format("no shared memory for {} images ({:.1f} MB): {}", slots, double(bytes) / 1e6, why)};
 }
-
-std::string words(int error_number) { return std::generic_category().message(error_number); }
 
 }  // namespace
 

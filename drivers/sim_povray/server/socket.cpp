@@ -12,7 +12,6 @@
 #include <cassert>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -24,8 +23,6 @@ namespace {
 
 constexpr int kBacklog = 64;
 constexpr std::chrono::milliseconds kConnectPause{10};
-
-std::string words(int error_number) { return std::generic_category().message(error_number); }
 
 /// The caller has made sure that it fits (served_name.cpp).
 sockaddr_un address_of(const std::filesystem::path& path) {

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <system_error>
 
 #include "base/unique_fd.h"
 #include "drivers/sim_povray/server/protocol.h"
@@ -17,6 +19,9 @@ namespace twocone::sim_povray::server {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 inline SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady_clock::now() + time; }
+
+/// Returns the reason that errno gave, in words.
+inline std::string words(int error_number) { return std::generic_category().message(error_number); }
 
 /// Listens on `path`, which must be free; only this user may connect. Errors: kUnavailable.
 Result<base::UniqueFd> listen_at(const std::filesystem::path& path);

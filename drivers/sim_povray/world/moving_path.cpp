@@ -28,8 +28,7 @@ MovingPath::Place MovingPath::place(double time_s) const {
   } else if (way_m >= total_m_) {
     return {&segments_.back(), segments_.back().length_m, true};
   }
-  const auto next = std::upper_bound(segments_.begin(), segments_.end(), way_m,
-                                     [](double way, const Segment& segment) { return way < segment.begin_m; });
+  const auto next = std::ranges::upper_bound(segments_, way_m, {}, &Segment::begin_m);
   const Segment& segment = *std::prev(next);
   return {&segment, way_m - segment.begin_m, false};
 }

@@ -5,7 +5,7 @@
 
 #include "base/plane.h"
 #include "drivers/sim_povray/place.h"
-#include "drivers/sim_povray/world/touch.h"
+#include "drivers/sim_povray/world/surroundings.h"
 
 namespace twocone::sim_povray {
 

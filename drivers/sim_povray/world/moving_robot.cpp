@@ -5,11 +5,45 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 
-#include "drivers/sim_povray/camera_effects.h"
+#include "drivers/sim_povray/session_settings.h"
 
 namespace twocone::sim_povray {
+
+void StepPath::begin_at(const Pose2& here, std::chrono::nanoseconds step) {
+  span = step;
+  begin = end = here;
+  arcs.clear();
+  waypoints.clear();
+  stopped_s.reset();
+}
+
+const StepPath::Arc* StepPath::arc_at(double time_s) const {
+  if (stopped_s && time_s >= *stopped_s) return nullptr;
+  const auto next = std::ranges::upper_bound(arcs, time_s, {}, &Arc::begin_s);
+  if (next == arcs.begin() || time_s >= std::prev(next)->end_s) return nullptr;
+  return &*std::prev(next);
+}
+
+Pose2 StepPath::pose_at(double time_s) const {
+  if (!waypoints.empty()) {
+    const auto next = std::ranges::upper_bound(waypoints, time_s, {}, &Waypoint::time_s);
+    if (next == waypoints.end()) return end;
+    if (next == waypoints.begin()) return begin;
+    const Waypoint& from = *std::prev(next);
+    const double share = (time_s - from.time_s) / (next->time_s - from.time_s);
+    return {from.pose.x_m + share * (next->pose.x_m - from.pose.x_m),
+            from.pose.y_m + share * (next->pose.y_m - from.pose.y_m),
+            wrap_angle(from.pose.heading_rad + share * wrap_angle(next->pose.heading_rad - from.pose.heading_rad))};
+  }
+  if (arcs.empty() || time_s <= arcs.front().begin_s) return begin;
+  const Arc* arc = arc_at(time_s);
+  if (arc == nullptr) return end;
+  return time_s == arc->begin_s ? arc->from : advance(arc->from, arc->speeds, time_s - arc->begin_s);
+}
+
 MovingRobot::MovingRobot(const RobotBody& body)
     : body_(body),
       left_slip_(body.wheels.slip, body.wheels.slip_correlation_s, engine_for(body.seed, Purpose::kLeftSlip)),
@@ -146,8 +180,7 @@ bool MovingRobot::turns_on_the_spot() const {
 
 void MovingRobot::pin(double time_s) {
   const Pose2 there = path_.pose_at(time_s);
-  const auto next = std::upper_bound(path_.arcs.begin(), path_.arcs.end(), time_s,
-                                     [](double time, const StepPath::Arc& arc) { return time < arc.begin_s; });
+  const auto next = std::ranges::upper_bound(path_.arcs, time_s, {}, &StepPath::Arc::begin_s);
   const std::ptrdiff_t first = std::max<std::ptrdiff_t>(next - path_.arcs.begin() - 1, 0);
   if (path_.arcs[first].begin_s < time_s) {
     const double end_s = std::exchange(path_.arcs[first].end_s, time_s);

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/sim_povray/robot_body.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/surroundings.h"
 #include "hal/result.h"

@@ -76,8 +76,8 @@ Surroundings::Surroundings(const PlaceSettings& place) {
 }
 
 const std::string* Surroundings::outline_around(const FloorPoint& point) const {
-  const auto around = std::find_if(outlines_.begin(), outlines_.end(),
-                                   [&point](const NamedOutline& o) { return is_inside(o.outline, point); });
+  const auto around =
+      std::ranges::find_if(outlines_, [&point](const NamedOutline& o) { return is_inside(o.outline, point); });
   return around == outlines_.end() ? nullptr : &names_[around->owner];
 }
 

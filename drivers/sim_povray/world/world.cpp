@@ -21,8 +21,8 @@ void World::step() {
       base_ + std::chrono::nanoseconds(std::llround(double(step_number_ + 1 - base_step_) * 1e9 / rate_hz_));
   const double step_s = seconds(next - now_);
   for (auto& [id, robot] : robots_) robot.begin_step(now_, next - now_);
-  const bool physics = std::any_of(robots_.begin(), robots_.end(),
-                                   [](const auto& entry) { return entry.second.engine_body.has_value(); });
+  const bool physics =
+      std::ranges::any_of(robots_, [](const auto& entry) { return entry.second.engine_body.has_value(); });
   if (physics) {
     move_by_physics(step_s);
   } else {

@@ -9,12 +9,11 @@
 #include <vector>
 
 #include "drivers/sim_povray/place.h"
-#include "drivers/sim_povray/robot_body.h"
+#include "drivers/sim_povray/session_settings.h"
 #include "drivers/sim_povray/world/moving_path.h"
 #include "drivers/sim_povray/world/moving_robot.h"
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/surroundings.h"
-#include "drivers/sim_povray/world/touch.h"
 #include "hal/diff_drive.h"
 #include "hal/result.h"
 

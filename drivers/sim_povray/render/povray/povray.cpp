@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -21,43 +19,34 @@ namespace fs = std::filesystem;
 /// Largest header of a PPM; POV-Ray writes about 140 bytes.
 constexpr std::size_t kMaxPpmHeader = 4096;
 
-bool is_program(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error) && ::access(path.c_str(), X_OK) == 0;
-}
-
 /// Returns the program's environment without the variables that would change an image: POV-Ray reads defaults from
 /// POVINI, ./povray.ini, the home folder and the system, whichever it finds first. The system's file states where the
 /// standard include files are.
 std::vector<std::string> clean_environment() {
-  std::vector<std::string> result;
-  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
-    const std::string_view variable(*entry);
-    const std::string_view name = variable.substr(0, variable.find('='));
-    if (name != "POVINI" && name != "LC_ALL" && name != "LANGUAGE") result.emplace_back(variable);
-  }
-  result.emplace_back("LC_ALL=C");
-  if (const std::string ini = system_ini(); !ini.empty()) result.push_back(fmt::format("POVINI={}", ini));
-  return result;
+  std::vector<std::string> variables = base::own_environment();
+  std::erase_if(variables, [](const std::string& variable) {
+    const std::string name = variable.substr(0, variable.find('='));
+    return name == "POVINI" || name == "LC_ALL" || name == "LANGUAGE";
+  });
+  variables.emplace_back("LC_ALL=C");
+  if (const std::string ini = system_ini(); !ini.empty()) variables.push_back(fmt::format("POVINI={}", ini));
+  return variables;
 }
 
 }  // namespace
 
 Result<std::string> find_povray(const std::string& name) {
-  constexpr const char* kAdvice = "on Debian: apt install povray";
-  if (name.find('/') != std::string::npos) {
-    if (is_program(name)) return fs::absolute(name).string();
+  const auto missing = [](const std::string& why) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("POV-Ray is not installed: '{}' is no program; {}", name, kAdvice)};
+                 fmt::format("POV-Ray is not installed: {}; on Debian: apt install povray", why)};
+  };
+  const auto program = base::find_program(name);
+  if (!program) return missing(fmt::format("no program '{}' in PATH", name));
+  std::error_code error;
+  if (!fs::is_regular_file(*program, error) || ::access(program->c_str(), X_OK) != 0) {
+    return missing(fmt::format("'{}' is no program", name));
   }
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path program = fs::path(folder) / name;
-    if (is_program(program)) return fs::absolute(program).string();
-  }
-  return Error{ErrorCode::kUnavailable,
-               fmt::format("POV-Ray is not installed: no program '{}' in PATH; {}", name, kAdvice)};
+  return fs::absolute(*program).string();
 }
 
 Povray::Povray(std::string program, const fs::path& scene_path, std::chrono::nanoseconds timeout, SceneLimits limits)
@@ -106,11 +95,8 @@ std::vector<std::string> povray_arguments(const ViewTemplate& view_template) {
 }
 
 RenderJob plain_image(std::string label, std::string scene, int width_px, int height_px, int antialias) {
-  ViewTemplate view_template;
-  view_template.scene = std::move(scene);
-  view_template.width_px = width_px;
-  view_template.height_px = height_px;
-  view_template.antialias = antialias;
+  ViewTemplate view_template{
+      .scene = std::move(scene), .width_px = width_px, .height_px = height_px, .antialias = antialias};
   return {std::move(label), std::make_shared<const ViewTemplate>(std::move(view_template)), {}};
 }
 

@@ -11,7 +11,7 @@
 #include "base/child_process.h"
 #include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "hal/image.h"
 #include "hal/result.h"
 
@@ -57,7 +57,6 @@ class Povray {
   /// Errors: as render().
   [[nodiscard]] Result<std::string> ask(const std::string& label, std::string scene, int stop_fd) const;
 
-  [[nodiscard]] const std::string& scene_path() const { return scene_path_; }
   [[nodiscard]] std::chrono::nanoseconds timeout() const { return timeout_; }
   /// Returns the program to start for such images; the caller must add the scene (kSceneFile) and the file of the image
   /// (+O).

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/sim_povray/render/render_job.h"
+#include "drivers/sim_povray/render/renderer.h"
 #include "hal/image.h"
 #include "hal/result.h"
 

@@ -68,8 +68,7 @@ bool has_no_room(const std::filesystem::path& folder, std::size_t bytes) {
 bool is_write_error(const std::string& errors) {
   constexpr std::array kWords{"File I/O error", "render state output file", "Cannot open output file",
                               "Cannot access data in file", "Frontend halted render"};
-  return std::any_of(kWords.begin(), kWords.end(),
-                     [&](const char* words) { return errors.find(words) != std::string::npos; });
+  return std::ranges::any_of(kWords, [&](const char* words) { return errors.find(words) != std::string::npos; });
 }
 
 Order take_next(std::deque<Order>& queue) {
