@@ -49,8 +49,8 @@ class Process {
   UniqueFd end_fd_;
 };
 
-/// Peak memory of a process since it started its program (wait4() would also count the memory of the program that forked
-/// it); 0: not known, as after the process has ended.
+/// Peak memory of a process since it started its program (wait4() would also count the memory of the program that
+/// forked it); 0: not known, as after the process has ended.
 std::uint64_t peak_memory_bytes(pid_t pid);
 
 }  // namespace twocone::base

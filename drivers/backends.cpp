@@ -289,6 +289,7 @@ Status check_cameras_differ(const RobotSettings& settings) {
 
 std::vector<Backend> backends() {
   std::vector<Backend> all;
+  all.reserve(std::size(kRows));
   for (const Row& row : kRows) all.push_back(row.backend);
   return all;
 }

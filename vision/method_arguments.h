@@ -43,6 +43,7 @@ inline std::string bad_radius(const Landmark& landmark) {
 /// Returns the landmarks' colours in their order, as HueLabels and ColourTable take them.
 inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Landmark>& landmarks) {
   std::vector<Eigen::Vector3d> colours;
+  colours.reserve(landmarks.size());
   for (const Landmark& landmark : landmarks) colours.emplace_back(landmark.colour.data());
   return colours;
 }

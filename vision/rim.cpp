@@ -124,6 +124,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
   if (!are_enough(edges)) return std::nullopt;
   RimCircle circle = expected;
   std::vector<double> radii;
+  radii.reserve(edges.size());
   for (const auto& e : edges) radii.push_back((e - circle.centre_px).norm());
   circle.radius_px = base::median(std::move(radii));
 
@@ -257,6 +258,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     edges = edges_about(grey, *circle, directions);
     if (double(edges.size()) < kLeastRimSupport * directions) return std::nullopt;
     std::vector<double> off;
+    off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
     const double scale = std::max(0.02, 1.4826 * base::median(std::move(off)));
     normal.setZero();

@@ -123,6 +123,7 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
   std::vector<std::string> last_first;
   while (!kept.empty()) {
     std::vector<double> costs_m2;
+    costs_m2.reserve(kept.size());
     for (const std::size_t out : kept) costs_m2.push_back(cost_without(out));
     const auto least = kept.begin() + (std::min_element(costs_m2.begin(), costs_m2.end()) - costs_m2.begin());
     last_first.push_back(map.landmarks[*least].name);

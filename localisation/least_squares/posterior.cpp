@@ -41,7 +41,7 @@ std::array<Eigen::Vector3d, 26> directions_of_sphere() {
   std::array<Eigen::Vector3d, 26> all;
   for (int i = 0; i < 26; ++i) {
     const int cell = i < 13 ? i : i + 1;  // of the 27 cells of a cube, without the middle one
-    all[std::size_t(i)] = Eigen::Vector3d(cell / 9 - 1, cell / 3 % 3 - 1, cell % 3 - 1).normalized();
+    all[std::size_t(i)] = Eigen::Vector3i(cell / 9 - 1, cell / 3 % 3 - 1, cell % 3 - 1).cast<double>().normalized();
   }
   return all;
 }

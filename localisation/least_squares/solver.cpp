@@ -70,7 +70,7 @@ double nearest_by_rounding(const Problem& problem) { return 16 * problem.roundin
 struct Workspace {
   explicit Workspace(const Problem& problem)
       : room(4 * std::size_t(problem.numbers), boost::container::default_init), rows(room.data(), problem.numbers, 4) {}
-  boost::container::small_vector<double, 4 * 2 * kStackLandmarks> room;
+  boost::container::small_vector<double, std::size_t{4} * 2 * kStackLandmarks> room;
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4>> rows;
 };
 

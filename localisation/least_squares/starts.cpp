@@ -167,6 +167,7 @@ class Search {
     const double inner = std::max(0.0, centre_->range - reach);
     const double outer = centre_->range + reach;
     std::vector<Sector> open;
+    open.reserve(kSectors);
     for (int k = 0; k < kSectors; ++k) {
       open.push_back({2 * kPi * (k + 0.5) / kSectors, kPi / kSectors, (inner + outer) / 2, (outer - inner) / 2});
     }

@@ -228,6 +228,24 @@ TEST(Calibration, SigmasAreTrueOverManySeeds) {
   EXPECT_LT(std::sqrt(all), 1.15);
 }
 
+/// Both views of a perfect rig: the start poses need no adjustment. The bundle forgives a start that is far off, so
+/// only this test sees its formula.
+TEST(CalibrationStart, PosesAreTheTruthWhereNothingIsWrong) {
+  DriveSettings world;
+  world.noise_px = 0;
+  const CalibrationProblem problem = problem_of(world);
+  const calibration::Bundle bundle = calibration::bundle_of(problem);
+  ASSERT_EQ(bundle.start.poses.size(), problem.frames.size());
+  // The drive takes its frames at steps of a millisecond: below 1 m/s and 1 rad/s, the pose is as exact as that.
+  constexpr double kStep = 1e-3;
+  for (std::size_t i = 0; i < bundle.start.poses.size(); ++i) {
+    const Eigen::Vector3d truth = pose_on_loop(double(i) * world.every_s);
+    const Eigen::Vector3d& pose = bundle.start.poses[i];
+    EXPECT_LT((pose - truth).head<2>().norm(), kStep) << "frame " << i;
+    EXPECT_LT(std::abs(std::remainder(pose.z() - truth.z(), 2 * std::numbers::pi)), kStep) << "frame " << i;
+  }
+}
+
 TEST(Calibration, NamesParametersThatStandingStillDoesNotDetermine) {
   DriveSettings world = planted_world();
   world.still = true;

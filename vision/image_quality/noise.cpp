@@ -60,7 +60,8 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel) {
   }
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
-  const double per_grey = light_per_grey((codes + kPixels / 2) / kPixels);
+  const int code = (codes + kPixels / 2) / kPixels;
+  const double per_grey = light_per_grey(code);
   const double per_grey2 = per_grey * per_grey;
   return {double(middle + sum / kPixels), scatter / per_grey2, slope / per_grey2, per_grey2};
 }
