@@ -14,7 +14,7 @@ packages=(
 case "${1:-}" in
   --lint) packages+=(clang-format clang-tidy) ;;
   --evidence)
-    packages+=(jq imagemagick debootstrap povray-examples lintian time)
+    packages+=(jq imagemagick cloc debootstrap povray-examples lintian time)
     # For the virtual machine of tests/vm, the tests in it, and the build of its modules.
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
     packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
