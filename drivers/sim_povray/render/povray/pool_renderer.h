@@ -49,7 +49,7 @@ class ProcessRenderer final : public Renderer {
 
 /// Renders with POV-Ray processes that are held between images: each reads the scene ahead up to the poses and waits
 /// there. An image then costs neither the start of a process nor the 0.6 s that POV-Ray sleeps. Pixels are those of
-/// ProcessRenderer, to the byte (tests/sim_povray/pool_render_test.cpp).
+/// ProcessRenderer, to the byte (tests/sim_povray/pool_renderer_test.cpp).
 ///
 /// If processes cannot be held, it works as ProcessRenderer does: for a view template that does not allow it
 /// (ViewTemplate::one_shot), and for all from the moment that this machine turns out not to allow it. It starts no
