@@ -154,7 +154,11 @@ class RosArduinoBridge final : public Protocol {
       has_come = true;
       const auto found = line ? parse_number(*line) : std::nullopt;
       const bool is_rate = found && *found > 0;
-      if (is_rate && found == rate && between == between_) break;
+      if (is_rate && found == rate && between == between_) {
+        baud_ = *found;
+        owed_ = 0;
+        return {};
+      }
       if (is_rate) {
         rate = found;
         between = 0;
@@ -164,9 +168,6 @@ class RosArduinoBridge final : public Protocol {
         rate.reset();
       }
     }
-    baud_ = *rate;
-    owed_ = 0;
-    return {};
   }
 
   static Error unexpected(const std::string& command, const std::string& answer) {
