@@ -142,7 +142,7 @@ class RosArduinoBridge final : public Protocol {
     const std::string request = "\rb\r" + std::string(std::size_t(between_), '\r') + "b\r";
     owed_ += 3 + between_;
     if (auto sent = transport.write(bytes_of(request), deadline); !sent) return sent;
-    std::optional<int> rate;  // the last rate, if only the `between` lines for a CR alone came after it
+    int rate = 0;  // the last rate, if only the `between` lines for a CR alone came after it; 0: none
     int between = 0;
     bool has_come = false;
     while (true) {
@@ -152,10 +152,10 @@ class RosArduinoBridge final : public Protocol {
         return Error{ErrorCode::kBadData, "answers that belong to no request"};
       }
       has_come = true;
-      const auto found = line ? parse_number(*line) : std::nullopt;
-      const bool is_rate = found && *found > 0;
+      const int found = line ? parse_number(*line).value_or(0) : 0;
+      const bool is_rate = found > 0;
       if (is_rate && found == rate && between == between_) {
-        baud_ = *found;
+        baud_ = found;
         owed_ = 0;
         return {};
       }
@@ -165,7 +165,7 @@ class RosArduinoBridge final : public Protocol {
       } else if (line && *line == kInvalid) {
         ++between;
       } else {
-        rate.reset();
+        rate = 0;
       }
     }
   }
