@@ -22,7 +22,7 @@ row "files changed outside the driver's own folder" "$(git -C "$tree" diff --cac
 lines=$(git -C "$tree" diff --cached --numstat drivers/backends.cpp | cut -f1)
 row "lines added to the table of drivers: the row and its #include" "$lines" 2 "$(holds "$lines == 2")"
 build_and_run() {
-  cmake -S "$tree" -B "$tree/build" -G Ninja -D CMAKE_BUILD_TYPE=Release -D TWOCONE_BUILD_TESTS=OFF -D TWOCONE_BUILD_BENCHMARKS=OFF &&
+  cmake -S "$tree" -B "$tree/build" --preset release -D TWOCONE_BUILD_TESTS=OFF -D TWOCONE_BUILD_BENCHMARKS=OFF -D TWOCONE_BUILD_FUZZERS=OFF -D TWOCONE_BUILD_VM_PROGRAMS=OFF &&
     cmake --build "$tree/build" --target twocone || return 1
   sed 's/driver: sim_povray, width_px/driver: toy_camera, width_px/; s/drive: {driver: sim_povray/drive: {driver: memory/; /^effects:/,$d
        s|^map:.*|map: '"$PWD"'/scenes/lab.map.yaml|' tests/end_to_end/data/small.yaml >"$work/toy.yaml"
