@@ -12,9 +12,9 @@
 #include <random>
 #include <set>
 
+#include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/served_name.h"
-#include "drivers/sim_povray/server/shared_frames.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"

@@ -18,9 +18,9 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/served_name.h"
-#include "drivers/sim_povray/server/shared_frames.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "hal/clock.h"
 
