@@ -14,7 +14,6 @@
 
 #include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
-#include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"

@@ -20,7 +20,6 @@
 
 #include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
-#include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "hal/clock.h"
 

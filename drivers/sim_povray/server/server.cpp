@@ -29,7 +29,6 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
-#include "drivers/sim_povray/server/served_name.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "hal/clock.h"
