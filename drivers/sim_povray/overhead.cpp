@@ -5,7 +5,6 @@
 
 #include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/overhead.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 

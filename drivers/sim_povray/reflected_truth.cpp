@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/complaints.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/moving_path.h"

@@ -8,7 +8,7 @@
 
 #include "base/child_process.h"
 #include "drivers/sim_povray/render/camera_mask.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/shown_camera.h"
 

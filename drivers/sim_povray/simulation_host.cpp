@@ -21,7 +21,7 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/scene/scene.h"

@@ -12,7 +12,6 @@
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/world/motion.h"
 

@@ -17,6 +17,10 @@
 
 namespace twocone::sim_povray {
 
+struct PlaceSettings;
+struct SceneCalls;
+class Scene;
+
 /// Returns the program `name` as an absolute path: a path if it has a slash, else looked up in PATH.
 /// Errors: kUnavailable, with what to install.
 Result<std::string> find_povray(const std::string& name);
@@ -78,6 +82,13 @@ class Povray {
   std::vector<std::string> environment_;
   SceneLimits limits_;
 };
+
+/// Returns POV-Ray, confined to what the scene of `place` may read (SceneAccess), with `calls` or as find_calls()
+/// returns them for `scene`. A scene may come from other people: this is the one place where its limits are set.
+/// Errors: kUnavailable (no POV-Ray); kNotFound (a folder of scene_paths does not exist); kRefused, if the kernel
+/// cannot confine reading: the scene names a file outside, with file and line.
+[[nodiscard]] Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& calls);
+[[nodiscard]] Result<Povray> confined_povray(const PlaceSettings& place, const Scene& scene);
 
 /// Beginning of the answer of a scene that Povray::ask() runs.
 inline constexpr const char* kPovrayAnswer = "twocone answer: ";

@@ -40,7 +40,6 @@ class SceneAccess {
   [[nodiscard]] static std::string refusal(const std::filesystem::path& file);
 
  private:
-  std::filesystem::path folder_;
   std::vector<std::filesystem::path> readable_;
   std::vector<std::filesystem::path> searched_;
   std::size_t libraries_ = 0;  ///< their number in searched_, after the scene's folder
