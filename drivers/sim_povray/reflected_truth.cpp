@@ -12,7 +12,8 @@
 #include "drivers/sim_povray/complaints.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/world/moving_path.h"
+#include "drivers/sim_povray/world/motion.h"
+#include "drivers/sim_povray/world/surroundings.h"
 
 namespace twocone::sim_povray {
 namespace {

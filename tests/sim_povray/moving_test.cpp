@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/world/moving_path.h"
+#include "drivers/sim_povray/world/surroundings.h"
 
 #include <cmath>
 #include <limits>

@@ -10,7 +10,6 @@
 
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
-#include "drivers/sim_povray/world/moving_path.h"
 #include "drivers/sim_povray/world/moving_robot.h"
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/surroundings.h"
