@@ -44,17 +44,6 @@ constexpr std::chrono::milliseconds kStopSlice{50};
 /// How often a session that waits for its world checks whether its client still lives.
 constexpr std::chrono::milliseconds kStepSlice{50};
 
-/// Returns the errors of the settings' own check() as a refusal.
-template <typename Settings>
-Status checked(const Settings& settings) {
-  try {
-    check(settings);
-    return {};
-  } catch (const std::invalid_argument& error) {
-    return Error{ErrorCode::kRefused, error.what()};
-  }
-}
-
 Error refusal(std::string why) { return {ErrorCode::kRefused, std::move(why)}; }
 
 /// The conversation with one client. An error in a Status that a function here returns ends the conversation, and the
@@ -84,7 +73,8 @@ class Conversation {
   }
 
  private:
-  /// Turns an exception into an error, which ends this conversation and no other.
+  /// Turns an exception into an error, which ends this conversation and no other: settings that are out of their domain
+  /// (check()) into a refusal.
   template <typename Part>
   static Status caught(Part part) {
     try {
@@ -112,7 +102,7 @@ class Conversation {
     if (!request) return request.error();
     const auto* take = std::get_if<Take>(&*request);
     if (take == nullptr) return refusal("a session must be taken before anything else");
-    if (auto good = checked(take->settings); !good) return good;
+    check(take->settings);
     auto session = host_.join(take->settings);
     if (!session) return session.error();
     if (auto sent = send_message(socket_, Sessioned{(*session)->state()}, deadline); !sent) return sent;
@@ -137,7 +127,7 @@ class Conversation {
 
   Status on(const OpenView& request) {
     if (views_.size() >= kMaxViews) return refusal(fmt::format("a session has {} views at most", kMaxViews));
-    if (auto good = checked(request.settings); !good) return good;
+    check(request.settings);
     const auto id = session_->open_view(request.settings);
     if (!id) return reply_with(id.error());
     views_.emplace_back();
@@ -147,7 +137,7 @@ class Conversation {
   Status on(const ConfigureView& request) {
     const CameraSettings& size = request.settings;
     if (request.view >= views_.size()) return no_view(request.view);
-    if (auto good = checked(size); !good) return good;
+    check(size);
     if (size.width_px > kMaxSide_px || size.height_px > kMaxSide_px) {
       return refusal(
           fmt::format("images of {} x {} pixels: {} a side are the most", size.width_px, size.height_px, kMaxSide_px));
