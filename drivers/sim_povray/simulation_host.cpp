@@ -70,9 +70,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
         movers_(std::move(stage.movers)),
         povray_(std::move(povray)),
         renderer_(std::move(renderer)),
-        world_(place) {
-    for (std::size_t i = 0; i < place_.moving.size(); ++i) moving_starts_.push_back(world_.moving_pose(i));
-  }
+        world_(place) {}
   ~LocalHost() override {
     stop_.raise();            // any search for a mirror ends
     view_templates_.clear();  // and has ended before its renderer is destroyed
@@ -227,7 +225,8 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
     }
     for (std::size_t i = 0; i < place_.moving.size(); ++i) {
       if (mover.name == "moving." + place_.moving[i].name) {
-        return motion_between(moving_starts_[i], world_.moving_pose_before(i, before));
+        // The scene shows it at time 0.
+        return motion_between(world_.moving_pose_before(i, world_.now()), world_.moving_pose_before(i, before));
       }
     }
     return {};  // a robot that no session has claimed stands where the scene shows it
@@ -243,7 +242,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   mutable std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
   World world_;
-  std::vector<Pose2> moving_starts_;           // poses at which the scene shows the moving things
   std::map<std::string, HostedRobot> robots_;  // by block name, so that the order of joining does not matter
   std::uint64_t steps_ = 0;                    // in total
   std::map<const void*, RateClaim> claims_;

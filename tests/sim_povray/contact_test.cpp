@@ -386,7 +386,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
   }
   EXPECT_GT(contacts, 3) << "the thing runs into a standing robot";
   EXPECT_EQ(closer.pose(near), (Pose2{0.55, 0, 0})) << "and does not move it";
-  EXPECT_NEAR(closer.moving_pose(0).y_m, 2 - 0.8, 1e-9) << "the thing continues along its path";
+  EXPECT_NEAR(closer.moving_pose_before(0, {}).y_m, 2 - 0.8, 1e-9) << "the thing continues along its path";
   EXPECT_EQ(closer.contact(near), "") << "and is gone";
 }
 

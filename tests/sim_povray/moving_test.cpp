@@ -72,10 +72,10 @@ TEST(MovingThings, AWorldReportsEarlierPoses) {
   world.set_rate(2);
   expect_pose(world.moving_pose_before(0, nanoseconds(400'000'000)), {0.5, 1, 0}, "before the beginning");
   for (int i = 0; i < 5; ++i) world.step();
-  expect_pose(world.moving_pose(0), {2, 1 + 2.5 * 0.7 - 1.5, std::numbers::pi / 2}, "now");
+  expect_pose(world.moving_pose_before(0, {}), {2, 1 + 2.5 * 0.7 - 1.5, std::numbers::pi / 2}, "now");
   expect_pose(world.moving_pose_before(0, nanoseconds(500'000'000)), {0.5 + 2 * 0.7, 1, 0}, "before the corner");
   while (world.now() < std::chrono::seconds(20)) world.step();
-  expect_pose(world.moving_pose(1), {2, 3, std::numbers::pi / 2}, "the other one stands at its end");
+  expect_pose(world.moving_pose_before(1, {}), {2, 3, std::numbers::pi / 2}, "the other one stands at its end");
 }
 
 }  // namespace

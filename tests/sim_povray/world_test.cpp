@@ -348,13 +348,13 @@ TEST(World, AResetWorldRepeatsItself) {
       world.command(robot, {2, 2.5});
       world.step();
     }
-    return std::tuple(robot, world.now(), world.step_number(), world.pose(robot), world.moving_pose(0));
+    return std::tuple(robot, world.now(), world.step_number(), world.pose(robot), world.moving_pose_before(0, {}));
   };
   const auto first = run();
   world.begin_anew();
   EXPECT_EQ(world.now(), nanoseconds(0));
   EXPECT_EQ(world.step_number(), 0U);
-  EXPECT_EQ(world.moving_pose(0), (Pose2{0, 1, 0}));
+  EXPECT_EQ(world.moving_pose_before(0, {}), (Pose2{0, 1, 0}));
   EXPECT_EQ(run(), first);
 }
 
