@@ -21,10 +21,10 @@ constexpr double kLevel_rad = std::numbers::pi / 180;
 /// Returns scene text that makes POV-Ray report where the camera is and where its image's x axis points, and stop.
 std::string question(const std::string& prefix, const CameraVectors& camera) {
   return fmt::format(
-      "{1}#declare {0}Carry = function {{ transform {{{2} }} }} #declare {0}At = {0}Carry({0}Location.x, "
-      "{0}Location.y, "
-      "{0}Location.z); #declare {0}To = {0}Carry({0}Location.x + {0}Right.x, {0}Location.y + {0}Right.y, {0}Location.z "
-      "+ {0}Right.z); #error concat(\"{3}\", vstr(3, {0}At, \" \", 0, 9), \" \", vstr(3, {0}To, \" \", 0, 9), \" .\") ",
+      "{1}#declare {0}Carry = function {{ transform {{{2} }} }} "
+      "#declare {0}At = {0}Carry({0}Location.x, {0}Location.y, {0}Location.z); #declare {0}To = "
+      "{0}Carry({0}Location.x + {0}Right.x, {0}Location.y + {0}Right.y, {0}Location.z + {0}Right.z); "
+      "#error concat(\"{3}\", vstr(3, {0}At, \" \", 0, 9), \" \", vstr(3, {0}To, \" \", 0, 9), \" .\") ",
       prefix, camera.declarations, camera.transformations, kPovrayAnswer);
 }
 
