@@ -176,9 +176,8 @@ TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
   const PlaceSettings place{.scene = scene, .render = {.processes = 2, .landlock = GetParam()}};
-  auto povray = confined_povray(place, {});
-  ASSERT_TRUE(povray) << povray.error().message;
-  const auto confined = make_renderer(*povray, place.render);
+  auto povray = value(confined_povray(place, {}));
+  const auto confined = make_renderer(povray, place.render);
   const auto free = make_renderer(Povray(find_povray("povray").value(), scene, 60s), place.render);
   const auto expected = images(*free, views, 3);
   const auto got = images(*confined, views, 3);

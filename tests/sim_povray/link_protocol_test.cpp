@@ -18,12 +18,14 @@
 #include "tests/sim_povray/link_messages.h"
 #include "tests/sim_povray/link_support.h"
 #include "tests/support/fails_with.h"
+#include "tests/support/value.h"
 
 namespace twocone::sim_povray::server {
 namespace {
 
 using std::chrono::milliseconds;
 using testing_support::FailsWith;
+using testing_support::value;
 
 // ---- messages
 
@@ -133,22 +135,19 @@ TEST(LinkProtocol, GarbageIsNeverReadBeyondItsEnd) {  // AddressSanitizer checks
 // ---- shared memory
 
 TEST(LinkSharedFrames, TheReaderReadsTheBytesOfTheWriter) {
-  auto writer = SharedFrames::allocate(3, 1000);
-  ASSERT_TRUE(writer) << writer.error().message;
-  auto reader = SharedFrames::adopt(writer->take_file(), 3, 1000);
-  ASSERT_TRUE(reader) << reader.error().message;
+  auto writer = value(SharedFrames::allocate(3, 1000));
+  auto reader = value(SharedFrames::adopt(writer.take_file(), 3, 1000));
   for (std::uint32_t slot = 0; slot < 3; ++slot) {
-    for (std::size_t i = 0; i < 1000; ++i) writer->write(slot)[i] = std::uint8_t(slot * 50 + i);
+    for (std::size_t i = 0; i < 1000; ++i) writer.write(slot)[i] = std::uint8_t(slot * 50 + i);
   }
   for (std::uint32_t slot = 0; slot < 3; ++slot) {
-    for (std::size_t i = 0; i < 1000; ++i) ASSERT_EQ(reader->read(slot)[i], std::uint8_t(slot * 50 + i));
+    for (std::size_t i = 0; i < 1000; ++i) ASSERT_EQ(reader.read(slot)[i], std::uint8_t(slot * 50 + i));
   }
 }
 
 TEST(LinkSharedFrames, TheFileOfAReaderCannotBeShortened) {
-  auto writer = SharedFrames::allocate(1, 100'000);
-  ASSERT_TRUE(writer);
-  const base::UniqueFd file = writer->take_file();
+  auto writer = value(SharedFrames::allocate(1, 100'000));
+  const base::UniqueFd file = writer.take_file();
   EXPECT_NE(::ftruncate(file.get(), 10), 0);
   EXPECT_NE(::ftruncate(file.get(), 200'000), 0);
   EXPECT_NE(::fcntl(file.get(), F_ADD_SEALS, F_SEAL_WRITE), 0) << "the seals themselves are sealed";
@@ -159,9 +158,8 @@ TEST(LinkSharedFrames, AFileWithoutSealsOrOfAnotherSizeIsNotAdopted) {
   ASSERT_EQ(::ftruncate(loose.get(), 300), 0);
   const auto not_sealed = SharedFrames::adopt(std::move(loose), 3, 100);
   ASSERT_THAT(not_sealed, FailsWith(ErrorCode::kBadData));
-  auto writer = SharedFrames::allocate(3, 100);
-  ASSERT_TRUE(writer);
-  EXPECT_FALSE(SharedFrames::adopt(writer->take_file(), 3, 101));
+  auto writer = value(SharedFrames::allocate(3, 100));
+  EXPECT_FALSE(SharedFrames::adopt(writer.take_file(), 3, 101));
   EXPECT_FALSE(SharedFrames::adopt(base::UniqueFd(), 3, 100));
 }
 
@@ -220,9 +218,8 @@ TEST(LinkSocket, APacketThatIsTooLongIsNoMessage) {
   std::vector<std::uint8_t> bytes = encode(Failed{ErrorCode::kRefused, "x"});
   bytes.resize(kMaxMessage + 1);
   ASSERT_EQ(::send(pair.far.get(), bytes.data(), bytes.size(), 0), ssize_t(bytes.size()));
-  const auto received = receive_message(pair.near.get(), in(milliseconds(20)));
-  ASSERT_TRUE(received);
-  EXPECT_FALSE(received->message);
+  const auto received = value(receive_message(pair.near.get(), in(milliseconds(20))));
+  EXPECT_FALSE(received.message);
 }
 
 TEST(LinkSocket, UnexpectedFilesAreClosed) {
@@ -231,9 +228,8 @@ TEST(LinkSocket, UnexpectedFilesAreClosed) {
   const auto lowest_free = [] { return base::UniqueFd(::dup(0)).get(); };
   const int before = lowest_free();
   ASSERT_TRUE(send_message(pair.far.get(), Halt{}, in(milliseconds(20)), file.get()));
-  const auto dropped = receive_message(pair.near.get(), in(milliseconds(20)));
-  ASSERT_TRUE(dropped);
-  EXPECT_FALSE(dropped->file.valid());
+  const auto dropped = value(receive_message(pair.near.get(), in(milliseconds(20))));
+  EXPECT_FALSE(dropped.file.valid());
   EXPECT_EQ(lowest_free(), before);
   ASSERT_TRUE(send_message(pair.far.get(), Halt{}, in(milliseconds(20)), file.get()));
   EXPECT_TRUE(receive_message(pair.near.get(), in(milliseconds(20)), Files::kTake)->file.valid());
@@ -263,9 +259,8 @@ TEST(LinkName, BadNamesAreRefused) {
     const auto path = world_socket(name);
     ASSERT_THAT(path, FailsWith(ErrorCode::kRefused)) << name;
   }
-  const auto path = world_socket("Lab-2_x");
-  ASSERT_TRUE(path) << path.error().message;
-  EXPECT_EQ(*path, runtime.path() / "twocone" / "Lab-2_x.sock");
+  const auto path = value(world_socket("Lab-2_x"));
+  EXPECT_EQ(path, runtime.path() / "twocone" / "Lab-2_x.sock");
 }
 
 TEST(LinkName, TheFolderIsPrivateToTheUser) {
@@ -304,14 +299,12 @@ TEST(LinkName, APathTooLongForASocketIsRefused) {
 
 TEST(LinkName, OneClaimAtATimeAndNoFileIsLeft) {
   const RuntimeFolder runtime;
-  const auto path = world_socket("lab");
-  ASSERT_TRUE(path);
+  const auto path = value(world_socket("lab"));
   {
-    const auto first = ServedName::claim(*path);
-    ASSERT_TRUE(first) << first.error().message;
-    const auto second = ServedName::claim(*path);
+    const auto first = value(ServedName::claim(path));
+    const auto second = ServedName::claim(path);
     ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
-    sweep(*path, milliseconds(0));
+    sweep(path, milliseconds(0));
     EXPECT_EQ(runtime.files().size(), 1u) << "the lock of a running server was removed";
   }
   EXPECT_TRUE(runtime.files().empty());
@@ -319,13 +312,12 @@ TEST(LinkName, OneClaimAtATimeAndNoFileIsLeft) {
 
 TEST(LinkName, FilesOfADeadServerAreRemoved) {
   const RuntimeFolder runtime;
-  const auto path = world_socket("lab");
-  ASSERT_TRUE(path);
+  const auto path = value(world_socket("lab"));
   // The state after kill -9: both files exist, and no process listens or holds the lock.
-  ASSERT_TRUE(listen_at(*path));
-  std::ofstream(std::filesystem::path(*path).replace_extension(".lock")) << "";
+  ASSERT_TRUE(listen_at(path));
+  std::ofstream(std::filesystem::path(path).replace_extension(".lock")) << "";
   ASSERT_EQ(runtime.files().size(), 2u);
-  sweep(*path, milliseconds(0));
+  sweep(path, milliseconds(0));
   EXPECT_TRUE(runtime.files().empty());
 }
 

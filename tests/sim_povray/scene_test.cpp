@@ -55,9 +55,8 @@ TEST(Scene, FileErrorsNameTheFile) {
 TEST(Scene, KeepsEveryByteOfTheFile) {
   const TemporaryFolder folder;
   const std::string text = "\xEF\xBB\xBF// a\r\nsphere { 0, 1 }\n\x1A";
-  const auto scene = Scene::read(folder.write("a.pov", text));
-  ASSERT_TRUE(scene);
-  EXPECT_EQ(scene->text(), text);
+  const auto scene = value(Scene::read(folder.write("a.pov", text)));
+  EXPECT_EQ(scene.text(), text);
 }
 
 TEST(Scene, ReportsWhatItSearchedFor) {

@@ -326,9 +326,8 @@ TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
 TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
   CameraEffects effects{.exposure_time_s = 0.08, .readout_s = 0.03};
   const auto world = simulation();
-  const auto camera = world->open_camera({"lower", 1, effects});
-  ASSERT_TRUE(camera);
-  const auto configured = (*camera)->configure(kSmallSize);
+  const auto camera = value(world->open_camera({"lower", 1, effects}));
+  const auto configured = camera->configure(kSmallSize);
   ASSERT_FALSE(configured);
   EXPECT_THAT(configured.error().message, HasSubstr("exposure and readout take 0.11 s"));
 }

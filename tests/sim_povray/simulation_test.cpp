@@ -162,10 +162,9 @@ TEST_F(SimulationTest, RunsAheadByTheStatedNumberOfSteps) {
   desk_->finish(0);
   EXPECT_FALSE(lower->grab(kHandTimeout)) << "step 0 has one image, not both";
   desk_->finish(1);
-  const auto later = lower->grab(0ms);
-  ASSERT_TRUE(later);
-  EXPECT_EQ(later->header().sequence, 3U);
-  EXPECT_EQ(later->header().lost_before, 0U);
+  const auto later = value(lower->grab(0ms));
+  EXPECT_EQ(later.header().sequence, 3U);
+  EXPECT_EQ(later.header().lost_before, 0U);
 }
 
 TEST_F(SimulationTest, AWaitingGrabContinuesWhenTheImageArrives) {
@@ -186,22 +185,20 @@ TEST_F(SimulationTest, AFailedImageFreesItsPlaceAndKeepsItsError) {
   settings_.run_ahead_frames = 1;
   open();
   auto lower = streaming("lower");
-  const auto first = lower->grab(0ms);
-  ASSERT_TRUE(first);
+  const auto first = value(lower->grab(0ms));
   desk_->fail(0);
   (void)value(lower->grab(0ms));
-  const auto image = first->image(0ms);
+  const auto image = first.image(0ms);
   ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
 }
 
 TEST_F(SimulationTest, PixelsMayArriveLater) {
   auto lower = streaming("lower");
-  const auto frame = lower->grab(0ms);
-  ASSERT_TRUE(frame);
-  const auto early = frame->image(0ms);
+  const auto frame = value(lower->grab(0ms));
+  const auto early = frame.image(0ms);
   ASSERT_THAT(early, FailsWith(ErrorCode::kTimeout));
   desk_->finish(0);
-  EXPECT_TRUE(frame->image(0ms));
+  EXPECT_TRUE(frame.image(0ms));
 }
 
 // ---- configuration
@@ -226,9 +223,8 @@ TEST_F(SimulationTest, APairCanBeRestartedAtAnotherRate) {
   ASSERT_TRUE(rig.grab(0ms));
   rig.stop();
   value(rig.start({64, 48, 20}, {64, 48, 20}));
-  const auto pair = rig.grab(0ms);
-  ASSERT_TRUE(pair);
-  EXPECT_EQ(pair->lower.header().captured.since_zero, 50ms);
+  const auto pair = value(rig.grab(0ms));
+  EXPECT_EQ(pair.lower.header().captured.since_zero, 50ms);
 }
 
 TEST_F(SimulationTest, AStoppedCameraCannotRestartAtAnOldRate) {
@@ -267,12 +263,11 @@ TEST_F(SimulationTest, AnglesCountFromTheOpeningOfTheDrive) {
   (void)first->set_speeds({1.3, -2.1});
   grab(*lower);
   grab(*lower);
-  const auto angles = first->read_angles();
-  ASSERT_TRUE(angles);
+  const auto angles = value(first->read_angles());
   constexpr double kCount_rad = 2 * std::numbers::pi / 100;
   // In a fifteenth of a second the wheels turn 1.379 counts forward and 2.228 backward, rounded down.
-  EXPECT_DOUBLE_EQ(angles->left_rad, 1 * kCount_rad);
-  EXPECT_DOUBLE_EQ(angles->right_rad, -3 * kCount_rad);
+  EXPECT_DOUBLE_EQ(angles.left_rad, 1 * kCount_rad);
+  EXPECT_DOUBLE_EQ(angles.right_rad, -3 * kCount_rad);
   auto second = simulation_->open_drive();
   EXPECT_EQ(second->read_angles()->left_rad, 0);
   EXPECT_EQ(second->read_angles()->right_rad, 0);
