@@ -150,9 +150,7 @@ TEST_P(ConfinementTest, AMissingFileIsReportedWithTheFoldersThatWereSearched) {
 }
 
 TEST_P(ConfinementTest, AFolderThatDoesNotExistIsRefused) {
-  const auto image = render("", {at("map"), at("nowhere")});
-  ASSERT_THAT(image, FailsWith(ErrorCode::kNotFound));
-  EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
+  EXPECT_THAT(render("", {at("map"), at("nowhere")}), FailsWith(ErrorCode::kNotFound, HasSubstr(at("nowhere"))));
 }
 
 // Catches an included scene that does not find the files beside it, and a scene that extends its own permissions. The
@@ -273,9 +271,8 @@ TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
       folder.write("scene.pov", std::string("#version 3.7;\n") + kRoom +
                                     "union {\n //*PMName robot\n sphere { 0, 1 } }\n#declare Own = camera {\n "
                                     "location y }\ncamera {\n //*PMName lower\n Own\n}\n");
-  const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_THAT(shown, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
+  EXPECT_THAT(shown_camera(place, "robot", "lower", {}),
+              FailsWith(ErrorCode::kRefused, HasSubstr("begins with 'Own'")));
 }
 
 // Catches a request that cannot be cancelled: POV-Ray may parse a scene without end.
@@ -291,8 +288,7 @@ TEST(ShownCamera, StopsOnRequest) {
     source.request_stop();
   });
   const auto begin = std::chrono::steady_clock::now();
-  const auto shown = shown_camera(place, "robot", "lower", source.get_token());
-  ASSERT_THAT(shown, FailsWith(ErrorCode::kDisconnected));
+  EXPECT_THAT(shown_camera(place, "robot", "lower", source.get_token()), FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
 }
 

@@ -221,8 +221,7 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
 }
 
 TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
-  const auto table = effect_table(place_of("none"), {}, {}, {});
-  ASSERT_THAT(table, FailsWith(ErrorCode::kNotFound));
+  EXPECT_THAT(effect_table(place_of("none"), {}, {}, {}), FailsWith(ErrorCode::kNotFound));
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {

@@ -156,8 +156,7 @@ TEST(LinkSharedFrames, TheFileOfAReaderCannotBeShortened) {
 TEST(LinkSharedFrames, AFileWithoutSealsOrOfAnotherSizeIsNotAdopted) {
   base::UniqueFd loose(::memfd_create("loose", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   ASSERT_EQ(::ftruncate(loose.get(), 300), 0);
-  const auto not_sealed = SharedFrames::adopt(std::move(loose), 3, 100);
-  ASSERT_THAT(not_sealed, FailsWith(ErrorCode::kBadData));
+  EXPECT_THAT(SharedFrames::adopt(std::move(loose), 3, 100), FailsWith(ErrorCode::kBadData));
   auto writer = value(SharedFrames::allocate(3, 100));
   EXPECT_FALSE(SharedFrames::adopt(writer.take_file(), 3, 101));
   EXPECT_FALSE(SharedFrames::adopt(base::UniqueFd(), 3, 100));
@@ -192,8 +191,7 @@ struct Pair {
 
 TEST(LinkSocket, EveryWaitEndsAtItsDeadline) {
   const Pair pair;
-  const auto received = receive_message(pair.near.get(), in(milliseconds(20)));
-  ASSERT_THAT(received, FailsWith(ErrorCode::kTimeout));
+  EXPECT_THAT(receive_message(pair.near.get(), in(milliseconds(20))), FailsWith(ErrorCode::kTimeout));
   Status sent;
   for (int i = 0; i < 100'000 && sent; ++i) sent = send_message(pair.near.get(), Halt{}, in(milliseconds(20)));
   ASSERT_THAT(sent, FailsWith(ErrorCode::kTimeout)) << "the other end never read";
@@ -256,8 +254,7 @@ TEST(LinkName, BadNamesAreRefused) {
   const RuntimeFolder runtime;
   for (const std::string& name :
        std::initializer_list<std::string>{"", "../lab", "a/b", "l ab", "lab.", "läb", std::string(65, 'x')}) {
-    const auto path = world_socket(name);
-    ASSERT_THAT(path, FailsWith(ErrorCode::kRefused)) << name;
+    EXPECT_THAT(world_socket(name), FailsWith(ErrorCode::kRefused)) << name;
   }
   const auto path = value(world_socket("Lab-2_x"));
   EXPECT_EQ(path, runtime.path() / "twocone" / "Lab-2_x.sock");
@@ -302,8 +299,7 @@ TEST(LinkName, OneClaimAtATimeAndNoFileIsLeft) {
   const auto path = value(world_socket("lab"));
   {
     const auto first = value(ServedName::claim(path));
-    const auto second = ServedName::claim(path);
-    ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
+    EXPECT_THAT(ServedName::claim(path), FailsWith(ErrorCode::kRefused));
     sweep(path, milliseconds(0));
     EXPECT_EQ(runtime.files().size(), 1u) << "the lock of a running server was removed";
   }

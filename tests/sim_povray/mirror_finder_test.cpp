@@ -146,9 +146,8 @@ TEST_F(MirrorFinderTest, ASceneWithoutAMirrorIsNoError) {
 
 TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
   const auto path = folder_.write("bad.pov", scene_text("sphere { Bogus }", kCamera));
-  const auto found = find(path, "lower", kWidth_px, kHeight_px);
-  ASSERT_THAT(found, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(found.error().message, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error"));
+  EXPECT_THAT(find(path, "lower", kWidth_px, kHeight_px),
+              FailsWith(ErrorCode::kRefused, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error")));
 }
 
 // ---- the mask
