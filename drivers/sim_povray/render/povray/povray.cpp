@@ -83,7 +83,7 @@ Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& cal
   auto access = std::make_shared<SceneAccess>(place.scene, place.scene_paths);
   for (const std::string& folder : calls.folders) access->look_in(folder);
   std::vector<std::string> readable = needed_to_run(*program);
-  for (const fs::path& folder : access->readable()) readable.push_back(folder.string());
+  readable.insert(readable.end(), access->readable().begin(), access->readable().end());
   auto confinement = std::make_shared<const base::Confinement>(std::move(readable), place.render.landlock);
   if (confinement->kind() != base::Confinement::Kind::kLandlock) {
     base::Logger("povray").warning(describe_confinement(place));
@@ -98,20 +98,18 @@ Result<Povray> confined_povray(const PlaceSettings& place, const Scene& scene) {
 
 std::string describe_confinement(const PlaceSettings& place) {
   const SceneAccess access(place.scene, place.scene_paths);
-  std::vector<std::string> folders;
-  for (const fs::path& folder : access.readable()) folders.push_back(folder.string());
   switch (base::Confinement({}, place.render.landlock).kind()) {
     case base::Confinement::Kind::kLandlock:
       return fmt::format(
           "POV-Ray is confined by the kernel (Landlock, version {}): it reads {} and its libraries, and writes nothing "
           "but its images",
-          base::landlock_version(), fmt::join(folders, ", "));
+          base::landlock_version(), fmt::join(access.readable(), ", "));
     case base::Confinement::Kind::kNoWriting:
       return fmt::format(
           "POV-Ray is confined in part (this kernel has no Landlock): it can write no file (seccomp); a file that the "
           "scene names in its text must be in {} or POV-Ray's libraries, but a name that the scene puts together is "
           "not checked",
-          fmt::join(folders, ", "));
+          fmt::join(access.readable(), ", "));
     case base::Confinement::Kind::kNone:
       break;
   }

@@ -104,9 +104,9 @@ SceneAccess::SceneAccess(const fs::path& scene, const std::vector<fs::path>& sce
   searched_.push_back(fs::absolute(scene).parent_path());
   for (fs::path& folder : library_folders()) searched_.push_back(std::move(folder));
   libraries_ = searched_.size() - 1;
-  if (scene_paths.empty()) readable_.push_back(real(scene).parent_path());
+  if (scene_paths.empty()) readable_.push_back(real(scene).parent_path().string());
   for (const fs::path& folder : scene_paths) {
-    readable_.push_back(real(folder));
+    readable_.push_back(real(folder).string());
     look_in(readable_.back());
   }
 }
