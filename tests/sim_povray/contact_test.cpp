@@ -29,13 +29,6 @@ Outline box(double min_x_m, double max_x_m, double min_y_m, double max_y_m) {
   return {{min_x_m, min_y_m}, {max_x_m, min_y_m}, {max_x_m, max_y_m}, {min_x_m, max_y_m}};
 }
 
-void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int steps) {
-  for (int i = 0; i < steps; ++i) {
-    world.command(robot, speeds);
-    world.step();
-  }
-}
-
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
   PlaceSettings place{.walls = Bounds{-1, 1.5, -2, 2}};
   World world = world_of(place);

@@ -276,19 +276,12 @@ TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
   PlaceSettings place{.walls = Bounds{-2, 1, -2, 2}, .solids = {{"landmark red", Disc{{-1, 0}, 0.1}}}};
   World world = fine_world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
-  for (int i = 0; i < 60; ++i) {
-    world.command(robot, wheels(0.5));
-    world.step();
-  }
+  drive(world, robot, wheels(0.5), 60);
   EXPECT_EQ(world.contact(robot), "wall");
   EXPECT_NEAR(world.pose(robot).x_m, 1 - kRadius_m, kGap_m);
-  for (int i = 0; i < 60; ++i) {
-    world.command(robot, wheels(-0.5));
-    world.step();
-    if (i == 0) {
-      EXPECT_EQ(world.contact(robot), "");
-    }
-  }
+  drive(world, robot, wheels(-0.5), 1);
+  EXPECT_EQ(world.contact(robot), "");
+  drive(world, robot, wheels(-0.5), 59);
   EXPECT_EQ(world.contact(robot), "landmark red");
   EXPECT_NEAR(world.pose(robot).x_m, -1 + 0.1 + kRadius_m, kGap_m);
 }
