@@ -16,9 +16,8 @@
 
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
-#include "drivers/sim_povray/overhead.h"
 #include "drivers/sim_povray/render/povray/povray.h"
-#include "drivers/sim_povray/shown_camera.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/fails_with.h"

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/overhead.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/error_of.h"
