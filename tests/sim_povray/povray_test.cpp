@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/fails_with.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/povray/held_povray.h"
+#include "drivers/sim_povray/render/povray/povray_pool.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

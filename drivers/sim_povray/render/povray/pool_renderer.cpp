@@ -11,7 +11,6 @@
 
 #include "base/log.h"
 #include "drivers/sim_povray/place.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
 

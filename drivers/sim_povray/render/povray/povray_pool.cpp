@@ -21,7 +21,6 @@
 
 #include "base/log.h"
 #include "base/unique_fd.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
 namespace {
