@@ -390,9 +390,7 @@ Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& set
       robots_.erase(robot->name);
       return id.error();
     }
-    hosted.id = *id;
-    hosted.start = wrapped(body.start);
-    hosted.joined = true;
+    hosted = {.id = *id, .start = wrapped(body.start), .joined = true};
     session = std::make_unique<LocalSession>(shared_from_this(), *std::move(robot), *id, settings);
   }
   session->refresh();

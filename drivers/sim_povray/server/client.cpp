@@ -89,9 +89,7 @@ class RemoteSession final : public RobotSession {
     }
     auto frames = SharedFrames::adopt(std::move(file), configured->slots, bytes);
     if (!frames) return frames.error();
-    auto slots =
-        std::make_shared<Slots>(Slots{std::move(*frames), settings, std::vector<bool>(configured->slots, false)});
-    views_[view] = std::move(slots);
+    views_[view] = std::make_shared<Slots>(Slots{std::move(*frames), settings, std::vector<bool>(configured->slots)});
     return {};
   }
 
