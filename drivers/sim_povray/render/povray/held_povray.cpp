@@ -41,8 +41,6 @@ base::Program program_for(const Povray& povray, const ViewTemplate& view_templat
   return program;
 }
 
-PoseLease lease_without_pose(const HeldScene& scene) { return PoseLease(scene.pose_text(-1, "")); }
-
 }  // namespace
 
 PoseLease::PoseLease(const std::string& text) {
@@ -125,7 +123,7 @@ HeldPovray::HeldPovray(const Povray& povray, const ViewTemplate& view_template, 
                        const std::filesystem::path& folder)
     : scene_(scene),
       folder_(folder),
-      lease_(lease_without_pose(scene)),
+      lease_(scene.pose_text(-1, "")),  // of no frame
       leased_(lease_.take()),
       child_(program_for(povray, view_template, scene.fd(), lease_.fd(), folder)) {}
 
