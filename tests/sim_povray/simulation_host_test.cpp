@@ -66,9 +66,7 @@ TEST_F(SimulationHostTest, ARobotJoinsOnceAndByItsName) {
   EXPECT_EQ(refusal(settings("2", 0.3)), "start of robot.2 touches robot.1");
   SessionSettings placed = settings("2", 0.3);
   placed.body.start_place = "robots/two.yaml:17";
-  auto refused = host_->join(placed);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "robots/two.yaml:17: start of robot.2 touches robot.1");
+  EXPECT_EQ(refusal(placed), "robots/two.yaml:17: start of robot.2 touches robot.1");
   EXPECT_EQ(refusal(settings("2", 0.5)), "accepted");
 }
 
@@ -193,9 +191,8 @@ TEST_F(SimulationHostTest, ALateStampShowsAllMovingObjectsAtTheEarlierTime) {
 
 TEST_F(SimulationHostTest, AMovingThingMustBeInTheScene) {
   place_.moving[0].name = "cart";
-  const auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-  ASSERT_FALSE(host);
-  EXPECT_THAT(host.error().message, HasSubstr("pair.pov: no object 'moving.cart'"));
+  EXPECT_THAT(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)),
+              FailsWith(ErrorCode::kRefused, HasSubstr("pair.pov: no object 'moving.cart'")));
 }
 
 // ---- cameras that take time, lose frames or are late
@@ -324,9 +321,8 @@ TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
   CameraEffects effects{.exposure_time_s = 0.08, .readout_s = 0.03};
   const auto world = simulation();
   const auto camera = value(world->open_camera({"lower", 1, effects}));
-  const auto configured = camera->configure(kSmallSize);
-  ASSERT_FALSE(configured);
-  EXPECT_THAT(configured.error().message, HasSubstr("exposure and readout take 0.11 s"));
+  EXPECT_THAT(camera->configure(kSmallSize),
+              FailsWith(ErrorCode::kRefused, HasSubstr("exposure and readout take 0.11 s")));
 }
 
 }  // namespace
