@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -30,17 +29,14 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// The ordered images of one step, which may be unfinished.
-struct ImagesOfStep {
-  std::uint64_t step;
-  std::vector<std::shared_future<ImageResult>> images;
-};
+/// The ordered images of each step, which may be unfinished.
+using OrderedImages = std::map<std::uint64_t, std::vector<std::shared_future<ImageResult>>>;
 
 bool is_ready(const std::shared_future<ImageResult>& image) {
   return image.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-bool is_finished(const ImagesOfStep& step) { return std::all_of(step.images.begin(), step.images.end(), is_ready); }
+bool is_finished(const OrderedImages::value_type& step) { return std::ranges::all_of(step.second, is_ready); }
 
 /// The scene to be rendered, and its blocks that move.
 struct Stage {
@@ -287,12 +283,13 @@ class LocalSession final : public RobotSession {
       std::erase_if(unfinished_, is_finished);
       if (unfinished_.size() < std::size_t(settings_.run_ahead_frames)) break;
       // A failed image counts as finished: its frame holds the error.
-      for (const auto& image : unfinished_.front().images) {
+      const auto& [oldest, images] = *unfinished_.begin();
+      for (const auto& image : images) {
         if (image.wait_until(deadline) != std::future_status::ready) {
           return Error{ErrorCode::kTimeout,
                        fmt::format("the images of {} steps, the oldest being frame {}, are still being rendered; the "
                                    "world waits for them",
-                                   unfinished_.size(), unfinished_.front().step)};
+                                   unfinished_.size(), oldest)};
         }
       }
     }
@@ -317,8 +314,7 @@ class LocalSession final : public RobotSession {
       }
     }
     auto image = take_image(*host_->renderer_, *view.view_template, std::move(order));
-    if (unfinished_.empty() || unfinished_.back().step != state_.step) unfinished_.push_back({state_.step, {}});
-    unfinished_.back().images.push_back(image);
+    unfinished_[state_.step].push_back(image);
     return image;
   }
 
@@ -359,7 +355,7 @@ class LocalSession final : public RobotSession {
   const SessionSettings settings_;
   SessionState state_;
   std::vector<std::unique_ptr<View>> views_;
-  std::deque<ImagesOfStep> unfinished_;  // oldest first
+  OrderedImages unfinished_;
 };
 
 Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
