@@ -193,7 +193,6 @@ class PovrayPool {
   void ended(Group& group, std::size_t worker);
   void drop(Group& group, std::size_t worker);
   void lose(Group& group, Order order, Error error);
-  void forget_empty_groups();
 
   const Povray& povray_;
   const PoolSettings settings_;
