@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <limits>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/complaints.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
-#include "drivers/sim_povray/world/moving_path.h"
+#include "drivers/sim_povray/world/motion.h"
+#include "drivers/sim_povray/world/surroundings.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -155,24 +155,20 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   if (!povray) return povray.error();
 
   const Extent extent = extent_of(landmarks);
-  const std::array<std::string, 3> pigments{position_pigment(extent, place.unit_m), "pigment { rgb 1 }",
-                                            "pigment { rgb 0 }"};
-  std::array<Result<DeepImage>, 3> images{DeepImage{}, DeepImage{}, DeepImage{}};
-  {
-    std::vector<std::jthread> makers;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      makers.emplace_back([&, i] {
-        images[i] =
-            povray->render_deep(fmt::format("truth of view {}", view.camera),
-                                seen + shells(landmarks, place.unit_m, pigments[i]), view.width_px, view.height_px);
-      });
-    }
+  // Rendered at the same time, each in a thread that lives until its process has ended.
+  const auto render = [&](const std::string& pigment) {
+    return std::async(std::launch::async, [&, text = seen + shells(landmarks, place.unit_m, pigment)] {
+      return povray->render_deep(fmt::format("truth of view {}", view.camera), text, view.width_px, view.height_px);
+    });
+  };
+  auto position = render(position_pigment(extent, place.unit_m));
+  auto even = render("pigment { rgb 1 }");
+  auto none = render("pigment { rgb 0 }");
+  const std::array<Result<DeepImage>, 3> images{position.get(), even.get(), none.get()};
+  for (const auto& image : images) {
+    if (!image) return image.error();
   }
-  const auto& [position, even, none] = images;
-  for (const auto* image : {&position, &even, &none}) {
-    if (!*image) return image->error();
-  }
-  return read_off(*position, *even, *none, extent, landmarks, robot.now);
+  return read_off(*images[0], *images[1], *images[2], extent, landmarks, robot.now);
 }
 
 Result<std::string> claimed_object(const PlaceSettings& place, const std::string& robot_name) {

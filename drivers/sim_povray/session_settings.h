@@ -31,10 +31,9 @@ struct WheelSettings {
 
 /// Mass and friction. The physics engine moves a robot that has them.
 struct Physics {
-  double mass_kg = 5.0;  ///< > 0; the moment of inertia is that of a uniform disc of the body's radius
-  double wheel_friction =
-      0.8;                     ///< Coulomb coefficient between wheel and floor, > 0; each wheel carries half the weight
-  double body_friction = 0.3;  ///< between the body and the objects that it touches, >= 0
+  double mass_kg = 5.0;         ///< > 0; the moment of inertia is that of a uniform disc of the body's radius
+  double wheel_friction = 0.8;  ///< Coulomb's between wheel and floor, > 0; each wheel carries half the weight
+  double body_friction = 0.3;   ///< between the body and the objects that it touches, >= 0
 };
 
 /// The part of a robot that the world moves.

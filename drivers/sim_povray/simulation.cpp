@@ -99,11 +99,7 @@ class SimCamera final : public Camera {
 
   std::shared_future<ImageResult> image_of(std::uint64_t step) {
     if (const auto& stored = shared_->settings.stored) {
-      if (auto image = stored(name(), step)) {
-        std::promise<ImageResult> there;
-        there.set_value(std::move(image));
-        return there.get_future().share();
-      }
+      if (auto image = stored(name(), step)) return ready_image(std::move(image));
     }
     return shared_->session->image(view_);
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -21,7 +20,7 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -30,17 +29,14 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// The ordered images of one step, which may be unfinished.
-struct ImagesOfStep {
-  std::uint64_t step;
-  std::vector<std::shared_future<ImageResult>> images;
-};
+/// The ordered images of each step, which may be unfinished.
+using OrderedImages = std::map<std::uint64_t, std::vector<std::shared_future<ImageResult>>>;
 
 bool is_ready(const std::shared_future<ImageResult>& image) {
   return image.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-bool is_finished(const ImagesOfStep& step) { return std::all_of(step.images.begin(), step.images.end(), is_ready); }
+bool is_finished(const OrderedImages::value_type& step) { return std::ranges::all_of(step.second, is_ready); }
 
 /// The scene to be rendered, and its blocks that move.
 struct Stage {
@@ -70,9 +66,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
         movers_(std::move(stage.movers)),
         povray_(std::move(povray)),
         renderer_(std::move(renderer)),
-        world_(place) {
-    for (std::size_t i = 0; i < place_.moving.size(); ++i) moving_starts_.push_back(world_.moving_pose(i));
-  }
+        world_(place) {}
   ~LocalHost() override {
     stop_.raise();            // any search for a mirror ends
     view_templates_.clear();  // and has ended before its renderer is destroyed
@@ -227,7 +221,8 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
     }
     for (std::size_t i = 0; i < place_.moving.size(); ++i) {
       if (mover.name == "moving." + place_.moving[i].name) {
-        return motion_between(moving_starts_[i], world_.moving_pose_before(i, before));
+        // The scene shows it at time 0.
+        return motion_between(world_.moving_pose_before(i, world_.now()), world_.moving_pose_before(i, before));
       }
     }
     return {};  // a robot that no session has claimed stands where the scene shows it
@@ -243,7 +238,6 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   mutable std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
   World world_;
-  std::vector<Pose2> moving_starts_;           // poses at which the scene shows the moving things
   std::map<std::string, HostedRobot> robots_;  // by block name, so that the order of joining does not matter
   std::uint64_t steps_ = 0;                    // in total
   std::map<const void*, RateClaim> claims_;
@@ -289,12 +283,13 @@ class LocalSession final : public RobotSession {
       std::erase_if(unfinished_, is_finished);
       if (unfinished_.size() < std::size_t(settings_.run_ahead_frames)) break;
       // A failed image counts as finished: its frame holds the error.
-      for (const auto& image : unfinished_.front().images) {
+      const auto& [oldest, images] = *unfinished_.begin();
+      for (const auto& image : images) {
         if (image.wait_until(deadline) != std::future_status::ready) {
           return Error{ErrorCode::kTimeout,
                        fmt::format("the images of {} steps, the oldest being frame {}, are still being rendered; the "
                                    "world waits for them",
-                                   unfinished_.size(), unfinished_.front().step)};
+                                   unfinished_.size(), oldest)};
         }
       }
     }
@@ -319,8 +314,7 @@ class LocalSession final : public RobotSession {
       }
     }
     auto image = take_image(*host_->renderer_, *view.view_template, std::move(order));
-    if (unfinished_.empty() || unfinished_.back().step != state_.step) unfinished_.push_back({state_.step, {}});
-    unfinished_.back().images.push_back(image);
+    unfinished_[state_.step].push_back(image);
     return image;
   }
 
@@ -361,7 +355,7 @@ class LocalSession final : public RobotSession {
   const SessionSettings settings_;
   SessionState state_;
   std::vector<std::unique_ptr<View>> views_;
-  std::deque<ImagesOfStep> unfinished_;  // oldest first
+  OrderedImages unfinished_;
 };
 
 Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
@@ -392,9 +386,7 @@ Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& set
       robots_.erase(robot->name);
       return id.error();
     }
-    hosted.id = *id;
-    hosted.start = wrapped(body.start);
-    hosted.joined = true;
+    hosted = {.id = *id, .start = wrapped(body.start), .joined = true};
     session = std::make_unique<LocalSession>(shared_from_this(), *std::move(robot), *id, settings);
   }
   session->refresh();

@@ -11,9 +11,8 @@ set(areas base hal vision localisation drivers/backends drivers/DRIVER
           apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate
           apps/compare apps/doctor apps/import apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
-                drivers/sim_povray/effects.h drivers/sim_povray/overhead.h
-                drivers/sim_povray/place.h drivers/sim_povray/reflected_truth.h
-                drivers/sim_povray/session_settings.h drivers/sim_povray/shown_camera.h
+                drivers/sim_povray/effects.h drivers/sim_povray/place.h drivers/sim_povray/reflected_truth.h
+                drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
                 drivers/sim_povray/simulation.h drivers/sim_povray/simulation_host.h)
 # Folders and headers that every application may include.
 set(common apps/config apps/estimation apps/runlog apps/behaviours base hal vision localisation ${drivers_api})
@@ -32,7 +31,7 @@ set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base loc
 set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
 set(may_apps/runs apps/runs ${common})
 # What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
-set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h base hal drivers/sim_povray/overhead.h)
+set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h base hal drivers/sim_povray/scene_views.h)
 set(may_apps/report apps/report apps/error_budget ${common})
 set(may_apps/calibrate apps/calibrate ${common})
 set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})

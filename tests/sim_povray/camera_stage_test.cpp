@@ -31,12 +31,9 @@ int coded(double light) {
 }
 
 std::shared_ptr<Image> grey(int width_px, int height_px, int code) {
-  auto image = std::make_shared<Image>();
-  image->width_px = width_px;
-  image->height_px = height_px;
-  image->bytes =
-      std::vector<std::uint8_t>(static_cast<std::size_t>(width_px * height_px * 3), static_cast<std::uint8_t>(code));
-  return image;
+  const std::vector<std::uint8_t> bytes(static_cast<std::size_t>(width_px * height_px * 3),
+                                        static_cast<std::uint8_t>(code));
+  return std::make_shared<Image>(Image{width_px, height_px, PixelFormat::kRgb8, {bytes.begin(), bytes.end()}});
 }
 
 std::shared_ptr<Image> random_image(int width_px, int height_px) {
@@ -406,10 +403,7 @@ INSTANTIATE_TEST_SUITE_P(All, Noise,
                                          NoiseCase{"Read", 1, 1e9, 2e7}, NoiseCase{"Both", 1, 1500, 20}),
                          [](const auto& param) { return param.param.name; });
 
-CameraEffects noisy() {
-  CameraEffects effects{.full_well_electrons = 700, .read_noise_electrons = 9};
-  return effects;
-}
+CameraEffects noisy() { return {.full_well_electrons = 700, .read_noise_electrons = 9}; }
 
 TEST(Draws, OfOneSeedCameraAndStepAreTheSameBytes) {
   const Images source = {random_image(40, 30)};

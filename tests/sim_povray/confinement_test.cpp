@@ -15,9 +15,9 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/effects.h"
-#include "drivers/sim_povray/overhead.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
-#include "drivers/sim_povray/shown_camera.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/render/povray/povray.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/fails_with.h"
@@ -149,9 +149,7 @@ TEST_P(ConfinementTest, AMissingFileIsReportedWithTheFoldersThatWereSearched) {
 }
 
 TEST_P(ConfinementTest, AFolderThatDoesNotExistIsRefused) {
-  const auto image = render("", {at("map"), at("nowhere")});
-  ASSERT_THAT(image, FailsWith(ErrorCode::kNotFound));
-  EXPECT_THAT(image.error().message, HasSubstr(at("nowhere")));
+  EXPECT_THAT(render("", {at("map"), at("nowhere")}), FailsWith(ErrorCode::kNotFound, HasSubstr(at("nowhere"))));
 }
 
 // Catches an included scene that does not find the files beside it, and a scene that extends its own permissions. The
@@ -175,9 +173,8 @@ TEST_P(ConfinementTest, HeldProcessesAreConfinedAndRenderTheSame) {
   const auto scene = std::filesystem::path(TWOCONE_SOURCE_DIR) / "tests/sim_povray/scenes/tiny.pov";
   const std::vector<View> views{View(scene, "lower", 40, 30)};
   const PlaceSettings place{.scene = scene, .render = {.processes = 2, .landlock = GetParam()}};
-  auto povray = confined_povray(place, {});
-  ASSERT_TRUE(povray) << povray.error().message;
-  const auto confined = make_renderer(*povray, place.render);
+  auto povray = value(confined_povray(place, {}));
+  const auto confined = make_renderer(povray, place.render);
   const auto free = make_renderer(Povray(find_povray("povray").value(), scene, 60s), place.render);
   const auto expected = images(*free, views, 3);
   const auto got = images(*confined, views, 3);
@@ -273,9 +270,8 @@ TEST(ShownCamera, ReportsWhyItCannotBeComputed) {
       folder.write("scene.pov", std::string("#version 3.7;\n") + kRoom +
                                     "union {\n //*PMName robot\n sphere { 0, 1 } }\n#declare Own = camera {\n "
                                     "location y }\ncamera {\n //*PMName lower\n Own\n}\n");
-  const auto shown = shown_camera(place, "robot", "lower", {});
-  ASSERT_THAT(shown, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(shown.error().message, HasSubstr("begins with 'Own'"));
+  EXPECT_THAT(shown_camera(place, "robot", "lower", {}),
+              FailsWith(ErrorCode::kRefused, HasSubstr("begins with 'Own'")));
 }
 
 // Catches a request that cannot be cancelled: POV-Ray may parse a scene without end.
@@ -291,8 +287,7 @@ TEST(ShownCamera, StopsOnRequest) {
     source.request_stop();
   });
   const auto begin = std::chrono::steady_clock::now();
-  const auto shown = shown_camera(place, "robot", "lower", source.get_token());
-  ASSERT_THAT(shown, FailsWith(ErrorCode::kDisconnected));
+  EXPECT_THAT(shown_camera(place, "robot", "lower", source.get_token()), FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
 }
 

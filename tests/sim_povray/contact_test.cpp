@@ -29,13 +29,6 @@ Outline box(double min_x_m, double max_x_m, double min_y_m, double max_y_m) {
   return {{min_x_m, min_y_m}, {max_x_m, min_y_m}, {max_x_m, max_y_m}, {min_x_m, max_y_m}};
 }
 
-void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int steps) {
-  for (int i = 0; i < steps; ++i) {
-    world.command(robot, speeds);
-    world.step();
-  }
-}
-
 TEST(Contact, AWallStopsTheBodyAndItsWheels) {
   PlaceSettings place{.walls = Bounds{-1, 1.5, -2, 2}};
   World world = world_of(place);
@@ -386,7 +379,7 @@ TEST(Contact, AMovingThingInTheWayStopsTheRobot) {
   }
   EXPECT_GT(contacts, 3) << "the thing runs into a standing robot";
   EXPECT_EQ(closer.pose(near), (Pose2{0.55, 0, 0})) << "and does not move it";
-  EXPECT_NEAR(closer.moving_pose(0).y_m, 2 - 0.8, 1e-9) << "the thing continues along its path";
+  EXPECT_NEAR(closer.moving_pose_before(0, {}).y_m, 2 - 0.8, 1e-9) << "the thing continues along its path";
   EXPECT_EQ(closer.contact(near), "") << "and is gone";
 }
 

@@ -147,8 +147,7 @@ TEST(SceneRendering, ASwitchedSceneLooksLikeOneWithoutTheEffect) {
 // ---- the table
 
 PlaceSettings place_of(const std::string& scene) {
-  PlaceSettings place{.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov"};
-  return place;
+  return {.scene = std::string(TWOCONE_SOURCE_DIR) + "/scenes/effects/" + scene + ".pov"};
 }
 
 EffectRow row(const std::vector<EffectRow>& table, const std::string& effect) {
@@ -221,13 +220,11 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
 }
 
 TEST(EffectTable, IsRefusedWhereOpeningIsRefused) {
-  const auto table = effect_table(place_of("none"), {}, {}, {});
-  ASSERT_THAT(table, FailsWith(ErrorCode::kNotFound));
+  EXPECT_THAT(effect_table(place_of("none"), {}, {}, {}), FailsWith(ErrorCode::kNotFound));
 }
 
 Result<std::vector<Verification>> verified(const PlaceSettings& place) {
-  SessionSettings session{.name = "plain"};
-  return verify_effects(place, session, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
+  return verify_effects(place, {.name = "plain"}, {{"lower", 1, {}}}, {.width_px = 64, .height_px = 48});
 }
 
 /// Returns the scene `plain` with an addition before its background.

@@ -125,14 +125,12 @@ TEST(HostResetTest, RefusesASecondRobotAndAStartInAnObstacle) {
   auto first = value(enter(*here, session()));
   auto truth = first->open_truth();
   first.reset();
-  const auto second = enter(*here, session());
-  ASSERT_THAT(second, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(second.error().message, HasSubstr("cameras, drive or truth are still there"));
+  EXPECT_THAT(enter(*here, session()),
+              FailsWith(ErrorCode::kRefused, HasSubstr("cameras, drive or truth are still there")));
 
   truth.reset();
-  const auto inside = enter(*here, session(Pose2{1.9, 0.4, 0}));
-  ASSERT_THAT(inside, FailsWith(ErrorCode::kRefused));
-  EXPECT_EQ(inside.error().message, "begin of robot touches landmark red");
+  EXPECT_THAT(enter(*here, session(Pose2{1.9, 0.4, 0})),
+              FailsWith(ErrorCode::kRefused, "begin of robot touches landmark red"));
   EXPECT_TRUE(enter(*here, session())) << "a refusal leaves the host empty";
 }
 

@@ -31,26 +31,21 @@ inline constexpr std::chrono::seconds kNoticed{2};
 using server::in;
 using server::SteadyTime;
 
+/// @throws std::runtime_error if the world refuses the robot
 inline std::unique_ptr<RobotSession> join_world(const std::string& robot, const std::string& name = "lab") {
-  std::unique_ptr<RobotSession> session;
-  Error last{};
+  const auto join = [&] { return join_served_world(name, session_named(robot), kPatience); };
+  auto joined = join();
   // The server's thread may not listen yet.
   eventually([&] {
-    auto joined = join_served_world(name, session_named(robot), kPatience);
-    if (joined) session = std::move(*joined);
-    if (!joined) last = joined.error();
-    return joined.has_value() || last.code != ErrorCode::kNotFound;
+    if (!joined && joined.error().code == ErrorCode::kNotFound) joined = join();
+    return joined.has_value() || joined.error().code != ErrorCode::kNotFound;
   });
-  EXPECT_TRUE(session) << last.message;
-  return session;
+  return value(std::move(joined));
 }
 
 inline void open_views(RobotSession& session) {
   for (const char* camera : {"lower", "upper"}) {
-    const auto view = session.open_view({camera, 1, {}});
-    ASSERT_TRUE(view) << view.error().message;
-    const Status configured = session.configure_view(*view, kSize);
-    ASSERT_TRUE(configured) << configured.error().message;
+    value(session.configure_view(value(session.open_view({camera, 1, {}})), kSize));
   }
 }
 

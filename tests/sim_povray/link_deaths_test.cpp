@@ -65,7 +65,6 @@ class LinkDeaths : public Link {};
 TEST_F(LinkDeaths, AKilledClientDoesNotHoldUpOthers) {
   TestServer server("lab");
   auto survivor = join_world("1");
-  ASSERT_TRUE(survivor);
   open_views(*survivor);
   const auto files_before = open_files();
   std::mt19937_64 random(4711);
@@ -116,7 +115,6 @@ TEST_F(LinkDeaths, AKilledServerIsNoticedAndItsNameIsFree) {
     PeerProcess server({"serve", "lab"});
     auto one = join_world("1");
     auto two = join_world("2");
-    ASSERT_TRUE(one && two);
     open_views(*one);
     std::vector<std::shared_future<ImageResult>> images;
     SteadyTime killed;
@@ -140,7 +138,6 @@ TEST_F(LinkDeaths, AKilledServerIsNoticedAndItsNameIsFree) {
 TEST_F(LinkDeaths, PendingImagesEndWithAKilledServer) {
   PeerProcess server({"serve", "lab"});
   auto session = join_world("1");
-  ASSERT_TRUE(session);
   open_views(*session);
   std::vector<std::shared_future<ImageResult>> images;
   for (int i = 0; i < 5; ++i) images.push_back(session->image(0));
@@ -164,12 +161,10 @@ TEST_F(LinkDeaths, AStaleSocketIsTakenOver) {
 TEST_F(LinkDeaths, ASuspendedServerIsGivenUp) {
   PeerProcess server({"serve", "lab"});
   auto session = join_world("1");
-  ASSERT_TRUE(session);
   server.signal(SIGSTOP);
   EXPECT_EQ(join_served_world("lab", session_named("2"), milliseconds(50)).error().code, ErrorCode::kTimeout);
   const auto begin = std::chrono::steady_clock::now();
-  const Status stepped = session->step(in(milliseconds(10)));
-  ASSERT_THAT(stepped, FailsWith(ErrorCode::kDisconnected));
+  EXPECT_THAT(session->step(in(milliseconds(10))), FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kPatience);
 }
 

@@ -146,9 +146,8 @@ TEST_F(MirrorFinderTest, ASceneWithoutAMirrorIsNoError) {
 
 TEST_F(MirrorFinderTest, AMistakeInTheSceneIsNamed) {
   const auto path = folder_.write("bad.pov", scene_text("sphere { Bogus }", kCamera));
-  const auto found = find(path, "lower", kWidth_px, kHeight_px);
-  ASSERT_THAT(found, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(found.error().message, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error"));
+  EXPECT_THAT(find(path, "lower", kWidth_px, kHeight_px),
+              FailsWith(ErrorCode::kRefused, testing::StartsWith(path.string() + ":9: POV-Ray: Parse Error")));
 }
 
 // ---- the mask
@@ -252,9 +251,8 @@ TEST_F(MirrorFinderTest, TheMasksEdgeLiesOnNoCircle) {
   const Scene scene = Scene::read(lab_scene()).value();
   const NamedBlock camera = scene.camera("lower").value();
   const Circle circle{{158.3, 161.2}, 124};
-  const auto mask = camera_mask(scene, camera, circle, kSide_px, kSide_px);
-  ASSERT_TRUE(mask) << mask.error().message;
-  ViewTemplate view_template = scene.view_template({scene.object("robot").value()}, camera, *mask);
+  const auto mask = value(camera_mask(scene, camera, circle, kSide_px, kSide_px));
+  ViewTemplate view_template = scene.view_template({scene.object("robot").value()}, camera, mask);
   view_template.width_px = kSide_px;
   view_template.height_px = kSide_px;
   const auto image = value(Povray(find_povray("povray").value(), lab_scene(), kRenderLimit)

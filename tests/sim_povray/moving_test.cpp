@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/world/moving_path.h"
+#include "drivers/sim_povray/world/surroundings.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/world/world.h"
+#include "tests/sim_povray/wheels_of_body.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -68,14 +68,13 @@ TEST(MovingPath, ReportsItsCurrentStretch) {
 // Rolling shutter and motion blur need poses at times within a step, also across a corner.
 TEST(MovingThings, AWorldReportsEarlierPoses) {
   PlaceSettings place{.moving = {triangle(true), triangle(false)}};
-  World world(place);
-  world.set_rate(2);
+  World world = world_of(place, 2);
   expect_pose(world.moving_pose_before(0, nanoseconds(400'000'000)), {0.5, 1, 0}, "before the beginning");
   for (int i = 0; i < 5; ++i) world.step();
-  expect_pose(world.moving_pose(0), {2, 1 + 2.5 * 0.7 - 1.5, std::numbers::pi / 2}, "now");
+  expect_pose(world.moving_pose_before(0, {}), {2, 1 + 2.5 * 0.7 - 1.5, std::numbers::pi / 2}, "now");
   expect_pose(world.moving_pose_before(0, nanoseconds(500'000'000)), {0.5 + 2 * 0.7, 1, 0}, "before the corner");
   while (world.now() < std::chrono::seconds(20)) world.step();
-  expect_pose(world.moving_pose(1), {2, 3, std::numbers::pi / 2}, "the other one stands at its end");
+  expect_pose(world.moving_pose_before(1, {}), {2, 3, std::numbers::pi / 2}, "the other one stands at its end");
 }
 
 }  // namespace

@@ -42,15 +42,15 @@ struct Velocity {
   double x_mps, y_mps, turn_radps;
   [[nodiscard]] double speed_mps() const { return std::hypot(x_mps, y_mps); }
 };
+Velocity velocity(const Pose2& from, const Pose2& to, double dt_s) {
+  return {(to.x_m - from.x_m) / dt_s, (to.y_m - from.y_m) / dt_s, wrap_angle(to.heading_rad - from.heading_rad) / dt_s};
+}
 /// Takes one step and returns the robot's velocity in it.
 Velocity step(World& world, World::RobotId robot) {
   const Pose2 before = world.pose(robot);
   const auto then = world.now();
   world.step();
-  const double dt_s = std::chrono::duration<double>(world.now() - then).count();
-  const Pose2& after = world.pose(robot);
-  return {(after.x_m - before.x_m) / dt_s, (after.y_m - before.y_m) / dt_s,
-          wrap_angle(after.heading_rad - before.heading_rad) / dt_s};
+  return velocity(before, world.pose(robot), std::chrono::duration<double>(world.now() - then).count());
 }
 
 double energy_J(const Velocity& v) {
@@ -276,19 +276,12 @@ TEST(Physics, ARobotPressedToAWallStaysAndLeavesOnCommand) {
   PlaceSettings place{.walls = Bounds{-2, 1, -2, 2}, .solids = {{"landmark red", Disc{{-1, 0}, 0.1}}}};
   World world = fine_world_of(place, 15);
   const auto robot = *world.add_robot(heavy({0, 0, 0}));
-  for (int i = 0; i < 60; ++i) {
-    world.command(robot, wheels(0.5));
-    world.step();
-  }
+  drive(world, robot, wheels(0.5), 60);
   EXPECT_EQ(world.contact(robot), "wall");
   EXPECT_NEAR(world.pose(robot).x_m, 1 - kRadius_m, kGap_m);
-  for (int i = 0; i < 60; ++i) {
-    world.command(robot, wheels(-0.5));
-    world.step();
-    if (i == 0) {
-      EXPECT_EQ(world.contact(robot), "");
-    }
-  }
+  drive(world, robot, wheels(-0.5), 1);
+  EXPECT_EQ(world.contact(robot), "");
+  drive(world, robot, wheels(-0.5), 59);
   EXPECT_EQ(world.contact(robot), "landmark red");
   EXPECT_NEAR(world.pose(robot).x_m, -1 + 0.1 + kRadius_m, kGap_m);
 }
@@ -413,9 +406,7 @@ TEST(Physics, EnergyNeverIncreases) {
     world.step();
     double now_J = 0;
     for (std::size_t k = 0; k < robots.size(); ++k) {
-      const Pose2& after = world.pose(robots[k]);
-      now_J += energy_J({(after.x_m - before[k].x_m) / kStep_s, (after.y_m - before[k].y_m) / kStep_s,
-                         wrap_angle(after.heading_rad - before[k].heading_rad) / kStep_s});
+      now_J += energy_J(velocity(before[k], world.pose(robots[k]), kStep_s));
     }
     if (i == 0) first_J = now_J;
     // Speeds are computed from coordinates of a few metres: eps x 2 m / 0.5 ms, times m v.
@@ -432,10 +423,10 @@ TEST(Physics, AThingOnRailsPushesARobotAlong) {
   const auto robot = *world.add_robot(heavy({0, 0, std::numbers::pi / 2}));
   for (int i = 0; i < 15 * 5; ++i) {
     world.step();
-    const Pose2 thing = world.moving_pose(0);
+    const Pose2 thing = world.moving_pose_before(0, {});
     ASSERT_GE(std::hypot(world.pose(robot).x_m - thing.x_m, world.pose(robot).y_m - thing.y_m), 0.5 - 1e-6);
   }
-  EXPECT_NEAR(world.moving_pose(0).x_m, 0.5, 1e-9) << "nothing stops a thing on rails";
+  EXPECT_NEAR(world.moving_pose_before(0, {}).x_m, 0.5, 1e-9) << "nothing stops a thing on rails";
   EXPECT_GT(world.pose(robot).x_m, 0.9) << "pushed aside by a small distance at most";
   EXPECT_EQ(world.contact(robot), "moving.trolley");
 }

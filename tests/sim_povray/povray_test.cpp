@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/fails_with.h"
 
@@ -141,9 +140,8 @@ TEST_F(PovrayTest, AFloodOnStandardOutput) {
 
 TEST_F(PovrayTest, AMissingProgramIsReported) {
   const Povray povray((folder_.path() / "gone").string(), folder_.path() / "lab.pov", kChildLimit);
-  const auto result = povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1);
-  ASSERT_THAT(result, FailsWith(ErrorCode::kUnavailable));
-  EXPECT_THAT(result.error().message, HasSubstr("No such file or directory"));
+  EXPECT_THAT(povray.render(plain_image("frame 12, view lower", "", 2, 1, 1), -1),
+              FailsWith(ErrorCode::kUnavailable, HasSubstr("No such file or directory")));
 }
 
 // ---- finding the program
@@ -166,8 +164,7 @@ TEST(FindPovray, InPathOrAtAGivenPath) {
 
 TEST(FindPovray, AFileThatIsNoProgramIsRefused) {
   const TemporaryFolder folder;
-  const auto found = find_povray(folder.write("tracer", "text").string());
-  ASSERT_THAT(found, FailsWith(ErrorCode::kUnavailable));
+  EXPECT_THAT(find_povray(folder.write("tracer", "text").string()), FailsWith(ErrorCode::kUnavailable));
   EXPECT_FALSE(find_povray(folder.path().string())) << "a folder is executable, but no program";
 }
 
@@ -186,8 +183,7 @@ TEST(ParsePpm, RefusesIncompleteImages) {
        {"", "P6", "P6\n2", "P6\n2 1\n255", "P6\n2 1\n255\nabcde", "P6\n2 1\n255\nabcdefg", "P5\n2 1\n255\nab",
         "P6\n-2 1\n255\nabcdef", "P6\n2 0\n255\n", "P6\n2 1\n65535\nabcdefabcdef", "P6\n2 x\n255\nabcdef",
         "P6\n# no end", "P6\n99999999999 1\n255\nabcdef", "P6\n2 1\n255abcdef"}) {
-    const auto image = parse_ppm(bytes);
-    ASSERT_THAT(image, FailsWith(ErrorCode::kBadData)) << bytes;
+    EXPECT_THAT(parse_ppm(bytes), FailsWith(ErrorCode::kBadData)) << bytes;
   }
 }
 

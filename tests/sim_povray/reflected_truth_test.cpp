@@ -18,10 +18,13 @@
 #include "drivers/sim_povray/scene/scene.h"
 #include "tests/support/error_of.h"
 #include "tests/support/hyperboloid_mirror.h"
+#include "tests/support/value.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::sim_povray {
 namespace {
+
+using testing_support::value;
 
 // Levels of 16 bits cover the lab's 5.2 m. A mirror that reflects 0.9 of an emission of 0.8 uses 47000 of them, so that
 // a level is 0.11 mm. Three rounded levels make a position, with an error of at most one and a half levels in each
@@ -119,32 +122,29 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   const ConeCase& c = GetParam();
   const auto settings = place(c.scene);
-  const auto truth = reflected_truth(settings, {"robot", {}, c.pose}, view_, *c.landmarks);
-  ASSERT_TRUE(truth) << truth.error().message;
+  const auto truth = value(reflected_truth(settings, {"robot", {}, c.pose}, view_, *c.landmarks));
   std::map<std::pair<int, int>, std::size_t> known_pixels;
-  for (const TruePixel& pixel : *truth) known_pixels[{pixel.column_px, pixel.row_px}] = pixel.landmark;
-  ASSERT_EQ(known_pixels.size(), truth->size()) << "a pixel occurs twice";
+  for (const TruePixel& pixel : truth) known_pixels[{pixel.column_px, pixel.row_px}] = pixel.landmark;
+  ASSERT_EQ(known_pixels.size(), truth.size()) << "a pixel occurs twice";
 
   // Colours are compared where the image shows the mirror.
-  const auto scene = Scene::read(settings.scene);
-  ASSERT_TRUE(scene);
-  const auto robot = scene->object("robot");
-  const auto camera = scene->camera("lower");
+  const auto scene = value(Scene::read(settings.scene));
+  const auto robot = scene.object("robot");
+  const auto camera = scene.camera("lower");
   ASSERT_TRUE(robot && camera);
   const auto motion = motion_between({}, c.pose);
   const Povray povray(*find_povray("povray"), settings.scene, std::chrono::minutes(1));
-  const auto image = povray.render_deep(
+  const auto image = value(povray.render_deep(
       "image",
-      with_pose(scene->view_template({*robot}, *camera, ""), scene->pose_text({motion}, motion, settings.unit_m)),
-      view_.width_px, view_.height_px);
-  ASSERT_TRUE(image) << image.error().message;
+      with_pose(scene.view_template({*robot}, *camera, ""), scene.pose_text({motion}, motion, settings.unit_m)),
+      view_.width_px, view_.height_px));
   int coloured = 0;
   int different = 0;
   for (int row = 0; row < view_.height_px; ++row) {
     for (int column = 0; column < view_.width_px; ++column) {
       const Eigen::Vector2d offset = Eigen::Vector2d(column, row) - c.mirror.centre_px;
       if (offset.norm() > c.mirror.rim_radius_px) continue;
-      const auto seen = landmark_colour(*image, column, row);
+      const auto seen = landmark_colour(image, column, row);
       const auto known = known_pixels.find({column, row});
       coloured += seen ? 1 : 0;
       if (seen.has_value() != (known != known_pixels.end()) || (seen && *seen != known->second)) ++different;
@@ -157,7 +157,7 @@ TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
   const vision::MirrorView mirror(c.mirror);
   int compared = 0;
   double worst_m = 0;
-  for (const TruePixel& pixel : *truth) {
+  for (const TruePixel& pixel : truth) {
     const Landmark& landmark = (*c.landmarks)[pixel.landmark];
     const auto ray = mirror.back_project({pixel.column_px, pixel.row_px});
     if (!ray) continue;  // the rim's outermost pixels
@@ -177,7 +177,7 @@ TEST_P(ReflectedTruthTest, AgreesWithTheColoursOfTheImageAndWithRays) {
     worst_m = std::max(worst_m, off_shell_m);
     ++compared;
   }
-  EXPECT_GE(compared, 0.98 * double(truth->size()));
+  EXPECT_GE(compared, 0.98 * double(truth.size()));
   fmt::print("{}: {} coloured pixels, {} different; {} rays compared, worst {:.3f} mm\n", c.scene, coloured, different,
              compared, worst_m * 1000);
 }
@@ -192,12 +192,11 @@ TEST(ReflectedTruth, AgreesWithTheHyperboloidsProjection) {
   constexpr double kRim_px = 118;
   constexpr double kLensHeight_m = 0.25;
   const Pose2 pose{0.211, -0.347, 0.9};
-  const auto truth =
-      reflected_truth(place("mirrors/hyperboloid.pov"), {"robot", {}, pose}, {"lower", 320, 240}, kRoomLandmarks);
-  ASSERT_TRUE(truth) << truth.error().message;
-  EXPECT_GE(truth->size(), 1000U);
+  const auto truth = value(
+      reflected_truth(place("mirrors/hyperboloid.pov"), {"robot", {}, pose}, {"lower", 320, 240}, kRoomLandmarks));
+  EXPECT_GE(truth.size(), 1000U);
   double worst_px = 0;
-  for (const TruePixel& pixel : *truth) {
+  for (const TruePixel& pixel : truth) {
     const auto slope = mirror.slope(pixel.distance_m, pixel.height_m - kLensHeight_m);
     const double radius_px = std::hypot(pixel.column_px - 159.5, pixel.row_px - 119.5);
     if (!slope) {
@@ -207,7 +206,7 @@ TEST(ReflectedTruth, AgreesWithTheHyperboloidsProjection) {
     worst_px = std::max(worst_px, std::abs(*slope / mirror.rim_slope() * kRim_px - radius_px));
   }
   EXPECT_LE(worst_px, kWithin_px);
-  fmt::print("{} pixels, worst {:.3f} px\n", truth->size(), worst_px);
+  fmt::print("{} pixels, worst {:.3f} px\n", truth.size(), worst_px);
 }
 
 // Catches a view that takes other robots and moving things at their places in the scene file.
@@ -228,9 +227,8 @@ TEST(ReflectedTruth, TakesMovingThingsAtTheirPresentPoses) {
 
 TEST(ReflectedTruth, NoLandmarksNeedNoRendering) {
   PlaceSettings nowhere{.scene = "no such file"};
-  const auto truth = reflected_truth(nowhere, {"robot", {}, {}}, {"lower", 320, 240}, {});
-  ASSERT_TRUE(truth);
-  EXPECT_TRUE(truth->empty());
+  const auto truth = value(reflected_truth(nowhere, {"robot", {}, {}}, {"lower", 320, 240}, {}));
+  EXPECT_TRUE(truth.empty());
 }
 
 TEST(ReflectedTruth, ReportsWhatTheSceneLacks) {
@@ -257,9 +255,8 @@ TEST(ReflectedTruth, NamesEveryBadArgument) {
 // Catches bytes that are read in the machine's order instead of that of the format.
 TEST(ReflectedTruth, DeepImagesAreBigEndian) {
   using namespace std::string_literals;
-  const auto image = parse_deep_ppm("P6\n1 1\n65535\n\x01\x02\xff\xfe\x00\x80"s);
-  ASSERT_TRUE(image) << image.error().message;
-  EXPECT_EQ(image->levels, (std::vector<std::uint16_t>{0x0102, 0xfffe, 0x0080}));
+  const auto image = value(parse_deep_ppm("P6\n1 1\n65535\n\x01\x02\xff\xfe\x00\x80"s));
+  EXPECT_EQ(image.levels, (std::vector<std::uint16_t>{0x0102, 0xfffe, 0x0080}));
   EXPECT_EQ(parse_deep_ppm("P6\n1 1\n255\nabc").error().message, "255 levels instead of 65535");
   EXPECT_EQ(parse_deep_ppm("P6\n1 1\n65535\nabcde").error().message, "5 bytes of pixels instead of 6");
 }

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/overhead.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "drivers/sim_povray/simulation.h"
 #include "tests/sim_povray/test_support.h"
 #include "tests/support/error_of.h"
@@ -146,25 +146,22 @@ TEST(RenderTest, TheSceneIsReadOnce) {
 
 TEST(RenderTest, ASyntaxErrorIsNamedWithFileAndLine) {
   const auto path = scene_of_tests("syntax_error.pov");
-  const auto image = first_image(path);
-  ASSERT_THAT(image, FailsWith(ErrorCode::kRefused));
-  EXPECT_EQ(image.error().message,
-            path.string() + ":10: POV-Ray: Parse Error: Expected '>', undeclared identifier 'Bogus' found instead");
+  EXPECT_THAT(first_image(path),
+              FailsWith(ErrorCode::kRefused,
+                        path.string() +
+                            ":10: POV-Ray: Parse Error: Expected '>', undeclared identifier 'Bogus' found instead"));
 }
 
 TEST(RenderTest, MistakesInIncludedFilesAreNamedThere) {
   const TemporaryFolder folder;
   const std::string robot = read_file(scene_of_tests("tiny.pov"));
   (void)folder.write("parts.inc", "\n\nsphere { 0, Nothing }\n");
-  const auto in_include = first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot));
-  ASSERT_THAT(in_include, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(in_include.error().message, testing::StartsWith("parts.inc:3: POV-Ray: Parse Error: "));
+  EXPECT_THAT(first_image(folder.write("a.pov", "#include \"parts.inc\"\n" + robot)),
+              FailsWith(ErrorCode::kRefused, testing::StartsWith("parts.inc:3: POV-Ray: Parse Error: ")));
 
-  const auto missing =
-      first_image(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot));
-  ASSERT_THAT(missing, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(missing.error().message,
-              HasSubstr("b.pov:2: POV-Ray: Possible Parse Error: Cannot find file 'none.png'"));
+  EXPECT_THAT(
+      first_image(folder.write("b.pov", "\nsphere { 0, 1 pigment { image_map { png \"none.png\" } } }\n" + robot)),
+      FailsWith(ErrorCode::kRefused, HasSubstr("b.pov:2: POV-Ray: Possible Parse Error: Cannot find file 'none.png'")));
 }
 
 // Version 3.1 allows `#declare H = 5` without a semicolon. Here it stands directly before the camera, in front of which
@@ -300,8 +297,7 @@ TEST(RenderTest, OverheadNamesEveryBadArgument) {
   }
   EXPECT_THROW((void)render_overhead(scene_of_tests("marks.pov"), 1, {0, 1e-6, 0, 1, 2, 1000}, {}),
                std::invalid_argument);
-  const auto missing = render_overhead(scene_of_tests("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {});
-  ASSERT_THAT(missing, FailsWith(ErrorCode::kNotFound));
+  EXPECT_THAT(render_overhead(scene_of_tests("none.pov"), 1, {0, 1, 0, 1, 2, 10}, {}), FailsWith(ErrorCode::kNotFound));
 }
 
 // ---- processes
@@ -314,10 +310,9 @@ std::filesystem::path endless(const TemporaryFolder& folder) {
 TEST(RenderTest, AnEndlessSceneTimesOut) {
   const TemporaryFolder folder;
   const auto simulation = opened({.place = {.scene = endless(folder), .render = {.timeout = 1500ms}}});
-  const auto image = grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit);
-  ASSERT_THAT(image, FailsWith(ErrorCode::kTimeout));
-  EXPECT_THAT(image.error().message,
-              testing::EndsWith("view lower: POV-Ray did not finish within 1.5 s and was killed"));
+  EXPECT_THAT(grabbed(*streaming(*simulation, {"lower", 1, {}}, {32, 24, 15})).image(kRenderLimit),
+              FailsWith(ErrorCode::kTimeout,
+                        testing::EndsWith("view lower: POV-Ray did not finish within 1.5 s and was killed")));
   EXPECT_TRUE(children_of(::getpid()).empty());
 }
 
@@ -330,8 +325,7 @@ TEST(RenderTest, ClosingTheSimulationKillsItsPovRay) {
   camera.reset();
   simulation.reset();
   EXPECT_TRUE(children_of(::getpid()).empty());
-  const auto image = frame.image(0ms);
-  ASSERT_THAT(image, FailsWith(ErrorCode::kDisconnected));
+  EXPECT_THAT(frame.image(0ms), FailsWith(ErrorCode::kDisconnected));
 }
 
 // Catches a POV-Ray process that continues after its program was killed and could not clean up.

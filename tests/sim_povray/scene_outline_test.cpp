@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/scene/scene_outline.h"
+#include "drivers/sim_povray/scene/scene.h"
 
 #include <string>
 #include <vector>

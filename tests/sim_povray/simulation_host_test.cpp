@@ -66,9 +66,7 @@ TEST_F(SimulationHostTest, ARobotJoinsOnceAndByItsName) {
   EXPECT_EQ(refusal(settings("2", 0.3)), "start of robot.2 touches robot.1");
   SessionSettings placed = settings("2", 0.3);
   placed.body.start_place = "robots/two.yaml:17";
-  auto refused = host_->join(placed);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "robots/two.yaml:17: start of robot.2 touches robot.1");
+  EXPECT_EQ(refusal(placed), "robots/two.yaml:17: start of robot.2 touches robot.1");
   EXPECT_EQ(refusal(settings("2", 0.5)), "accepted");
 }
 
@@ -78,11 +76,11 @@ TEST_F(SimulationHostTest, ARobotWithAnotherMapIsRefusedAndTheDifferenceNamed) {
   PlaceSettings believed = place_;
   believed.moving[0].path_m[1].x_m = 1.649;
   other.map_outline = outline_of(believed);
-  const auto refused = host_->join(other);
-  ASSERT_THAT(refused, FailsWith(ErrorCode::kRefused));
-  EXPECT_THAT(refused.error().message,
-              testing::AllOf(HasSubstr("the robot's map is not that of this world: the map has moving trolley"),
-                             HasSubstr("(1.649, 2.000)"), HasSubstr("; the world has moving trolley")));
+  EXPECT_THAT(
+      host_->join(other),
+      FailsWith(ErrorCode::kRefused,
+                testing::AllOf(HasSubstr("the robot's map is not that of this world: the map has moving trolley"),
+                               HasSubstr("(1.649, 2.000)"), HasSubstr("; the world has moving trolley"))));
   other.map_outline = outline_of(place_);
   EXPECT_TRUE(host_->join(other));
 }
@@ -93,9 +91,7 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
   const auto two = joined("2", 1);
   configure(*one);
   configure(*two);
-  const auto alone = one->step(due_in(kHandTimeout));
-  ASSERT_THAT(alone, FailsWith(ErrorCode::kTimeout));
-  EXPECT_EQ(alone.error().message, "the world waits for robot.2");
+  EXPECT_THAT(one->step(due_in(kHandTimeout)), FailsWith(ErrorCode::kTimeout, "the world waits for robot.2"));
   EXPECT_EQ(one->state().step, 0U);
   for (std::uint64_t step = 1; step <= 20; ++step) {
     auto other = std::async(std::launch::async, [&] { return two->step(due_in(kHandLimit)); });
@@ -110,8 +106,7 @@ TEST_F(SimulationHostTest, TheWorldStepsOnceWhenAllHaveAsked) {
 // Catches a request for a step of a world without a rate, which would crash a served world.
 TEST_F(SimulationHostTest, WithoutAConfiguredCameraThereIsNoStep) {
   const auto one = joined("1", 0);
-  const auto stepped = one->step(due_in(kHandTimeout));
-  ASSERT_THAT(stepped, FailsWith(ErrorCode::kInvalidState));
+  EXPECT_THAT(one->step(due_in(kHandTimeout)), FailsWith(ErrorCode::kInvalidState));
   configure(*one);
   EXPECT_TRUE(one->step(due_in(kHandTimeout)));
 }
@@ -196,9 +191,8 @@ TEST_F(SimulationHostTest, ALateStampShowsAllMovingObjectsAtTheEarlierTime) {
 
 TEST_F(SimulationHostTest, AMovingThingMustBeInTheScene) {
   place_.moving[0].name = "cart";
-  const auto host = SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_));
-  ASSERT_FALSE(host);
-  EXPECT_THAT(host.error().message, HasSubstr("pair.pov: no object 'moving.cart'"));
+  EXPECT_THAT(SimulationHost::open(place_, scene_, std::make_unique<HandRenderer>(desk_)),
+              FailsWith(ErrorCode::kRefused, HasSubstr("pair.pov: no object 'moving.cart'")));
 }
 
 // ---- cameras that take time, lose frames or are late
@@ -326,11 +320,9 @@ TEST_F(CameraTimeTest, ALateFrameArrivesOnePeriodLater) {
 TEST_F(CameraTimeTest, AnExposureLongerThanAFrameIsRefused) {
   CameraEffects effects{.exposure_time_s = 0.08, .readout_s = 0.03};
   const auto world = simulation();
-  const auto camera = world->open_camera({"lower", 1, effects});
-  ASSERT_TRUE(camera);
-  const auto configured = (*camera)->configure(kSmallSize);
-  ASSERT_FALSE(configured);
-  EXPECT_THAT(configured.error().message, HasSubstr("exposure and readout take 0.11 s"));
+  const auto camera = value(world->open_camera({"lower", 1, effects}));
+  EXPECT_THAT(camera->configure(kSmallSize),
+              FailsWith(ErrorCode::kRefused, HasSubstr("exposure and readout take 0.11 s")));
 }
 
 }  // namespace

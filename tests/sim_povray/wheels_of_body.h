@@ -18,6 +18,14 @@ inline RobotBody body_at(const Pose2& start) {
   return {.start = start, .radius_m = kRadius_m, .wheels = {.separation_m = 0.3, .radius_m = kWheel_m}};
 }
 
+/// Commands the same speeds at each step.
+inline void drive(World& world, World::RobotId robot, const WheelSpeeds& speeds, int steps) {
+  for (int i = 0; i < steps; ++i) {
+    world.command(robot, speeds);
+    world.step();
+  }
+}
+
 inline World world_of(const PlaceSettings& place, double rate_hz = 15) {
   World world(place);
   world.set_rate(rate_hz);

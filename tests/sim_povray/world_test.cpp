@@ -12,6 +12,7 @@
 
 #include "drivers/sim_povray/world/motion.h"
 #include "drivers/sim_povray/world/wheel.h"
+#include "tests/sim_povray/wheels_of_body.h"
 #include "tests/support/special_doubles.h"
 
 namespace twocone::sim_povray {
@@ -44,8 +45,7 @@ double between(const Pose2& a, const Pose2& b) { return std::hypot(a.x_m - b.x_m
 
 // Catches a clock that sums rounded periods: 1/15 s is not a whole number of nanoseconds.
 TEST(World, TheTimeOfEachStepIsRoundedSeparately) {
-  World world{PlaceSettings{}};
-  world.set_rate(15);
+  World world = world_of(PlaceSettings{});
   EXPECT_EQ(world.now(), nanoseconds(0));
   world.step();
   EXPECT_EQ(world.now(), nanoseconds(66'666'667));
@@ -56,8 +56,7 @@ TEST(World, TheTimeOfEachStepIsRoundedSeparately) {
 }
 
 TEST(World, ANewRateAppliesFromThePresentStepOn) {
-  World world{PlaceSettings{}};
-  world.set_rate(15);
+  World world = world_of(PlaceSettings{});
   for (int i = 0; i < 3; ++i) world.step();
   world.set_rate(40);
   world.step();
@@ -95,8 +94,7 @@ TEST(World, ARobotThatTouchesNothingKeepsItsBytes) {
   for (const double radius_m : {0.0, 0.2}) {
     b.radius_m = radius_m;
     PlaceSettings place{.walls = Bounds{-30, 30, -30, 30}};
-    World world(place);
-    world.set_rate(15);
+    World world = world_of(place);
     const World::RobotId robot = *world.add_robot(b);
 
     Slip left(0.02, b.wheels.slip_correlation_s, engine_for(7, Purpose::kLeftSlip));
@@ -302,16 +300,13 @@ TEST(World, ARobotsPathDoesNotDependOnOtherRobots) {
   RobotBody b = body();
   b.wheels.slip = 0.03;
   b.radius_m = 0.2;
-  const auto drive = [](World& world, World::RobotId robot) {
+  const auto end_of = [](World& world, World::RobotId robot) {
     world.set_rate(15);
-    for (int i = 0; i < 40; ++i) {
-      world.command(robot, {2, 2.5});
-      world.step();
-    }
+    drive(world, robot, {2, 2.5}, 40);
     return world.pose(robot);
   };
   World alone{PlaceSettings{}};
-  const Pose2 expected = drive(alone, *alone.add_robot(b));
+  const Pose2 expected = end_of(alone, *alone.add_robot(b));
 
   RobotBody other = b;
   other.name = "robot.2";
@@ -319,10 +314,10 @@ TEST(World, ARobotsPathDoesNotDependOnOtherRobots) {
   World first{PlaceSettings{}};
   const World::RobotId robot = *first.add_robot(b);
   ASSERT_TRUE(first.add_robot(other));
-  EXPECT_EQ(drive(first, robot), expected);
+  EXPECT_EQ(end_of(first, robot), expected);
   World second{PlaceSettings{}};
   ASSERT_TRUE(second.add_robot(other));
-  EXPECT_EQ(drive(second, *second.add_robot(b)), expected);
+  EXPECT_EQ(end_of(second, *second.add_robot(b)), expected);
 }
 
 TEST(World, ARobotThatJoinsLaterStartsAtItsStart) {
@@ -340,21 +335,17 @@ TEST(World, AResetWorldRepeatsItself) {
   RobotBody b = body();
   b.wheels.slip = 0.03;
   PlaceSettings place{.moving = {{"cart", {{0, 1}, {1, 1}}, 0.3, true, 0.1}}};
-  World world(place);
-  world.set_rate(15);
+  World world = world_of(place);
   const auto run = [&world, &b] {
     const World::RobotId robot = *world.add_robot(b);
-    for (int i = 0; i < 40; ++i) {
-      world.command(robot, {2, 2.5});
-      world.step();
-    }
-    return std::tuple(robot, world.now(), world.step_number(), world.pose(robot), world.moving_pose(0));
+    drive(world, robot, {2, 2.5}, 40);
+    return std::tuple(robot, world.now(), world.step_number(), world.pose(robot), world.moving_pose_before(0, {}));
   };
   const auto first = run();
   world.begin_anew();
   EXPECT_EQ(world.now(), nanoseconds(0));
   EXPECT_EQ(world.step_number(), 0U);
-  EXPECT_EQ(world.moving_pose(0), (Pose2{0, 1, 0}));
+  EXPECT_EQ(world.moving_pose_before(0, {}), (Pose2{0, 1, 0}));
   EXPECT_EQ(run(), first);
 }
 

@@ -10,7 +10,7 @@
 
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
-#include "drivers/sim_povray/overhead.h"
+#include "drivers/sim_povray/scene_views.h"
 
 namespace twocone::report {
 namespace {

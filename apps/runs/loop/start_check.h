@@ -10,7 +10,7 @@
 
 #include "apps/config/robot_file.h"
 #include "drivers/sim_povray/place.h"
-#include "drivers/sim_povray/shown_camera.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "hal/image.h"
 #include "hal/result.h"
 

@@ -64,8 +64,8 @@ void check(const CameraEffects& effects, const std::vector<std::shared_ptr<const
   }
   for (const auto& image : shutter_samples) {
     const Image& first = *shutter_samples.front();
-    const bool is_whole = image->width_px > 0 && image->height_px > 0 && image->format == PixelFormat::kRgb8 &&
-                          image->bytes.size() == std::size_t(image->width_px) * std::size_t(image->height_px) * 3;
+    const bool is_whole = image->format == PixelFormat::kRgb8 &&
+                          image->bytes.size() == image_bytes(image->format, image->width_px, image->height_px);
     if (!is_whole || image->width_px != first.width_px || image->height_px != first.height_px) {
       throw std::invalid_argument(fmt::format(
           "a shutter sample of {} x {} px, {}, {} bytes, must be whole, Rgb8 and {} x {} px", image->width_px,

@@ -136,33 +136,30 @@ struct Table {
              fmt::format("{} a turn", wheels.encoder_counts_per_turn));
     of_robot("actuator lag", "effects.motor_lag_s", wheels.lag_s > 0, fmt::format("{} s", wheels.lag_s));
 
-    EffectRow physics{
-        "motion",        "mass and friction", session.body.physics.has_value(), "no `mass_kg` or friction in effects",
-        "robot effects", "an engine's steps"};
-    if (physics.on) {
-      std::string key = "effects.mass_kg";
-      for (const char* other : {"effects.wheel_friction", "effects.body_friction"}) {
-        if (!places.contains(key)) key = other;
-      }
-      physics.reason = fmt::format("{}: {} kg", at(key), session.body.physics->mass_kg);
+    const auto& physics = session.body.physics;
+    std::string key = "effects.mass_kg";
+    for (const char* other : {"effects.wheel_friction", "effects.body_friction"}) {
+      if (!places.contains(key)) key = other;
     }
-    rows.push_back(std::move(physics));
+    rows.push_back(
+        {"motion", "mass and friction", physics.has_value(),
+         physics ? fmt::format("{}: {} kg", at(key), physics->mass_kg) : "no `mass_kg` or friction in effects",
+         "robot effects", "an engine's steps"});
 
     const bool surrounded = place.walls || !place.solids.empty() || !place.moving.empty();
-    EffectRow contact{
-        "motion", "contact", session.body.radius_m > 0 && surrounded, "", "robot body.radius_m", "a few tests a step"};
-    contact.reason = contact.on   ? fmt::format("{}: radius {} m", at("body.radius_m"), session.body.radius_m)
-                     : surrounded ? "no `body.radius_m` in the robot file"
-                                  : "no walls, obstacles or moving things in the map";
-    rows.push_back(std::move(contact));
+    const bool has_body = session.body.radius_m > 0;
+    rows.push_back({"motion", "contact", has_body && surrounded,
+                    !surrounded ? "no walls, obstacles or moving things in the map"
+                    : !has_body ? "no `body.radius_m` in the robot file"
+                                : fmt::format("{}: radius {} m", at("body.radius_m"), session.body.radius_m),
+                    "robot body.radius_m", "a few tests a step"});
 
-    EffectRow moving{"motion", "moving things", !place.moving.empty(), "no `moving` in the map", "map moving", "none"};
-    if (moving.on) {
-      std::vector<std::string> names;
-      for (const MovingThing& thing : place.moving) names.push_back(thing.name);
-      moving.reason = fmt::format("{}: {}", at("map.moving"), fmt::join(names, ", "));
-    }
-    rows.push_back(std::move(moving));
+    std::vector<std::string> names;
+    for (const MovingThing& thing : place.moving) names.push_back(thing.name);
+    rows.push_back(
+        {"motion", "moving things", !names.empty(),
+         names.empty() ? "no `moving` in the map" : fmt::format("{}: {}", at("map.moving"), fmt::join(names, ", ")),
+         "map moving", "none"});
   }
 
   void of_robot(std::string effect, const std::string& key, bool on, const std::string& value) {

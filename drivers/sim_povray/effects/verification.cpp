@@ -12,7 +12,6 @@
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
-#include "drivers/sim_povray/render/povray/confined_povray.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/world/motion.h"
 
@@ -52,44 +51,31 @@ void compare(const Image& everything, const Image& choice, const std::optional<M
   if (result.pixels > 0) result.mean = sum / (3.0 * result.pixels);
 }
 
-/// A scene with the robot of a session.
-struct Claimed {
-  Scene scene;
-  NamedBlock robot;
-};
-
-Result<Claimed> claim(Scene scene, const std::string& name) {
-  auto robot = scene.robot(name);
-  if (!robot) return robot.error();
-  return Claimed{std::move(scene), *std::move(robot)};
-}
-
 struct Verifier {
   const PlaceSettings& place;
+  const std::string& robot_name;
   const CameraSettings& size;
   const RenderChoice& choice;
   Povray povray;
-  Claimed everything;
-  Claimed chosen;
-  Claimed chosen_deep;  ///< the choice with the depth of reflections of `everything`
+  Scene everything;
+  Scene chosen_deep;  ///< the choice with the depth of reflections of `everything`
 
   Result<Verification> run(const ViewSettings& view) const {
-    const auto full_camera = everything.scene.camera_of(everything.robot, view.camera_name);
-    if (!full_camera) return full_camera.error();
-    const auto camera = chosen.scene.camera_of(chosen.robot, view.camera_name);
+    const auto robot = choice.scene.robot(robot_name);
+    if (!robot) return robot.error();
+    const auto camera = choice.scene.camera_of(*robot, view.camera_name);
     if (!camera) return camera.error();
     std::optional<MirrorSight> mirror;
     if (!place.render.whole_image) {
-      auto found = find_mirror(povray, chosen.scene, chosen.robot, *camera, size.width_px, size.height_px, -1);
+      auto found = find_mirror(povray, choice.scene, *robot, *camera, size.width_px, size.height_px, -1);
       if (!found) return found.error();
       mirror = std::move(*found);
     }
 
-    ViewTemplate full = everything.scene.view_template({everything.robot}, *full_camera, "");
-    full.quality = kHighestQuality;
-    const auto full_image = take(std::move(full), everything, view, kTimes);
+    const auto full_image = take(everything, view, nullptr, kHighestQuality, kTimes);
     if (!full_image) return full_image.error();
-    const auto chosen_image = take(view_template_of(chosen, *camera, mirror), chosen, view, kTimes);
+    const MirrorSight* const limits = mirror && choice.why_whole.empty() ? &*mirror : nullptr;
+    const auto chosen_image = take(choice.scene, view, limits, choice.quality, kTimes);
     if (!chosen_image) return chosen_image.error();
     const bool is_time_told = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
     Verification result{.view = view.camera_name,
@@ -99,7 +85,7 @@ struct Verifier {
     const Image whole = pass_through(*full_image->image);
     compare(whole, *chosen_image->image, mirror, result);
     if (result.different == 0) return result;
-    if (auto explained = explain(view, mirror, whole, result); !explained) return explained.error();
+    if (auto explained = explain(view, mirror, limits, whole, result); !explained) return explained.error();
     return result;
   }
 
@@ -108,20 +94,10 @@ struct Verifier {
     double least_s = 0, middle_s = 0, most_s = 0;  ///< processor time
   };
 
-  /// Returns the view template of the choice.
-  [[nodiscard]] ViewTemplate view_template_of(const Claimed& claimed, const NamedBlock& camera,
-                                              const std::optional<MirrorSight>& mirror) const {
-    const bool mirror_only = mirror && choice.why_whole.empty();
-    ViewTemplate view_template = claimed.scene.view_template({claimed.robot}, camera, mirror_only ? mirror->mask : "");
-    view_template.quality = choice.quality;
-    if (mirror_only) view_template.window = mirror->window;
-    return view_template;
-  }
-
   /// Finds the cause of a difference: random numbers, effects that the map switches off, or the depth of reflections,
   /// which is tested.
-  Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const Image& whole,
-                 Verification& result) const {
+  Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const MirrorSight* limits,
+                 const Image& whole, Verification& result) const {
     if (const Call* random = choice.calls.find(Feature::kRandom)) {
       result.why = fmt::format(
           "{}: {} draws random numbers, pixel by pixel, in the order in which POV-Ray makes them: two renderings "
@@ -135,9 +111,7 @@ struct Verifier {
       result.is_asked_for = true;
       return {};
     }
-    const auto camera = chosen_deep.scene.camera_of(chosen_deep.robot, view.camera_name);
-    if (!camera) return camera.error();
-    const auto deep = take(view_template_of(chosen_deep, *camera, mirror), chosen_deep, view, 1);
+    const auto deep = take(chosen_deep, view, limits, choice.quality, 1);
     if (!deep) return deep.error();
     Verification left;
     compare(whole, *deep->image, mirror, left);
@@ -154,15 +128,23 @@ struct Verifier {
     return {};
   }
 
-  [[nodiscard]] Result<Taken> take(ViewTemplate view_template, const Claimed& claimed, const ViewSettings& view,
+  /// Renders a scene several times. @param limits the mirror outside which nothing is rendered; nullptr: all is
+  [[nodiscard]] Result<Taken> take(const Scene& scene, const ViewSettings& view, const MirrorSight* limits, int quality,
                                    int count) const {
+    const auto robot = scene.robot(robot_name);
+    if (!robot) return robot.error();
+    const auto camera = scene.camera_of(*robot, view.camera_name);
+    if (!camera) return camera.error();
+    ViewTemplate view_template = scene.view_template({*robot}, *camera, limits == nullptr ? "" : limits->mask);
     view_template.width_px = size.width_px;
     view_template.height_px = size.height_px;
     view_template.antialias = view.antialias;
+    view_template.quality = quality;
+    if (limits != nullptr) view_template.window = limits->window;
     std::vector<double> times;
     const RenderJob job{fmt::format("verification of view {}", view.camera_name),
                         std::make_shared<const ViewTemplate>(std::move(view_template)),
-                        claimed.scene.pose_text({FloorMotion{}}, FloorMotion{}, place.unit_m),
+                        scene.pose_text({FloorMotion{}}, FloorMotion{}, place.unit_m),
                         [&times](const base::ProcessUse& use) { times.push_back(seconds(use.cpu)); }};
     std::shared_ptr<const Image> last;
     for (int i = 0; i < count; ++i) {
@@ -188,25 +170,22 @@ Result<std::vector<Verification>> verify_effects(const PlaceSettings& place, con
   auto povray = confined_povray(place, choice->calls);
   if (!povray) return povray.error();
   const SceneCalls written = find_calls(*scene, access);
-  const auto claim_with = [&](const SceneSwitches& switches) -> Result<Claimed> {
+  const auto scene_with = [&](const SceneSwitches& switches) -> Result<Scene> {
     auto text = switched(*scene, written, switches);
     if (!text) return text.error();
-    auto changed = Scene::parse(*std::move(text), scene->path());
-    if (!changed) return changed.error();
-    return claim(*std::move(changed), session.name);
+    return Scene::parse(*std::move(text), scene->path());
   };
   SceneSwitches deep{.reflection_depth = std::clamp(written.max_trace_level.value_or(0), kDeepReflections, kDeepest)};
-  auto everything = claim_with(deep);
+  auto everything = scene_with(deep);
   if (!everything) return everything.error();
-  auto chosen = claim(choice->scene, session.name);
-  if (!chosen) return chosen.error();
+  if (const auto robot = everything->robot(session.name); !robot) return robot.error();
   SceneSwitches chosen_deep = place.switches;
   chosen_deep.reflection_depth = deep.reflection_depth;
-  auto with_depth = claim_with(chosen_deep);
+  auto with_depth = scene_with(chosen_deep);
   if (!with_depth) return with_depth.error();
 
   const Verifier verifier{
-      place, size, *choice, *std::move(povray), *std::move(everything), *std::move(chosen), *std::move(with_depth)};
+      place, session.name, size, *choice, *std::move(povray), *std::move(everything), *std::move(with_depth)};
   std::vector<Verification> results;
   for (const ViewSettings& view : views) {
     auto result = verifier.run(view);

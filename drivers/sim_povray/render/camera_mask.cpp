@@ -174,9 +174,8 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
       "{0}Centre.z>{1} ",
       p, vectors->transformations);
   sdl +=
-      "hollow no_shadow no_reflection no_radiosity photons { pass_through collect off } texture { pigment { color rgb "
-      "0 "
-      "} finish { ambient 0 diffuse 0 emission 0 phong 0 specular 0 reflection 0 } } }";
+      "hollow no_shadow no_reflection no_radiosity photons { pass_through collect off } texture { pigment { color "
+      "rgb 0 } finish { ambient 0 diffuse 0 emission 0 phong 0 specular 0 reflection 0 } } }";
   return sdl;
 }
 

@@ -18,9 +18,8 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
-#include "drivers/sim_povray/server/served_name.h"
-#include "drivers/sim_povray/server/shared_frames.h"
 #include "drivers/sim_povray/server/socket.h"
 #include "hal/clock.h"
 
@@ -41,12 +40,6 @@ constexpr std::chrono::minutes kSlotTime{3};
 bool is_sound(const SessionState& state) {
   return state.now >= std::chrono::nanoseconds(0) && std::isfinite(state.pose.x_m) && std::isfinite(state.pose.y_m) &&
          std::isfinite(state.pose.heading_rad) && std::isfinite(state.left_rad) && std::isfinite(state.right_rad);
-}
-
-std::shared_future<ImageResult> no_image(Error error) {
-  std::promise<ImageResult> promise;
-  promise.set_value(std::move(error));
-  return promise.get_future().share();
 }
 
 /// Refuses a text longer than kMaxText, which would be cut on its way.
@@ -96,15 +89,13 @@ class RemoteSession final : public RobotSession {
     }
     auto frames = SharedFrames::adopt(std::move(file), configured->slots, bytes);
     if (!frames) return frames.error();
-    auto slots =
-        std::make_shared<Slots>(Slots{std::move(*frames), settings, std::vector<bool>(configured->slots, false)});
-    views_[view] = std::move(slots);
+    views_[view] = std::make_shared<Slots>(Slots{std::move(*frames), settings, std::vector<bool>(configured->slots)});
     return {};
   }
 
   void release_view(ViewId view) noexcept override {
     try {
-      (void)ask_for<Done>(ReleaseView{view}, in(kReplyTime));  // a link that is broken holds no rate
+      (void)demand(ReleaseView{view});  // a link that is broken holds no rate
     } catch (const std::exception&) {
     }
   }
@@ -122,14 +113,15 @@ class RemoteSession final : public RobotSession {
   std::shared_future<ImageResult> image(ViewId view) override {
     std::unique_lock lock(mutex_);
     if (view >= views_.size() || views_[view] == nullptr) {
-      return no_image({ErrorCode::kInvalidState, fmt::format("view {} has not been configured", view)});
+      return ready_image(Error{ErrorCode::kInvalidState, fmt::format("view {} has not been configured", view)});
     }
     const std::shared_ptr<Slots> slots = views_[view];
     const auto free = [&] { return std::find(slots->busy.begin(), slots->busy.end(), false); };
     changed_.wait_until(lock, in(kSlotTime), [&] { return broken_ || free() != slots->busy.end(); });
-    if (broken_) return no_image(*broken_);
+    if (broken_) return ready_image(*broken_);
     if (free() == slots->busy.end()) {
-      return no_image({ErrorCode::kTimeout, fmt::format("{} images are still on their way", slots->busy.size())});
+      return ready_image(
+          Error{ErrorCode::kTimeout, fmt::format("{} images are still on their way", slots->busy.size())});
     }
     const auto slot = std::uint32_t(free() - slots->busy.begin());
     slots->busy[slot] = true;
@@ -150,12 +142,12 @@ class RemoteSession final : public RobotSession {
       throw std::invalid_argument(
           fmt::format("wheel speeds are {} and {} rad/s; finite wanted", speeds.left_radps, speeds.right_radps));
     }
-    return done(ask_for<Done>(Command{speeds}, in(kReplyTime)));
+    return demand(Command{speeds});
   }
 
   Status halt() noexcept override {
     try {
-      return done(ask_for<Done>(Halt{}, in(kReplyTime)));
+      return demand(Halt{});
     } catch (const std::exception& error) {
       return Error{ErrorCode::kDisconnected, error.what()};
     }
@@ -174,11 +166,6 @@ class RemoteSession final : public RobotSession {
     std::uint32_t slot = 0;
   };
 
-  static Status done(const Result<Done>& reply) {
-    if (!reply) return reply.error();
-    return {};
-  }
-
   /// Errors: the error that the server sends, or kDisconnected.
   template <typename Reply>
   Result<Reply> ask_for(const Message& request, SteadyTime deadline, base::UniqueFd* file = nullptr) {
@@ -189,6 +176,12 @@ class RemoteSession final : public RobotSession {
     if (reply == nullptr) return nonsense("a reply");
     if (file != nullptr) *file = std::move(received->file);
     return std::move(*reply);
+  }
+
+  /// Asks for something that has no result. Errors: as ask_for().
+  Status demand(const Message& request) {
+    if (auto done = ask_for<Done>(request, in(kReplyTime)); !done) return done.error();
+    return {};
   }
 
   /// Returns the reply, whatever it is. A missing reply breaks the link, so that none can come late.

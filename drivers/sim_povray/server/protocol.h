@@ -17,7 +17,7 @@
 #include "hal/result.h"
 
 /// Messages between the two ends of a link: one message per packet. Pixels are not in messages but in shared memory
-/// (shared_frames.h).
+/// (images.h).
 ///
 ///     client                                   server
 ///     Hello                            ->

@@ -13,8 +13,8 @@
 #include "drivers/sim_povray/server/protocol.h"
 #include "hal/result.h"
 
-/// Packets over Unix-domain sockets. No call waits longer than its deadline, and a peer that is gone is reported as an
-/// error, never by a signal.
+/// The socket of a world: who may serve it, and packets over it (Unix-domain). No call waits longer than its deadline,
+/// and a peer that is gone is reported as an error, never by a signal.
 namespace twocone::sim_povray::server {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
@@ -22,6 +22,30 @@ inline SteadyTime in(std::chrono::nanoseconds time) { return std::chrono::steady
 
 /// Returns the reason that errno gave, in words.
 inline std::string words(int error_number) { return std::generic_category().message(error_number); }
+
+/// The right to serve at a socket's path: a lock on `NAME.lock` beside it, which the kernel releases when the program
+/// ends in any way. The holder of the lock may therefore remove a dead server's socket. Both files are removed with the
+/// claim.
+class ServedName {
+ public:
+  /// Errors: kRefused (it is already served), kUnavailable (no file can be made there).
+  static Result<ServedName> claim(const std::filesystem::path& socket);
+
+  ServedName(ServedName&&) noexcept = default;
+  ServedName& operator=(ServedName&&) = delete;
+  ~ServedName();
+
+ private:
+  ServedName(std::filesystem::path socket, base::UniqueFd lock) : socket_(std::move(socket)), lock_(std::move(lock)) {}
+
+  std::filesystem::path socket_;
+  base::UniqueFd lock_;
+};
+
+/// Removes the files that a killed server left there; does nothing if a server is alive.
+/// @param patience how long to try while the lock is held: the kernel closes the connections of a killed program some
+/// time before it releases its locks
+void sweep(const std::filesystem::path& socket, std::chrono::milliseconds patience) noexcept;
 
 /// Listens on `path`, which must be free; only this user may connect. Errors: kUnavailable.
 Result<base::UniqueFd> listen_at(const std::filesystem::path& path);

@@ -147,9 +147,11 @@ class OdeEngine final : public PhysicsEngine {
     }
   }
 
-  void touch(const Body& body, dBodyID other, const Facing& face, double friction, double dt_s) {
+  /// Makes a contact, if the other one is within reach.
+  void touch(const Body& body, dBodyID other, const Facing& face, double friction, double dt_s, double reach_m) {
     constexpr double kSame = 1e-9;
     const double gap_m = face.distance_m - body.radius_m;
+    if (gap_m > reach_m || (face.x == 0 && face.y == 0)) return;
     const auto is_same = [&](const Made& m) {
       return std::abs(m.gap_m - gap_m) < kSame && std::abs(m.x - face.x) < kSame && std::abs(m.y - face.y) < kSame;
     };
@@ -174,26 +176,22 @@ class OdeEngine final : public PhysicsEngine {
   }
 
   void touch_all(double dt_s, double reach_m, const std::vector<Mover>& movers, const std::vector<Part>& parts) {
-    const auto near = [reach_m](const Body& body, const Facing& face) {
-      return face.distance_m - body.radius_m <= reach_m && (face.x != 0 || face.y != 0);
-    };
     for (auto it = bodies_.begin(); it != bodies_.end(); ++it) {
       const Body& body = it->second;
       const FloorPoint at{body.motion.pose.x_m, body.motion.pose.y_m};
       made_.clear();
       for (const Part& part : parts) {
-        const Facing face = facing(part, at);
-        if (near(body, face)) touch(body, nullptr, face, body.body_friction, dt_s);
+        touch(body, nullptr, facing(part, at), body.body_friction, dt_s, reach_m);
       }
       for (std::size_t i = 0; i < movers.size(); ++i) {
         const Facing face = facing(Disc{movers[i].at, movers[i].radius_m}, at);
-        if (near(body, face)) touch(body, mover_bodies_[i], face, body.body_friction, dt_s);
+        touch(body, mover_bodies_[i], face, body.body_friction, dt_s, reach_m);
       }
       for (auto other = std::next(it); other != bodies_.end(); ++other) {
         const Pose2& there = other->second.motion.pose;
         const Facing face = facing(Disc{{there.x_m, there.y_m}, other->second.radius_m}, at);
         const double friction = std::sqrt(body.body_friction * other->second.body_friction);
-        if (near(body, face)) touch(body, other->second.id, face, friction, dt_s);
+        touch(body, other->second.id, face, friction, dt_s, reach_m);
       }
     }
   }

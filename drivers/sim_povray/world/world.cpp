@@ -44,13 +44,20 @@ void World::note(const Touch& touch, MovingRobot& a, const std::string& name_of_
 
 void World::find_touches(RobotId id, MovingRobot& robot, double from_s, double to_s) {
   const auto stretch = [&robot](double time_s) { return robot.stretch(time_s); };
-  const double radius_m = robot.radius_m();
+  const auto look_at = [&](const std::string& name, const auto& stretch_of_it, const auto& face, double its_mps,
+                           MovingRobot* other, bool can_stop) {
+    const auto touch = first_touch(stretch, robot.radius_m(), stretch_of_it, face, can_stop,
+                                   robot.fastest_mps() + its_mps, from_s, to_s);
+    if (touch) note(*touch, robot, name, other);
+  };
+  const auto disc_of = [](double radius_m) {
+    return [radius_m](const FloorPoint& at, const FloorPoint& point) { return facing(Disc{at, radius_m}, point); };
+  };
   if (!robot.stands()) {
     const auto standing = [](double) { return Stretch{}; };
     for (const Part& part : surroundings_.parts()) {
       const auto face = [&part](const FloorPoint&, const FloorPoint& point) { return facing(part, point); };
-      const auto touch = first_touch(stretch, radius_m, standing, face, false, robot.fastest_mps(), from_s, to_s);
-      if (touch) note(*touch, robot, surroundings_.name(part), nullptr);
+      look_at(surroundings_.name(part), standing, face, 0, nullptr, false);
     }
     const double begin_s = seconds(now_);
     for (const Thing& thing : things_) {
@@ -59,12 +66,7 @@ void World::find_touches(RobotId id, MovingRobot& robot, double from_s, double t
         s.until_s -= begin_s;
         return s;
       };
-      const auto face = [&thing](const FloorPoint& at, const FloorPoint& point) {
-        return facing(Disc{at, thing.radius_m}, point);
-      };
-      const double fastest_mps = robot.fastest_mps() + thing.speed_mps;
-      const auto touch = first_touch(stretch, radius_m, on_rails, face, false, fastest_mps, from_s, to_s);
-      if (touch) note(*touch, robot, thing.name, nullptr);
+      look_at(thing.name, on_rails, disc_of(thing.radius_m), thing.speed_mps, nullptr, false);
     }
   }
   for (auto& entry : robots_) {
@@ -76,12 +78,7 @@ void World::find_touches(RobotId id, MovingRobot& robot, double from_s, double t
     if (!on_rails && std::tie(other.name(), other_id) < std::tie(robot.name(), id)) continue;
     if (robot.stands() && other.stands()) continue;
     const auto other_stretch = [&other](double time_s) { return other.stretch(time_s); };
-    const auto face = [&other](const FloorPoint& at, const FloorPoint& point) {
-      return facing(Disc{at, other.radius_m()}, point);
-    };
-    const double fastest_mps = robot.fastest_mps() + other.fastest_mps();
-    const auto touch = first_touch(stretch, radius_m, other_stretch, face, !on_rails, fastest_mps, from_s, to_s);
-    if (touch) note(*touch, robot, other.name(), &other);
+    look_at(other.name(), other_stretch, disc_of(other.radius_m()), other.fastest_mps(), &other, !on_rails);
   }
 }
 

@@ -10,7 +10,6 @@
 
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
-#include "drivers/sim_povray/world/moving_path.h"
 #include "drivers/sim_povray/world/moving_robot.h"
 #include "drivers/sim_povray/world/physics.h"
 #include "drivers/sim_povray/world/surroundings.h"
@@ -70,17 +69,13 @@ class World {
   /// when the object is 1e-6 m away. A robot with physics touches every object within that distance.
   [[nodiscard]] const std::string& contact(RobotId robot) const { return robots_.at(robot).contact; }
 
-  /// @param thing index in PlaceSettings::moving
-  [[nodiscard]] Pose2 moving_pose(std::size_t thing) const {
-    return moving_pose_before(thing, std::chrono::nanoseconds(0));
-  }
-
   /// Returns the pose `before` earlier than now, from 0 to the last step plus kMaxStampLate_s. It lies on the exact
   /// path, up to the point of a stop (with physics: on straight lines between the engine's steps of 0.5 ms or less).
   /// Before the beginning of a robot or of the world, it is the initial pose.
   [[nodiscard]] Pose2 pose_before(RobotId robot, std::chrono::nanoseconds before) const {
     return robots_.at(robot).pose_before(before);
   }
+  /// @param thing index in PlaceSettings::moving
   [[nodiscard]] Pose2 moving_pose_before(std::size_t thing, std::chrono::nanoseconds before) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/povray/held_povray.h"
+#include "drivers/sim_povray/render/povray/povray_pool.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -40,8 +40,6 @@ base::Program program_for(const Povray& povray, const ViewTemplate& view_templat
   program.writable = folder.string();
   return program;
 }
-
-PoseLease lease_without_pose(const HeldScene& scene) { return PoseLease(scene.pose_text(-1, "")); }
 
 }  // namespace
 
@@ -125,7 +123,7 @@ HeldPovray::HeldPovray(const Povray& povray, const ViewTemplate& view_template, 
                        const std::filesystem::path& folder)
     : scene_(scene),
       folder_(folder),
-      lease_(lease_without_pose(scene)),
+      lease_(scene.pose_text(-1, "")),  // of no frame
       leased_(lease_.take()),
       child_(program_for(povray, view_template, scene.fd(), lease_.fd(), folder)) {}
 

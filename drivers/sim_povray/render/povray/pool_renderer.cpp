@@ -11,7 +11,6 @@
 
 #include "base/log.h"
 #include "drivers/sim_povray/place.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
 
@@ -25,7 +24,7 @@ ProcessRenderer::~ProcessRenderer() {
   stop_.raise();
   changed_.notify_all();
   for (auto& worker : workers_) worker.join();
-  for (auto& [job, done] : waiting_) done(closed_error(job.label, "started"));
+  for (Order& order : waiting_) order.done(closed_error(order.job.label, "started"));
 }
 
 void ProcessRenderer::submit(RenderJob job, Done done) {
@@ -52,7 +51,7 @@ void ProcessRenderer::work() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
     if (stopping_) return;
-    const Waiting next = std::move(waiting_.front());
+    const Order next = std::move(waiting_.front());
     waiting_.pop_front();
     ++busy_;
     lock.unlock();

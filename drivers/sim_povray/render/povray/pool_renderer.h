@@ -29,10 +29,6 @@ class ProcessRenderer final : public Renderer {
   [[nodiscard]] std::string describe() const override { return "one POV-Ray process per image"; }
 
  private:
-  struct Waiting {
-    RenderJob job;
-    Done done;
-  };
   void work();
 
   const Povray povray_;
@@ -40,7 +36,7 @@ class ProcessRenderer final : public Renderer {
   base::StopSignal stop_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Waiting> waiting_;
+  std::deque<Order> waiting_;
   int busy_ = 0;
   bool stopping_ = false;
   /// The kernel kills a process when the thread that started it ends: so each thread waits for its own process.

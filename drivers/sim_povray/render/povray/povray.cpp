@@ -5,11 +5,15 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "base/child_process.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
+#include "base/log.h"
+#include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/place.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -31,6 +35,17 @@ std::vector<std::string> clean_environment() {
   variables.emplace_back("LC_ALL=C");
   if (const std::string ini = system_ini(); !ini.empty()) variables.push_back(fmt::format("POVINI={}", ini));
   return variables;
+}
+
+/// Refuses a string of the scene that names a file which the scene may not read. It does not find names that the scene
+/// puts together.
+Status check_named_files(const SceneCalls& calls, const SceneAccess& access) {
+  for (const WrittenString& string : calls.strings) {
+    const fs::path file = string.text.empty() ? fs::path() : access.find(string.text);
+    if (file.empty() || access.may_read(file)) continue;
+    return Error{ErrorCode::kRefused, fmt::format("{}:{}: {}", string.file, string.line, SceneAccess::refusal(file))};
+  }
+  return {};
 }
 
 }  // namespace
@@ -56,6 +71,51 @@ Povray::Povray(std::string program, const fs::path& scene_path, std::chrono::nan
       timeout_(timeout),
       environment_(clean_environment()),
       limits_(std::move(limits)) {}
+
+Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& calls) {
+  auto program = find_povray(place.render.povray);
+  if (!program) return program.error();
+  for (const fs::path& folder : place.scene_paths) {
+    std::error_code error;
+    if (fs::is_directory(folder, error)) continue;
+    return Error{ErrorCode::kNotFound, fmt::format("scene_paths names no folder: {}", folder.string())};
+  }
+  auto access = std::make_shared<SceneAccess>(place.scene, place.scene_paths);
+  for (const std::string& folder : calls.folders) access->look_in(folder);
+  std::vector<std::string> readable = needed_to_run(*program);
+  readable.insert(readable.end(), access->readable().begin(), access->readable().end());
+  auto confinement = std::make_shared<const base::Confinement>(std::move(readable), place.render.landlock);
+  if (confinement->kind() != base::Confinement::Kind::kLandlock) {
+    base::Logger("povray").warning(describe_confinement(place));
+    if (auto inside = check_named_files(calls, *access); !inside) return inside.error();
+  }
+  return Povray(*std::move(program), place.scene, place.render.timeout, {std::move(confinement), std::move(access)});
+}
+
+Result<Povray> confined_povray(const PlaceSettings& place, const Scene& scene) {
+  return confined_povray(place, find_calls(scene, SceneAccess(place.scene, place.scene_paths)));
+}
+
+std::string describe_confinement(const PlaceSettings& place) {
+  const SceneAccess access(place.scene, place.scene_paths);
+  switch (base::Confinement({}, place.render.landlock).kind()) {
+    case base::Confinement::Kind::kLandlock:
+      return fmt::format(
+          "POV-Ray is confined by the kernel (Landlock, version {}): it reads {} and its libraries, and writes nothing "
+          "but its images",
+          base::landlock_version(), fmt::join(access.readable(), ", "));
+    case base::Confinement::Kind::kNoWriting:
+      return fmt::format(
+          "POV-Ray is confined in part (this kernel has no Landlock): it can write no file (seccomp); a file that the "
+          "scene names in its text must be in {} or POV-Ray's libraries, but a name that the scene puts together is "
+          "not checked",
+          fmt::join(access.readable(), ", "));
+    case base::Confinement::Kind::kNone:
+      break;
+  }
+  return "POV-Ray is not confined: this kernel has no Landlock, and there is no seccomp filter for this processor: "
+         "render scenes that you trust only";
+}
 
 std::vector<std::string> povray_arguments(const ViewTemplate& view_template) {
   std::vector<std::string> arguments{

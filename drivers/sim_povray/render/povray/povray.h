@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -9,13 +10,16 @@
 #include <vector>
 
 #include "base/child_process.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "hal/image.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {
+
+struct PlaceSettings;
+struct SceneCalls;
+class Scene;
 
 /// Returns the program `name` as an absolute path: a path if it has a slash, else looked up in PATH.
 /// Errors: kUnavailable, with what to install.
@@ -25,6 +29,13 @@ Result<std::string> find_povray(const std::string& name);
 struct SceneLimits {
   std::shared_ptr<const base::Confinement> confinement{};  ///< none: the access of this program
   std::shared_ptr<const SceneAccess> access{};             ///< where files are searched for; none: the scene's folder
+};
+
+/// An image to measure by: linear light, 16 bits a channel, red, green and blue in turn, rows from the top.
+struct DeepImage {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<std::uint16_t> levels;  ///< width_px * height_px * 3; 65535 is 1
 };
 
 /// Runs POV-Ray for one scene file: set up once, then used from several threads.
@@ -79,6 +90,13 @@ class Povray {
   SceneLimits limits_;
 };
 
+/// Returns POV-Ray, confined to what the scene of `place` may read (SceneAccess), with `calls` or as find_calls()
+/// returns them for `scene`. A scene may come from other people: this is the one place where its limits are set.
+/// Errors: kUnavailable (no POV-Ray); kNotFound (a folder of scene_paths does not exist); kRefused, if the kernel
+/// cannot confine reading: the scene names a file outside, with file and line.
+[[nodiscard]] Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& calls);
+[[nodiscard]] Result<Povray> confined_povray(const PlaceSettings& place, const Scene& scene);
+
 /// Beginning of the answer of a scene that Povray::ask() runs.
 inline constexpr const char* kPovrayAnswer = "twocone answer: ";
 
@@ -96,5 +114,32 @@ std::string with_pose(const ViewTemplate& view_template, std::string_view text);
 
 /// Returns the largest size of such an image as a PPM.
 std::size_t most_ppm_bytes(const ViewTemplate& view_template);
+
+// ---- reading what POV-Ray answers, and the error if there is no image (povray_answer.cpp)
+
+/// Parses a binary PPM with 8 bits a channel, and nothing after it, as kRgb8. Errors: kBadData.
+Result<Image> parse_ppm(std::string_view bytes);
+/// Parses a binary PPM with 16 bits a channel, big-endian as POV-Ray writes them. Errors: kBadData.
+Result<DeepImage> parse_deep_ppm(std::string_view bytes);
+
+/// Returns the job's image. Errors: kBadData (no whole image, or one of another size).
+ImageResult image_from(std::string_view ppm, const RenderJob& job);
+Result<DeepImage> deep_image_from(std::string_view ppm, const RenderJob& job);
+
+/// Returns the message in POV-Ray's standard error that states why it stopped, with lines that it folded at 80 columns
+/// unfolded, as `FILE:LINE: POV-Ray: TEXT`; without a position it is `SCENE: POV-Ray: TEXT`. Empty if there is none.
+/// @param scene_path replaces the name under which POV-Ray was given the scene
+std::string povray_complaint(const std::string& errors, const std::string& scene_path);
+
+/// Returns the message about a file that is not found, if there is one, as `Cannot find file 'F', ...`.
+std::string missing_file(const std::string& errors);
+
+/// Returns the error of a process that ended without an image: kDisconnected (it crashed), kRefused (POV-Ray reports an
+/// error: file and line).
+/// @param wait_status as waitpid() returns it
+Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path);
+Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout);
+/// @param what the state that POV-Ray had not reached: "started", "finished"
+Error closed_error(const std::string& label, const char* what);
 
 }  // namespace twocone::sim_povray

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/povray/povray_answer.h"
+#include "drivers/sim_povray/render/povray/povray.h"
 
 #include <string.h>
 #include <sys/wait.h>
@@ -11,8 +11,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-
-#include "drivers/sim_povray/render/povray/povray.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -21,7 +21,6 @@
 
 #include "base/log.h"
 #include "base/unique_fd.h"
-#include "drivers/sim_povray/render/povray/povray_answer.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -236,7 +235,7 @@ void PovrayPool::turn(int wake_fd) {
   }
   check_time();
   hand_out();
-  forget_empty_groups();
+  std::erase_if(groups_, [](const auto& group) { return group->queue.empty() && group->workers.empty(); });
 }
 
 int PovrayPool::wait_ms() const {
@@ -373,10 +372,6 @@ void PovrayPool::drop(Group& group, std::size_t index) {
   group.workers.erase(worker);
   std::error_code ignored;  // the files go with the scratch folder
   std::filesystem::remove_all(folder, ignored);
-}
-
-void PovrayPool::forget_empty_groups() {
-  std::erase_if(groups_, [](const auto& group) { return group->queue.empty() && group->workers.empty(); });
 }
 
 }  // namespace twocone::sim_povray

@@ -77,22 +77,11 @@ std::string system_ini() {
 }
 
 std::vector<std::string> needed_to_run(const std::string& program) {
-  std::vector<std::string> paths{program,
-                                 "/lib",
-                                 "/lib32",
-                                 "/lib64",
-                                 "/usr/lib",
-                                 "/usr/lib32",
-                                 "/usr/lib64",
-                                 "/usr/local/lib",
-                                 "/etc/ld.so.cache",
-                                 "/etc/ld.so.preload",
-                                 "/etc/povray",
-                                 "/usr/local/etc/povray",
-                                 "/etc/fonts",
-                                 "/usr/share/povray-3.7",
-                                 "/usr/local/share/povray-3.7",
-                                 "/sys/devices/system/cpu"};
+  std::vector<std::string> paths{program};
+  paths.insert(paths.end(), {"/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64", "/usr/local/lib"});
+  paths.insert(paths.end(), {"/etc/ld.so.cache", "/etc/ld.so.preload", "/etc/povray", "/usr/local/etc/povray"});
+  paths.insert(paths.end(), {"/etc/fonts", "/usr/share/povray-3.7", "/usr/local/share/povray-3.7"});
+  paths.insert(paths.end(), {"/sys/devices/system/cpu"});
   paths.insert(paths.end(), kFonts.begin(), kFonts.end());
   for (const fs::path& folder : library_folders()) paths.push_back(folder.string());
   // For a POV-Ray that is installed somewhere else: PREFIX/bin/povray.
@@ -111,14 +100,13 @@ std::vector<std::string> needed_to_run(const std::string& program) {
   return paths;
 }
 
-SceneAccess::SceneAccess(const fs::path& scene, const std::vector<fs::path>& scene_paths)
-    : folder_(real(scene).parent_path()) {
+SceneAccess::SceneAccess(const fs::path& scene, const std::vector<fs::path>& scene_paths) {
   searched_.push_back(fs::absolute(scene).parent_path());
   for (fs::path& folder : library_folders()) searched_.push_back(std::move(folder));
   libraries_ = searched_.size() - 1;
-  if (scene_paths.empty()) readable_.push_back(folder_);
+  if (scene_paths.empty()) readable_.push_back(real(scene).parent_path().string());
   for (const fs::path& folder : scene_paths) {
-    readable_.push_back(real(folder));
+    readable_.push_back(real(folder).string());
     look_in(readable_.back());
   }
 }

@@ -19,7 +19,7 @@ class SceneAccess {
   /// fonts.
   [[nodiscard]] bool may_read(const std::filesystem::path& file) const;
   /// Returns the folders that are readable for the scene: real, absolute paths.
-  [[nodiscard]] const std::vector<std::filesystem::path>& readable() const { return readable_; }
+  [[nodiscard]] const std::vector<std::string>& readable() const { return readable_; }
 
   /// Returns where relative names are searched for, in POV-Ray's order: the scene's folder, POV-Ray's libraries,
   /// scene_paths, and the folders that look_in() added.
@@ -40,8 +40,7 @@ class SceneAccess {
   [[nodiscard]] static std::string refusal(const std::filesystem::path& file);
 
  private:
-  std::filesystem::path folder_;
-  std::vector<std::filesystem::path> readable_;
+  std::vector<std::string> readable_;
   std::vector<std::filesystem::path> searched_;
   std::size_t libraries_ = 0;  ///< their number in searched_, after the scene's folder
 };
