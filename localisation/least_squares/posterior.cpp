@@ -129,19 +129,19 @@ std::optional<Mode> only_mode(const Whitened& posterior) {
 
 }  // namespace
 
-Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> measurements, double widening) {
+Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
+                 std::span<const LandmarkMeasurement> measurements, double widening) {
   Posterior result;
   std::vector<Landmark> room(measurements.size());
   Frame frame;
   const int count = prepare(measurements, frame, room.data());
-  if (count == 0 || !(widening > 0) || !prior.mean.allFinite() || !is_covariance<3>(prior.covariance)) return result;
+  if (count == 0 || !(widening > 0) || !mean.allFinite() || !is_covariance<3>(covariance)) return result;
   const Problem problem = make_problem({room.data(), std::size_t(count)}, frame.rounding);
 
   const Eigen::Vector3d per_unit(1 / frame.unit_m, 1 / frame.unit_m, 1);
-  const Eigen::Matrix3d lower =
-      (per_unit.asDiagonal() * prior.covariance * per_unit.asDiagonal()).eval().llt().matrixL();
-  const Eigen::Vector2d place = (prior.mean.head<2>() - frame.origin_m) / frame.unit_m;
-  const Whitened posterior(problem, {place.x(), place.y(), prior.mean.z()}, lower, widening);
+  const Eigen::Matrix3d lower = (per_unit.asDiagonal() * covariance * per_unit.asDiagonal()).eval().llt().matrixL();
+  const Eigen::Vector2d place = (mean.head<2>() - frame.origin_m) / frame.unit_m;
+  const Whitened posterior(problem, {place.x(), place.y(), mean.z()}, lower, widening);
   result.kind = Posterior::Kind::kNotGaussian;
   const auto mode = only_mode(posterior);
   if (!mode) return result;
@@ -159,8 +159,8 @@ Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> mea
   const Eigen::Vector3d unit = per_unit.cwiseInverse();
   const Eigen::Matrix3d root = unit.asDiagonal() * lower * axes;
   result.kind = Posterior::Kind::kGaussian;
-  result.pose.mean = prior.mean + unit.cwiseProduct(lower * mode->z);
-  result.pose.covariance = root * root.transpose();
+  result.mean = mean + unit.cwiseProduct(lower * mode->z);
+  result.covariance = root * root.transpose();
   return result;
 }
 
