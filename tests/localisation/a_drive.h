@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include <gtest/gtest.h>
+
 #include "localisation/pose_filter.h"
 
 namespace twocone::localisation {
@@ -15,6 +17,23 @@ inline constexpr OdometryNoise kNoise{.slip = 0.01, .correlation_s = 2, .angle_r
 inline constexpr double kStep_s = 1 / 15.0;
 inline constexpr double kFixSigma_m = 0.001;
 inline constexpr double kFixSigma_rad = 0.0005;
+
+inline Fix fix_at(const Pose& pose, const Eigen::Matrix3d& covariance) {
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(pose.x_m, pose.y_m);
+  fix.heading_rad = pose.heading_rad;
+  fix.covariance = covariance;
+  return fix;
+}
+
+/// A filter that has started with such a fix, with the wheels at 0.
+inline PoseFilter filter_at(const Pose& pose, const Eigen::Matrix3d& covariance, const OdometryNoise& noise = kNoise) {
+  PoseFilter filter(kWheels, noise);
+  filter.predict(0, 0, 0);
+  EXPECT_EQ(filter.correct(fix_at(pose, covariance)), FixUse::kStarted);
+  return filter;
+}
 
 /// A robot that drives curves, with the slip and readings that the filter assumes. Its arc is cut into short straight
 /// pieces, so that it shares nothing with the arc under test.

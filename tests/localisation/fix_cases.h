@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 #include <vector>
 
 #include "localisation/least_squares_fix.h"
 
 namespace twocone::localisation {
+
+/// Number of draws: the variable TWOCONE_CASES, or the usual number.
+inline int cases(int usual) {
+  const char* const asked = std::getenv("TWOCONE_CASES");
+  return asked != nullptr ? std::max(1, std::atoi(asked)) : usual;
+}
 
 /// A room of landmarks and a pose in it, with the noise of ranges and bearings.
 struct FixCase {

@@ -3,7 +3,6 @@
 // TWOCONE_CASES: number of rooms of each kind; the default is small.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -190,11 +189,6 @@ constexpr double kRivalIs = 27;
 /// Both searches compute chi-squared of residuals that are accurate to 1e-12 of 6 m, over sigmas of 1 mm and more.
 constexpr double kChiSquaredRounding = 1e-6;
 
-int rooms() {
-  const char* const cases = std::getenv("TWOCONE_CASES");
-  return cases ? std::max(1, std::atoi(cases)) : 8;
-}
-
 struct Mixed {
   const char* name;
   int both;
@@ -245,7 +239,8 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
   std::mt19937_64 random(17);
   int verdicts[6] = {};
   int hidden = 0, not_global = 0, without_rival = 0;
-  for (int i = 0; i < rooms(); ++i) {
+  const int rooms = cases(8);
+  for (int i = 0; i < rooms; ++i) {
     const auto room = draw_room(GetParam(), random);
     const Fix fix = fix_by_least_squares(room);
     ++verdicts[int(fix.verdict)];
@@ -289,12 +284,12 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
   std::printf(
       "%s: %d rooms: %d ok, %d ambiguous, %d weak, %d too_few, %d contradictory; ok with a rival %d, not the "
       "global minimum %d, ambiguous without a rival %d\n",
-      GetParam().name, rooms(), verdicts[int(FixVerdict::kOk)], verdicts[int(FixVerdict::kAmbiguous)],
+      GetParam().name, rooms, verdicts[int(FixVerdict::kOk)], verdicts[int(FixVerdict::kAmbiguous)],
       verdicts[int(FixVerdict::kWeak)], verdicts[int(FixVerdict::kTooFew)], verdicts[int(FixVerdict::kContradictory)],
       hidden, not_global, without_rival);
   // Rooms without an answer prove nothing. One range and two bearings with the coarsest sigmas are weak in a third of
   // the rooms.
-  EXPECT_GE(verdicts[int(FixVerdict::kOk)] + verdicts[int(FixVerdict::kAmbiguous)], rooms() / 2);
+  EXPECT_GE(verdicts[int(FixVerdict::kOk)] + verdicts[int(FixVerdict::kAmbiguous)], rooms / 2);
 }
 
 TEST(FixRivalsByName, TheRivalOfOneRangeAndThreeBearings) {

@@ -13,6 +13,7 @@
 #include <Eigen/LU>
 
 #include "tests/localisation/a_drive.h"
+#include "tests/support/error_of.h"
 #include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
@@ -32,6 +33,16 @@ double position_distance2(const Drive& drive, const PoseEstimate& e) {
 }
 
 PoseFilter new_filter() { return {kWheels, kNoise}; }
+
+PoseFilter after_frames(Drive& drive, int frames) {
+  PoseFilter filter = new_filter();
+  for (int i = 0; i < frames; ++i) {
+    if (i > 0) drive.step();
+    drive.report_readings(filter);
+    filter.correct(drive.fix());
+  }
+  return filter;
+}
 
 TEST(PoseFilter, BeatsTheFixes) {
   double fixes2 = 0;
@@ -71,12 +82,7 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
   double blind_mm = 0;
   for (int run = 0; run < kRuns; ++run) {
     Drive drive(1000 + std::uint64_t(run));
-    PoseFilter filter = new_filter();
-    for (int i = 0; i < 30; ++i) {
-      if (i > 0) drive.step();
-      drive.report_readings(filter);
-      filter.correct(drive.fix());
-    }
+    PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 75; ++i) {
       drive.step();
       drive.report_readings(filter);
@@ -102,12 +108,7 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
 TEST(PoseFilter, ACarriedRobotIsFoundWithThreeFixesAndNotBelievedMeanwhile) {
   for (int run = 0; run < 100; ++run) {
     Drive drive(3000 + std::uint64_t(run));
-    PoseFilter filter = new_filter();
-    for (int i = 0; i < 60; ++i) {
-      if (i > 0) drive.step();
-      drive.report_readings(filter);
-      filter.correct(drive.fix());
-    }
+    PoseFilter filter = after_frames(drive, 60);
     drive.carry({1.7 - 0.03 * run, 0.9, -2.1 + 0.04 * run});
     for (int fixes = 1; fixes <= 10; ++fixes) {
       drive.step();
@@ -140,16 +141,6 @@ TEST(PoseFilter, AWrongFixIsNotTakenAndNotAgainstTheNext) {
 Fix of_pair(Fix fix) {
   fix.degrees_of_freedom = 1;
   return fix;
-}
-
-PoseFilter after_frames(Drive& drive, int frames) {
-  PoseFilter filter = new_filter();
-  for (int i = 0; i < frames; ++i) {
-    if (i > 0) drive.step();
-    drive.report_readings(filter);
-    filter.correct(drive.fix());
-  }
-  return filter;
 }
 
 // Catches a track that follows two landmarks in mirrored images: they agree with each other as long as the robot
@@ -353,11 +344,7 @@ TEST(PoseFilter, NoTimeAndNoMotion) {
 
 TEST(PoseFilter, GoesTheWayOfOdometryWithoutFixes) {
   PoseFilter filter = new_filter();
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0.7, -0.4);
-  fix.heading_rad = 2.9;
-  fix.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal();
+  const Fix fix = fix_at({0.7, -0.4, 2.9}, 1e-6 * Eigen::Matrix3d::Identity());
   Odometry odometry(kWheels, {0.7, -0.4, 2.9});
   for (int i = 0; i <= 300; ++i) {
     const double left = 0.31 * i + std::sin(0.1 * i);
@@ -399,24 +386,12 @@ TEST(PoseFilter, SaysNothingBeforeTheFirstFixAndStartsFromNothingLess) {
 }
 
 /// A filter that tracks at (0, 0, 0) with the sigmas 0.1 m, 0.1 m, 0.1 rad.
-PoseFilter vague_filter() {
-  PoseFilter filter = new_filter();
-  filter.predict(0, 0, 0);
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0, 0);
-  fix.heading_rad = 0;
-  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
-  filter.correct(fix);
-  return filter;
-}
+PoseFilter vague_filter() { return filter_at({}, 0.01 * Eigen::Matrix3d::Identity()); }
 
 TEST(PoseFilter, AFixWithoutHeadingUpdatesThePositionOnly) {
   PoseFilter filter = vague_filter();
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0.1, -0.05);
-  fix.covariance = Eigen::Vector3d(0.01, 0.01, 0).asDiagonal();
+  Fix fix = fix_at({0.1, -0.05, 0}, Eigen::Vector3d(0.01, 0.01, 0).asDiagonal());
+  fix.heading_rad.reset();
   filter.correct(fix);
   const PoseEstimate e = *filter.estimate();
   EXPECT_NEAR(e.pose.x_m, 0.05, 4 * kEps) << "equal sigmas: the middle";
@@ -427,27 +402,17 @@ TEST(PoseFilter, AFixWithoutHeadingUpdatesThePositionOnly) {
 }
 
 TEST(PoseFilter, HeadingsEitherSideOfPiAreNeighbours) {
-  PoseFilter filter = new_filter();
-  filter.predict(0, 0, 0);
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0, 0);
-  fix.heading_rad = std::numbers::pi - 0.03;
-  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
-  filter.correct(fix);
-  fix.heading_rad = 0.05 - std::numbers::pi;
-  filter.correct(fix);
+  PoseFilter filter = filter_at({0, 0, std::numbers::pi - 0.03}, 0.01 * Eigen::Matrix3d::Identity());
+  filter.correct(fix_at({0, 0, 0.05 - std::numbers::pi}, 0.01 * Eigen::Matrix3d::Identity()));
   EXPECT_EQ(filter.state(), FilterState::kTracking);
   EXPECT_NEAR(filter.estimate()->pose.heading_rad, 0.01 - std::numbers::pi, 8 * kEps) << "the middle";
 }
 
 TEST(PoseFilter, OfAnAmbiguousFixTheAnswerThatIsExpectedIsTaken) {
-  Fix fix;
+  Fix fix = fix_at({3, 2, 2}, 0.01 * Eigen::Matrix3d::Identity());
   fix.verdict = FixVerdict::kAmbiguous;
-  fix.position_m = Eigen::Vector2d(3, 2);
   fix.other_position_m = Eigen::Vector2d(0.1, 0);
-  fix.covariance = fix.other_covariance = 0.01 * Eigen::Matrix3d::Identity();
-  fix.heading_rad = 2;
+  fix.other_covariance = fix.covariance;
   fix.other_heading_rad = 0;
   PoseFilter filter = vague_filter();
   filter.correct(fix);
@@ -473,13 +438,11 @@ TEST(PoseFilter, RefusesWhatIsNoRobotAndNoReading) {
   EXPECT_THROW(PoseFilter(kWheels, {.slip = -0.01}), std::invalid_argument);
   EXPECT_THROW(PoseFilter(kWheels, {.correlation_s = 0}), std::invalid_argument);
   EXPECT_THROW(PoseFilter(kWheels, {.angle_rad = 0}), std::invalid_argument);
-  try {
+  const std::string error = testing_support::error_of<std::invalid_argument>([] {
     PoseFilter({-1, 0.3}, {.slip = 0.01, .correlation_s = 2, .angle_rad = kNaN});
-    FAIL();
-  } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find("radius_m is -1"), std::string::npos) << e.what();
-    EXPECT_NE(std::string(e.what()).find("angle_rad is nan"), std::string::npos) << e.what();
-  }
+  });
+  EXPECT_NE(error.find("radius_m is -1"), std::string::npos) << error;
+  EXPECT_NE(error.find("angle_rad is nan"), std::string::npos) << error;
   PoseFilter filter = new_filter();
   EXPECT_THROW(filter.predict(kNaN, 0, 0), std::invalid_argument);
   EXPECT_THROW(filter.predict(0, kNaN, 0), std::invalid_argument);

@@ -4,7 +4,6 @@
 // TWOCONE_CASES=N: number of draws instead of some hundred.
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -13,8 +12,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "localisation/least_squares_fix.h"
 #include "tests/localisation/a_drive.h"
+#include "tests/localisation/fix_cases.h"
 
 namespace twocone::localisation {
 namespace {
@@ -22,23 +21,6 @@ namespace {
 /// Values that chi-squared of three numbers exceeds in half, and in 0.1 %, of all cases.
 constexpr double kHalf = 2.366;
 constexpr double kAllButAThousandth = 16.266;
-
-int cases() {
-  const char* text = std::getenv("TWOCONE_CASES");
-  return text == nullptr ? 400 : std::atoi(text);
-}
-
-PoseFilter filter_at(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
-  PoseFilter filter(kWheels, kNoise);
-  filter.predict(0, 0, 0);
-  Fix start;
-  start.verdict = FixVerdict::kOk;
-  start.position_m = mean.head<2>();
-  start.heading_rad = mean.z();
-  start.covariance = covariance;
-  EXPECT_EQ(filter.correct(start), FixUse::kStarted);
-  return filter;
-}
 
 LandmarkMeasurement range_to(double x_m, double y_m, double range_m, double sigma_m) {
   LandmarkMeasurement m;
@@ -120,7 +102,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   double before2 = 0;
   double after2 = 0;
   int weak = 0;
-  const int wanted = cases();
+  const int wanted = cases(400);
   while (weak < wanted) {
     const auto [mean, covariance] = draw.prior();
     const Eigen::Matrix3d root = covariance.llt().matrixL();
@@ -128,7 +110,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
     const Fix fix = fix_by_least_squares(draw.group(truth));
     if (fix.verdict != FixVerdict::kWeak) continue;
     ++weak;
-    PoseFilter filter = filter_at(mean, covariance);
+    PoseFilter filter = filter_at({mean.x(), mean.y(), mean.z()}, covariance);
     const FixUse use = filter.correct(fix);
     ++uses[int(use)];
     if (use != FixUse::kTaken) continue;
@@ -162,7 +144,7 @@ TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
   const Eigen::Vector3d truth(5, 0, 0);
   for (const double sigma_m : {0.3, 0.1, 0.03, 0.01}) {
     const Eigen::Matrix3d prior = Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, 0.01).asDiagonal();
-    PoseFilter filter = filter_at(truth, prior);
+    PoseFilter filter = filter_at({truth.x(), truth.y(), truth.z()}, prior);
     const FixUse use = filter.correct(fix);
     EXPECT_LT(distance2(truth, *filter.estimate()), kAllButAThousandth) << sigma_m;
     if (sigma_m > 0.1) continue;  // beyond this, the arc leaves its ellipse
@@ -176,7 +158,7 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
   fix.measurements = {range_to(1e6 + 0.1, 0, 1e6, 0.1)};
-  PoseFilter filter = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  PoseFilter filter = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(filter.correct(fix), FixUse::kTaken);
   const PoseEstimate e = *filter.estimate();
   constexpr double kRounding = 1e-8;  // some roundings of 1e6 m
@@ -187,12 +169,12 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   EXPECT_NEAR(e.covariance(2, 2), 0.01, kRounding);
 
   fix.widening = 3;  // the range then has a sigma of 0.17 m
-  PoseFilter wide = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  PoseFilter wide = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(wide.correct(fix), FixUse::kTaken);
   EXPECT_NEAR(wide.estimate()->pose.x_m, 0.025, kRounding);
 
   fix.measurements = {range_to(1e6 + 1, 0, 1e6, 0.01)};
-  PoseFilter far = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  PoseFilter far = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(far.correct(fix), FixUse::kUnexpected) << "10 sigmas off";
   EXPECT_EQ(far.estimate()->pose.x_m, 0);
   fix.measurements.clear();
@@ -214,7 +196,7 @@ TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
 
 // Catches a filter that would be better without weak fixes.
 TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
-  const int runs = std::max(20, cases() / 50);
+  const int runs = std::max(20, cases(400) / 50);
   constexpr int kFrames = 150;  // 10 s
   double with2 = 0;
   double without2 = 0;

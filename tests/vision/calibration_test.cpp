@@ -14,6 +14,7 @@
 #include <Eigen/Geometry>
 #include <boost/math/distributions/chi_squared.hpp>
 
+#include "tests/support/error_of.h"
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
@@ -367,26 +368,19 @@ TEST(Calibration, FindsLensDistortionWhenAsked) {
 
 TEST(Calibration, RefusesBadArguments) {
   const DriveSettings world;
-  const auto message = [](const CalibrationProblem& problem) -> std::string {
-    try {
-      (void)calibrate(problem);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "nothing thrown";
-  };
   CalibrationProblem problem = problem_of(world);
+  const auto message = [&] { return testing_support::error_of<std::invalid_argument>([&] { calibrate(problem); }); };
   problem.frames[2].sightings[0].landmark = 6;
   problem.frames[1].sightings[0].sighting.covariance_px2(0, 0) = -1;
   problem.priors.tilt_rad = 0;
   problem.wheels->radius_m = std::nan("");
   for (const char* part :
        {"frame 2 has a sighting of landmark 6, there are 6", "frame 1", "prior's sigma is 0", "wheels"}) {
-    EXPECT_THAT(message(problem), HasSubstr(part));
+    EXPECT_THAT(message(), HasSubstr(part));
   }
   problem = problem_of(world);
   std::swap(problem.frames[3].wheels.front(), problem.frames[3].wheels.back());
-  EXPECT_THAT(message(problem), HasSubstr("run backwards"));
+  EXPECT_THAT(message(), HasSubstr("run backwards"));
 }
 
 /// An unknown motion between two frames (two joined runs) is not used.

@@ -5,16 +5,20 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
 #include "tests/support/special_doubles.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
 namespace {
 
+using twocone::testing_support::error_of;
 using twocone::testing_support::kInf;
 using twocone::testing_support::kNaN;
 
@@ -169,15 +173,10 @@ TEST(MirrorView, NamesEveryBadSetting) {
   s.cone.apex_rad = 4;
   s.cone.rim_radius_m = 0;
   s.rim_radius_px = kNaN;
-  try {
-    MirrorView view(s);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find("cone.apex_rad is 4"), std::string::npos) << text;
-    EXPECT_NE(text.find("cone.rim_radius_m is 0"), std::string::npos) << text;
-    EXPECT_NE(text.find("rim_radius_px is nan"), std::string::npos) << text;
-  }
+  const std::string text = error_of<std::invalid_argument>([&s] { MirrorView view(s); });
+  EXPECT_NE(text.find("cone.apex_rad is 4"), std::string::npos) << text;
+  EXPECT_NE(text.find("cone.rim_radius_m is 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("rim_radius_px is nan"), std::string::npos) << text;
 }
 
 const Eigen::Vector2d kFocal_px(701.3, 698.9);

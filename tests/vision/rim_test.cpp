@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/vision/lab_rig.h"
+
 namespace twocone::vision {
 namespace {
 
@@ -118,11 +120,6 @@ TEST(FindRim, RefusesWhatIsNoImageOrNoCircle) {
   EXPECT_THROW((void)find_rim(cv::Mat(10, 10, CV_8UC3), {{5, 5}, 0, 0}), std::invalid_argument);
 }
 
-std::uint8_t coded(double linear) {
-  return std::uint8_t(
-      std::lround(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055)));
-}
-
 struct Drawing {
   Eigen::Vector2d tip{160.37, 118.81};
   double rim_px = 97.43;
@@ -144,7 +141,7 @@ cv::Mat draw(const Drawing& d) {
         const double mirror = 0.2 + (std::sin(8 * angle) + 0.3 * std::sin(3 * angle) > 0 ? 0.15 : 0);
         sum += from.norm() < d.rim_px ? mirror : d.black_outside && from.norm() > d.rim_px + 6 ? 0 : 0.7;
       }
-      const std::uint8_t grey = coded(sum / (d.rays * d.rays));
+      const auto grey = std::uint8_t(std::lround(coded(sum / (d.rays * d.rays))));
       rgb.at<cv::Vec3b>(row, column) = {grey, grey, grey};
     }
   }
