@@ -121,12 +121,7 @@ void expect_found(const CalibrationResult& result, const DriveSettings& world) {
   }
 }
 
-DriveSettings planted_world() {
-  DriveSettings world;
-  world.rig = planted_rig();
-  world.left_wheel_m = world.right_wheel_m = 0.0505;
-  return world;
-}
+DriveSettings planted_world() { return {.rig = planted_rig(), .left_wheel_m = 0.0505, .right_wheel_m = 0.0505}; }
 
 TEST(Calibration, FindsEachPlantedErrorWithinThreeSigmas) {
   const DriveSettings world = planted_world();
@@ -232,9 +227,8 @@ TEST(Calibration, SigmasAreTrueOverManySeeds) {
 /// Both views of a perfect rig: the start poses need no adjustment. The bundle forgives a start that is far off, so
 /// only this test sees its formula.
 TEST(CalibrationStart, PosesAreTheTruthWhereNothingIsWrong) {
-  DriveSettings world;
-  world.noise_px = 0;
-  world.every_s = 0.5;  // a whole number of the drive's steps, and no rounding
+  // The time between frames is a whole number of the drive's steps, and has no rounding.
+  const DriveSettings world{.noise_px = 0, .every_s = 0.5};
   const CalibrationProblem problem = problem_of(world);
   const calibration::Bundle bundle = calibration::bundle_of(problem);
   ASSERT_EQ(bundle.start.poses.size(), problem.frames.size());
@@ -341,8 +335,7 @@ TEST(Calibration, RefusesProblemsThatDetermineNothing) {
 
 /// A map with exchanged landmarks fits no views: the answer is no numbers rather than wrong ones.
 TEST(Calibration, RefusesAMapThatContradictsTheViews) {
-  DriveSettings world;
-  world.duration_s = 12;
+  const DriveSettings world{.duration_s = 12};
   CalibrationProblem problem = problem_of(world);
   for (Landmark& l : problem.landmarks) l.x_m *= -1;  // mirrored
   const CalibrationResult result = calibrate(problem);
@@ -352,9 +345,8 @@ TEST(Calibration, RefusesAMapThatContradictsTheViews) {
 TEST(Calibration, FindsLensDistortionWhenAsked) {
   DriveSettings world;
   MirrorViewSettings lower = lab_view(0.25);
-  MirrorViewSettings upper = lab_view(0.55);
   lower.distortion = LensDistortion{{-0.12, 0.03, 0, 0}, {708, 708}, {319.5, 239.5}};
-  world.rig = {MirrorView(lower), MirrorView(upper)};
+  world.rig.lower = MirrorView(lower);
   CalibrationProblem problem = problem_of(world);
   problem.fit_distortion = true;
   const CalibrationResult result = calibrate(problem);

@@ -160,9 +160,7 @@ std::vector<cv::Mat> turning(Drawing d, int count) {
 TEST(RigCircles, RimIsFoundWithinItsSigmas) {
   for (const int rays : {1, 4}) {
     for (const bool black : {false, true}) {
-      Drawing d;
-      d.rays = rays;
-      d.black_outside = black;
+      const Drawing d{.rays = rays, .black_outside = black};
       const auto images = turning(d, 9);
       const auto rim = measure_rim(median_image(images), {{162.5, 117}, 95, 0});
       ASSERT_TRUE(rim) << rays << black;
@@ -181,8 +179,7 @@ TEST(RigCircles, NoRimInAnEvenImage) {
 
 TEST(RigCircles, TipIsWhereUprightEdgesMeet) {
   for (const int rays : {1, 4}) {
-    Drawing d;
-    d.rays = rays;
+    const Drawing d{.rays = rays};
     const auto tip = measure_tip(turning(d, 9), {162.4, 117.1}, 30);
     ASSERT_TRUE(tip) << rays;
     EXPECT_NEAR(tip->centre_px.x(), d.tip.x(), 3 * tip->sigma_px) << rays;
