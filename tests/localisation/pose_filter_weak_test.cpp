@@ -22,14 +22,6 @@ namespace {
 constexpr double kHalf = 2.366;
 constexpr double kAllButAThousandth = 16.266;
 
-LandmarkMeasurement range_to(double x_m, double y_m, double range_m, double sigma_m) {
-  LandmarkMeasurement m;
-  m.landmark_m = {x_m, y_m};
-  m.range_m = range_m;
-  m.covariance(0, 0) = sigma_m * sigma_m;
-  return m;
-}
-
 double distance2(const Eigen::Vector3d& truth, const PoseEstimate& e) {
   const Eigen::Vector3d error(e.pose.x_m - truth.x(), e.pose.y_m - truth.y(),
                               wrap_angle_rad(e.pose.heading_rad - truth.z()));
@@ -65,7 +57,7 @@ class Draw {
         place += spacing_m * Eigen::Vector2d(normal(), normal());
       }
       const Eigen::Vector2d to = place - truth.head<2>();
-      LandmarkMeasurement m = range_to(place.x(), place.y(), std::max(0.0, to.norm() + sigma_m * normal()), sigma_m);
+      LandmarkMeasurement m = ranged(place.x(), place.y(), std::max(0.0, to.norm() + sigma_m * normal()), sigma_m);
       if (bearings == 2 || (bearings == 1 && i == 0)) {
         m.bearing_rad = wrap_angle_rad(std::atan2(to.y(), to.x()) - truth.z() + sigma_rad * normal());
         m.covariance(1, 1) = sigma_rad * sigma_rad;
@@ -136,8 +128,8 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
 // The filter's sigma is 0.3 m where three ranges determine an arc of 5 m. The tangent at the fix's own place, 1.3 m
 // along the arc, is 0.17 m off here.
 TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
-  const std::vector<LandmarkMeasurement> ranges{range_to(0, 0, 5, 0.01), range_to(0.1, 0, 4.9, 0.01),
-                                                range_to(0, 0.1, std::hypot(5, 0.1) - 0.0136, 0.01)};
+  const std::vector<LandmarkMeasurement> ranges{ranged(0, 0, 5, 0.01), ranged(0.1, 0, 4.9, 0.01),
+                                                ranged(0, 0.1, std::hypot(5, 0.1) - 0.0136, 0.01)};
   const Fix fix = fix_by_least_squares(ranges);
   ASSERT_EQ(fix.verdict, FixVerdict::kWeak);
   ASSERT_EQ(fix.measurements.size(), 3U);
@@ -157,7 +149,7 @@ TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
 TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
-  fix.measurements = {range_to(1e6 + 0.1, 0, 1e6, 0.1)};
+  fix.measurements = {ranged(1e6 + 0.1, 0, 1e6, 0.1)};
   PoseFilter filter = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(filter.correct(fix), FixUse::kTaken);
   const PoseEstimate e = *filter.estimate();
@@ -173,7 +165,7 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   EXPECT_EQ(wide.correct(fix), FixUse::kTaken);
   EXPECT_NEAR(wide.estimate()->pose.x_m, 0.025, kRounding);
 
-  fix.measurements = {range_to(1e6 + 1, 0, 1e6, 0.01)};
+  fix.measurements = {ranged(1e6 + 1, 0, 1e6, 0.01)};
   PoseFilter far = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(far.correct(fix), FixUse::kUnexpected) << "10 sigmas off";
   EXPECT_EQ(far.estimate()->pose.x_m, 0);
@@ -186,7 +178,7 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
 TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
-  fix.measurements = {range_to(-2, 0, std::hypot(2, 0.3), 0.01), range_to(2, 0, std::hypot(2, 0.3), 0.01)};
+  fix.measurements = {ranged(-2, 0, std::hypot(2, 0.3), 0.01), ranged(2, 0, std::hypot(2, 0.3), 0.01)};
   PoseFilter vague = filter_at({0, 0.05, 0}, Eigen::Vector3d(0.09, 0.09, 0.01).asDiagonal());
   EXPECT_EQ(vague.correct(fix), FixUse::kNotGaussian);
   PoseFilter sure = filter_at({0, 0.25, 0}, Eigen::Vector3d(0.0025, 0.0025, 0.01).asDiagonal());
@@ -220,7 +212,7 @@ TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
       const Pose& at = drive.truth();
       std::vector<LandmarkMeasurement> ranges;
       for (const auto& [x_m, y_m] : {std::pair{3.0, 2.0}, {3.1, 2.0}, {3.0, 2.1}}) {
-        ranges.push_back(range_to(x_m, y_m, std::hypot(x_m - at.x_m, y_m - at.y_m) + 0.005 * draw.normal(), 0.005));
+        ranges.push_back(ranged(x_m, y_m, std::hypot(x_m - at.x_m, y_m - at.y_m) + 0.005 * draw.normal(), 0.005));
       }
       const Fix fix = fix_by_least_squares(ranges);
       if (fix.verdict == FixVerdict::kWeak) taken += with.correct(fix) == FixUse::kTaken;
