@@ -58,11 +58,10 @@ class Whitened {
   }
   /// Linearises the measurements about z, as (rows, right side). @returns cost(z)
   double linearise(const Eigen::Vector3d& z, Eigen::Matrix3d& rows, Eigen::Vector3d& right) const {
-    Factor f;
-    const double measured = least_squares::linearise(problem_, at(z), 0, f);
-    rows = f.r * lower_ / root_;
-    right = f.q / root_;
-    return measured / (root_ * root_) + z.squaredNorm();
+    const Minimum here = least_squares::linearise(problem_, at(z), 0);
+    rows = here.factor.r * lower_ / root_;
+    right = here.factor.q / root_;
+    return here.cost / (root_ * root_) + z.squaredNorm();
   }
 
  private:
