@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
-#include <vector>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>

@@ -10,7 +10,6 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 #include "tests/localisation/a_drive.h"
 #include "tests/localisation/fix_cases.h"

@@ -6,7 +6,6 @@
 #include <random>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -2,7 +2,6 @@
 // Noise, transfer and sharpness of images in which all are known.
 #include "vision/image_quality.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
