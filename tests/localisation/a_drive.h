@@ -44,7 +44,7 @@ class Drive {
   }
 
   /// Moves one frame on, at wheel speeds that make wide curves to either side.
-  void step(double left_radps, double right_radps) {
+  Drive& step(double left_radps, double right_radps) {
     t_s_ += kStep_s;
     const double kept = std::exp(-kStep_s / kNoise.correlation_s);
     const double left = left_radps * kStep_s;
@@ -62,8 +62,9 @@ class Drive {
     wheel_rad_[1] += right;
     for (double& s : slip_) s = kept * s + std::sqrt(1 - kept * kept) * kNoise.slip * normal_(random_);
     read();
+    return *this;
   }
-  void step() { step(6 + 2 * std::sin(0.7 * t_s_), 6 + 2 * std::sin(0.9 * t_s_ + 1)); }
+  Drive& step() { return step(6 + 2 * std::sin(0.7 * t_s_), 6 + 2 * std::sin(0.9 * t_s_ + 1)); }
 
   Fix fix() {
     Fix f;

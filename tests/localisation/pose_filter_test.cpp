@@ -84,16 +84,14 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
     Drive drive(1000 + std::uint64_t(run));
     PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 75; ++i) {
-      drive.step();
-      drive.report_readings(filter);
+      drive.step().report_readings(filter);
       filter.correct(Fix());  // too few
     }
     EXPECT_EQ(filter.state(), FilterState::kTracking);
     inside += position_distance2(drive, *filter.estimate()) < 5.991;
     pose_inside += distance2(drive, *filter.estimate()) < 7.815;
     blind_mm += 1e3 * drive.error(filter.estimate()->pose).head<2>().norm() / kRuns;
-    drive.step();
-    drive.report_readings(filter);
+    drive.step().report_readings(filter);
     filter.correct(drive.fix());
     ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run;
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "exp(-5.3^2 / 2) = 1e-6";
@@ -111,8 +109,7 @@ TEST(PoseFilter, ACarriedRobotIsFoundWithThreeFixesAndNotBelievedMeanwhile) {
     PoseFilter filter = after_frames(drive, 60);
     drive.carry({1.7 - 0.03 * run, 0.9, -2.1 + 0.04 * run});
     for (int fixes = 1; fixes <= 10; ++fixes) {
-      drive.step();
-      drive.report_readings(filter);
+      drive.step().report_readings(filter);
       filter.correct(drive.fix());
       EXPECT_EQ(filter.state(), fixes < PoseFilter::kRelocateAfter ? FilterState::kLost : FilterState::kTracking)
           << "run " << run << " fix " << fixes;
@@ -150,8 +147,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
     Drive drive(51);
     PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 60; ++i) {
-      drive.step(speed_radps, speed_radps);
-      drive.report_readings(filter);
+      drive.step(speed_radps, speed_radps).report_readings(filter);
       Fix mirrored = of_pair(drive.fix());
       mirrored.position_m->x() = 1 - mirrored.position_m->x();
       mirrored.heading_rad = wrap_angle_rad(std::numbers::pi - *mirrored.heading_rad);
@@ -159,8 +155,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
       EXPECT_EQ(filter.state(), FilterState::kLost);
     }
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 0.05) << "odometry went on";
-    drive.step();
-    drive.report_readings(filter);
+    drive.step().report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kTaken) << "a pair that is expected is as good as ever";
     EXPECT_EQ(filter.state(), FilterState::kTracking);
   }
@@ -172,14 +167,12 @@ TEST(PoseFilter, ACarriedRobotIsFoundByPairsOnceItTurns) {
   PoseFilter filter = after_frames(drive, 30);
   drive.carry({1.1, 0.9, -2.1});
   for (int i = 0; i < 5; ++i) {
-    drive.step(5, 5);
-    drive.report_readings(filter);
+    drive.step(5, 5).report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kUnexpected) << "straight on";
   }
   FixUse use = FixUse::kUnexpected;
   for (int i = 0; i < 3 && use != FixUse::kRelocated; ++i) {
-    drive.step(3, 5);
-    drive.report_readings(filter);
+    drive.step(3, 5).report_readings(filter);
     use = filter.correct(of_pair(drive.fix()));
   }
   EXPECT_EQ(use, FixUse::kRelocated);
@@ -188,8 +181,7 @@ TEST(PoseFilter, ACarriedRobotIsFoundByPairsOnceItTurns) {
   // Three landmarks check themselves: three such fixes find a robot that stands still.
   drive.carry({-1.1, 0.2, 1.1});
   for (int i = 1; i <= PoseFilter::kRelocateAfter; ++i) {
-    drive.step(0, 0);
-    drive.report_readings(filter);
+    drive.step(0, 0).report_readings(filter);
     use = filter.correct(drive.fix());
     EXPECT_EQ(use, i < PoseFilter::kRelocateAfter ? FixUse::kUnexpected : FixUse::kRelocated);
   }
