@@ -20,9 +20,7 @@ namespace {
 
 /// A local minimum of chi-squared.
 struct FoundMinimum {
-  double x_m;
-  double y_m;
-  double heading_rad;
+  Eigen::Vector3d pose;  ///< x m, y m, heading rad
   double chi_squared;
 };
 
@@ -115,7 +113,7 @@ Eigen::Vector3d go_down(const std::vector<LandmarkMeasurement>& all, Eigen::Vect
 /// The slope over the root of the curvature, in sigmas: the distance of a state from the minimum of the local parabola.
 /// Negative where the curvature is not positive.
 double sigmas_from_minimum(const std::vector<LandmarkMeasurement>& measurements, const FoundMinimum& at) {
-  const Model model = model_at(measurements, {at.x_m, at.y_m, at.heading_rad});
+  const Model model = model_at(measurements, at.pose);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(model.hessian);
   if (cholesky.info() != Eigen::Success) return -1;
   return cholesky.matrixL().solve(model.slope).norm();
@@ -137,16 +135,14 @@ std::vector<FoundMinimum> find_all_minima(const std::vector<LandmarkMeasurement>
       if (cholesky.info() != Eigen::Success) return;
       pose -= cholesky.solve(model.slope);
     }
-    const FoundMinimum m{pose.x(), pose.y(), wrapped(pose.z()), cost_of(measurements, pose)};
+    const FoundMinimum m{{pose.x(), pose.y(), wrapped(pose.z())}, cost_of(measurements, pose)};
     constexpr double kConverged = 1e-5;  // sigmas
     const double left = sigmas_from_minimum(measurements, m);
     if (!(left >= 0 && left < kConverged) || is_on_landmark(measurements, pose)) return;
     for (const FoundMinimum& known : found) {
       constexpr double kSame = 1e-6;  // m and rad; sigmas are 1,000 times as large
-      if (std::hypot(known.x_m - m.x_m, known.y_m - m.y_m) + std::abs(wrapped(known.heading_rad - m.heading_rad)) <
-          kSame) {
-        return;
-      }
+      const Eigen::Vector3d apart = known.pose - m.pose;
+      if (std::hypot(apart.x(), apart.y()) + std::abs(wrapped(apart.z())) < kSame) return;
     }
     found.push_back(m);
   };
@@ -249,17 +245,20 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
     const auto what = [&] {
       std::string text = "room " + std::to_string(i) + " of " + GetParam().name + ":" + print(room);
       for (const auto& m : minima) {
-        text += "\n  " + std::to_string(m.x_m) + " " + std::to_string(m.y_m) + " " + std::to_string(m.heading_rad) +
-                " chi2 " + std::to_string(m.chi_squared);
+        text += "\n  " + std::to_string(m.pose.x()) + " " + std::to_string(m.pose.y()) + " " +
+                std::to_string(m.pose.z()) + " chi2 " + std::to_string(m.chi_squared);
         if (m.chi_squared > minima.front().chi_squared + 100) break;
       }
       return text;
     };
-    const FoundMinimum own{fix.position_m->x(), fix.position_m->y(), *fix.heading_rad,
-                           cost_of(room, {fix.position_m->x(), fix.position_m->y(), *fix.heading_rad})};
+    const auto given = [&room](const Eigen::Vector2d& at_m, double heading_rad) {
+      const Eigen::Vector3d pose(at_m.x(), at_m.y(), heading_rad);
+      return FoundMinimum{pose, cost_of(room, pose)};
+    };
+    const FoundMinimum own = given(*fix.position_m, *fix.heading_rad);
     if (minima.empty() || own.chi_squared > minima.front().chi_squared + kChiSquaredRounding) {
       ++not_global;
-      ADD_FAILURE() << "not the global minimum: " << own.x_m << " " << own.y_m << " chi2 " << own.chi_squared << " "
+      ADD_FAILURE() << "not the global minimum: " << own.pose.transpose() << " chi2 " << own.chi_squared << " "
                     << what();
     }
     if (fix.verdict == FixVerdict::kOk) {
@@ -269,16 +268,14 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
       }
       continue;
     }
-    const Eigen::Vector2d& other = *fix.other_position_m;
-    const FoundMinimum rival{other.x(), other.y(), *fix.other_heading_rad,
-                             cost_of(room, {other.x(), other.y(), *fix.other_heading_rad})};
+    const FoundMinimum rival = given(*fix.other_position_m, *fix.other_heading_rad);
     constexpr double kAtMinimum = 1e-4;  // sigmas
     const double left = sigmas_from_minimum(room, rival);
     if (!(left >= 0 && left < kAtMinimum && rival.chi_squared < own.chi_squared + kRivalIs + kChiSquaredRounding &&
-          std::hypot(rival.x_m - own.x_m, rival.y_m - own.y_m) > 1e-6)) {
+          (rival.pose - own.pose).head<2>().norm() > 1e-6)) {
       ++without_rival;
-      ADD_FAILURE() << "ambiguous without a rival: " << rival.x_m << " " << rival.y_m << " chi2 " << rival.chi_squared
-                    << ", " << left << " sigmas from a minimum; " << what();
+      ADD_FAILURE() << "ambiguous without a rival: " << rival.pose.transpose() << " chi2 " << rival.chi_squared << ", "
+                    << left << " sigmas from a minimum; " << what();
     }
   }
   std::printf(
