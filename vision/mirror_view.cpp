@@ -80,10 +80,6 @@ Lens::Lens(const LensDistortion& distortion)
   std::copy(distortion.coefficients.begin(), distortion.coefficients.end(), k_.begin());
 }
 
-bool Lens::is_neutral() const {
-  return std::all_of(k_.begin(), k_.end(), [](double k) { return k == 0; });
-}
-
 std::optional<Lens::Bent> Lens::bend(const Eigen::Vector2d& straight) const {
   const auto& [k1, k2, p1, p2, k3, k4, k5, k6] = k_;
   const double x = straight.x();
@@ -152,7 +148,8 @@ MirrorView::MirrorView(const MirrorViewSettings& settings) : settings_(settings)
   sin_azimuth_ = std::sin(settings.azimuth_rad);
   if (settings.distortion) {
     const Lens lens(*settings.distortion);
-    if (!lens.is_neutral()) lens_ = lens;
+    // With no coefficient but 0, both directions would only add roundings.
+    if (std::ranges::any_of(settings.distortion->coefficients, [](double k) { return k != 0; })) lens_ = lens;
   }
   is_moved_ = !settings.tilt_rad.isZero(0) || !settings.axis_offset_m.isZero(0);
   rotation_ = (Eigen::AngleAxisd(settings.tilt_rad.y(), Eigen::Vector3d::UnitY()) *
