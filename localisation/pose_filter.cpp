@@ -189,7 +189,7 @@ bool PoseHypothesis::become(const Vector& state, const Matrix& covariance) {
 FixUse PoseHypothesis::correct(const Fix& weak) {
   using least_squares::Posterior;
   const Eigen::Matrix3d prior = covariance_.topLeftCorner<3, 3>();
-  const Posterior posterior = least_squares::update({state_.head<3>(), prior}, weak.measurements, weak.widening);
+  const Posterior posterior = least_squares::update(state_.head<3>(), prior, weak.measurements, weak.widening);
   if (posterior.kind == Posterior::Kind::kNothing) return FixUse::kNoSigma;
   // The contradiction among the measurements does not count against the prior.
   const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
@@ -199,8 +199,8 @@ FixUse PoseHypothesis::correct(const Fix& weak) {
   const Eigen::Matrix<double, 8, 3> gain = prior.llt().solve(covariance_.topRows<3>()).transpose();
   Matrix left = Matrix::Identity();
   left.leftCols<3>() -= gain;
-  const Matrix p = left * covariance_ * left.transpose() + gain * posterior.pose.covariance * gain.transpose();
-  const Vector state = state_ + gain * (posterior.pose.mean - state_.head<3>());
+  const Matrix p = left * covariance_ * left.transpose() + gain * posterior.covariance * gain.transpose();
+  const Vector state = state_ + gain * (posterior.mean - state_.head<3>());
   return become(state, p) ? FixUse::kTaken : FixUse::kNoSigma;
 }
 

@@ -235,9 +235,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   if (!data.wheels.empty()) {
     result.wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
   }
-  ParameterList list = parameter_list(data.model, state.unknowns, covariance, settings.held);
-  result.parameters = std::move(list.parameters);
-  result.covariance = std::move(list.covariance);
+  take_parameters(data.model, state.unknowns, covariance, settings.held, result);
   if (data.model.landmark_sigma_m > 0) take_landmark_shifts(data, state, covariance, seen, result);
   result.poses.resize(problem.frames.size());
   for (std::size_t i = 0; i < bundle.frames.size(); ++i) result.poses[bundle.frames[i]] = state.poses[i];

@@ -20,6 +20,11 @@ namespace {
 // double's rounding, 1e-16, unless the curvature of the model is some hundred times its slope.
 constexpr double kLastStep = 1e-9;
 
+void require(std::string& bad, bool good, const char* field, double value, const char* rule) {
+  if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
+}
+bool is_positive(double x) { return x > 0 && std::isfinite(x); }
+
 void check(const LensDistortion& distortion) {
   std::string bad;
   const std::size_t terms = distortion.coefficients.size();
@@ -27,19 +32,15 @@ void check(const LensDistortion& distortion) {
     bad += fmt::format(" distortion has {} coefficients, must have 4, 5 or 8;", terms);
   }
   for (std::size_t i = 0; i < terms; ++i) {
-    if (!std::isfinite(distortion.coefficients[i])) {
-      bad += fmt::format(" distortion coefficient {} is {}, must be a finite number;", i, distortion.coefficients[i]);
-    }
+    const double k = distortion.coefficients[i];
+    if (!std::isfinite(k)) bad += fmt::format(" distortion coefficient {} is {}, must be a finite number;", i, k);
   }
   for (const int i : {0, 1}) {
-    const char* const axis = i == 0 ? "x" : "y";
-    if (!(distortion.focal_px[i] > 0) || !std::isfinite(distortion.focal_px[i])) {
-      bad += fmt::format(" distortion focal_px {} is {}, must be > 0 px;", axis, distortion.focal_px[i]);
-    }
-    if (!std::isfinite(distortion.principal_px[i])) {
-      bad += fmt::format(" distortion principal_px {} is {}, must be a finite number of px;", axis,
-                         distortion.principal_px[i]);
-    }
+    const double focal = distortion.focal_px[i];
+    const double principal = distortion.principal_px[i];
+    require(bad, is_positive(focal), i == 0 ? "distortion focal_px x" : "distortion focal_px y", focal, "> 0 px");
+    require(bad, std::isfinite(principal), i == 0 ? "distortion principal_px x" : "distortion principal_px y",
+            principal, "a finite number of px");
   }
   if (!bad.empty()) throw std::invalid_argument("Lens:" + bad);
 }
@@ -52,24 +53,20 @@ constexpr double kMostTilt_rad = std::numbers::pi / 4;
 
 void check(const MirrorViewSettings& s) {
   std::string bad;
-  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
-    if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
-  };
-  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-  require(s.cone.apex_rad > 0 && s.cone.apex_rad < std::numbers::pi, "cone.apex_rad", s.cone.apex_rad,
+  require(bad, s.cone.apex_rad > 0 && s.cone.apex_rad < std::numbers::pi, "cone.apex_rad", s.cone.apex_rad,
           "between 0 and pi rad");
-  require(positive(s.cone.rim_radius_m), "cone.rim_radius_m", s.cone.rim_radius_m, "> 0 m");
-  require(positive(s.cone.lens_to_tip_m), "cone.lens_to_tip_m", s.cone.lens_to_tip_m, "> 0 m");
-  require(std::isfinite(s.lens_height_m), "lens_height_m", s.lens_height_m, "a finite number of m");
-  require(std::isfinite(s.centre_px.x()), "centre_px column", s.centre_px.x(), "a finite number of px");
-  require(std::isfinite(s.centre_px.y()), "centre_px row", s.centre_px.y(), "a finite number of px");
-  require(positive(s.rim_radius_px), "rim_radius_px", s.rim_radius_px, "> 0 px");
-  require(std::isfinite(s.azimuth_rad), "azimuth_rad", s.azimuth_rad, "a finite number of rad");
+  require(bad, is_positive(s.cone.rim_radius_m), "cone.rim_radius_m", s.cone.rim_radius_m, "> 0 m");
+  require(bad, is_positive(s.cone.lens_to_tip_m), "cone.lens_to_tip_m", s.cone.lens_to_tip_m, "> 0 m");
+  require(bad, std::isfinite(s.lens_height_m), "lens_height_m", s.lens_height_m, "a finite number of m");
+  require(bad, std::isfinite(s.centre_px.x()), "centre_px column", s.centre_px.x(), "a finite number of px");
+  require(bad, std::isfinite(s.centre_px.y()), "centre_px row", s.centre_px.y(), "a finite number of px");
+  require(bad, is_positive(s.rim_radius_px), "rim_radius_px", s.rim_radius_px, "> 0 px");
+  require(bad, std::isfinite(s.azimuth_rad), "azimuth_rad", s.azimuth_rad, "a finite number of rad");
   for (const int i : {0, 1}) {
     const bool is_x = i == 0;
-    require(std::abs(s.tilt_rad[i]) < kMostTilt_rad, is_x ? "tilt_rad about x" : "tilt_rad about y", s.tilt_rad[i],
+    require(bad, std::abs(s.tilt_rad[i]) < kMostTilt_rad, is_x ? "tilt_rad about x" : "tilt_rad about y", s.tilt_rad[i],
             "within a quarter of pi rad either way");
-    require(std::isfinite(s.axis_offset_m[i]), is_x ? "axis_offset_m x" : "axis_offset_m y", s.axis_offset_m[i],
+    require(bad, std::isfinite(s.axis_offset_m[i]), is_x ? "axis_offset_m x" : "axis_offset_m y", s.axis_offset_m[i],
             "a finite number of m");
   }
   if (!bad.empty()) throw std::invalid_argument("MirrorView:" + bad);
@@ -81,10 +78,6 @@ Lens::Lens(const LensDistortion& distortion)
     : focal_px_(distortion.focal_px.array()), principal_px_(distortion.principal_px.array()) {
   check(distortion);
   std::copy(distortion.coefficients.begin(), distortion.coefficients.end(), k_.begin());
-}
-
-bool Lens::is_neutral() const {
-  return std::all_of(k_.begin(), k_.end(), [](double k) { return k == 0; });
 }
 
 std::optional<Lens::Bent> Lens::bend(const Eigen::Vector2d& straight) const {
@@ -155,7 +148,8 @@ MirrorView::MirrorView(const MirrorViewSettings& settings) : settings_(settings)
   sin_azimuth_ = std::sin(settings.azimuth_rad);
   if (settings.distortion) {
     const Lens lens(*settings.distortion);
-    if (!lens.is_neutral()) lens_ = lens;
+    // With no coefficient but 0, both directions would only add roundings.
+    if (std::ranges::any_of(settings.distortion->coefficients, [](double k) { return k != 0; })) lens_ = lens;
   }
   is_moved_ = !settings.tilt_rad.isZero(0) || !settings.axis_offset_m.isZero(0);
   rotation_ = (Eigen::AngleAxisd(settings.tilt_rad.y(), Eigen::Vector3d::UnitY()) *

@@ -43,9 +43,6 @@ class Lens {
   /// @throws std::invalid_argument naming every field outside its domain
   explicit Lens(const LensDistortion& distortion);
 
-  /// Returns whether all coefficients are zero, so that both directions only add roundings.
-  [[nodiscard]] bool is_neutral() const;
-
   [[nodiscard]] std::optional<Eigen::Vector2d> distort(const Eigen::Vector2d& pinhole_px) const;
   /// As distort(), with the derivative by `pinhole_px`.
   [[nodiscard]] std::optional<PixelWithJacobian<2>> distort_with_jacobian(const Eigen::Vector2d& pinhole_px) const;

@@ -12,7 +12,6 @@
 
 #include "base/plane.h"
 #include "vision/method_arguments.h"
-#include "vision/outline/rivals.h"
 #include "vision/outline/view_fitter.h"
 #include "vision/triangulation.h"
 

@@ -81,10 +81,10 @@ class FrameObservation {
 ///    than it is at that range.
 ///
 /// Further verdicts: kSameColour and kTwoCandidates (two objects of one hue, each large enough to be the landmark
-/// somewhere within Landmark::greatest_range_m (outline/rivals.h), or the views disagree on the bearing), kOccluded (a
-/// part of the top is hidden: no answer; a side is hidden: range without bearing, and no answer from one view alone),
-/// kTruncated (the top is beyond the rims), kSaturated, kNotSeen, kNoMatch (seen, but its outline cannot be fitted:
-/// thinner than about two pixels at the top, or too little contrast).
+/// somewhere within Landmark::greatest_range_m (outline/view_fitter.h), or the views disagree on the bearing),
+/// kOccluded (a part of the top is hidden: no answer; a side is hidden: range without bearing, and no answer from one
+/// view alone), kTruncated (the top is beyond the rims), kSaturated, kNotSeen, kNoMatch (seen, but its outline cannot
+/// be fitted: thinner than about two pixels at the top, or too little contrast).
 ///
 /// Domain: backgrounds less saturated than HueLabels::kMinSaturation. A background that changes within a pixel of an
 /// outline moves the outline by up to a tenth of a pixel (outline_ranging_test.cpp); this is the limit in a real room.

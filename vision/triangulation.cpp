@@ -11,7 +11,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 #include <Eigen/QR>
 
 #include "base/plane.h"

@@ -91,10 +91,7 @@ Eigen::Matrix3d covariance_of(const Factor& f, int unknowns) {
 /// direction of such a landmark is unknown (T16: the robot is at its place).
 Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   for (const Landmark& l : problem.landmarks) {
-    if (std::hypot(l.x - m.state.x, l.y - m.state.y) > reach) continue;
-    Factor f;
-    linearise(problem, m.state, reach, f);
-    return f;
+    if (std::hypot(l.x - m.state.x, l.y - m.state.y) <= reach) return linearise(problem, m.state, reach).factor;
   }
   return m.factor;
 }

@@ -46,6 +46,14 @@ std::array<Eigen::Vector3d, 26> directions_of_sphere() {
   return all;
 }
 
+/// A place of the posterior with its cost and the measurements, linearised there.
+struct Point {
+  Eigen::Vector3d z;
+  double cost;
+  Eigen::Matrix3d rows;
+  Eigen::Vector3d right;
+};
+
 /// The posterior in coordinates z in which the prior is the unit Gaussian: pose = mean + lower z.
 class Whitened {
  public:
@@ -56,13 +64,9 @@ class Whitened {
   [[nodiscard]] double cost(const Eigen::Vector3d& z) const {
     return cost_at(problem_, at(z)) / (root_ * root_) + z.squaredNorm();
   }
-  /// Linearises the measurements about z, as (rows, right side). @returns cost(z)
-  double linearise(const Eigen::Vector3d& z, Eigen::Matrix3d& rows, Eigen::Vector3d& right) const {
-    Factor f;
-    const double measured = least_squares::linearise(problem_, at(z), 0, f);
-    rows = f.r * lower_ / root_;
-    right = f.q / root_;
-    return measured / (root_ * root_) + z.squaredNorm();
+  [[nodiscard]] Point linearise(const Eigen::Vector3d& z) const {
+    const Minimum here = least_squares::linearise(problem_, at(z), 0);
+    return {z, here.cost / (root_ * root_) + z.squaredNorm(), here.factor.r * lower_ / root_, here.factor.q / root_};
   }
 
  private:
@@ -72,37 +76,26 @@ class Whitened {
   double root_;
 };
 
-struct Mode {
-  Eigen::Vector3d z;
-  double cost;
-  Eigen::Matrix3d rows;  ///< of the measurements there
-};
-
 /// Gauss-Newton with Levenberg's damping. Nothing where it does not converge.
-std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& start) {
-  Mode mode{start, 0, {}};
-  Eigen::Vector3d right;
-  mode.cost = posterior.linearise(mode.z, mode.rows, right);
+std::optional<Point> climb(const Whitened& posterior, const Eigen::Vector3d& start) {
+  Point now = posterior.linearise(start);
   double damping = 0;
-  for (int i = 0; i < kMostSteps && std::isfinite(mode.cost); ++i) {
+  for (int i = 0; i < kMostSteps && std::isfinite(now.cost); ++i) {
     Eigen::Matrix<double, 9, 3> a;
-    a << mode.rows, Eigen::Matrix3d::Identity(), damping * Eigen::Matrix3d::Identity();
+    a << now.rows, Eigen::Matrix3d::Identity(), damping * Eigen::Matrix3d::Identity();
     Eigen::Matrix<double, 9, 1> b;
-    b << right, -mode.z, Eigen::Vector3d::Zero();
+    b << now.right, -now.z, Eigen::Vector3d::Zero();
     const Eigen::Vector3d step = a.householderQr().solve(b);
     if (!step.allFinite()) return std::nullopt;
-    const double sigmas = std::sqrt((mode.rows * step).squaredNorm() + step.squaredNorm());
-    if (sigmas < kStepEnd) return mode;
-    Mode next{mode.z + step, 0, {}};
-    Eigen::Vector3d next_right;
-    next.cost = posterior.linearise(next.z, next.rows, next_right);
-    if (next.cost <= mode.cost) {
-      mode = next;
-      right = next_right;
+    const double sigmas = std::sqrt((now.rows * step).squaredNorm() + step.squaredNorm());
+    if (sigmas < kStepEnd) return now;
+    const Point next = posterior.linearise(now.z + step);
+    if (next.cost <= now.cost) {
+      now = next;
       damping = damping < 1e-3 ? 0 : damping / 10;
     } else {
       // Rounding of the cost hides the gain of the last steps.
-      if (next.cost - mode.cost <= 8 * kEps * mode.cost) return mode;
+      if (next.cost - now.cost <= 8 * kEps * now.cost) return now;
       damping = damping == 0 ? 1 : damping * 10;
     }
   }
@@ -110,16 +103,16 @@ std::optional<Mode> climb(const Whitened& posterior, const Eigen::Vector3d& star
 }
 
 /// The most likely pose; nothing where there are several, or none.
-std::optional<Mode> only_mode(const Whitened& posterior) {
+std::optional<Point> only_mode(const Whitened& posterior) {
   auto best = climb(posterior, Eigen::Vector3d::Zero());
   if (!best) return std::nullopt;
-  std::vector<Mode> modes;
+  std::vector<Point> modes;
   for (const Eigen::Vector3d& direction : directions_of_sphere()) {
     const auto mode = climb(posterior, kStartSigmas * direction);
     if (mode && mode->cost < best->cost) best = mode;
     if (mode) modes.push_back(*mode);
   }
-  for (const Mode& mode : modes) {
+  for (const Point& mode : modes) {
     if (mode.cost > best->cost - 2 * std::log(kOtherPlace)) continue;
     const Eigen::Vector3d apart = mode.z - best->z;
     if ((best->rows * apart).squaredNorm() + apart.squaredNorm() > kApart * kApart) return std::nullopt;
@@ -129,19 +122,19 @@ std::optional<Mode> only_mode(const Whitened& posterior) {
 
 }  // namespace
 
-Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> measurements, double widening) {
+Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
+                 std::span<const LandmarkMeasurement> measurements, double widening) {
   Posterior result;
   std::vector<Landmark> room(measurements.size());
   Frame frame;
   const int count = prepare(measurements, frame, room.data());
-  if (count == 0 || !(widening > 0) || !prior.mean.allFinite() || !is_covariance<3>(prior.covariance)) return result;
+  if (count == 0 || !(widening > 0) || !mean.allFinite() || !is_covariance<3>(covariance)) return result;
   const Problem problem = make_problem({room.data(), std::size_t(count)}, frame.rounding);
 
   const Eigen::Vector3d per_unit(1 / frame.unit_m, 1 / frame.unit_m, 1);
-  const Eigen::Matrix3d lower =
-      (per_unit.asDiagonal() * prior.covariance * per_unit.asDiagonal()).eval().llt().matrixL();
-  const Eigen::Vector2d place = (prior.mean.head<2>() - frame.origin_m) / frame.unit_m;
-  const Whitened posterior(problem, {place.x(), place.y(), prior.mean.z()}, lower, widening);
+  const Eigen::Matrix3d lower = (per_unit.asDiagonal() * covariance * per_unit.asDiagonal()).eval().llt().matrixL();
+  const Eigen::Vector2d place = (mean.head<2>() - frame.origin_m) / frame.unit_m;
+  const Whitened posterior(problem, {place.x(), place.y(), mean.z()}, lower, widening);
   result.kind = Posterior::Kind::kNotGaussian;
   const auto mode = only_mode(posterior);
   if (!mode) return result;
@@ -159,8 +152,8 @@ Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> mea
   const Eigen::Vector3d unit = per_unit.cwiseInverse();
   const Eigen::Matrix3d root = unit.asDiagonal() * lower * axes;
   result.kind = Posterior::Kind::kGaussian;
-  result.pose.mean = prior.mean + unit.cwiseProduct(lower * mode->z);
-  result.pose.covariance = root * root.transpose();
+  result.mean = mean + unit.cwiseProduct(lower * mode->z);
+  result.covariance = root * root.transpose();
   return result;
 }
 

@@ -9,21 +9,16 @@
 
 namespace twocone::localisation::least_squares {
 
-/// A Gaussian of (x m, y m, heading rad).
-struct Gaussian {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-};
-
-/// The distribution of a pose after measurements, given a prior.
+/// The distribution of a pose, (x m, y m, heading rad), after measurements, given a prior.
 struct Posterior {
   enum class Kind {
-    kGaussian,     ///< `pose` holds it
+    kGaussian,     ///< `mean` and `covariance` hold it
     kNotGaussian,  ///< no ellipse would be correct: it is bent, or there is more than one place
     kNothing,      ///< no measurement is usable, or the prior has no covariance
   };
   Kind kind = Kind::kNothing;
-  Gaussian pose;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   /// Chi-squared at the most likely pose, of the measurements and of the prior together.
   double chi_squared = 0;
 };
@@ -35,7 +30,9 @@ struct Posterior {
 /// most likely pose, in 26 directions. The result is kNotGaussian instead of an ellipse where chi-squared there differs
 /// from that of an ellipse, because the arc of a range is bent within the uncertainty along it, or where a second place
 /// remains.
+/// @param mean,covariance of the prior, which is a Gaussian
 /// @param widening factor on the measurements' covariances (Fix::widening), > 0
-Posterior update(const Gaussian& prior, std::span<const LandmarkMeasurement> measurements, double widening);
+Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
+                 std::span<const LandmarkMeasurement> measurements, double widening);
 
 }  // namespace twocone::localisation::least_squares

@@ -107,7 +107,7 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
   }
 }
 
-double linearise_in(const Problem& problem, const State& state, double nearest, Workspace& work, Factor& factor) {
+Minimum linearise_in(const Problem& problem, const State& state, double nearest, Workspace& work) {
   const PoseTerms at(state);
   double cost = 0;
   int n = 0;
@@ -122,8 +122,9 @@ double linearise_in(const Problem& problem, const State& state, double nearest, 
       cost += square(rows.bearing[3]);
     }
   }
-  factorise(work.rows.data(), work.rows.outerStride(), n, problem.unknowns(), factor);
-  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
+  Minimum here{.state = state, .cost = std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost};
+  factorise(work.rows.data(), work.rows.outerStride(), n, problem.unknowns(), here.factor);
+  return here;
 }
 
 /// A diagonal element below this share of its column's norm is zero up to rounding.
@@ -269,8 +270,7 @@ void continue_by_newton(const Problem& problem, Workspace& work, Minimum& now) {
       stands = 0;
     }
     if (size > kFarthest) step *= kFarthest / size;
-    Minimum next{.state = moved(now.state, step)};
-    next.cost = linearise_in(problem, next.state, nearest, work, next.factor);
+    const Minimum next = linearise_in(problem, moved(now.state, step), nearest, work);
     if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
       if (is_last_digits) last_step = size;
       stands = now.cost - next.cost <= 4 * kEps * (1 + now.cost) ? stands + 1 : 0;
@@ -304,17 +304,16 @@ double cost_at(const Problem& problem, const State& state) {
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
-double linearise(const Problem& problem, const State& state, double nearest, Factor& factor) {
+Minimum linearise(const Problem& problem, const State& state, double nearest) {
   Workspace work(problem);
-  return linearise_in(problem, state, std::max(nearest, nearest_by_rounding(problem)), work, factor);
+  return linearise_in(problem, state, std::max(nearest, nearest_by_rounding(problem)), work);
 }
 
 Minimum minimise(const Problem& problem, const State& start, double worth) {
   Workspace work(problem);
   const int unknowns = problem.unknowns();
   const double nearest = nearest_by_rounding(problem);
-  Minimum now{.state = start};
-  now.cost = linearise_in(problem, now.state, nearest, work, now.factor);
+  Minimum now = linearise_in(problem, start, nearest, work);
   if (!std::isfinite(now.cost)) return now;
   constexpr int kMostByFirstOrder = 12;
   double damping = 0;
@@ -335,8 +334,7 @@ Minimum minimise(const Problem& problem, const State& start, double worth) {
       now.converged = now.factor.q.squaredNorm() <= square(64 * spacing_of(now.state) * now.factor.norm.maxCoeff());
       break;
     }
-    Minimum next{.state = moved(now.state, step)};
-    next.cost = linearise_in(problem, next.state, nearest, work, next.factor);
+    const Minimum next = linearise_in(problem, moved(now.state, step), nearest, work);
     if (next.cost <= now.cost || (is_last_digits && std::isfinite(next.cost))) {
       if (is_last_digits) last_step = size;
       now = next;
@@ -356,8 +354,7 @@ Minimum minimise(const Problem& problem, const State& start, double worth) {
 bool may_hold_minimum(const Problem& problem, const State& state, double reach, bool is_fine) {
   constexpr double kReaches = 4;    // limit of a step over `reach`, for a step that is accurate to a quarter of itself
   constexpr double kNoticed = 0.5;  // fall of chi-squared from a ridge within `reach`
-  Minimum here{.state = state};
-  here.cost = linearise(problem, state, 0, here.factor);
+  const Minimum here = linearise(problem, state, 0);
   // Where residuals are many sigmas, their curvature would hide that first order is valid within a cell.
   if (!is_fine) return solve(here.factor, problem.unknowns()).head<2>().norm() <= kReaches * reach;
   const Bowl bowl(problem, here, nearest_by_rounding(problem));
@@ -410,7 +407,7 @@ Minimum minimise_across(const Problem& problem, const State& start) {
   Minimum now{.state = start};
   double last_step = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMaxSteps; ++i) {
-    now.cost = linearise(problem, now.state, 0, now.factor);
+    now = linearise(problem, now.state, 0);
     if (!std::isfinite(now.cost)) return now;
     const Directions d = directions(now.factor, unknowns);
     Eigen::Vector3d step = Eigen::Vector3d::Zero();

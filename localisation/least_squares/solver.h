@@ -17,7 +17,7 @@ struct Factor {
   Eigen::Vector3d norm = Eigen::Vector3d::Zero();  ///< of J's columns
 };
 
-/// A stationary point of the cost.
+/// A state with its cost and the factor of its rows; a stationary point of the cost where `converged`.
 struct Minimum {
   State state{};
   double cost = 0;  ///< chi-squared
@@ -30,7 +30,7 @@ double cost_at(const Problem& problem, const State& state);
 
 /// Computes chi-squared and the factor of the rows at a state. Landmarks within `nearest` of it have no gradient, nor
 /// have those at its place to rounding.
-double linearise(const Problem& problem, const State& state, double nearest, Factor& factor);
+Minimum linearise(const Problem& problem, const State& state, double nearest);
 
 /// Gauss-Newton with Levenberg's damping, which is zero while steps succeed. Where that does not converge to rounding
 /// or ends on a saddle, Newton's method with all second derivatives follows, so that a minimum that first order does

@@ -3,8 +3,9 @@
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <random>
+
+#include <gtest/gtest.h>
 
 #include "localisation/pose_filter.h"
 
@@ -16,6 +17,23 @@ inline constexpr double kStep_s = 1 / 15.0;
 inline constexpr double kFixSigma_m = 0.001;
 inline constexpr double kFixSigma_rad = 0.0005;
 
+inline Fix fix_at(const Pose& pose, const Eigen::Matrix3d& covariance) {
+  Fix fix;
+  fix.verdict = FixVerdict::kOk;
+  fix.position_m = Eigen::Vector2d(pose.x_m, pose.y_m);
+  fix.heading_rad = pose.heading_rad;
+  fix.covariance = covariance;
+  return fix;
+}
+
+/// A filter that has started with such a fix, with the wheels at 0.
+inline PoseFilter filter_at(const Pose& pose, const Eigen::Matrix3d& covariance, const OdometryNoise& noise = kNoise) {
+  PoseFilter filter(kWheels, noise);
+  filter.predict(0, 0, 0);
+  EXPECT_EQ(filter.correct(fix_at(pose, covariance)), FixUse::kStarted);
+  return filter;
+}
+
 /// A robot that drives curves, with the slip and readings that the filter assumes. Its arc is cut into short straight
 /// pieces, so that it shares nothing with the arc under test.
 class Drive {
@@ -26,7 +44,7 @@ class Drive {
   }
 
   /// Moves one frame on, at wheel speeds that make wide curves to either side.
-  void step(double left_radps, double right_radps) {
+  Drive& step(double left_radps, double right_radps) {
     t_s_ += kStep_s;
     const double kept = std::exp(-kStep_s / kNoise.correlation_s);
     const double left = left_radps * kStep_s;
@@ -44,8 +62,9 @@ class Drive {
     wheel_rad_[1] += right;
     for (double& s : slip_) s = kept * s + std::sqrt(1 - kept * kept) * kNoise.slip * normal_(random_);
     read();
+    return *this;
   }
-  void step() { step(6 + 2 * std::sin(0.7 * t_s_), 6 + 2 * std::sin(0.9 * t_s_ + 1)); }
+  Drive& step() { return step(6 + 2 * std::sin(0.7 * t_s_), 6 + 2 * std::sin(0.9 * t_s_ + 1)); }
 
   Fix fix() {
     Fix f;

@@ -1,13 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "localisation/least_squares_fix.h"
 
 namespace twocone::localisation {
+
+/// Number of draws: the variable TWOCONE_CASES, or the usual number.
+inline int cases(int usual) {
+  const char* const asked = std::getenv("TWOCONE_CASES");
+  return asked != nullptr ? std::max(1, std::atoi(asked)) : usual;
+}
+
+inline LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_m = 0.01) {
+  LandmarkMeasurement m{.landmark_m = {x_m, y_m}, .range_m = range_m, .bearing_rad = {}};
+  m.covariance(0, 0) = sigma_m * sigma_m;
+  return m;
+}
+
+/// Expects the place of a fix of ranges.
+inline void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
+  ASSERT_EQ(fix.verdict, verdict) << to_string(fix.verdict) << ", not " << to_string(verdict);
+  ASSERT_TRUE(fix.position_m);
+  EXPECT_NEAR(fix.position_m->x(), x_m, tolerance_m) << "x, m";
+  EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m) << "y, m";
+  EXPECT_FALSE(fix.heading_rad) << "ranges determine no heading";
+}
 
 /// A room of landmarks and a pose in it, with the noise of ranges and bearings.
 struct FixCase {

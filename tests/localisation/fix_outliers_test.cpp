@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <numeric>
 #include <random>
@@ -17,11 +16,6 @@
 
 namespace twocone::localisation {
 namespace {
-
-int draws(int usual) {
-  const char* const cases = std::getenv("TWOCONE_CASES");
-  return cases ? std::max(1, std::atoi(cases)) : usual;
-}
 
 struct Planted {
   std::vector<LandmarkMeasurement> measurements;
@@ -87,7 +81,7 @@ void expect_found(int count, int wrong, int usual) {
   int quietly_wrong = 0;
   double with_ms = 0;
   double without_ms = 0;
-  const int total = draws(usual);
+  const int total = cases(usual);
   for (int i = 0; i < total; ++i) {
     const Planted planted = plant(count, wrong, unsigned(i + 1));
     const double begin_ms = cpu_ms();

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <Eigen/LU>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
 #include "tests/localisation/fix_cases.h"

@@ -8,7 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "localisation/least_squares_fix.h"
+#include "tests/localisation/fix_cases.h"
 #include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
@@ -18,12 +18,6 @@ using twocone::testing_support::kEps;
 using twocone::testing_support::kInf;
 using twocone::testing_support::kNaN;
 
-LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_m = 0.01) {
-  LandmarkMeasurement m{.landmark_m = {x_m, y_m}, .range_m = range_m, .bearing_rad = {}};
-  m.covariance(0, 0) = sigma_m * sigma_m;
-  return m;
-}
-
 Fix solve(const std::vector<LandmarkMeasurement>& measurements) { return fix_by_least_squares(measurements); }
 
 /// Each range and coordinate is rounded to half a spacing of the largest length, and the iteration ends with a step of
@@ -32,14 +26,6 @@ double bound_m(double largest_m, double condition) { return 8 * kEps * largest_m
 
 /// Relative error of values that the list gives with six digits.
 constexpr double kSixDigits = 1e-5;
-
-void expect_at(const Fix& fix, FixVerdict verdict, double x_m, double y_m, double tolerance_m) {
-  ASSERT_EQ(fix.verdict, verdict) << to_string(fix.verdict) << ", not " << to_string(verdict);
-  ASSERT_TRUE(fix.position_m);
-  EXPECT_NEAR(fix.position_m->x(), x_m, tolerance_m) << "x, m";
-  EXPECT_NEAR(fix.position_m->y(), y_m, tolerance_m) << "y, m";
-  EXPECT_FALSE(fix.heading_rad) << "ranges determine no heading";
-}
 
 void expect_covariance(const Eigen::Matrix3d& c, double xx, double xy, double yy) {
   EXPECT_NEAR(c(0, 0), xx, kSixDigits * xx) << "xx, m^2";

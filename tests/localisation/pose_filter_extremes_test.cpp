@@ -15,22 +15,6 @@
 namespace twocone::localisation {
 namespace {
 
-Fix fix_at(const Pose& pose, const Eigen::Matrix3d& covariance) {
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(pose.x_m, pose.y_m);
-  fix.heading_rad = pose.heading_rad;
-  fix.covariance = covariance;
-  return fix;
-}
-
-PoseFilter started(const Eigen::Matrix3d& covariance, const OdometryNoise& noise = kNoise) {
-  PoseFilter filter(kWheels, noise);
-  filter.predict(0, 0, 0);
-  EXPECT_EQ(filter.correct(fix_at({}, covariance)), FixUse::kStarted);
-  return filter;
-}
-
 void expect_sane(const PoseFilter& filter) {
   const auto e = filter.estimate();
   if (!e) return;
@@ -63,7 +47,7 @@ TEST(PoseFilterExtremes, WhatIsNoCovarianceIsRefused) {
     EXPECT_EQ(filter.correct(fix_at({}, bad)), FixUse::kNoSigma);
     EXPECT_FALSE(filter.estimate());
     EXPECT_THROW(PoseHypothesis({{}, bad}, kNoise), std::invalid_argument);
-    filter = started(0.01 * Eigen::Matrix3d::Identity());
+    filter = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
     EXPECT_EQ(filter.correct(fix_at({}, bad)), FixUse::kNoSigma);
     Fix two = fix_at({0.01, 0, 0}, 0.01 * Eigen::Matrix3d::Identity());
     two.verdict = FixVerdict::kAmbiguous;
@@ -98,7 +82,7 @@ TEST(PoseFilterExtremes, AHeadingThatIsHardlyKnownMakesTheWayItselfVague) {
     for (const int steps : {1, 150}) {
       for (const double turn_rad : {0.0, 1.3}) {
         const Eigen::Matrix3d covariance = Eigen::Vector3d(1e-6, 1e-6, sigma_rad * sigma_rad).asDiagonal();
-        PoseFilter filter = started(covariance, {.slip = 1e-6, .correlation_s = 2, .angle_rad = 1e-6});
+        PoseFilter filter = filter_at({}, covariance, {.slip = 1e-6, .correlation_s = 2, .angle_rad = 1e-6});
         const double half_rad = turn_rad * 0.3 / 2 / 0.05;  // half of the difference of the wheels' angles
         for (int i = 1; i <= steps; ++i) {
           const double done = double(i) / steps;

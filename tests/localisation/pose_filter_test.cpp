@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
-#include <vector>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -13,6 +13,7 @@
 #include <Eigen/LU>
 
 #include "tests/localisation/a_drive.h"
+#include "tests/support/error_of.h"
 #include "tests/support/special_doubles.h"
 
 namespace twocone::localisation {
@@ -32,6 +33,16 @@ double position_distance2(const Drive& drive, const PoseEstimate& e) {
 }
 
 PoseFilter new_filter() { return {kWheels, kNoise}; }
+
+PoseFilter after_frames(Drive& drive, int frames) {
+  PoseFilter filter = new_filter();
+  for (int i = 0; i < frames; ++i) {
+    if (i > 0) drive.step();
+    drive.report_readings(filter);
+    filter.correct(drive.fix());
+  }
+  return filter;
+}
 
 TEST(PoseFilter, BeatsTheFixes) {
   double fixes2 = 0;
@@ -71,23 +82,16 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
   double blind_mm = 0;
   for (int run = 0; run < kRuns; ++run) {
     Drive drive(1000 + std::uint64_t(run));
-    PoseFilter filter = new_filter();
-    for (int i = 0; i < 30; ++i) {
-      if (i > 0) drive.step();
-      drive.report_readings(filter);
-      filter.correct(drive.fix());
-    }
+    PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 75; ++i) {
-      drive.step();
-      drive.report_readings(filter);
+      drive.step().report_readings(filter);
       filter.correct(Fix());  // too few
     }
     EXPECT_EQ(filter.state(), FilterState::kTracking);
     inside += position_distance2(drive, *filter.estimate()) < 5.991;
     pose_inside += distance2(drive, *filter.estimate()) < 7.815;
     blind_mm += 1e3 * drive.error(filter.estimate()->pose).head<2>().norm() / kRuns;
-    drive.step();
-    drive.report_readings(filter);
+    drive.step().report_readings(filter);
     filter.correct(drive.fix());
     ASSERT_EQ(filter.state(), FilterState::kTracking) << "run " << run;
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 5.3 * kFixSigma_m) << "exp(-5.3^2 / 2) = 1e-6";
@@ -102,16 +106,10 @@ TEST(PoseFilter, FiveSecondsWithoutFixesAreHonestAndRecoveredFrom) {
 TEST(PoseFilter, ACarriedRobotIsFoundWithThreeFixesAndNotBelievedMeanwhile) {
   for (int run = 0; run < 100; ++run) {
     Drive drive(3000 + std::uint64_t(run));
-    PoseFilter filter = new_filter();
-    for (int i = 0; i < 60; ++i) {
-      if (i > 0) drive.step();
-      drive.report_readings(filter);
-      filter.correct(drive.fix());
-    }
+    PoseFilter filter = after_frames(drive, 60);
     drive.carry({1.7 - 0.03 * run, 0.9, -2.1 + 0.04 * run});
     for (int fixes = 1; fixes <= 10; ++fixes) {
-      drive.step();
-      drive.report_readings(filter);
+      drive.step().report_readings(filter);
       filter.correct(drive.fix());
       EXPECT_EQ(filter.state(), fixes < PoseFilter::kRelocateAfter ? FilterState::kLost : FilterState::kTracking)
           << "run " << run << " fix " << fixes;
@@ -142,16 +140,6 @@ Fix of_pair(Fix fix) {
   return fix;
 }
 
-PoseFilter after_frames(Drive& drive, int frames) {
-  PoseFilter filter = new_filter();
-  for (int i = 0; i < frames; ++i) {
-    if (i > 0) drive.step();
-    drive.report_readings(filter);
-    filter.correct(drive.fix());
-  }
-  return filter;
-}
-
 // Catches a track that follows two landmarks in mirrored images: they agree with each other as long as the robot
 // stands, or drives straight on.
 TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
@@ -159,8 +147,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
     Drive drive(51);
     PoseFilter filter = after_frames(drive, 30);
     for (int i = 0; i < 60; ++i) {
-      drive.step(speed_radps, speed_radps);
-      drive.report_readings(filter);
+      drive.step(speed_radps, speed_radps).report_readings(filter);
       Fix mirrored = of_pair(drive.fix());
       mirrored.position_m->x() = 1 - mirrored.position_m->x();
       mirrored.heading_rad = wrap_angle_rad(std::numbers::pi - *mirrored.heading_rad);
@@ -168,8 +155,7 @@ TEST(PoseFilter, APairThatAgreesWithItselfAloneMovesNothing) {
       EXPECT_EQ(filter.state(), FilterState::kLost);
     }
     EXPECT_LT(drive.error(filter.estimate()->pose).head<2>().norm(), 0.05) << "odometry went on";
-    drive.step();
-    drive.report_readings(filter);
+    drive.step().report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kTaken) << "a pair that is expected is as good as ever";
     EXPECT_EQ(filter.state(), FilterState::kTracking);
   }
@@ -181,14 +167,12 @@ TEST(PoseFilter, ACarriedRobotIsFoundByPairsOnceItTurns) {
   PoseFilter filter = after_frames(drive, 30);
   drive.carry({1.1, 0.9, -2.1});
   for (int i = 0; i < 5; ++i) {
-    drive.step(5, 5);
-    drive.report_readings(filter);
+    drive.step(5, 5).report_readings(filter);
     EXPECT_EQ(filter.correct(of_pair(drive.fix())), FixUse::kUnexpected) << "straight on";
   }
   FixUse use = FixUse::kUnexpected;
   for (int i = 0; i < 3 && use != FixUse::kRelocated; ++i) {
-    drive.step(3, 5);
-    drive.report_readings(filter);
+    drive.step(3, 5).report_readings(filter);
     use = filter.correct(of_pair(drive.fix()));
   }
   EXPECT_EQ(use, FixUse::kRelocated);
@@ -197,8 +181,7 @@ TEST(PoseFilter, ACarriedRobotIsFoundByPairsOnceItTurns) {
   // Three landmarks check themselves: three such fixes find a robot that stands still.
   drive.carry({-1.1, 0.2, 1.1});
   for (int i = 1; i <= PoseFilter::kRelocateAfter; ++i) {
-    drive.step(0, 0);
-    drive.report_readings(filter);
+    drive.step(0, 0).report_readings(filter);
     use = filter.correct(drive.fix());
     EXPECT_EQ(use, i < PoseFilter::kRelocateAfter ? FixUse::kUnexpected : FixUse::kRelocated);
   }
@@ -353,11 +336,7 @@ TEST(PoseFilter, NoTimeAndNoMotion) {
 
 TEST(PoseFilter, GoesTheWayOfOdometryWithoutFixes) {
   PoseFilter filter = new_filter();
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0.7, -0.4);
-  fix.heading_rad = 2.9;
-  fix.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal();
+  const Fix fix = fix_at({0.7, -0.4, 2.9}, 1e-6 * Eigen::Matrix3d::Identity());
   Odometry odometry(kWheels, {0.7, -0.4, 2.9});
   for (int i = 0; i <= 300; ++i) {
     const double left = 0.31 * i + std::sin(0.1 * i);
@@ -399,24 +378,12 @@ TEST(PoseFilter, SaysNothingBeforeTheFirstFixAndStartsFromNothingLess) {
 }
 
 /// A filter that tracks at (0, 0, 0) with the sigmas 0.1 m, 0.1 m, 0.1 rad.
-PoseFilter vague_filter() {
-  PoseFilter filter = new_filter();
-  filter.predict(0, 0, 0);
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0, 0);
-  fix.heading_rad = 0;
-  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
-  filter.correct(fix);
-  return filter;
-}
+PoseFilter vague_filter() { return filter_at({}, 0.01 * Eigen::Matrix3d::Identity()); }
 
 TEST(PoseFilter, AFixWithoutHeadingUpdatesThePositionOnly) {
   PoseFilter filter = vague_filter();
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0.1, -0.05);
-  fix.covariance = Eigen::Vector3d(0.01, 0.01, 0).asDiagonal();
+  Fix fix = fix_at({0.1, -0.05, 0}, Eigen::Vector3d(0.01, 0.01, 0).asDiagonal());
+  fix.heading_rad.reset();
   filter.correct(fix);
   const PoseEstimate e = *filter.estimate();
   EXPECT_NEAR(e.pose.x_m, 0.05, 4 * kEps) << "equal sigmas: the middle";
@@ -427,27 +394,17 @@ TEST(PoseFilter, AFixWithoutHeadingUpdatesThePositionOnly) {
 }
 
 TEST(PoseFilter, HeadingsEitherSideOfPiAreNeighbours) {
-  PoseFilter filter = new_filter();
-  filter.predict(0, 0, 0);
-  Fix fix;
-  fix.verdict = FixVerdict::kOk;
-  fix.position_m = Eigen::Vector2d(0, 0);
-  fix.heading_rad = std::numbers::pi - 0.03;
-  fix.covariance = 0.01 * Eigen::Matrix3d::Identity();
-  filter.correct(fix);
-  fix.heading_rad = 0.05 - std::numbers::pi;
-  filter.correct(fix);
+  PoseFilter filter = filter_at({0, 0, std::numbers::pi - 0.03}, 0.01 * Eigen::Matrix3d::Identity());
+  filter.correct(fix_at({0, 0, 0.05 - std::numbers::pi}, 0.01 * Eigen::Matrix3d::Identity()));
   EXPECT_EQ(filter.state(), FilterState::kTracking);
   EXPECT_NEAR(filter.estimate()->pose.heading_rad, 0.01 - std::numbers::pi, 8 * kEps) << "the middle";
 }
 
 TEST(PoseFilter, OfAnAmbiguousFixTheAnswerThatIsExpectedIsTaken) {
-  Fix fix;
+  Fix fix = fix_at({3, 2, 2}, 0.01 * Eigen::Matrix3d::Identity());
   fix.verdict = FixVerdict::kAmbiguous;
-  fix.position_m = Eigen::Vector2d(3, 2);
   fix.other_position_m = Eigen::Vector2d(0.1, 0);
-  fix.covariance = fix.other_covariance = 0.01 * Eigen::Matrix3d::Identity();
-  fix.heading_rad = 2;
+  fix.other_covariance = fix.covariance;
   fix.other_heading_rad = 0;
   PoseFilter filter = vague_filter();
   filter.correct(fix);
@@ -473,13 +430,11 @@ TEST(PoseFilter, RefusesWhatIsNoRobotAndNoReading) {
   EXPECT_THROW(PoseFilter(kWheels, {.slip = -0.01}), std::invalid_argument);
   EXPECT_THROW(PoseFilter(kWheels, {.correlation_s = 0}), std::invalid_argument);
   EXPECT_THROW(PoseFilter(kWheels, {.angle_rad = 0}), std::invalid_argument);
-  try {
+  const std::string error = testing_support::error_of<std::invalid_argument>([] {
     PoseFilter({-1, 0.3}, {.slip = 0.01, .correlation_s = 2, .angle_rad = kNaN});
-    FAIL();
-  } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find("radius_m is -1"), std::string::npos) << e.what();
-    EXPECT_NE(std::string(e.what()).find("angle_rad is nan"), std::string::npos) << e.what();
-  }
+  });
+  EXPECT_NE(error.find("radius_m is -1"), std::string::npos) << error;
+  EXPECT_NE(error.find("angle_rad is nan"), std::string::npos) << error;
   PoseFilter filter = new_filter();
   EXPECT_THROW(filter.predict(kNaN, 0, 0), std::invalid_argument);
   EXPECT_THROW(filter.predict(0, kNaN, 0), std::invalid_argument);

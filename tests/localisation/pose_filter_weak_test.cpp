@@ -4,17 +4,15 @@
 // TWOCONE_CASES=N: number of draws instead of some hundred.
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
-#include "localisation/least_squares_fix.h"
 #include "tests/localisation/a_drive.h"
+#include "tests/localisation/fix_cases.h"
 
 namespace twocone::localisation {
 namespace {
@@ -22,31 +20,6 @@ namespace {
 /// Values that chi-squared of three numbers exceeds in half, and in 0.1 %, of all cases.
 constexpr double kHalf = 2.366;
 constexpr double kAllButAThousandth = 16.266;
-
-int cases() {
-  const char* text = std::getenv("TWOCONE_CASES");
-  return text == nullptr ? 400 : std::atoi(text);
-}
-
-PoseFilter filter_at(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
-  PoseFilter filter(kWheels, kNoise);
-  filter.predict(0, 0, 0);
-  Fix start;
-  start.verdict = FixVerdict::kOk;
-  start.position_m = mean.head<2>();
-  start.heading_rad = mean.z();
-  start.covariance = covariance;
-  EXPECT_EQ(filter.correct(start), FixUse::kStarted);
-  return filter;
-}
-
-LandmarkMeasurement range_to(double x_m, double y_m, double range_m, double sigma_m) {
-  LandmarkMeasurement m;
-  m.landmark_m = {x_m, y_m};
-  m.range_m = range_m;
-  m.covariance(0, 0) = sigma_m * sigma_m;
-  return m;
-}
 
 double distance2(const Eigen::Vector3d& truth, const PoseEstimate& e) {
   const Eigen::Vector3d error(e.pose.x_m - truth.x(), e.pose.y_m - truth.y(),
@@ -83,7 +56,7 @@ class Draw {
         place += spacing_m * Eigen::Vector2d(normal(), normal());
       }
       const Eigen::Vector2d to = place - truth.head<2>();
-      LandmarkMeasurement m = range_to(place.x(), place.y(), std::max(0.0, to.norm() + sigma_m * normal()), sigma_m);
+      LandmarkMeasurement m = ranged(place.x(), place.y(), std::max(0.0, to.norm() + sigma_m * normal()), sigma_m);
       if (bearings == 2 || (bearings == 1 && i == 0)) {
         m.bearing_rad = wrap_angle_rad(std::atan2(to.y(), to.x()) - truth.z() + sigma_rad * normal());
         m.covariance(1, 1) = sigma_rad * sigma_rad;
@@ -120,7 +93,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   double before2 = 0;
   double after2 = 0;
   int weak = 0;
-  const int wanted = cases();
+  const int wanted = cases(400);
   while (weak < wanted) {
     const auto [mean, covariance] = draw.prior();
     const Eigen::Matrix3d root = covariance.llt().matrixL();
@@ -128,7 +101,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
     const Fix fix = fix_by_least_squares(draw.group(truth));
     if (fix.verdict != FixVerdict::kWeak) continue;
     ++weak;
-    PoseFilter filter = filter_at(mean, covariance);
+    PoseFilter filter = filter_at({mean.x(), mean.y(), mean.z()}, covariance);
     const FixUse use = filter.correct(fix);
     ++uses[int(use)];
     if (use != FixUse::kTaken) continue;
@@ -154,15 +127,15 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
 // The filter's sigma is 0.3 m where three ranges determine an arc of 5 m. The tangent at the fix's own place, 1.3 m
 // along the arc, is 0.17 m off here.
 TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
-  const std::vector<LandmarkMeasurement> ranges{range_to(0, 0, 5, 0.01), range_to(0.1, 0, 4.9, 0.01),
-                                                range_to(0, 0.1, std::hypot(5, 0.1) - 0.0136, 0.01)};
+  const std::vector<LandmarkMeasurement> ranges{ranged(0, 0, 5, 0.01), ranged(0.1, 0, 4.9, 0.01),
+                                                ranged(0, 0.1, std::hypot(5, 0.1) - 0.0136, 0.01)};
   const Fix fix = fix_by_least_squares(ranges);
   ASSERT_EQ(fix.verdict, FixVerdict::kWeak);
   ASSERT_EQ(fix.measurements.size(), 3U);
   const Eigen::Vector3d truth(5, 0, 0);
   for (const double sigma_m : {0.3, 0.1, 0.03, 0.01}) {
     const Eigen::Matrix3d prior = Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, 0.01).asDiagonal();
-    PoseFilter filter = filter_at(truth, prior);
+    PoseFilter filter = filter_at({truth.x(), truth.y(), truth.z()}, prior);
     const FixUse use = filter.correct(fix);
     EXPECT_LT(distance2(truth, *filter.estimate()), kAllButAThousandth) << sigma_m;
     if (sigma_m > 0.1) continue;  // beyond this, the arc leaves its ellipse
@@ -175,8 +148,8 @@ TEST(PoseFilterWeak, TheTruthIsInTheRegionWhereTheArcIsBent) {
 TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
-  fix.measurements = {range_to(1e6 + 0.1, 0, 1e6, 0.1)};
-  PoseFilter filter = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  fix.measurements = {ranged(1e6 + 0.1, 0, 1e6, 0.1)};
+  PoseFilter filter = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(filter.correct(fix), FixUse::kTaken);
   const PoseEstimate e = *filter.estimate();
   constexpr double kRounding = 1e-8;  // some roundings of 1e6 m
@@ -187,12 +160,12 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
   EXPECT_NEAR(e.covariance(2, 2), 0.01, kRounding);
 
   fix.widening = 3;  // the range then has a sigma of 0.17 m
-  PoseFilter wide = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  PoseFilter wide = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(wide.correct(fix), FixUse::kTaken);
   EXPECT_NEAR(wide.estimate()->pose.x_m, 0.025, kRounding);
 
-  fix.measurements = {range_to(1e6 + 1, 0, 1e6, 0.01)};
-  PoseFilter far = filter_at(Eigen::Vector3d::Zero(), 0.01 * Eigen::Matrix3d::Identity());
+  fix.measurements = {ranged(1e6 + 1, 0, 1e6, 0.01)};
+  PoseFilter far = filter_at({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(far.correct(fix), FixUse::kUnexpected) << "10 sigmas off";
   EXPECT_EQ(far.estimate()->pose.x_m, 0);
   fix.measurements.clear();
@@ -204,7 +177,7 @@ TEST(PoseFilterWeak, UpdatesAcrossTheUnseenDirectionOnly) {
 TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
   Fix fix;
   fix.verdict = FixVerdict::kWeak;
-  fix.measurements = {range_to(-2, 0, std::hypot(2, 0.3), 0.01), range_to(2, 0, std::hypot(2, 0.3), 0.01)};
+  fix.measurements = {ranged(-2, 0, std::hypot(2, 0.3), 0.01), ranged(2, 0, std::hypot(2, 0.3), 0.01)};
   PoseFilter vague = filter_at({0, 0.05, 0}, Eigen::Vector3d(0.09, 0.09, 0.01).asDiagonal());
   EXPECT_EQ(vague.correct(fix), FixUse::kNotGaussian);
   PoseFilter sure = filter_at({0, 0.25, 0}, Eigen::Vector3d(0.0025, 0.0025, 0.01).asDiagonal());
@@ -214,7 +187,7 @@ TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
 
 // Catches a filter that would be better without weak fixes.
 TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
-  const int runs = std::max(20, cases() / 50);
+  const int runs = std::max(20, cases(400) / 50);
   constexpr int kFrames = 150;  // 10 s
   double with2 = 0;
   double without2 = 0;
@@ -238,7 +211,7 @@ TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
       const Pose& at = drive.truth();
       std::vector<LandmarkMeasurement> ranges;
       for (const auto& [x_m, y_m] : {std::pair{3.0, 2.0}, {3.1, 2.0}, {3.0, 2.1}}) {
-        ranges.push_back(range_to(x_m, y_m, std::hypot(x_m - at.x_m, y_m - at.y_m) + 0.005 * draw.normal(), 0.005));
+        ranges.push_back(ranged(x_m, y_m, std::hypot(x_m - at.x_m, y_m - at.y_m) + 0.005 * draw.normal(), 0.005));
       }
       const Fix fix = fix_by_least_squares(ranges);
       if (fix.verdict == FixVerdict::kWeak) taken += with.correct(fix) == FixUse::kTaken;

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <random>
 #include <string>
 #include <utility>
 
@@ -134,29 +133,6 @@ TEST(SightingInformation, OfAThinLandmarkIsThatOfTwoLinesAndACap) {
   EXPECT_NEAR((*information)(0, 0) * sigma_px * sigma_px / range, 1, tolerance);
   EXPECT_NEAR((*information)(0, 1) / std::sqrt((*information)(0, 0) * (*information)(1, 1)), 0, 1e-9);
 }
-
-/// The landmark as a solid that rays meet, from the floor to its top.
-struct Solid {
-  Eigen::Vector2d p_BL_m;
-  double radius_m;
-  double top_m;
-
-  /// The height at which the ray first meets the solid.
-  [[nodiscard]] std::optional<double> hit_height_m(const Ray& ray) const {
-    const Eigen::Vector2d o = ray.origin_m.head<2>() - p_BL_m;
-    const Eigen::Vector2d d = ray.direction.head<2>();
-    const double a = d.squaredNorm();
-    const double b = o.dot(d);
-    const double c = o.squaredNorm() - radius_m * radius_m;
-    if (b * b < a * c) return std::nullopt;
-    const double in = (-b - std::sqrt(b * b - a * c)) / a;
-    const double out = (-b + std::sqrt(b * b - a * c)) / a;
-    const auto height = [&](double t) { return ray.origin_m.z() + t * ray.direction.z(); };
-    if (in > 0 && height(in) >= 0 && height(in) <= top_m) return height(in);
-    if (in > 0 && height(in) > top_m && height(out) < top_m) return top_m;  // from above, on the flat top
-    return std::nullopt;
-  }
-};
 
 /// A reference that uses only the test "does this pixel see the landmark": the outline is found by bisection from a
 /// pixel inside, its displacement by bisection along its normal with the landmark moved.

@@ -10,6 +10,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "tests/support/error_of.h"
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration.h"
 
@@ -67,17 +68,10 @@ TEST(CalibrationTiming, FindsEachPlantedTimeAndInventsNone) {
     DriveSettings world;
     std::map<std::string, double> most_ms;  ///< greatest sigma: a seventh of the value planted here
   };
-  DriveSettings skew;
-  DriveSettings readout;
-  DriveSettings latency;
-  skew.duration_s = readout.duration_s = latency.duration_s = kShortDrive_s;
-  skew.upper_skew_s = 0.008;
-  readout.readout_s = {0.015, 0.015};
-  latency.latency_s = 0.025;
-  DriveSettings all;
-  all.upper_skew_s = 0.008;
-  all.readout_s = {0.015, 0.015};
-  all.latency_s = 0.025;
+  const DriveSettings skew{.duration_s = kShortDrive_s, .upper_skew_s = 0.008};
+  const DriveSettings readout{.duration_s = kShortDrive_s, .readout_s = {0.015, 0.015}};
+  const DriveSettings latency{.duration_s = kShortDrive_s, .latency_s = 0.025};
+  const DriveSettings all{.latency_s = 0.025, .upper_skew_s = 0.008, .readout_s = {0.015, 0.015}};
   for (const Planted& planted :
        {Planted{"skew", skew, {{"upper.skew_s", 0.8}}},
         Planted{"readout", readout, {{"lower.readout_s", 1.5}, {"upper.readout_s", 2.2}}},
@@ -103,10 +97,7 @@ TEST(CalibrationTiming, FindsNothingWhereNothingIsOverTwentySeeds) {
   double most = 0;   // of the landmarks' chi-squared
   double landmarks = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    DriveSettings world;
-    world.seed = std::uint64_t(seed);
-    world.duration_s = kShortDrive_s;
-    world.every_s = 0.6;
+    const DriveSettings world{.duration_s = kShortDrive_s, .every_s = 0.6, .seed = std::uint64_t(seed)};
     CalibrationProblem problem = timed_problem(world);
     problem.landmark_sigma_m = 0.005;
     const CalibrationResult result = calibrate(problem);
@@ -138,9 +129,7 @@ TEST(CalibrationTiming, FindsNothingWhereNothingIsOverTwentySeeds) {
 }
 
 TEST(CalibrationTiming, NamesParametersThatStandingStillDoesNotDetermine) {
-  DriveSettings world;
-  world.still = true;
-  world.duration_s = 8;
+  const DriveSettings world{.duration_s = 8, .still = true};
   const CalibrationResult result = calibrate(timed_problem(world));
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
   for (const auto& [name, truth] : times_of(world)) {
@@ -154,8 +143,7 @@ TEST(CalibrationTiming, NamesParametersThatStandingStillDoesNotDetermine) {
 }
 
 TEST(CalibrationTiming, AsksOnlyForWhatThereIs) {
-  DriveSettings world;
-  world.duration_s = 8;
+  const DriveSettings world{.duration_s = 8};
   const auto names = [](const CalibrationProblem& problem) {
     std::vector<std::string> all;
     for (const CalibratedParameter& p : calibrate(problem).parameters) {
@@ -177,9 +165,7 @@ TEST(CalibrationTiming, AsksOnlyForWhatThereIs) {
 
 /// A stamp is not skew: with it the views agree as if they were taken at the same time; without it skew is missing.
 TEST(CalibrationTiming, TakesStampsAtTheirWord) {
-  DriveSettings world;
-  world.duration_s = kShortDrive_s;
-  world.upper_late_s = 0.02;
+  const DriveSettings world{.duration_s = kShortDrive_s, .upper_late_s = 0.02};
   CalibrationProblem problem = timed_problem(world);
   expect_times(calibrate(problem), world);
   problem.fit_timing = false;
@@ -197,10 +183,8 @@ TEST(CalibrationTiming, TakesStampsAtTheirWord) {
 /// Twists are computed with believed wheels. If these are half as large again as the true ones, every time would come
 /// out a third too short.
 TEST(CalibrationTiming, IsRightUnderWheelsOfAnotherSize) {
-  DriveSettings world;
-  world.duration_s = kShortDrive_s;
-  world.upper_skew_s = 0.03;
-  world.left_wheel_m = world.right_wheel_m = 0.075;
+  const DriveSettings world{
+      .left_wheel_m = 0.075, .right_wheel_m = 0.075, .duration_s = kShortDrive_s, .upper_skew_s = 0.03};
   CalibrationProblem problem = timed_problem(world);
   problem.priors.wheel_radius_share = 0.3;
   expect_times(calibrate(problem), world);
@@ -208,17 +192,14 @@ TEST(CalibrationTiming, IsRightUnderWheelsOfAnotherSize) {
 
 /// Motions to and from a frame without a twist give no information: used without the latency, they would bias it to 0.
 TEST(CalibrationTiming, LeavesOutWaysWithoutTwist) {
-  DriveSettings world;
-  world.latency_s = 0.025;
+  const DriveSettings world{.latency_s = 0.025};
   CalibrationProblem problem = timed_problem(world);
   for (std::size_t i = 0; i < problem.frames.size(); i += 5) problem.frames[i].twist.reset();
   expect_times(calibrate(problem), world);
 }
 
 TEST(CalibrationTiming, GivesPosesOfTheImages) {
-  DriveSettings world;
-  world.duration_s = kShortDrive_s;
-  world.latency_s = 0.025;
+  const DriveSettings world{.duration_s = kShortDrive_s, .latency_s = 0.025};
   CalibrationProblem problem = timed_problem(world);
   problem.frames[20].sightings.clear();
   const CalibrationResult result = calibrate(problem);
@@ -236,8 +217,7 @@ TEST(CalibrationTiming, GivesPosesOfTheImages) {
 }
 
 TEST(CalibrationTiming, CovarianceIsJoint) {
-  DriveSettings world = with_rig_errors({});
-  world.duration_s = 8;
+  const DriveSettings world = with_rig_errors({.duration_s = 8});
   const CalibrationResult result = calibrate(timed_problem(world));
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
   const auto size = Eigen::Index(result.parameters.size());
@@ -287,8 +267,7 @@ void expect_moved(const CalibrationResult& result, const std::vector<Landmark>& 
 }
 
 TEST(CalibrationMap, FindsTheMovedLandmarkAndNoOther) {
-  DriveSettings world = with_rig_errors({});
-  world.duration_s = kShortDrive_s;
+  DriveSettings world = with_rig_errors({.duration_s = kShortDrive_s});
   world.landmarks[2].x_m += 0.016;
   world.landmarks[2].y_m -= 0.012;
   CalibrationProblem problem = timed_problem(world);
@@ -297,9 +276,7 @@ TEST(CalibrationMap, FindsTheMovedLandmarkAndNoOther) {
 }
 
 TEST(CalibrationMap, FindsTwoWithTimesAndSystematicErrorsAllowed) {
-  DriveSettings world;
-  world.latency_s = 0.025;
-  world.upper_skew_s = 0.008;
+  DriveSettings world{.latency_s = 0.025, .upper_skew_s = 0.008};
   world.landmarks[0].y_m += 0.02;
   world.landmarks[4].x_m -= 0.012;
   world.landmarks[4].y_m -= 0.016;
@@ -313,8 +290,7 @@ TEST(CalibrationMap, FindsTwoWithTimesAndSystematicErrorsAllowed) {
 
 /// A map that is shifted as a whole, and measured with another ruler, moves none of its landmarks.
 TEST(CalibrationMap, ACommonShiftTurnAndScaleIsNoLandmarks) {
-  DriveSettings world;
-  world.duration_s = 8;
+  DriveSettings world{.duration_s = 8};
   const Eigen::Rotation2Dd turn(0.01);
   for (Landmark& l : world.landmarks) {
     const Eigen::Vector2d measured_m = 1.006 * (turn * place_m(l)) + Eigen::Vector2d(0.02, -0.03);
@@ -327,8 +303,7 @@ TEST(CalibrationMap, ACommonShiftTurnAndScaleIsNoLandmarks) {
 }
 
 TEST(CalibrationMap, ATrustedMapHasNoShifts) {
-  DriveSettings world;
-  world.duration_s = 4;
+  const DriveSettings world{.duration_s = 4};
   const CalibrationProblem problem = timed_problem(world);
   const CalibrationResult result = calibrate(problem);
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
@@ -337,22 +312,17 @@ TEST(CalibrationMap, ATrustedMapHasNoShifts) {
 }
 
 TEST(CalibrationTiming, RefusesBadArguments) {
-  DriveSettings world;
-  world.duration_s = 4;
+  const DriveSettings world{.duration_s = 4};
   CalibrationProblem problem = timed_problem(world);
   problem.frames[2].sightings[1].late_s = std::nan("");
   problem.frames[3].twist->turn_radps = std::numeric_limits<double>::infinity();
   problem.landmark_sigma_m = -1;
   problem.height_px[1] = -1;
   problem.priors.readout_s = 0;
-  try {
-    (void)calibrate(problem);
-    FAIL() << "nothing thrown";
-  } catch (const std::invalid_argument& error) {
-    for (const char* part : {"frame 2 has a sighting whose late_s", "frame 3 has a twist", "landmark_sigma_m",
-                             "height_px", "prior's sigma is 0"}) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(part));
-    }
+  const std::string error = testing_support::error_of<std::invalid_argument>([&] { calibrate(problem); });
+  for (const char* part : {"frame 2 has a sighting whose late_s", "frame 3 has a twist", "landmark_sigma_m",
+                           "height_px", "prior's sigma is 0"}) {
+    EXPECT_THAT(error, testing::HasSubstr(part));
   }
 }
 

@@ -6,16 +6,15 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/vision/lab_rig.h"
+
 namespace twocone::vision {
 namespace {
 
 const std::vector<Eigen::Vector3d> kSix = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
 
-std::uint8_t code(double linear) {
-  const double coded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * coded));
-}
 int label_of(const HueLabels& hues, double r, double g, double b) {
+  const auto code = [](double linear) { return double(std::lround(coded(linear))); };
   const cv::Mat pixel(1, 1, CV_8UC3, cv::Scalar(code(r), code(g), code(b)));
   return hues.label(pixel).at<std::uint8_t>(0, 0);
 }

@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tests/vision/lab_rig.h"
 #include "vision/image_quality.h"
 
 /// Images whose noise, gain and blur are known.
@@ -97,8 +98,7 @@ inline cv::Mat taken(const cv::Mat& light, const Camera& camera, std::uint64_t s
         const double mean = seen(row, column)[i] * camera.gain * (1 - camera.vignetting * rho * rho);
         const double sigma = std::sqrt(camera.shot * mean + camera.read * camera.read);
         const double value = std::clamp(mean + sigma * normal(row, column)[i], 0., 1.);
-        const double coded = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
-        rgb(row, column)[i] = std::uint8_t(std::lround(coded * 255));
+        rgb(row, column)[i] = std::uint8_t(std::lround(coded(value)));
       }
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -25,6 +26,34 @@ inline Rig lab_rig() { return {MirrorView(lab_view(0.25)), MirrorView(lab_view(0
 /// The point at a range and bearing in the body's frame.
 inline Eigen::Vector2d place(double range_m, double bearing_rad) {
   return range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
+}
+
+/// A landmark as a solid that rays meet, from the floor to its top.
+struct Solid {
+  Eigen::Vector2d p_BL_m;
+  double radius_m;
+  double top_m;
+
+  /// The height at which the ray first meets the solid.
+  [[nodiscard]] std::optional<double> hit_height_m(const Ray& ray) const {
+    const Eigen::Vector2d o = ray.origin_m.head<2>() - p_BL_m;
+    const Eigen::Vector2d d = ray.direction.head<2>();
+    const double a = d.squaredNorm();
+    const double b = o.dot(d);
+    const double c = o.squaredNorm() - radius_m * radius_m;
+    if (b * b < a * c) return std::nullopt;
+    const double in = (-b - std::sqrt(b * b - a * c)) / a;
+    const double out = (-b + std::sqrt(b * b - a * c)) / a;
+    const auto height = [&](double t) { return ray.origin_m.z() + t * ray.direction.z(); };
+    if (in > 0 && height(in) >= 0 && height(in) <= top_m) return height(in);
+    if (in > 0 && height(in) > top_m && height(out) < top_m) return top_m;  // from above, on the flat top
+    return std::nullopt;
+  }
+};
+
+/// The sRGB code, not rounded, of linear light (IEC 61966-2-1).
+inline double coded(double linear) {
+  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
 }
 
 }  // namespace twocone::vision

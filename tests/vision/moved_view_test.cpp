@@ -4,15 +4,19 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "tests/support/error_of.h"
 #include "tests/vision/lab_rig.h"
 #include "vision/mirror_view.h"
 
 namespace twocone::vision {
 namespace {
+
+using twocone::testing_support::error_of;
 
 // Pixels near 600 are rounded to 1e-13. Lens, rotation and mirror add some fifty roundings, and the lens's inverse may
 // amplify them a few times.
@@ -217,25 +221,15 @@ TEST(MovedView, NamesEveryBadSetting) {
   MirrorViewSettings s = lab_view(0.25);
   s.tilt_rad = {0.8, std::numeric_limits<double>::quiet_NaN()};
   s.axis_offset_m = {0, std::numeric_limits<double>::infinity()};
-  try {
-    MirrorView view(s);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(),
-                 "MirrorView: tilt_rad about x is 0.8, must be within a quarter of pi rad either way; tilt_rad about y "
-                 "is nan, must be within a quarter of pi rad either way; axis_offset_m y is inf, must be a finite "
-                 "number of m;");
-  }
+  const auto error = [&s] { return error_of<std::invalid_argument>([&s] { MirrorView view(s); }); };
+  EXPECT_EQ(
+      error(),
+      "MirrorView: tilt_rad about x is 0.8, must be within a quarter of pi rad either way; tilt_rad about y is "
+      "nan, must be within a quarter of pi rad either way; axis_offset_m y is inf, must be a finite number of m;");
   s = lab_view(0.25);
   s.distortion = {{0.1, 0.2, 0.3}, {0, 500}, {320, 240}};
-  try {
-    MirrorView view(s);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(),
-                 "Lens: distortion has 3 coefficients, must have 4, 5 or 8; distortion focal_px x is 0, must be > 0 "
-                 "px;");
-  }
+  EXPECT_EQ(error(),
+            "Lens: distortion has 3 coefficients, must have 4, 5 or 8; distortion focal_px x is 0, must be > 0 px;");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "localisation/least_squares_fix.h"
 #include "tests/support/synthetic_lab.h"
+#include "tests/vision/lab_rig.h"
 #include "vision/bound.h"
 
 namespace twocone::vision {
@@ -29,10 +30,6 @@ int poses() {
   return asked != nullptr ? std::atoi(asked) : 24;
 }
 
-double encode(double linear) {
-  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
-}
-
 /// The noise of the edge between two colours, in pixels, for each pixel of its length. A box of one pixel carries the
 /// information: integral over the coverage c of (d code / d c)^2 / sigma^2, summed over the channels. Rounding adds
 /// 1/12 to the variance.
@@ -41,7 +38,7 @@ double edge_noise_px(const Eigen::Vector3d& inside, double outside) {
   double information = 0;
   for (int channel = 0; channel < 3; ++channel) {
     for (int i = 0; i < kSteps; ++i) {
-      const auto code = [&](double c) { return encode(outside + c * (inside[channel] - outside)); };
+      const auto code = [&](double c) { return coded(outside + c * (inside[channel] - outside)); };
       const double slope = (code((i + 1.0) / kSteps) - code(double(i) / kSteps)) * kSteps;
       information += slope * slope / kSteps;
     }

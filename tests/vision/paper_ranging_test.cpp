@@ -2,13 +2,17 @@
 #include "vision/paper_ranging.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
 namespace {
+
+using twocone::testing_support::error_of;
 
 const cv::Scalar kWall(170, 170, 165);
 
@@ -20,10 +24,9 @@ struct PaintedLandmark {
 };
 
 /// Paints one upright cylinder as a pixel-exact camera would see it: each pixel's ray, by the inverse projection, meets
-/// the cylinder's side or not. It is independent of the search under test.
+/// the cylinder or not. It is independent of the search under test.
 void paint(cv::Mat& image, const MirrorView& view, const PaintedLandmark& landmark, const cv::Vec3b& colour) {
-  const Eigen::Vector2d axis(landmark.distance_m * std::cos(landmark.bearing_rad),
-                             landmark.distance_m * std::sin(landmark.bearing_rad));
+  const Solid solid{place(landmark.distance_m, landmark.bearing_rad), landmark.radius_m, landmark.top_m};
   // Only the strip from the tip to the rim near its bearing can show it.
   const Eigen::Vector2d tip = view.settings().centre_px;
   const Eigen::Vector2d rim = tip + view.offset_px(landmark.bearing_rad, view.settings().rim_radius_px);
@@ -36,17 +39,7 @@ void paint(cv::Mat& image, const MirrorView& view, const PaintedLandmark& landma
   for (int row = strip.y; row < strip.br().y; ++row) {
     for (int column = strip.x; column < strip.br().x; ++column) {
       const auto ray = view.back_project({column, row});
-      if (!ray) continue;
-      const Eigen::Vector2d o = ray->origin_m.head<2>();
-      const Eigen::Vector2d d = ray->direction.head<2>();
-      const double a = d.squaredNorm();
-      const double b = d.dot(o - axis);
-      const double c = (o - axis).squaredNorm() - landmark.radius_m * landmark.radius_m;
-      const double discriminant = b * b - a * c;
-      if (discriminant < 0) continue;
-      const double t = (-b - std::sqrt(discriminant)) / a;
-      const double z = ray->origin_m.z() + t * ray->direction.z();
-      if (t > 0 && z >= 0 && z <= landmark.top_m) image.at<cv::Vec3b>(row, column) = colour;
+      if (ray && solid.hit_height_m(*ray)) image.at<cv::Vec3b>(row, column) = colour;
     }
   }
 }
@@ -167,16 +160,11 @@ TEST(PaperRanging, RefusesTiltOffsetAndLensInPlainWords) {
   MirrorViewSettings aside = lab_view(0.55);
   aside.axis_offset_m = {0.002, 0};
   aside.distortion = {{0.1, 0, 0, 0}, {700, 700}, {320, 240}};
-  try {
-    PaperRanging ranging({MirrorView(tilted), MirrorView(aside)}, kRed, kImage, kImage);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "method paper: the lower mirror's tilt_rad is [0, 0.01], equation 1 holds for upright mirrors only; the "
-        "upper mirror's axis_offset_m is [0.002, 0], equation 1 has both mirrors on one axis; the upper view "
-        "has a lens distortion, equation 1 holds for pinhole cameras only;");
-  }
+  const Rig moved{MirrorView(tilted), MirrorView(aside)};
+  EXPECT_EQ(error_of<std::invalid_argument>([&] { PaperRanging(moved, kRed, kImage, kImage); }),
+            "method paper: the lower mirror's tilt_rad is [0, 0.01], equation 1 holds for upright mirrors only; the "
+            "upper mirror's axis_offset_m is [0.002, 0], equation 1 has both mirrors on one axis; the upper view "
+            "has a lens distortion, equation 1 holds for pinhole cameras only;");
   aside.axis_offset_m.setZero();
   aside.distortion->coefficients = {0, 0, 0, 0, 0};
   EXPECT_NO_THROW(PaperRanging({MirrorView(lab_view(0.25)), MirrorView(aside)}, kRed, kImage, kImage));

@@ -124,27 +124,26 @@ Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const st
   return covariance;
 }
 
-ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
-                             const std::vector<int>& held) {
-  ParameterList list;
+void take_parameters(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
+                     const std::vector<int>& held, CalibrationResult& result) {
   std::vector<Shared> slopes;  // gradient of each parameter by the unknowns
   const Shared after = model.numbers(unknowns);
   for (int i = 0; i < kSharedNumbers; ++i) {
     if (model.sigma[i] == 0) continue;
-    CalibratedParameter& p = list.parameters.emplace_back();
+    CalibratedParameter& p = result.parameters.emplace_back();
     p.name = name_of(i);
     p.before = model.mean[i];
     p.observed = std::find(held.begin(), held.end(), i) == held.end();
     p.after = p.observed ? after[i] : p.before;
     slopes.emplace_back(model.sigma[i] * Shared::Unit(i));
   }
-  const std::size_t own = list.parameters.size();
+  const std::size_t own = result.parameters.size();
   for (const Derived& derived : derived_numbers(model.has_wheels)) {
     Shared slope = gradient(derived, model, unknowns);
     for (int i = 0; i < kSharedNumbers; ++i) {
       if (model.sigma[i] == 0) slope[i] = 0;
     }
-    CalibratedParameter& p = list.parameters.emplace_back();
+    CalibratedParameter& p = result.parameters.emplace_back();
     p.name = derived.name;
     p.derived = true;
     p.before = derived.value(model.mean);
@@ -153,14 +152,13 @@ ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, c
   }
   Eigen::MatrixXd by_unknowns(Eigen::Index(slopes.size()), Eigen::Index(kSharedNumbers));
   for (std::size_t i = 0; i < slopes.size(); ++i) by_unknowns.row(Eigen::Index(i)) = slopes[i].transpose();
-  list.covariance = by_unknowns * covariance.topLeftCorner(kSharedNumbers, kSharedNumbers) * by_unknowns.transpose();
+  result.covariance = by_unknowns * covariance.topLeftCorner(kSharedNumbers, kSharedNumbers) * by_unknowns.transpose();
   for (std::size_t i = 0; i < slopes.size(); ++i) {
-    CalibratedParameter& p = list.parameters[i];
-    p.sigma = std::sqrt(list.covariance(Eigen::Index(i), Eigen::Index(i)));
+    CalibratedParameter& p = result.parameters[i];
+    p.sigma = std::sqrt(result.covariance(Eigen::Index(i), Eigen::Index(i)));
     p.prior_sigma = slopes[i].norm();
     if (i >= own) p.observed = p.sigma <= kObservedShare * p.prior_sigma;
   }
-  return list;
 }
 
 std::vector<std::size_t> seen_landmarks(const BundleData& data) {

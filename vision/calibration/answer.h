@@ -18,14 +18,10 @@ std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedMode
 /// Covariance of the unknowns when those of `held` stay at their priors, whose errors have their own sigmas.
 Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held);
 
-struct ParameterList {
-  std::vector<CalibratedParameter> parameters;  ///< derived numbers last
-  Eigen::MatrixXd covariance;
-};
-/// The parameters of CalibrationResult.
+/// Fills in parameters, derived numbers last, and covariance.
 /// @param covariance of the unknowns; landmarks may follow the shared numbers
-ParameterList parameter_list(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
-                             const std::vector<int>& held);
+void take_parameters(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
+                     const std::vector<int>& held, CalibrationResult& result);
 
 /// The landmarks with at least one used sighting, in the map's order.
 std::vector<std::size_t> seen_landmarks(const BundleData& data);

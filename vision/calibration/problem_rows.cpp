@@ -277,9 +277,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
       row.groups = {group, rings_from + view_index * kRings + ring, rings_from + (2 + group) * kRings + ring};
       const Eigen::Vector2d out = from_tip.stableNormalized();
       row.axes << out.x(), -out.y(), out.y(), out.x();
-      SightingResidual& origin = bundle.origins.emplace_back();
-      origin.frame = i;
-      origin.sighting = k;
+      bundle.origins.push_back({.frame = i, .sighting = k});
     }
   }
   if (problem.wheels) bundle.data.wheels = wheel_rows(kept, *problem.wheels, bundle.data.model.sigma[kLatency] > 0);

@@ -15,7 +15,7 @@ constexpr double kBin_deg = 360.0 / Finder::kBins;
 // radius: 5 degrees). Tuned by hand on synthetic images; no test fixes it.
 constexpr double kLeastFoundRadius_px = 8;
 // A wider gap separates candidates. A narrower one is not counted, because a mast in front of a landmark splits it. Two
-// objects of one colour that are as close are one candidate, which is too wide for a landmark (outline/rivals.h). Tuned
+// objects of one colour that are as close are one candidate, which is too wide for a landmark (Rivals::kBeside). Tuned
 // by hand on synthetic images; outline_ranging_test.cpp, ALandmarkInHalvesIsOneLandmark, exercises it but does not fix
 // it.
 constexpr int kGap_bins = 10;

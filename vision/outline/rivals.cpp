@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/outline/rivals.h"
+#include "vision/outline/view_fitter.h"
 
 #include <algorithm>
 #include <cmath>

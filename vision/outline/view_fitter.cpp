@@ -106,8 +106,6 @@ constexpr double kNearBlur_px = 2;
 
 /// The distance is clear of the edge, whose half support is 0.7 of its width across a pixel's corner (1 / sqrt(2)).
 SampleReach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px}; }
-/// As reach_of(), for noisy pixels.
-SampleReach long_reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px, kManySamples}; }
 
 /// The radius at which the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way up.
 double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
@@ -285,7 +283,8 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
   common.blur_px = base::median(std::move(blurs));
   const double code_variance = common.noise.code_variance;
   const bool is_noisy = code_variance > kNoisyVariance && code_variance * grey > kNoisyShare * residual;
-  common.reach = is_noisy ? long_reach_of(common.blur_px) : reach_of(common.blur_px);
+  common.reach = reach_of(common.blur_px);
+  if (is_noisy) common.reach.samples = kManySamples;
   const double explained = kSureOfSampling * code_variance * grey;
   if (spread > 0) common.noise.sampling = std::clamp((residual - explained) / spread, 1e-6, 1.0);
   return common;
