@@ -99,8 +99,8 @@ struct Component {
   [[nodiscard]] double difference() const { return real - simulated; }
 };
 
-/// The part of one gap that a source explains, by projection (see shares.h). It is negative where the source hides a
-/// part of another source's effect.
+/// The part of one gap that a source explains, by projection (see find_gaps). It is negative where the source hides
+/// a part of another source's effect.
 struct Share {
   Quantity of = Quantity::kRange;  ///< Gap::of
   double share = 0;

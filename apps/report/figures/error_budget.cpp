@@ -75,7 +75,7 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
 std::string error_budget_table(const RunErrorBudget& run_error_budget) {
   const error_budget::ErrorBudget& error_budget = run_error_budget.error_budget;
   html::Table table(
-      "Root mean square error in three_digits_mm that each source adds",
+      "Root mean square error in mm that each source adds",
       html::head_row({"", "", fmt::format("range at {:g} m", error_budget.range_m), "position"}, {1, 1, 2, 2}) +
           html::head_row({"source", "wrong by", "analytic", "Monte Carlo", "analytic", "Monte Carlo"}));
   const auto add = [&](const error_budget::ErrorBudgetLine& line, std::string_view attributes) {
