@@ -4,10 +4,11 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "apps/report/figures/figures.h"
+#include "apps/report/kit/html.h"
 #include "apps/report/kit/plan.h"
-#include "apps/report/page/page.h"
+#include "apps/report/page.h"
 #include "apps/report/table.h"
 
 namespace twocone::report {
@@ -32,7 +33,124 @@ void append(std::vector<Figure>& figures, std::optional<Figure> figure) {
   if (figure) figures.push_back(*std::move(figure));
 }
 
+std::string group_html(const FigureGroup& group) {
+  const std::string figures = figures_html(group.figures);
+  if (figures.empty() && group.tables.empty()) return "";
+  return html::section(group.id, group.title, group.tables + figures);
+}
+
+/// Returns a slider through some frames. Without a script the page shows the first one.
+std::string browser_html(const std::vector<FrameView>& frames) {
+  if (frames.empty()) return "";
+  std::string views;
+  for (const FrameView& view : frames) {
+    views += html::shown_frame(inline_svg(view.svg, fmt::format("frame{}", view.frame)),
+                               fmt::format("frame {}, t = {:.2f} s", view.frame, view.t_s), views.empty());
+  }
+  const std::string slider = html::element(
+      "div",
+      fmt::format("<input id=\"frame-choice\" type=\"range\" min=\"0\" max=\"{}\" value=\"0\" disabled=\"disabled\" "
+                  "aria-label=\"frame\"/>",
+                  frames.size() - 1) +
+          html::element("output", "", "id=\"frame-name\""),
+      "class=\"slider\"");
+  const std::string caption = html::element(
+      "figcaption",
+      fmt::format("{} frames, evenly spaced over the run: both mirrors unrolled, landmarks at their measured "
+                  "bearings with the computed range.",
+                  frames.size()));
+  return html::section("browse", "Frames of the run",
+                       html::element("figure", slider + views + caption, "class=\"wide\""));
+}
+
+std::string repeat_html(const runlog::RunData& run) {
+  const auto timing = runlog::summarise_timing(run);
+  const bool has_budget = timing && timing->budget_s;
+  return html::section(
+      "repeat", "How to repeat this",
+      html::text("p", fmt::format("With this command the same version repeats the run byte for byte{}:",
+                                  has_budget ? ", unless the time limit cuts an answer short" : "")) +
+          html::text("pre", repeat_command(run.info, run.robot, run.method)) +
+          html::text("p", "The scripts that drew the figures are beside them, in figures/*.gp."));
+}
+
+std::string facts_html(const runlog::RunData& run, const runlog::Summary& summary) {
+  const auto joined = [](const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); };
+  std::vector<std::pair<std::string, std::string>> facts{
+      {"twocone", fmt::format("{}, commit {}", run.info.version, run.info.commit)},
+      {"compiler", run.info.compiler},
+      {"robot", fmt::format("{} ({})", run.robot.name, run.robot.file.string())},
+      {"map", run.map.file.string()},
+      {"scene", run.map.scene ? run.map.scene->string() : "none: a real room"},
+      {"behaviour", run.info.behaviour},
+      {"method", run.method == run.info.method
+                     ? run.method
+                     : fmt::format("{} (the run itself used {})", run.method, run.info.method)},
+      {"seed", fmt::to_string(run.info.seed)},
+      {"frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s)},
+      {"images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
+                             run.robot.lower.rate_hz)}};
+  if (run.info.finished && run.info.wall_s > 0) {
+    facts.emplace_back(
+        "time taken",
+        fmt::format("{:.1f} s, of which {:.1f} s waiting for images; processor {:.1f} s here, {:.1f} s in POV-Ray",
+                    run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
+  }
+  if (const auto& names = run.robot.estimator.landmarks; !names.empty()) {
+    facts.emplace_back("searched for only", fmt::format("{}", fmt::join(names, ", ")));
+  }
+  if (const auto timing = runlog::summarise_timing(run)) {
+    facts.emplace_back("vision and localisation, per frame", joined(timing_words(*timing)));
+  }
+  for (const std::string& device : run.info.devices) facts.emplace_back("device", device);
+  if (summary.capture) facts.emplace_back("cameras", joined(capture_words(*summary.capture)));
+  return html::facts(facts);
+}
+
+std::string provenance_html(const PageContent& content) {
+  std::string text = facts_html(content.run, content.summary);
+  text += html::text("h3", "Events during the run");
+  text += content.run.info.events.empty() ? html::text("p", "Nothing out of the ordinary.")
+                                          : html::list(content.run.info.events);
+  text += html::text("h3", "Notes on this report");
+  text += content.notes.empty() ? html::text("p", "Nothing is missing.") : html::list(content.notes);
+  return html::section("run", "The run", text);
+}
+
 }  // namespace
+
+std::string page(const PageContent& content) {
+  const runlog::RunData& run = content.run;
+  const runlog::Summary& summary = content.summary;
+  const std::string title =
+      fmt::format("twocone run: robot {}, method {}, seed {}", run.robot.name, run.method, run.info.seed);
+
+  std::vector<std::pair<std::string, std::string>> places{{"ranges", "Ranges"}, {"position", "Position"}};
+  std::string figures;
+  for (const FigureGroup& group : content.groups) {
+    const std::string inner = group_html(group);
+    if (inner.empty()) continue;
+    figures += inner;
+    places.emplace_back(group.id, group.title);
+  }
+  if (!content.frames.empty()) places.emplace_back("browse", "Frames of the run");
+  places.insert(places.end(), {{"repeat", "Repeat"}, {"run", "The run"}});
+
+  std::string main = html::text("h1", title);
+  main += html::text("p", headline(summary), "class=\"headline\"");
+  if (!run.info.finished) {
+    main += html::text("p",
+                       fmt::format("This run was cut off after {} of {} frames; the results below are of those.",
+                                   summary.frames, run.info.frames_wanted),
+                       "class=\"warning\"");
+  }
+  main += html::navigation(places) + rules(content) + tiles(summary);
+  main += html::section("ranges", "Ranges", range_table(content) + coverage_table(content));
+  main += html::section("position", "Position", position_table(content));
+  main += figures + browser_html(content.frames) + repeat_html(run) + provenance_html(content);
+
+  return html::document(title, style(), html::element("main", main), script());
+}
 
 Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings) {
   check(run, settings);

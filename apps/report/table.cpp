@@ -10,8 +10,8 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
-#include "apps/report/figures/figures.h"
 #include "apps/report/kit/plain_text.h"
+#include "apps/report/page.h"
 #include "apps/report/paper.h"
 #include "localisation/pose_filter.h"
 #include "vision/ranging.h"

@@ -12,7 +12,7 @@
 #include <boost/property_tree/ptree.hpp>
 #include <boost/property_tree/xml_parser.hpp>
 
-#include "apps/report/page/page.h"
+#include "apps/report/page.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

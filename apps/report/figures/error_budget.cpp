@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/figures/figures.h"
 #include "apps/report/kit/html.h"
+#include "apps/report/page.h"
 #include "base/quantile.h"
 
 namespace twocone::report {
