@@ -24,13 +24,15 @@ struct Drawing : DrawingTools {
   const runlog::Summary& summary;
 };
 
+// A figure that the run has no data for is returned without an SVG ("nothing").
+
 /// Draws figure 7: the true trajectory (without ground truth: the one by odometry) over the arena from above, or over
 /// its plan if there is no `overhead` (CV_8UC3 b g r, covering the map's bounds).
 Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead);
 
 /// Draws figure 17: the position error and the error of odometry against the frame number. Returns nothing without
 /// truth.
-std::optional<Figure> draw_position_error(const Drawing& drawing);
+Figure draw_position_error(const Drawing& drawing);
 
 /// Draws figure 18: the true and the calculated trajectory, and the one by odometry.
 Figure draw_paths(const Drawing& drawing);
@@ -42,12 +44,12 @@ std::vector<Figure> draw_ranges(const Drawing& drawing);
 
 /// Draws the position error against time, with the Cramer-Rao bound of each frame as a line: sqrt(var x + var y).
 /// Returns nothing without truth or bounds.
-std::optional<Figure> draw_error_and_bound(const Drawing& drawing);
+Figure draw_error_and_bound(const Drawing& drawing);
 
 /// Draws the distributions of the normalised errors (range error over its sigma; squared position error in units of its
 /// covariance), beside those that correct sigmas give: standard normal, and chi-squared with two degrees of freedom.
 /// Returns nothing for a method that states no sigmas.
-std::optional<Figure> draw_normalised_errors(const Drawing& drawing);
+Figure draw_normalised_errors(const Drawing& drawing);
 
 /// The error budget of a run's robot on the path of the run. Its poses are every `pose_step`-th pose of the true path
 /// (else of the estimate, else of the odometry; a grid over the arena for a run without frames). Its speed and turn
@@ -65,22 +67,22 @@ std::string error_budget_table(const RunErrorBudget& run_error_budget);
 
 /// Draws the error budget on a logarithmic axis: linear propagation as bars, the Monte Carlo as marks on them. Returns
 /// nothing if the error budget has neither ranges nor positions.
-std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget);
+Figure draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget);
 
 /// Draws figure 8: the rig from the side, to scale, with the region that each mirror sees and the one that both see.
 Figure draw_geometry(const Drawing& drawing);
 
 /// Draws the range of one pixel of disparity against the range, with the errors of this run. Returns nothing for other
 /// cones.
-std::optional<Figure> draw_resolution(const Drawing& drawing);
+Figure draw_resolution(const Drawing& drawing);
 
 /// Draws figure 9: the upper mirror's image on the lower one's, with the matches of the paper's method circled, for the
 /// frame with the most ranges. Returns nothing, and adds a note, without images.
-std::optional<Figure> draw_superimposed(const Drawing& drawing);
+Figure draw_superimposed(const Drawing& drawing);
 
 /// Draws both mirrors' images unrolled, one above the other on the same bearings, for three frames of the run, with the
 /// landmarks named at their measured bearings. Returns nothing without images.
-std::optional<Figure> draw_strips(const Drawing& drawing);
+Figure draw_strips(const Drawing& drawing);
 
 /// One frame of the run for the page's slider.
 struct FrameView {

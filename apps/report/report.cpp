@@ -29,10 +29,6 @@ void check(const runlog::RunData& run, const ReportSettings& settings) {
   if (!bad.empty()) throw std::invalid_argument("write_report:" + bad);
 }
 
-void append(std::vector<Figure>& figures, std::optional<Figure> figure) {
-  if (figure) figures.push_back(*std::move(figure));
-}
-
 std::string group_html(const FigureGroup& group) {
   const std::string figures = figures_html(group.figures);
   if (figures.empty() && group.tables.empty()) return "";
@@ -164,43 +160,30 @@ Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettin
   const std::optional<runlog::Summary> baseline = baseline_of(run, result.notes);
   const Drawing drawing{{gnuplot, result.notes}, run, summary};
 
-  FigureGroup paths{"paths", "Trajectories"};
+  PageContent content{run, summary, baseline ? &*baseline : nullptr, {}, {}, {}};
+
   settings.progress(0.05);
-  paths.figures.push_back(draw_trajectory(drawing, overhead_image(drawing, run.map, "Figure 7 is")));
+  const Figure trajectory = draw_trajectory(drawing, overhead_image(drawing, run.map, "Figure 7 is"));
   settings.progress(0.35);
   if (run.truth.empty())
     result.notes.emplace_back("There is no ground truth, so there is no figure of the position error.");
-  paths.figures.push_back(draw_paths(drawing));
-  append(paths.figures, draw_position_error(drawing));
-
+  content.groups.push_back({"paths", "Trajectories", {trajectory, draw_paths(drawing), draw_position_error(drawing)}});
   settings.progress(0.45);
-  const FigureGroup ranges{"range-figures", "Ranges frame by frame", draw_ranges(drawing)};
-
-  FigureGroup bounded{"bounds", "Errors beside their bounds"};
-  append(bounded.figures, draw_error_and_bound(drawing));
-  append(bounded.figures, draw_normalised_errors(drawing));
-
+  content.groups.push_back({"range-figures", "Ranges frame by frame", draw_ranges(drawing)});
+  content.groups.push_back(
+      {"bounds", "Errors beside their bounds", {draw_error_and_bound(drawing), draw_normalised_errors(drawing)}});
   settings.progress(0.6);
-  const RunErrorBudget run_error_budget =
-      error_budget_of(run, settings.error_budget_draws, settings.error_budget_pose_step);
-  FigureGroup budgeted{"error-budget", "The error budget", {}, error_budget_table(run_error_budget)};
-  append(budgeted.figures, draw_error_budget(drawing, run_error_budget.error_budget));
-
-  FigureGroup rig{"rig", "The rig"};
+  const RunErrorBudget budget = error_budget_of(run, settings.error_budget_draws, settings.error_budget_pose_step);
+  content.groups.push_back({"error-budget",
+                            "The error budget",
+                            {draw_error_budget(drawing, budget.error_budget)},
+                            error_budget_table(budget)});
   settings.progress(0.65);
-  rig.figures.push_back(draw_geometry(drawing));
-  append(rig.figures, draw_resolution(drawing));
-
-  FigureGroup views{"views", "Images of the mirrors"};
+  content.groups.push_back({"rig", "The rig", {draw_geometry(drawing), draw_resolution(drawing)}});
   settings.progress(0.75);
-  append(views.figures, draw_superimposed(drawing));
-  append(views.figures, draw_strips(drawing));
-  PageContent content{run,
-                      summary,
-                      baseline ? &*baseline : nullptr,
-                      {paths, ranges, bounded, budgeted, rig, views},
-                      frame_views(run, kBrowsedFrames),
-                      result.notes};
+  content.groups.push_back({"views", "Images of the mirrors", {draw_superimposed(drawing), draw_strips(drawing)}});
+  content.frames = frame_views(run, kBrowsedFrames);
+  content.notes = result.notes;
 
   settings.progress(0.95);
   if (const Status written = write_file(result.html, page(content)); !written) return written.error();

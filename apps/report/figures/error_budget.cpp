@@ -104,8 +104,8 @@ std::string error_budget_table(const RunErrorBudget& run_error_budget) {
   return table.str() + html::text("p", notes, "class=\"soft\"");
 }
 
-std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget) {
-  if (error_budget.ranges == 0 && error_budget.poses == 0) return std::nullopt;
+Figure draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget) {
+  if (error_budget.ranges == 0 && error_budget.poses == 0) return {};
   std::vector<error_budget::ErrorBudgetLine> lines = error_budget.lines;
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) {
     return a.position.analytic_m + a.range.analytic_m > b.position.analytic_m + b.range.analytic_m;
@@ -148,12 +148,11 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
                     bars(4, -0.02, -0.36, kFixColour, "position"), marks(3, 0.19, "title 'Monte Carlo'"),
                     marks(5, -0.19, "notitle")});
 
-  Figure figure{"error_budget", "", "The error budget", "", ""};
-  figure.caption = fmt::format(
+  const std::string caption = fmt::format(
       "Error that each source adds if it is wrong by the standard deviation beside its name. Bars: linear "
       "propagation; circles: {} draws each. Values below {:g} mm are not drawn.",
       error_budget.draws, kLeastDrawn_mm);
-  return drawn(drawing, std::move(figure), std::move(plot));
+  return drawn(drawing, {"error_budget", "", "The error budget", caption}, std::move(plot));
 }
 
 }  // namespace twocone::report

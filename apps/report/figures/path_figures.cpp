@@ -85,7 +85,7 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   plot.commands += plot_command(plots);
 
   Figure figure{"fig07_trajectory", "Figure 7",
-                truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by), "", ""};
+                truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by)};
   figure.wide = false;
   figure.caption = fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
                                truth    ? "The path that the robot really drove."
@@ -97,12 +97,12 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
-std::optional<Figure> draw_position_error(const Drawing& drawing) {
+Figure draw_position_error(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   const std::vector<std::optional<double>> odometry_m = odometry_errors_m(run);
   const FixData fixes = collect_fixes(run);
   const bool any_odometry = std::any_of(odometry_m.begin(), odometry_m.end(), [](const auto& e) { return bool(e); });
-  if (fixes.errors_mm.empty() && !any_odometry) return std::nullopt;
+  if (fixes.errors_mm.empty() && !any_odometry) return {};
 
   std::string odometry;
   for (std::size_t i = 0; i < odometry_m.size(); ++i) {
@@ -140,7 +140,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   }
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig17_error", "Figure 17", "Position error", "", ""};
+  Figure figure{"fig17_error", "Figure 17", "Position error"};
   figure.caption =
       "Distance from the true position, frame by frame. Each fix uses one stereo frame, the map and the rig only, so "
       "its error does not grow with time; that of odometry does.";
@@ -183,7 +183,7 @@ Figure draw_paths(const Drawing& drawing) {
   }
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory", "", ""};
+  Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory"};
   figure.wide = false;
   figure.caption = fmt::format("{} positions from one stereo frame each{}{}.", fixes.count,
                                run.truth.empty() ? "" : " beside the true trajectory",

@@ -80,12 +80,12 @@ std::string line_colour(const std::array<double, 3>& colour);
 
 /// A drawn figure.
 struct Figure {
-  std::string stem;    ///< figures/STEM.svg; also its identifier in the page
-  std::string number;  ///< the figure of the paper that it corresponds to: "Figure 7"; empty for one of ours
-  std::string title;
-  std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone; empty: could not be drawn
-  bool wide = true;     ///< true: takes the page's width; false: two such figures stand side by side
+  std::string stem{};    ///< figures/STEM.svg; also its identifier in the page
+  std::string number{};  ///< the figure of the paper that it corresponds to: "Figure 7"; empty for one of ours
+  std::string title{};
+  std::string caption{};  ///< plain text
+  std::string svg{};      ///< stand-alone; empty: could not be drawn, or there is nothing to draw
+  bool wide = true;       ///< true: takes the page's width; false: two such figures stand side by side
 };
 
 /// What every figure of a page is drawn with.
