@@ -28,15 +28,8 @@ class Table {
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
            const char* limit_key = "", std::optional<double> gap = std::nullopt,
            std::optional<double> gap_sigma = std::nullopt) {
-    Row row{.stage = stage_,
-            .name = std::move(name),
-            .unit = std::move(unit),
-            .simulated = simulated,
-            .real = real,
-            .gap = gap,
-            .gap_sigma = gap_sigma};
+    Row row{stage_, std::move(name), std::move(unit), simulated, real, gap, gap_sigma, limit_key};
     if (!row.gap && simulated && real) row.gap = std::abs(*real - *simulated);
-    row.limit_key = limit_key;
     if (*limit_key != '\0') {
       const auto own = limits_.find(limit_key);
       const auto kind = std::ranges::find(limit_kinds(), row.limit_key, &LimitKind::key);
