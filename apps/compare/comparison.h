@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -163,7 +164,7 @@ struct ResidualPoint {
 
 /// One frame of each run, taken at about the same place.
 struct Exhibit {
-  std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< images
+  std::array<std::filesystem::path, 2> simulated_images, real_images;  ///< lower, upper
   runlog::PoseRow simulated, real;
 };
 

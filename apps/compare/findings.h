@@ -9,7 +9,6 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/side.h"
 #include "hal/result.h"
 #include "localisation/trajectory_error.h"
 

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "apps/compare/both_runs.h"
-#include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/import/motion.h"
@@ -134,9 +133,7 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
     return {};
   };
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (settings.stop && *settings.stop) {
-      return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
-    }
+    if (settings.stop && *settings.stop) return stopped_error();
     if (!std::filesystem::exists(runlog::upper_image_file(settings.to, places[i].frame.frame))) {
       auto frames = look(**host, real.run.robot, places[i]);
       if (!frames) {

@@ -311,7 +311,7 @@ void add_blur(const ViewImages& images, vision::Side view, std::vector<Source>& 
 /// Returns the loss rate that is set for a simulated camera, so that it need not be measured; nothing for a real one.
 std::optional<double> set_to_lose(const Side& side, vision::Side view) {
   if (!config::is_simulated(side.run.robot)) return std::nullopt;
-  return (view == vision::Side::kLower ? side.run.robot.lower : side.run.robot.upper).effects.drop_probability;
+  return of_view(side.run.robot, view).effects.drop_probability;
 }
 
 void add_lost(const BothRuns& runs, vision::Side view, std::vector<Source>& sources) {

@@ -94,7 +94,7 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   EXPECT_EQ(c.reference, "truth");
   ASSERT_FALSE(c.exhibits.empty());
   for (const Exhibit& exhibit : c.exhibits) {
-    EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
+    EXPECT_TRUE(std::filesystem::exists(exhibit.real_images[1])) << exhibit.real_images[1];
     EXPECT_EQ(exhibit.simulated.x_m, exhibit.real.x_m);
     EXPECT_EQ(exhibit.simulated.y_m, exhibit.real.y_m);
   }

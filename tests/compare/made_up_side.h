@@ -7,7 +7,6 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/side.h"
 #include "tests/support/lab_robot.h"
 
 namespace twocone::compare {
