@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -137,12 +138,8 @@ std::string position_table(const PageContent& content);
 
 constexpr double kMmPerM = 1000;
 
-/// The first and the last frame number, widened so that even one frame has a width.
-struct FrameSpan {
-  double first = -0.5;
-  double last = 0.5;
-};
-FrameSpan frame_span(const runlog::RunData& run);
+/// Returns the first and the last frame number, widened so that even one frame has a width.
+std::pair<double, double> frame_span(const runlog::RunData& run);
 
 /// Returns the distance of odometry from truth at each frame, in metres; nothing where either is missing.
 std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run);
@@ -153,15 +150,9 @@ std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const s
 /// Returns the number of absolute errors beyond the end of their axis.
 std::ptrdiff_t count_beyond(const std::vector<double>& errors, double limit);
 
-/// Errors in a data block of which the first column is the place.
-struct ErrorPoints {
-  std::string_view block;
-  int column;      ///< of the errors, from 1
-  double limit;    ///< end of their axis
-  bool is_beyond;  ///< some errors lie beyond it
-  std::string_view beyond_title;
-};
-/// Adds plots of the errors of fixes: dots, and beyond the limit triangles on it.
-void add_error_plots(const ErrorPoints& points, std::vector<std::string>& plots);
+/// Adds plots of the errors of fixes in a data block of which the first column is the place: dots, and triangles on the
+/// end of the axis, `limit`, for those beyond. @param column of the errors, from 1. @param is_beyond there are such
+void add_error_plots(std::string_view block, int column, double limit, bool is_beyond, std::string_view beyond_title,
+                     std::vector<std::string>& plots);
 
 }  // namespace twocone::report

@@ -98,7 +98,7 @@ Figure draw_error_and_bound(const Drawing& drawing) {
       "set key outside top center horizontal maxrows 1\n",
       1.1 * limit_mm);
   std::vector<std::string> plots;
-  add_error_plots({"$fixes", 2, limit_mm, beyond > 0, "beyond the axis"}, plots);
+  add_error_plots("$fixes", 2, limit_mm, beyond > 0, "beyond the axis", plots);
   plots.push_back(fmt::format("$bound using 1:2 with lines lw 2.5 lc rgb '{}' title 'bound, 1 sigma of the distance'",
                               kBoundColour));
   plot.commands += plot_command(plots);
