@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <boost/algorithm/string/replace.hpp>
 
 #include "apps/report/kit/html.h"
 #include "apps/report/page.h"
@@ -49,7 +50,7 @@ std::string drawn_mm(double metres) {
 }
 
 /// Returns the text of an axis label. gnuplot takes a '%' in it for the beginning of a number's format.
-std::string tic_string(const std::string& text) { return gnuplot_string(replaced(text, "%", "%%")); }
+std::string tic_string(const std::string& text) { return gnuplot_string(boost::replace_all_copy(text, "%", "%%")); }
 
 }  // namespace
 

@@ -20,9 +20,6 @@ std::string cleaned(std::string_view text);
 /// Returns `text` for an XML or HTML text node or a quoted attribute: cleaned, with & < > " ' as entities.
 std::string escape(std::string_view text);
 
-/// Returns `text` with every `from` replaced by `to`.
-std::string replaced(std::string text, std::string_view from, std::string_view to);
-
 /// Returns the base64 encoding of RFC 4648, padded.
 std::string base64(std::span<const std::uint8_t> bytes);
 
