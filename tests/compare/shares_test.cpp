@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/findings.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -22,9 +20,7 @@ Source source(Cause cause, std::optional<vision::Side> view, SourceVerdict verdi
 }
 
 const Gap& gap(const std::vector<Gap>& gaps, Quantity of) {
-  const auto at = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.of == of; });
-  if (at == gaps.end()) throw std::out_of_range(std::string(to_string(of)));
-  return *at;
+  return element_of(gaps, to_string(of), [](const Gap& g) { return to_string(g.of); });
 }
 
 class Shares : public testing::Test {
@@ -113,11 +109,8 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
     transfer.log_gain = {log_gain + off, log_gain + off, log_gain + off};
     images_.views[0].transfers.push_back(transfer);
   }
-  std::vector<Source> sources{source(Cause::kExposureAndColour, vision::Side::kLower, SourceVerdict::kDiffers,
-                                     {{"gain.red", "1", 1, 1.2, 0.01},
-                                      {"gain.green", "1", 1, 1.2, 0.01},
-                                      {"gain.blue", "1", 1, 1.2, 0.01},
-                                      {"vignetting", "1", 0, 0, 0.02}})};
+  std::vector<Source> sources{
+      source(Cause::kExposureAndColour, vision::Side::kLower, SourceVerdict::kDiffers, gains(1.2, 1.2, 1.2, 0))};
   const auto found = gaps(sources);
   const Gap& brightness = gap(found, Quantity::kBrightness);
   EXPECT_NEAR(brightness.after, 1, kShareRounding) << "% of scatter";
