@@ -176,7 +176,7 @@ Result<Outcome> compare(const Settings& settings) {
   const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames,
                                         [&](double done) { settings.progress(kMeasured + (1 - kMeasured) * done); });
   if (!held_out) return held_out.error();
-  found.gaps = find_gaps(*simulated, *real, *held_out, *images, settings.is_rendered, found.sources);
+  found.gaps = find_gaps(both, *held_out, *images, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
   found.rows = find_rows(both, residuals_simulated, residuals_real, found.sources, settings.limits);
   found.simulated_residuals = std::move(residuals_simulated.points);

@@ -130,7 +130,7 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
                               const ImageWork& work) {
   std::error_code error;
   std::filesystem::create_directories(work.folder, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", work.folder.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", work.folder.string(), error.message());
   std::vector<std::optional<std::size_t>> partners(real.run.frames.size());
   for (const Match& match : by_pose) partners[match.real] = match.simulated;
   const auto every = std::size_t(work.every);
@@ -168,8 +168,7 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
   Images all;
   for (std::size_t number = 0; number < parts; ++number) {
     const auto part = kept_part(work, number);
-    if (!part)
-      throw runlog::DiskError(fmt::format("{}: does not contain what was written", part_file(work, number).string()));
+    if (!part) throw runlog::DiskError("{}: does not contain what was written", part_file(work, number).string());
     merge(*part, all);
   }
   return all;

@@ -106,7 +106,7 @@ void keep_those_of(const std::string& recipe, const std::filesystem::path& folde
     for (const char* const view : {"lower", "upper"}) std::filesystem::remove_all(folder / view, error);
   }
   for (const char* const view : {"lower", "upper"}) std::filesystem::create_directories(folder / view, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", folder.string(), error.message());
   runlog::write_whole(kept, recipe);
 }
 
@@ -184,9 +184,7 @@ void write_tables(const Settings& settings, const std::filesystem::path& scene, 
 
 Status render_again(const Settings& settings, const std::filesystem::path& scene) {
   const config::Map map = config::read_map(scene);
-  if (!map.scene) {
-    throw config::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", scene.string()));
-  }
+  if (!map.scene) throw config::FileError("{}: has no `scene:`, so there is nothing to render", scene.string());
   auto real = read_side(settings.real, settings.real_poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {

@@ -43,9 +43,8 @@ std::string outline_method_of(const std::filesystem::path& folder, const runlog:
   std::string outline(estimation::to_string(estimation::Method::kOutline));
   if (std::filesystem::exists(folder / "methods" / outline / "sightings.csv")) return outline;
   if (info.method == outline && std::filesystem::exists(folder / "sightings.csv")) return "";
-  throw config::FileError(
-      fmt::format("{}: has no sightings of method {}; make them with: twocone localise {} --method {}", folder.string(),
-                  outline, folder.string(), outline));
+  throw config::FileError("{}: has no sightings of method {}; make them with: twocone localise {} --method {}",
+                          folder.string(), outline, folder.string(), outline);
 }
 
 /// Tests whether landmarks stand elsewhere than in the map. A second solution, which does not trust the map, decides

@@ -26,7 +26,8 @@ const Gap& gap(const std::vector<Gap>& gaps, Quantity of) {
 class Shares : public testing::Test {
  protected:
   std::vector<Gap> gaps(std::vector<Source>& sources) {
-    return find_gaps(simulated_, real_, held_out_, images_, is_rendered_, sources);
+    return find_gaps({.simulated = simulated_, .real = real_, .is_rendered = is_rendered_}, held_out_, images_,
+                     sources);
   }
   Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());
   std::vector<HeldOutRange> held_out_;
