@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,8 +17,9 @@
 #include "apps/report/kit/figure.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/summary.h"
+#include "apps/runlog/summary/timing.h"
 
-/// The figures, the tables and the page of a run's report. Private to apps/report.
+/// The figures, the tables and the page of a run's report, and their data. Private to apps/report.
 namespace twocone::report {
 
 /// The run that the figures of a report show, and what they are drawn with.
@@ -134,7 +137,39 @@ std::string range_table(const PageContent& content);
 std::string coverage_table(const PageContent& content);
 std::string position_table(const PageContent& content);
 
-// ---- the data of the figures
+// ---- the data of the table, the page and the figures
+
+/// Returns the summary of method `paper` on the same frames, if the run has one and `run` is of another method. A
+/// baseline that exists and cannot be read becomes a note.
+std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vector<std::string>& notes);
+
+/// Returns whether the method states sigmas, or bounds of its errors are known.
+bool has_bounds(const runlog::Summary& summary);
+
+/// Returns whether the summary was made with ground truth.
+bool has_truth(const runlog::Summary& summary);
+
+/// Returns the verdicts that occur with their counts: `ok` first, then the others by frequency.
+std::vector<std::pair<std::string, int>> by_frequency(const std::map<std::string, int>& verdicts);
+
+/// Returns the mean, the root mean square, the 95 % limit and the largest of the errors, in millimetres.
+std::array<std::optional<double>, 4> errors_mm(const std::optional<runlog::ErrorStatistics>& error);
+
+/// Returns the summary of the landmark called `name`; an empty one if there is none.
+const runlog::LandmarkSummary& landmark_of(const runlog::Summary& summary, const std::string& name);
+
+/// Returns rate, skew and losses of a real robot's pairs of images, in words for a line that may be broken between
+/// them.
+std::vector<std::string> capture_words(const runlog::CaptureSummary& capture);
+
+/// Returns the times of vision and localisation, in words likewise. They hold for one machine and one run on it.
+std::vector<std::string> timing_words(const runlog::TimingSummary& timing);
+
+/// Returns the colour of a verdict, the same in every figure and table.
+std::string verdict_colour(std::string_view verdict);
+
+/// Returns the meaning of a verdict of that method in plain words; empty for an unknown verdict.
+std::string_view verdict_meaning(std::string_view verdict, std::string_view method);
 
 constexpr double kMmPerM = 1000;
 

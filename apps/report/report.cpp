@@ -9,7 +9,6 @@
 #include "apps/report/kit/html.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/page.h"
-#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {

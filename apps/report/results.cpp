@@ -11,7 +11,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 #include "vision/ranging.h"
 
 namespace twocone::report {

@@ -8,7 +8,6 @@
 #include "apps/report/page.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

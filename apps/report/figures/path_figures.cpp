@@ -10,7 +10,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
