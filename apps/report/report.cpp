@@ -28,12 +28,6 @@ void check(const runlog::RunData& run, const ReportSettings& settings) {
   if (!bad.empty()) throw std::invalid_argument("write_report:" + bad);
 }
 
-std::string group_html(const FigureGroup& group) {
-  const std::string figures = figures_html(group.figures);
-  if (figures.empty() && group.tables.empty()) return "";
-  return html::section(group.id, group.title, group.tables + figures);
-}
-
 /// Returns a slider through some frames. Without a script the page shows the first one.
 std::string browser_html(const std::vector<FrameView>& frames) {
   if (frames.empty()) return "";
@@ -103,13 +97,10 @@ std::string facts_html(const runlog::RunData& run, const runlog::Summary& summar
 }
 
 std::string provenance_html(const PageContent& content) {
-  std::string text = facts_html(content.run, content.summary);
-  text += html::text("h3", "Events during the run");
-  text += content.run.info.events.empty() ? html::text("p", "Nothing out of the ordinary.")
-                                          : html::list(content.run.info.events);
-  text += html::text("h3", "Notes on this report");
-  text += content.notes.empty() ? html::text("p", "Nothing is missing.") : html::list(content.notes);
-  return html::section("run", "The run", text);
+  return html::section("run", "The run",
+                       facts_html(content.run, content.summary) + html::text("h3", "Events during the run") +
+                           html::list(content.run.info.events, "Nothing out of the ordinary.") +
+                           html::text("h3", "Notes on this report") + html::list(content.notes, "Nothing is missing."));
 }
 
 }  // namespace
@@ -123,9 +114,9 @@ std::string page(const PageContent& content) {
   std::vector<std::pair<std::string, std::string>> places{{"ranges", "Ranges"}, {"position", "Position"}};
   std::string figures;
   for (const FigureGroup& group : content.groups) {
-    const std::string inner = group_html(group);
+    const std::string inner = group.tables + figures_html(group.figures);
     if (inner.empty()) continue;
-    figures += inner;
+    figures += html::section(group.id, group.title, inner);
     places.emplace_back(group.id, group.title);
   }
   if (!content.frames.empty()) places.emplace_back("browse", "Frames of the run");

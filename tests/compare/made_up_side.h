@@ -96,7 +96,6 @@ inline Side made_up_side(const std::string& driver, const vision::CalibrationRes
                                        .robot = "robots/mine.yaml",
                                        .result = result,
                                        .problem = problem,
-                                       .circles = {},
                                        .before = rig,
                                        .after = rig,
                                        .rig = side.run.robot.rig,

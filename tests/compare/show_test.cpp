@@ -92,14 +92,13 @@ TEST(ComparePage, NamesTheDifferencesInTheFirstSentenceWithNumberSigmaAndUnit) {
 TEST(ComparePage, HoldsVerdictsLightsGapsAndAdvice) {
   const TemporaryFolder folder;
   const std::string page = page_of(a_comparison(), folder);
-  for (const std::string& part :
-       {headline(a_comparison()), std::string("use more light; in the simulation set full_well_electrons"),
-        std::string("put the real numbers into the real robot&#39;s `rig:`"), std::string("71\u00a0% of range"),
-        std::string("\u22122\u00a0% of odometry"), std::string("5.5e-89"), std::string("p &lt; 0.00033"),
-        std::string("lower tilt"), std::string("Tested without a difference: 1"),
-        std::string("Cannot be determined: 1"), std::string("the robot never turned fast enough"),
-        std::string("no clock is common to both"), std::string("given trajectory"),
-        std::string("280 frames by time, 291 by pose")}) {
+  EXPECT_TRUE(has(page, headline(a_comparison())));
+  for (const char* part :
+       {"use more light; in the simulation set full_well_electrons",
+        "put the real numbers into the real robot&#39;s `rig:`", "71\u00a0% of range", "\u22122\u00a0% of odometry",
+        "5.5e-89", "p &lt; 0.00033", "lower tilt", "Tested without a difference: 1", "Cannot be determined: 1",
+        "the robot never turned fast enough", "no clock is common to both", "given trajectory",
+        "280 frames by time, 291 by pose"}) {
     EXPECT_TRUE(has(page, part));
   }
   // Each light has a word and a shape, so that its colour is not needed.

@@ -101,8 +101,8 @@ std::string section(std::string_view id, std::string_view title, std::string_vie
   return element("section", text("h2", title) + std::string(inner), fmt::format("id=\"{}\"", escape(id)));
 }
 
-std::string list(const std::vector<std::string>& sentences) {
-  if (sentences.empty()) return "";
+std::string list(const std::vector<std::string>& sentences, std::string_view nothing) {
+  if (sentences.empty()) return nothing.empty() ? "" : text("p", nothing);
   std::string items;
   for (const std::string& sentence : sentences) items += text("li", sentence);
   return element("ul", items);

@@ -58,8 +58,8 @@ std::string text(std::string_view tag, std::string_view plain, std::string_view 
 /// Returns <section id="id"> with a heading.
 std::string section(std::string_view id, std::string_view title, std::string_view inner);
 
-/// Returns a list of plain sentences; empty if there are none.
-std::string list(const std::vector<std::string>& sentences);
+/// Returns a list of plain sentences. If there are none: the plain paragraph `nothing`, which is left out if empty.
+std::string list(const std::vector<std::string>& sentences, std::string_view nothing = "");
 
 /// Returns a list of names and values (dl), both plain text.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& facts);
