@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/page.h"
 #include "apps/report/kit/figure.h"
+#include "apps/report/page.h"
 #include "apps/report/paper.h"
 #include "tests/report/synthetic_run.h"
 
