@@ -12,7 +12,6 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/findings.h"
-#include "apps/compare/side.h"
 
 namespace twocone::compare {
 namespace {
@@ -63,11 +62,8 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
       return distance_m(*simulated.reference[m.simulated], *real.reference[m.real]);
     };
     const Match best = *std::ranges::min_element(from, to, {}, apart);
-    const runlog::PoseRow &a = *simulated.reference[best.simulated], &b = *real.reference[best.real];
-    const std::uint64_t in_a = simulated.run.frames[best.simulated].frame, in_b = real.run.frames[best.real].frame;
-    exhibits.push_back(
-        {runlog::lower_image_file(simulated.run.folder, in_a), runlog::upper_image_file(simulated.run.folder, in_a),
-         runlog::lower_image_file(real.run.folder, in_b), runlog::upper_image_file(real.run.folder, in_b), a, b});
+    exhibits.push_back({images_of(simulated.run, best.simulated), images_of(real.run, best.real),
+                        *simulated.reference[best.simulated], *real.reference[best.real]});
   }
   return exhibits;
 }
@@ -94,11 +90,10 @@ std::string key_of(const Side& simulated, const Side& real, const Settings& sett
     return std::filesystem::last_write_time(image, none).time_since_epoch().count();
   };
   const auto one = [&when](const Side& side) {
-    const auto &first = side.run.frames.front(), &last = side.run.frames.back();
-    return fmt::format("{} {} {} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(),
-                       side.run.frames.size(), last.t_s, side.run.info.commit, side.run.info.seed,
-                       when(runlog::lower_image_file(side.run.folder, first.frame)),
-                       when(runlog::upper_image_file(side.run.folder, last.frame)));
+    const std::size_t frames = side.run.frames.size();
+    return fmt::format("{} {} {} {} {} {} {}", std::filesystem::absolute(side.run.folder).string(), frames,
+                       side.run.frames.back().t_s, side.run.info.commit, side.run.info.seed,
+                       when(images_of(side.run, 0)[0]), when(images_of(side.run, frames - 1)[1]));
   };
   return fmt::format("2|{}|{}|every {} fit {} poses {}", one(simulated), one(real), settings.every, settings.fit_frames,
                      settings.real_poses.string());
@@ -139,9 +134,7 @@ Result<Outcome> compare(const Settings& settings) {
                              real->run.map.file.string(), why)};
   }
   calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { settings.progress(done * kFitted); });
-  if (settings.stop != nullptr && *settings.stop) {
-    return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
-  }
+  if (settings.stop && *settings.stop) return stopped_error();
   settings.progress(kFitted);
   locate(*simulated);
   locate(*real);
@@ -183,7 +176,7 @@ Result<Outcome> compare(const Settings& settings) {
   const auto held_out = held_out_ranges(*real, found.sources, kHeldOutFrames,
                                         [&](double done) { settings.progress(kMeasured + (1 - kMeasured) * done); });
   if (!held_out) return held_out.error();
-  found.gaps = find_gaps(*simulated, *real, *held_out, *images, settings.is_rendered, found.sources);
+  found.gaps = find_gaps(both, *held_out, *images, found.sources);
   Residuals residuals_simulated = residuals_of(*simulated), residuals_real = residuals_of(*real);
   found.rows = find_rows(both, residuals_simulated, residuals_real, found.sources, settings.limits);
   found.simulated_residuals = std::move(residuals_simulated.points);

@@ -46,25 +46,17 @@ std::string table(const Comparison& comparison);
 /// Returns compare.json: all results, in the units that each number names.
 std::string to_json(const Comparison& comparison);
 
-struct RenderAgain {
-  std::filesystem::path real;   ///< run folder
-  std::filesystem::path scene;  ///< map with a scene
-  std::filesystem::path poses;  ///< given trajectory, TUM; empty: the run's own estimate, as in compare()
-  std::filesystem::path to;     ///< run folder to write, or one that was begun before
-  int fit_frames = 150;         ///< frames of the calibration that determines the poses
-  std::function<void(double)> progress = [](double) {};  ///< called with the fraction done, in [0, 1]
-  const std::atomic<bool>* stop = nullptr;
-};
-
-/// Renders the real run's frames as an ideal camera in the scene shows them from the real robot's poses. The result is
-/// a run folder with method outline's answers. Its truth is those poses, and its wheels turned exactly as those poses
-/// require. Frames with an unknown pose are left out. Existing images are not rendered again, unless the map, a .pov or
-/// .inc file in the scene's folder, the cameras or the poses have changed since.
+/// Renders the real run's frames as an ideal camera in the scene shows them from the real robot's poses. Without given
+/// poses, these are the run's own estimate, as in compare(). The result is a run folder with method outline's answers,
+/// Settings::simulated, which may be one that was begun before. Its truth is those poses, and its wheels turned exactly
+/// as those poses require. Frames with an unknown pose are left out. Existing images are not rendered again, unless the
+/// map, a .pov or .inc file in the scene's folder, the cameras or the poses have changed since.
 ///
 /// The scene must show the robot at the run's `start:` (at the world's origin where it has none), with cameras named
 /// lower and upper. The images have the size of the real ones and no effects.
+/// @param scene map with a scene
 /// Errors: kBadData (no frame with a pose), those of rendering. @throws config::FileError, runlog::DiskError
-Status render_again(const RenderAgain& settings);
+Status render_again(const Settings& settings, const std::filesystem::path& scene);
 
 /// Returns the real run's robot file with the rig and the wheels that its calibration found. It contains all numbers of
 /// the calibration, because they belong together, and not only those that differ. @throws config::FileError as

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -99,8 +100,8 @@ struct Component {
   [[nodiscard]] double difference() const { return real - simulated; }
 };
 
-/// The part of one gap that a source explains, by projection (see shares.h). It is negative where the source hides a
-/// part of another source's effect.
+/// The part of one gap that a source explains, by projection (see find_gaps). It is negative where the source hides
+/// a part of another source's effect.
 struct Share {
   Quantity of = Quantity::kRange;  ///< Gap::of
   double share = 0;
@@ -163,7 +164,7 @@ struct ResidualPoint {
 
 /// One frame of each run, taken at about the same place.
 struct Exhibit {
-  std::filesystem::path simulated_lower, simulated_upper, real_lower, real_upper;  ///< images
+  std::array<std::filesystem::path, 2> simulated_images, real_images;  ///< lower, upper
   runlog::PoseRow simulated, real;
 };
 

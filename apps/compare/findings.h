@@ -9,7 +9,6 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/side.h"
 #include "hal/result.h"
 #include "localisation/trajectory_error.h"
 
@@ -73,8 +72,8 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
 /// because nothing was driven there
 /// brightness log ratios of the images' colours; e_k is the gain that was found
 /// noise squares of grey levels; `after` is the uncertainty of the gap that was found
-std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
-                           const Images& images, bool is_rendered, std::vector<Source>& sources);
+std::vector<Gap> find_gaps(const BothRuns& runs, const std::vector<HeldOutRange>& held_out, const Images& images,
+                           std::vector<Source>& sources);
 
 /// Believed or measured numbers of the wheels: their sizes, and how much later they are read than images are taken.
 struct WheelsAs {

@@ -58,10 +58,8 @@ struct HeldOutFrame {
                                  const Landmark& target) const {
     for (const Source& source : sources) {
       if (!seen || !twist || !source.differs() || !is_of_time(source) || &source == left_as_it_is) continue;
-      const bool is_lower = side == vision::Side::kLower;
-      const vision::MirrorView& view = is_lower ? real.found.lower : real.found.upper;
-      const config::CameraEntry& camera = is_lower ? real.run.robot.lower : real.run.robot.upper;
-      seen = in_time(*seen, view, to_m, target, *twist, late_s(source, side, seen->pixel_px, camera.height_px));
+      const double by_s = late_s(source, side, seen->pixel_px, of_view(real.run.robot, side).height_px);
+      seen = in_time(*seen, of_view(real.found, side), to_m, target, *twist, by_s);
     }
     return seen;
   }
@@ -187,8 +185,8 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     progress(double(n) / double(rows.size()));
     const std::size_t row = rows[n];
     const runlog::FrameRow& frame = real.run.frames[row];
-    const auto lower = runlog::read_image(runlog::lower_image_file(real.run.folder, frame.frame));
-    const auto upper = runlog::read_image(runlog::upper_image_file(real.run.folder, frame.frame));
+    const auto files = images_of(real.run, row);
+    const auto lower = runlog::read_image(files[0]), upper = runlog::read_image(files[1]);
     if (!lower || !upper) continue;  // unreadable images are reported elsewhere
     const auto answer = estimator.answer(*lower, *upper);
     if (!answer) return answer.error();

@@ -89,10 +89,8 @@ void merge(const Images& part, Images& all) {
 
 // ---- one frame
 
-std::optional<cv::Mat> read(const runlog::RunData& run, std::size_t index, bool is_lower, Images& part) {
-  const std::uint64_t frame = run.frames[index].frame;
-  auto rgb = runlog::read_rgb(is_lower ? runlog::lower_image_file(run.folder, frame)
-                                       : runlog::upper_image_file(run.folder, frame));
+std::optional<cv::Mat> read(const std::filesystem::path& file, Images& part) {
+  auto rgb = runlog::read_rgb(file);
   if (rgb) return *std::move(rgb);
   ++part.unreadable_count;
   if (part.unreadable.size() < kMostNamed) part.unreadable.push_back(rgb.error().message);
@@ -110,12 +108,12 @@ void add(const Side& of_simulated, const Side& of_real, std::optional<std::size_
          Images& part) {
   const std::size_t simulated = partner.value_or(index * of_simulated.run.frames.size() / of_real.run.frames.size());
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-    const bool is_lower = side == vision::Side::kLower;
-    ViewImages& view = part.views[is_lower ? 0 : 1];
-    const vision::MirrorView& real_view = is_lower ? of_real.found.lower : of_real.found.upper;
-    const vision::MirrorView& simulated_view = is_lower ? of_simulated.found.lower : of_simulated.found.upper;
-    const auto real = read(of_real.run, index, is_lower, part);
-    const auto rendered = read(of_simulated.run, simulated, is_lower, part);
+    const auto k = std::size_t(side);
+    ViewImages& view = part.views[k];
+    const vision::MirrorView &real_view = of_view(of_real.found, side),
+                             &simulated_view = of_view(of_simulated.found, side);
+    const auto real = read(images_of(of_real.run, index)[k], part);
+    const auto rendered = read(images_of(of_simulated.run, simulated)[k], part);
     if (real) measure(*real, region_of(real_view), view.real_noise, view.real_blur_px);
     if (rendered) measure(*rendered, region_of(simulated_view), view.simulated_noise, view.simulated_blur_px);
     if (!partner || !real || !rendered || real->size() != rendered->size()) continue;
@@ -132,7 +130,7 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
                               const ImageWork& work) {
   std::error_code error;
   std::filesystem::create_directories(work.folder, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", work.folder.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", work.folder.string(), error.message());
   std::vector<std::optional<std::size_t>> partners(real.run.frames.size());
   for (const Match& match : by_pose) partners[match.real] = match.simulated;
   const auto every = std::size_t(work.every);
@@ -166,12 +164,11 @@ Result<Images> measure_images(const Side& simulated, const Side& real, const std
   std::vector<std::future<void>> workers(std::size_t(work.jobs));
   for (auto& worker : workers) worker = std::async(std::launch::async, labour);
   for (auto& worker : workers) worker.get();
-  if (is_stopped()) return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
+  if (is_stopped()) return stopped_error();
   Images all;
   for (std::size_t number = 0; number < parts; ++number) {
     const auto part = kept_part(work, number);
-    if (!part)
-      throw runlog::DiskError(fmt::format("{}: does not contain what was written", part_file(work, number).string()));
+    if (!part) throw runlog::DiskError("{}: does not contain what was written", part_file(work, number).string());
     merge(*part, all);
   }
   return all;

@@ -90,6 +90,9 @@ std::vector<std::string> header(const Outcome& outcome, const char* what) {
   return lines;
 }
 
+/// Rounds to four digits, more than any measurement here has, so that people can read the files.
+double rounded(double value) { return value == 0 ? 0 : std::stod(fmt::format("{:.4g}", value)); }
+
 void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::CameraEffects& effects) {
   const std::vector<Source>& sources = outcome.comparison.sources;
   if (const Source* const gain = find_differing(sources, Cause::kExposureAndColour, view)) {
@@ -127,12 +130,6 @@ void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::C
     late_s += std::max(0.0, view == vision::Side::kUpper ? -upper_later_s : upper_later_s);
   }
   effects.stamp_late_s = std::max(0.0, effects.stamp_late_s + late_s);
-}
-
-/// Rounds to four digits, more than any measurement here has, so that people can read the files.
-double rounded(double value) { return value == 0 ? 0 : std::stod(fmt::format("{:.4g}", value)); }
-
-void round(sim_povray::CameraEffects& effects) {
   for (double* const value :
        {&effects.gain, &effects.full_well_electrons, &effects.read_noise_electrons, &effects.vignetting,
         &effects.defocus_px, &effects.readout_s, &effects.drop_probability, &effects.stamp_late_s}) {
@@ -247,8 +244,6 @@ std::string like_the_real(const Outcome& outcome, const std::filesystem::path& n
   config::Robot robot = c.simulated_robot;
   add_camera_effects(outcome, vision::Side::kLower, robot.lower.effects);
   add_camera_effects(outcome, vision::Side::kUpper, robot.upper.effects);
-  round(robot.lower.effects);
-  round(robot.upper.effects);
   if (find_differing(c.sources, Cause::kWheelRadius) || find_differing(c.sources, Cause::kWheelSeparation)) {
     // Belief and truth are equal: both are those of the corrected real robot.
     robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "apps/compare/both_runs.h"
-#include "apps/compare/side.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/import/motion.h"
@@ -107,7 +106,7 @@ void keep_those_of(const std::string& recipe, const std::filesystem::path& folde
     for (const char* const view : {"lower", "upper"}) std::filesystem::remove_all(folder / view, error);
   }
   for (const char* const view : {"lower", "upper"}) std::filesystem::create_directories(folder / view, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", folder.string(), error.message());
   runlog::write_whole(kept, recipe);
 }
 
@@ -116,7 +115,7 @@ struct Coming {
   std::array<twocone::Frame, 2> images;
 };
 
-Status render_all(const RenderAgain& settings, const Side& real, const config::Map& map,
+Status render_all(const Settings& settings, const Side& real, const config::Map& map,
                   const std::vector<Place>& places) {
   auto host = sim_povray::SimulationHost::open(config::to_place(map));
   if (!host) return host.error();
@@ -126,18 +125,16 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
     coming.pop_front();
     const auto lower = first.images[0].image(kImageTimeout);
     if (!lower) return lower.error();
-    runlog::write_image(runlog::lower_image_file(settings.to, first.frame), **lower);
+    runlog::write_image(runlog::lower_image_file(settings.simulated, first.frame), **lower);
     // The upper image is written last: where it exists, both do.
     const auto upper = first.images[1].image(kImageTimeout);
     if (!upper) return upper.error();
-    runlog::write_image(runlog::upper_image_file(settings.to, first.frame), **upper);
+    runlog::write_image(runlog::upper_image_file(settings.simulated, first.frame), **upper);
     return {};
   };
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (settings.stop && *settings.stop) {
-      return Error{ErrorCode::kCancelled, "stopped from outside; the same command continues from here"};
-    }
-    if (!std::filesystem::exists(runlog::upper_image_file(settings.to, places[i].frame.frame))) {
+    if (settings.stop && *settings.stop) return stopped_error();
+    if (!std::filesystem::exists(runlog::upper_image_file(settings.simulated, places[i].frame.frame))) {
       auto frames = look(**host, real.run.robot, places[i]);
       if (!frames) {
         return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
@@ -156,7 +153,8 @@ Status render_all(const RenderAgain& settings, const Side& real, const config::M
 }
 
 /// Writes the tables that need no image: frames, wheels, poses. frames.csv comes last.
-void write_tables(const RenderAgain& settings, const Side& real, const std::vector<Place>& places) {
+void write_tables(const Settings& settings, const std::filesystem::path& scene, const Side& real,
+                  const std::vector<Place>& places) {
   std::vector<localisation::Pose> poses;
   poses.reserve(places.size());
   for (const Place& place : places) poses.push_back(pose_of(place.pose));
@@ -173,39 +171,37 @@ void write_tables(const RenderAgain& settings, const Side& real, const std::vect
     row.t_s = row.lower_t_s = row.upper_t_s = pose.t_s;
     frames += runlog::to_line(row) + "\n";
   }
-  runlog::write_run_yaml_for_map(settings.real, settings.scene,
+  runlog::write_run_yaml_for_map(settings.real, scene,
                                  fmt::format("the places of {} ({}), rendered again", real.name, real.reference_is),
-                                 settings.to);
-  runlog::write_whole(settings.to / "truth.tum", truth);
-  runlog::write_whole(settings.to / "odometry.tum", truth);
-  runlog::write_whole(settings.to / "drive.csv", drive);
-  runlog::write_whole(settings.to / "frames.csv", frames);
+                                 settings.simulated);
+  runlog::write_whole(settings.simulated / "truth.tum", truth);
+  runlog::write_whole(settings.simulated / "odometry.tum", truth);
+  runlog::write_whole(settings.simulated / "drive.csv", drive);
+  runlog::write_whole(settings.simulated / "frames.csv", frames);
 }
 
 }  // namespace
 
-Status render_again(const RenderAgain& settings) {
-  const config::Map map = config::read_map(settings.scene);
-  if (!map.scene) {
-    throw config::FileError(fmt::format("{}: has no `scene:`, so there is nothing to render", settings.scene.string()));
-  }
-  auto real = read_side(settings.real, settings.poses);
+Status render_again(const Settings& settings, const std::filesystem::path& scene) {
+  const config::Map map = config::read_map(scene);
+  if (!map.scene) throw config::FileError("{}: has no `scene:`, so there is nothing to render", scene.string());
+  auto real = read_side(settings.real, settings.real_poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
     return Error{ErrorCode::kBadData,
-                 fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks",
-                             settings.scene.string(), settings.real.string(), real->run.map.file.string(), why)};
+                 fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks", scene.string(),
+                             settings.real.string(), real->run.map.file.string(), why)};
   }
   calibrate_side(*real, settings.fit_frames, [&](double done) { settings.progress(kPosesShare * done); });
   // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.
-  if (settings.poses.empty()) real->is_reference_apart = false;
+  if (settings.real_poses.empty()) real->is_reference_apart = false;
   locate(*real);
   const auto places = places_of(*real);
   if (!places) return places.error();
-  keep_those_of(recipe_of(real->run.robot, map, *places), settings.to);
+  keep_those_of(recipe_of(real->run.robot, map, *places), settings.simulated);
   if (auto rendered = render_all(settings, *real, map, *places); !rendered) return rendered;
-  write_tables(settings, *real, *places);
-  const auto localised = runs::localise(settings.to, estimation::Method::kOutline, [&](double done) {
+  write_tables(settings, scene, *real, *places);
+  const auto localised = runs::localise(settings.simulated, estimation::Method::kOutline, [&](double done) {
     settings.progress(kImagesShare + (1 - kImagesShare) * done);
   });
   if (!localised) return localised.error();

@@ -81,8 +81,8 @@ double rms(const std::vector<Eigen::Vector2d>& errors) {
   return errors.empty() ? 0 : std::sqrt(sum / double(errors.size()));
 }
 
-void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered, std::vector<Source>& sources,
-                      std::vector<Gap>& gaps) {
+void add_odometry_gap(const BothRuns& runs, std::vector<Source>& sources, std::vector<Gap>& gaps) {
+  const Side& real = runs.real;
   if (!real.calibration || real.run.drive.size() < real.run.frames.size()) return;
   const config::Drive& drive = real.run.robot.drive;
   const WheelsAs believed{drive.wheel_radius_m, drive.wheel_separation_m, 0};
@@ -114,8 +114,8 @@ void add_odometry_gap(const Side& simulated, const Side& real, bool is_rendered,
   }
   gaps.push_back(
       {Quantity::kOdometry, "mm/m", 1e3 * rms(before) / kOdometryStretch_m, 1e3 * rms(after) / kOdometryStretch_m});
-  if (!is_rendered) {
-    const auto floor = stretch_errors(pairs_with(simulated.reference, simulated.run.odometry));
+  if (!runs.is_rendered) {
+    const auto floor = stretch_errors(pairs_with(runs.simulated.reference, runs.simulated.run.odometry));
     gaps.back().floor = 1e3 * rms(floor) / kOdometryStretch_m;
   }
   projection.put_into(gaps.back());
@@ -192,11 +192,11 @@ std::vector<runlog::PoseRow> odometry_by(const runlog::RunData& run, const Wheel
   return poses;
 }
 
-std::vector<Gap> find_gaps(const Side& simulated, const Side& real, const std::vector<HeldOutRange>& held_out,
-                           const Images& images, bool is_rendered, std::vector<Source>& sources) {
+std::vector<Gap> find_gaps(const BothRuns& runs, const std::vector<HeldOutRange>& held_out, const Images& images,
+                           std::vector<Source>& sources) {
   std::vector<Gap> gaps;
   add_range_gap(held_out, sources, gaps);
-  add_odometry_gap(simulated, real, is_rendered, sources, gaps);
+  add_odometry_gap(runs, sources, gaps);
   add_brightness_gap(images, sources, gaps);
   add_noise_gap(sources, gaps);
   return gaps;

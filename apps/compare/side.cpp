@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/compare/side.h"
+#include "apps/compare/both_runs.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "apps/compare/both_runs.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/adaptive.h"
@@ -44,9 +43,8 @@ std::string outline_method_of(const std::filesystem::path& folder, const runlog:
   std::string outline(estimation::to_string(estimation::Method::kOutline));
   if (std::filesystem::exists(folder / "methods" / outline / "sightings.csv")) return outline;
   if (info.method == outline && std::filesystem::exists(folder / "sightings.csv")) return "";
-  throw config::FileError(
-      fmt::format("{}: has no sightings of method {}; make them with: twocone localise {} --method {}", folder.string(),
-                  outline, folder.string(), outline));
+  throw config::FileError("{}: has no sightings of method {}; make them with: twocone localise {} --method {}",
+                          folder.string(), outline, folder.string(), outline);
 }
 
 /// Tests whether landmarks stand elsewhere than in the map. A second solution, which does not trust the map, decides
@@ -84,12 +82,11 @@ void drop_broken_end(Side& side) {
   constexpr int kMost = 2;
   runlog::RunData& run = side.run;
   for (int i = 0; i < kMost && !run.frames.empty(); ++i) {
-    const std::uint64_t frame = run.frames.back().frame;
-    const auto lower = runlog::read_image(runlog::lower_image_file(run.folder, frame));
-    const auto upper = runlog::read_image(runlog::upper_image_file(run.folder, frame));
+    const auto files = images_of(run, run.frames.size() - 1);
+    const auto lower = runlog::read_image(files[0]), upper = runlog::read_image(files[1]);
     if (lower && upper) return;
-    side.left_out.push_back(
-        fmt::format("frame {} is left out: {}", frame, lower ? upper.error().message : lower.error().message));
+    side.left_out.push_back(fmt::format("frame {} is left out: {}", run.frames.back().frame,
+                                        lower ? upper.error().message : lower.error().message));
     run.frames.pop_back();
     const auto shorten = [&run](auto& rows) {
       if (rows.size() > run.frames.size()) rows.resize(run.frames.size());
@@ -163,6 +160,11 @@ std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const
 }
 
 }  // namespace
+
+std::array<std::filesystem::path, 2> images_of(const runlog::RunData& run, std::size_t index) {
+  const std::uint64_t frame = run.frames[index].frame;
+  return {runlog::lower_image_file(run.folder, frame), runlog::upper_image_file(run.folder, frame)};
+}
 
 Result<Side> read_side(const std::filesystem::path& folder, const std::filesystem::path& poses) {
   if (std::filesystem::exists(folder / "run.yaml") && !std::filesystem::exists(folder / "frames.csv")) {

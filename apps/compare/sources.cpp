@@ -165,11 +165,9 @@ void add_rig_sources(const Side& simulated, const Side& real, std::vector<Source
     for (std::size_t i = 0; i < found.size(); ++i) {
       const auto at = Eigen::Index(i);
       covariance(at, at) += std::pow(found[i].model_sigma * found[i].shown_per_si, 2);
-      const auto shown = [&](const vision::CalibrationResult& result, Eigen::Index k) {
-        return result.parameters[std::size_t(k)].after * found[i].shown_per_si;
-      };
-      source.components.push_back({wanted.full_name(found[i]), found[i].shown_unit, shown(a, in_a[i]),
-                                   shown(b, in_b[i]), std::sqrt(covariance(at, at))});
+      const double was = a.parameters[std::size_t(in_a[i])].after, is = b.parameters[std::size_t(in_b[i])].after;
+      source.components.push_back({wanted.full_name(found[i]), found[i].shown_unit, was * found[i].shown_per_si,
+                                   is * found[i].shown_per_si, std::sqrt(covariance(at, at))});
     }
     judge(source, covariance);
     source.confusable = confusable_with(in_b, owners, b.covariance);
@@ -311,7 +309,7 @@ void add_blur(const ViewImages& images, vision::Side view, std::vector<Source>& 
 /// Returns the loss rate that is set for a simulated camera, so that it need not be measured; nothing for a real one.
 std::optional<double> set_to_lose(const Side& side, vision::Side view) {
   if (!config::is_simulated(side.run.robot)) return std::nullopt;
-  return (view == vision::Side::kLower ? side.run.robot.lower : side.run.robot.upper).effects.drop_probability;
+  return of_view(side.run.robot, view).effects.drop_probability;
 }
 
 void add_lost(const BothRuns& runs, vision::Side view, std::vector<Source>& sources) {

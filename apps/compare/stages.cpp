@@ -20,7 +20,7 @@ std::optional<double> share_percent(std::size_t part, std::size_t whole) {
 
 class Table {
  public:
-  explicit Table(const Limits& limits) : limits_(limits) {}
+  Table(const Limits& limits, const std::vector<Source>& sources) : limits_(limits), sources_(sources) {}
 
   void stage(Stage stage) { stage_ = stage; }
 
@@ -28,15 +28,8 @@ class Table {
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
            const char* limit_key = "", std::optional<double> gap = std::nullopt,
            std::optional<double> gap_sigma = std::nullopt) {
-    Row row{.stage = stage_,
-            .name = std::move(name),
-            .unit = std::move(unit),
-            .simulated = simulated,
-            .real = real,
-            .gap = gap,
-            .gap_sigma = gap_sigma};
+    Row row{stage_, std::move(name), std::move(unit), simulated, real, gap, gap_sigma, limit_key};
     if (!row.gap && simulated && real) row.gap = std::abs(*real - *simulated);
-    row.limit_key = limit_key;
     if (*limit_key != '\0') {
       const auto own = limits_.find(limit_key);
       const auto kind = std::ranges::find(limit_kinds(), row.limit_key, &LimitKind::key);
@@ -47,8 +40,9 @@ class Table {
   }
 
   /// Adds a number of a source: the component of that name, or a note why there is none.
-  void add(std::string name, const Source* source, const std::string& component, const char* unit,
-           const char* limit_key) {
+  void add(std::string name, Cause cause, std::optional<vision::Side> view, const std::string& component,
+           const char* unit, const char* limit_key) {
+    const Source* const source = find_source(sources_, cause, view);
     const auto& components = source ? source->components : std::vector<Component>{};
     const auto found = std::ranges::find(components, component, &Component::name);
     if (found != components.end()) {
@@ -62,26 +56,26 @@ class Table {
 
  private:
   const Limits& limits_;
+  const std::vector<Source>& sources_;
   Stage stage_ = Stage::kImage;
   std::vector<Row> rows_;
 };
 
-void add_image(Table& table, const Side& simulated, const Side& real, const std::vector<Source>& sources) {
+void add_image(Table& table, const Side& simulated, const Side& real) {
   table.stage(Stage::kImage);
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
     const std::string view(to_string(side));
-    table.add(view + " rim, radius", find_source(sources, Cause::kFocalLength, side), view + ".rim_radius_px", "px",
-              "rim-px");
+    table.add(view + " rim, radius", Cause::kFocalLength, side, view + ".rim_radius_px", "px", "rim-px");
     for (const char* const axis : {"column", "row"}) {
-      table.add(fmt::format("{} centre, {}", view, axis), find_source(sources, Cause::kCentre, side),
+      table.add(fmt::format("{} centre, {}", view, axis), Cause::kCentre, side,
                 fmt::format("{}.centre_px.{}", view, axis), "px", "centre-px");
     }
     for (const char* const colour : {"red", "green", "blue"}) {
-      table.add(fmt::format("{} {}, real over simulated", view, colour),
-                find_source(sources, Cause::kExposureAndColour, side), fmt::format("gain.{}", colour), "1", "gain");
+      table.add(fmt::format("{} {}, real over simulated", view, colour), Cause::kExposureAndColour, side,
+                fmt::format("gain.{}", colour), "1", "gain");
     }
-    table.add(view + " noise at mid grey", find_source(sources, Cause::kNoise, side), "noise", "grey", "noise-grey");
-    table.add(view + " edges' spread", find_source(sources, Cause::kSharpness, side), "blur", "px", "blur-px");
+    table.add(view + " noise at mid grey", Cause::kNoise, side, "noise", "grey", "noise-grey");
+    table.add(view + " edges' spread", Cause::kSharpness, side, "blur", "px", "blur-px");
     const auto edges = [side](const Side& of) {
       return of.calibration ? std::optional(of.calibration->result.rms_before_px[std::size_t(side)]) : std::nullopt;
     };
@@ -178,7 +172,7 @@ void add_trajectories(Table& table, const Side& simulated, const Side& real, con
   }
 }
 
-void add_timing(Table& table, const Timing& a, const Timing& b, const std::vector<Source>& sources) {
+void add_timing(Table& table, const Timing& a, const Timing& b) {
   table.stage(Stage::kTiming);
   const auto rate = [](const Timing& t) { return t.rate_hz > 0 ? std::optional(t.rate_hz) : std::nullopt; };
   const auto share = rate(a) && rate(b) ? std::optional(100 * std::abs(b.rate_hz / a.rate_hz - 1)) : std::nullopt;
@@ -186,13 +180,12 @@ void add_timing(Table& table, const Timing& a, const Timing& b, const std::vecto
   table.add("jitter of a frame's time", "ms", 1e3 * a.jitter_s, 1e3 * b.jitter_s, "jitter-ms");
   table.add("stamped skew, mean", "ms", 1e3 * a.skew_s, 1e3 * b.skew_s, "skew-ms");
   table.add("stamped skew, largest", "ms", 1e3 * a.most_skew_s, 1e3 * b.most_skew_s);
-  table.add("skew beyond the stamps", find_source(sources, Cause::kSkew), "upper.skew_s", "ms", "skew-ms");
-  table.add("age of an image at its stamp", find_source(sources, Cause::kLatency), "latency_s", "ms", "latency-ms");
+  table.add("skew beyond the stamps", Cause::kSkew, std::nullopt, "upper.skew_s", "ms", "skew-ms");
+  table.add("age of an image at its stamp", Cause::kLatency, std::nullopt, "latency_s", "ms", "latency-ms");
   table.add("growth of the images' age over the run", "ms", times(a.ageing_s, 1e3), times(b.ageing_s, 1e3)).note =
       b.ageing_s ? "" : "a simulated run has none";
   for (const vision::Side view : {vision::Side::kLower, vision::Side::kUpper}) {
-    table.add(fmt::format("{} frames lost", to_string(view)), find_source(sources, Cause::kFramesLost, view), "lost",
-              "%", "lost-percent");
+    table.add(fmt::format("{} frames lost", to_string(view)), Cause::kFramesLost, view, "lost", "%", "lost-percent");
   }
 }
 
@@ -233,12 +226,12 @@ Light light_of(double gap, std::optional<double> sigma, double limit) {
 
 std::vector<Row> find_rows(const BothRuns& runs, const Residuals& of_simulated, const Residuals& of_real,
                            const std::vector<Source>& sources, const Limits& limits) {
-  Table table(limits);
-  add_image(table, runs.simulated, runs.real, sources);
+  Table table(limits, sources);
+  add_image(table, runs.simulated, runs.real);
   add_detection(table, runs.simulated, runs.real, of_simulated, of_real, runs.by_pose);
   add_answers(table, of_simulated, of_real);
   add_trajectories(table, runs.simulated, runs.real, runs.by_time);
-  add_timing(table, runs.simulated_timing, runs.real_timing, sources);
+  add_timing(table, runs.simulated_timing, runs.real_timing);
   return table.take();
 }
 

@@ -2,10 +2,10 @@
 #include "apps/report/paper.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <numbers>
-#include <string>
+
+#include <boost/algorithm/string/predicate.hpp>
 
 namespace twocone::report {
 namespace {
@@ -20,9 +20,7 @@ double inside_rim_from_m(const config::Rig& rig, double above_tip_m) {
 }  // namespace
 
 const paper::LandmarkFigures* paper::find_landmark(std::string_view name) {
-  std::string lower(name);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto* found = std::ranges::find(kLandmarks, lower, &LandmarkFigures::name);
+  const auto* found = std::ranges::find_if(kLandmarks, [&](const auto& l) { return boost::iequals(l.name, name); });
   return found == kLandmarks.end() ? nullptr : found;
 }
 

@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
+#include "apps/runlog/summary/summary.h"
+#include "apps/runlog/summary/timing.h"
 #include "hal/result.h"
 
 namespace twocone::report {
@@ -33,5 +36,24 @@ struct ReportResult {
 /// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails becomes a note.
 /// @throws std::invalid_argument for draws or a step that are not positive, or a folder that does not exist
 Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings = {});
+
+/// Returns a run as a table for a terminal: what it was (enough to repeat it), the range to each landmark and the
+/// position, each with its coverage, its errors in millimetres, the paper's numbers beside them, and the reasons why
+/// frames have no answer. Where the method states them, there follow the headings, the Cramer-Rao bounds with the
+/// errors of the same frames, a check of the stated sigmas, and the outliers. The text is plain ASCII of at most 100
+/// columns: other characters of names become '?', long names are cut.
+///
+/// Without ground truth there are no errors, and a line states that.
+/// @param baseline results of method `paper` on the same frames, shown beside another method; null: not available
+/// @param timing times of vision and localisation; null: unknown, or not to be shown
+std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,
+                  const runlog::Summary* baseline = nullptr, const runlog::TimingSummary* timing = nullptr);
+
+/// Returns the table of a run, with method `paper` beside another one where the run has both.
+/// @param notes receives why a baseline that exists cannot be read
+std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes);
+
+/// Returns the command that makes this run again, its words quoted for a POSIX shell where they need it.
+std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method);
 
 }  // namespace twocone::report

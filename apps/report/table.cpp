@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/table.h"
+#include "apps/report/report.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -10,8 +10,8 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
-#include "apps/report/figures/figures.h"
 #include "apps/report/kit/plain_text.h"
+#include "apps/report/page.h"
 #include "apps/report/paper.h"
 #include "localisation/pose_filter.h"
 #include "vision/ranging.h"

@@ -147,15 +147,8 @@ void compare_with(CompareArguments options) {
     settings.simulated = options.out / "simulated";
     settings.is_rendered = true;
     ProgressBar bar("render");
-    compare::RenderAgain again;
-    again.real = settings.real;
-    again.scene = options.scene;
-    again.poses = options.poses;
-    again.to = settings.simulated;
-    again.fit_frames = settings.fit_frames;
-    again.progress = [&bar](double done) { bar.show(done); };
-    again.stop = &stop;
-    if (const Status rendered = compare::render_again(again); !rendered) {
+    settings.progress = [&bar](double done) { bar.show(done); };
+    if (const Status rendered = compare::render_again(settings, options.scene); !rendered) {
       if (stop) throw Interrupted(next_step(options.out));
       throw CommandFailed(rendered.error().message);
     }

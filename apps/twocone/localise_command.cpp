@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/table.h"
+#include "apps/report/report.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/run.h"

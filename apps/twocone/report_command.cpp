@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "apps/report/report.h"
-#include "apps/report/table.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/locked_folder.h"

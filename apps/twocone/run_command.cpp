@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/table.h"
+#include "apps/report/report.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runs/run.h"
 #include "apps/twocone/command_line.h"

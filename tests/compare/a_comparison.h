@@ -24,38 +24,20 @@ inline Comparison a_comparison() {
   Row skew{Stage::kTiming, "age", "ms", {}, {}, {}, {}, "", {}, Light::kNone, "no clock is common to both"};
   c.rows = {rim, noise, fix, skew};
 
-  Source small{Cause::kNoise,
-               vision::Side::kUpper,
-               "",
-               SourceVerdict::kDiffers,
-               {{"upper.noise_grey", "grey", 0.6, 4.1, 0.05}},
-               4900,
-               0};
+  Source small{.cause = Cause::kNoise, .view = vision::Side::kUpper, .verdict = SourceVerdict::kDiffers};
+  small.components = {{"upper.noise_grey", "grey", 0.6, 4.1, 0.05}};
+  small.chi_squared = 4900, small.p_value = 0;
   small.shares = {{Quantity::kRange, 0.12}};
-  Source large{Cause::kFocalLength,
-               vision::Side::kLower,
-               "",
-               SourceVerdict::kDiffers,
-               {{"lower.rim_radius_px", "px", 214, 216, 0.1}},
-               400,
-               5.5e-89};
+  Source large{.cause = Cause::kFocalLength, .view = vision::Side::kLower, .verdict = SourceVerdict::kDiffers};
+  large.components = {{"lower.rim_radius_px", "px", 214, 216, 0.1}};
+  large.chi_squared = 400, large.p_value = 5.5e-89;
   large.shares = {{Quantity::kRange, 0.71}, {Quantity::kOdometry, -0.02}};
   large.confusable = {"lower tilt"};
-  Source equal{Cause::kExposureAndColour,
-               vision::Side::kLower,
-               "",
-               SourceVerdict::kAgrees,
-               {{"lower.gain", "1", 1, 1.004, 0.006}},
-               0.44,
-               0.51};
-  Source undetermined{Cause::kRollingShutter,
-                      std::nullopt,
-                      "",
-                      SourceVerdict::kCannotTell,
-                      {},
-                      0,
-                      1,
-                      "the robot never turned fast enough"};
+  Source equal{.cause = Cause::kExposureAndColour, .view = vision::Side::kLower, .verdict = SourceVerdict::kAgrees};
+  equal.components = {{"lower.gain", "1", 1, 1.004, 0.006}};
+  equal.chi_squared = 0.44, equal.p_value = 0.51;
+  Source undetermined{.cause = Cause::kRollingShutter};
+  undetermined.reason = "the robot never turned fast enough";
   c.sources = {small, equal, large, undetermined};
   c.level = c.false_alarm / 3;
   c.gaps = {{Quantity::kRange, "mm", 9.2, 1.1, 0.9, 0.03}, {Quantity::kOdometry, "mm/m", 20.5, 4.0, 3.1, std::nullopt}};

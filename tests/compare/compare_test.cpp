@@ -43,15 +43,12 @@ class Compare : public testing::Test {
 
   static std::vector<std::string> differing(const Comparison& comparison) {
     std::vector<std::string> names;
-    for (const Source& source : comparison.sources) {
-      if (source.verdict == SourceVerdict::kDiffers) names.push_back(source.name());
-    }
+    for (const Source* const source : comparison.sources_with(SourceVerdict::kDiffers)) names.push_back(source->name());
     return names;
   }
 
   static const Gap* gap_of(const Comparison& comparison, Quantity of) {
-    const auto at =
-        std::find_if(comparison.gaps.begin(), comparison.gaps.end(), [&](const Gap& g) { return g.of == of; });
+    const auto at = std::ranges::find(comparison.gaps, of, &Gap::of);
     return at == comparison.gaps.end() ? nullptr : &*at;
   }
 
@@ -94,7 +91,7 @@ TEST_F(Compare, NothingPlantedNothingFound) {
   EXPECT_EQ(c.reference, "truth");
   ASSERT_FALSE(c.exhibits.empty());
   for (const Exhibit& exhibit : c.exhibits) {
-    EXPECT_TRUE(std::filesystem::exists(exhibit.real_upper)) << exhibit.real_upper;
+    EXPECT_TRUE(std::filesystem::exists(exhibit.real_images[1])) << exhibit.real_images[1];
     EXPECT_EQ(exhibit.simulated.x_m, exhibit.real.x_m);
     EXPECT_EQ(exhibit.simulated.y_m, exhibit.real.y_m);
   }

@@ -74,16 +74,8 @@ TEST_F(Correct, WithoutADifferenceTheSimulationIsUnchanged) {
 }
 
 TEST_F(Correct, ADifferenceBecomesAnEffect) {
-  add(Cause::kExposureAndColour, vision::Side::kLower,
-      {{"gain.red", "1", 1, 1.1, 0.01},
-       {"gain.green", "1", 1, 1.2, 0.01},
-       {"gain.blue", "1", 1, 1.3, 0.01},
-       {"vignetting", "1", 0, 0.3, 0.02}});
-  add(Cause::kExposureAndColour, vision::Side::kUpper,
-      {{"gain.red", "1", 1, 0.8, 0.01},
-       {"gain.green", "1", 1, 0.8, 0.01},
-       {"gain.blue", "1", 1, 0.8, 0.01},
-       {"vignetting", "1", 0, 0.03, 0.02}});
+  add(Cause::kExposureAndColour, vision::Side::kLower, gains(1.1, 1.2, 1.3, 0.3));
+  add(Cause::kExposureAndColour, vision::Side::kUpper, gains(0.8, 0.8, 0.8, 0.03));
   add(Cause::kFramesLost, vision::Side::kUpper, {{"lost", "%", 0, 5, 1}});
   add(Cause::kLatency, std::nullopt, {{"latency_s", "ms", 0, 40, 1}});
   add(Cause::kSkew, std::nullopt, {{"upper.skew_s", "ms", 0, -10, 1}});
@@ -130,20 +122,12 @@ TEST_F(Correct, TheNoiseIsThatOfTheRealImages) {
 }
 
 TEST_F(Correct, AVignetteThatIsAlreadySimulatedStays) {
-  std::string text = config::robot_text(outcome_.comparison.simulated_robot.file, folder_.path() / "with.yaml",
-                                        [&] {
-                                          config::Robot robot = outcome_.comparison.simulated_robot;
-                                          robot.lower.effects.vignetting = 0.3;
-                                          return robot;
-                                        }(),
-                                        {});
+  config::Robot with = outcome_.comparison.simulated_robot;
+  with.lower.effects.vignetting = 0.3;
+  const std::string text = config::robot_text(with.file, folder_.path() / "with.yaml", with, {});
   outcome_.comparison.simulated_robot = config::read_robot(folder_.write("with.yaml", text));
   ASSERT_EQ(outcome_.comparison.simulated_robot.lower.effects.vignetting, 0.3);
-  add(Cause::kExposureAndColour, vision::Side::kLower,
-      {{"gain.red", "1", 1, 1.2, 0.01},
-       {"gain.green", "1", 1, 1.2, 0.01},
-       {"gain.blue", "1", 1, 1.2, 0.01},
-       {"vignetting", "1", 0, 0.01, 0.02}});
+  add(Cause::kExposureAndColour, vision::Side::kLower, gains(1.2, 1.2, 1.2, 0.01));
   EXPECT_EQ(like().lower.effects.vignetting, 0.3) << "both runs have it";
 }
 

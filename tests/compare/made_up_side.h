@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "apps/compare/both_runs.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/side.h"
 #include "tests/support/lab_robot.h"
 
 namespace twocone::compare {
@@ -71,13 +73,8 @@ inline Side made_up_side(const std::string& driver, const vision::CalibrationRes
   Side side{.name = driver == "sim_povray" ? "runs/simulated" : "runs/real",
             .run = {},
             .method = "outline",
-            .calibration = std::nullopt,
-            .why_no_calibration = {},
-            .map_shifts = {},
-            .left_out = {},
             .believed = rig,
             .found = rig,
-            .reference = {},
             .reference_is = "truth",
             .is_reference_apart = true};
   side.run.robot = made_up_robot(driver);
@@ -99,7 +96,6 @@ inline Side made_up_side(const std::string& driver, const vision::CalibrationRes
                                        .robot = "robots/mine.yaml",
                                        .result = result,
                                        .problem = problem,
-                                       .circles = {},
                                        .before = rig,
                                        .after = rig,
                                        .rig = side.run.robot.rig,
@@ -108,25 +104,32 @@ inline Side made_up_side(const std::string& driver, const vision::CalibrationRes
   return side;
 }
 
+/// Returns the element of which `projection` is `value`. @throws std::out_of_range if there is none
+template <typename Elements, typename Value, typename Projection>
+auto& element_of(Elements& elements, const Value& value, Projection projection) {
+  const auto at = std::ranges::find(elements, value, projection);
+  if (at == elements.end()) throw std::out_of_range(fmt::format("there is no {}", value));
+  return *at;
+}
+
 inline vision::CalibratedParameter& parameter(vision::CalibrationResult& result, const std::string& name) {
-  for (vision::CalibratedParameter& p : result.parameters) {
-    if (p.name == name) return p;
-  }
-  throw std::out_of_range(name);
+  return element_of(result.parameters, name, &vision::CalibratedParameter::name);
 }
 
 inline Eigen::Index index_of(const vision::CalibrationResult& result, const std::string& name) {
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    if (result.parameters[i].name == name) return Eigen::Index(i);
-  }
-  throw std::out_of_range(name);
+  return &element_of(result.parameters, name, &vision::CalibratedParameter::name) - result.parameters.data();
 }
 
 inline Source source_of(const std::vector<Source>& sources, const std::string& name) {
-  for (const Source& source : sources) {
-    if (source.name() == name) return source;
-  }
-  throw std::out_of_range(name);
+  return element_of(sources, name, &Source::name);
+}
+
+/// Returns the components of a source of cause kExposureAndColour.
+inline std::vector<Component> gains(double red, double green, double blue, double vignetting) {
+  return {{"gain.red", "1", 1, red, 0.01},
+          {"gain.green", "1", 1, green, 0.01},
+          {"gain.blue", "1", 1, blue, 0.01},
+          {"vignetting", "1", 0, vignetting, 0.02}};
 }
 
 inline std::vector<std::string> names_of(const std::vector<Source>& sources, SourceVerdict verdict) {

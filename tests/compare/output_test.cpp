@@ -33,17 +33,8 @@ Comparison a_wide_comparison() {
   c.notes.push_back(
       "the images are of different size (320 x 240 and 640 x 480 px): colours are not compared, and so "
       "on and on, as notes of devices sometimes do");
-  Row row{Stage::kDetection,
-          "difference of the paths per metre (RPE), rms",
-          "mm",
-          -12345678,
-          -12345678,
-          3,
-          1234567,
-          "missed-percent",
-          0.125,
-          Light::kCannotTell,
-          ""};
+  Row row{Stage::kDetection, "difference of the paths per metre (RPE), rms", "mm", -12345678, -12345678, 3, 1234567};
+  row.limit_key = "missed-percent", row.limit = 0.125, row.light = Light::kCannotTell;
   c.rows.push_back(row);
   c.gaps.back().unnamed = 0.83;
   return c;

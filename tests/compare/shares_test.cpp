@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/compare/findings.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -22,15 +20,14 @@ Source source(Cause cause, std::optional<vision::Side> view, SourceVerdict verdi
 }
 
 const Gap& gap(const std::vector<Gap>& gaps, Quantity of) {
-  const auto at = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.of == of; });
-  if (at == gaps.end()) throw std::out_of_range(std::string(to_string(of)));
-  return *at;
+  return element_of(gaps, to_string(of), [](const Gap& g) { return to_string(g.of); });
 }
 
 class Shares : public testing::Test {
  protected:
   std::vector<Gap> gaps(std::vector<Source>& sources) {
-    return find_gaps(simulated_, real_, held_out_, images_, is_rendered_, sources);
+    return find_gaps({.simulated = simulated_, .real = real_, .is_rendered = is_rendered_}, held_out_, images_,
+                     sources);
   }
   Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());
   std::vector<HeldOutRange> held_out_;
@@ -113,11 +110,8 @@ TEST_F(Shares, OfBrightnessGoToTheGainThatWasFound) {
     transfer.log_gain = {log_gain + off, log_gain + off, log_gain + off};
     images_.views[0].transfers.push_back(transfer);
   }
-  std::vector<Source> sources{source(Cause::kExposureAndColour, vision::Side::kLower, SourceVerdict::kDiffers,
-                                     {{"gain.red", "1", 1, 1.2, 0.01},
-                                      {"gain.green", "1", 1, 1.2, 0.01},
-                                      {"gain.blue", "1", 1, 1.2, 0.01},
-                                      {"vignetting", "1", 0, 0, 0.02}})};
+  std::vector<Source> sources{
+      source(Cause::kExposureAndColour, vision::Side::kLower, SourceVerdict::kDiffers, gains(1.2, 1.2, 1.2, 0))};
   const auto found = gaps(sources);
   const Gap& brightness = gap(found, Quantity::kBrightness);
   EXPECT_NEAR(brightness.after, 1, kShareRounding) << "% of scatter";

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -69,9 +68,7 @@ class Rows : public testing::Test {
     return find_rows(runs, of_simulated_, of_real_, find_sources(runs, {}, 1e-3, level), limits);
   }
   static const Row& row(const std::vector<Row>& rows, std::string_view name) {
-    const auto at = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });
-    if (at == rows.end()) throw std::out_of_range(std::string(name));
-    return *at;
+    return element_of(rows, name, &Row::name);
   }
 
   Side simulated_ = made_up_side("sim_povray", made_up_result()), real_ = made_up_side("memory", made_up_result());

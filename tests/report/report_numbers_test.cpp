@@ -5,10 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/figures/figures.h"
 #include "apps/report/kit/figure.h"
+#include "apps/report/page.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::report {

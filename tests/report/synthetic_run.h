@@ -135,8 +135,7 @@ inline runlog::RunData synthetic_run(const std::filesystem::path& folder, int fr
   run.map = std::move(map);
   std::mt19937_64 random(20061);
   std::normal_distribution<> noise(0, 0.018);
-  double drift_x = 0;
-  double drift_y = 0;
+  double drift_x = 0, drift_y = 0;
   for (int i = 0; i < frames; ++i) {
     runlog::FrameRow frame;
     frame.frame = static_cast<std::uint64_t>(i);
@@ -166,14 +165,13 @@ inline runlog::RunData synthetic_run(const std::filesystem::path& folder, int fr
     run.fixes.push_back(fix);
   }
   if (image_step > 0) {
-    std::filesystem::create_directories(runlog::lower_image_file(folder, 0).parent_path());
-    std::filesystem::create_directories(runlog::upper_image_file(folder, 0).parent_path());
     const vision::Rig rig = config::to_rig(run.robot);
-    for (std::size_t i = 0; i < run.frames.size(); i += static_cast<std::size_t>(image_step)) {
-      cv::imwrite(runlog::lower_image_file(folder, run.frames[i].frame).string(),
-                  synthetic_image(run, rig.lower, run.truth[i]));
-      cv::imwrite(runlog::upper_image_file(folder, run.frames[i].frame).string(),
-                  synthetic_image(run, rig.upper, run.truth[i]));
+    for (const auto& [file_of, view] :
+         {std::pair{&runlog::lower_image_file, &rig.lower}, {&runlog::upper_image_file, &rig.upper}}) {
+      std::filesystem::create_directories(file_of(folder, 0).parent_path());
+      for (std::size_t i = 0; i < run.frames.size(); i += static_cast<std::size_t>(image_step)) {
+        cv::imwrite(file_of(folder, run.frames[i].frame).string(), synthetic_image(run, *view, run.truth[i]));
+      }
     }
   }
   return run;
@@ -237,9 +235,7 @@ inline void remove_truth(runlog::RunData& run) {
   run.truth.clear();
   for (runlog::RangeRow& row : run.ranges) row.true_range_m.reset();
   for (runlog::FixRow& row : run.fixes) {
-    row.true_x_m.reset();
-    row.true_y_m.reset();
-    row.error_m.reset();
+    row.true_x_m = row.true_y_m = row.error_m = std::nullopt;
   }
 }
 

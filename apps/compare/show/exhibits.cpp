@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/compare/side.h"
+#include "apps/compare/both_runs.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/report/kit/html.h"
@@ -65,7 +65,7 @@ cv::Mat unrolled(const cv::Mat& image, const config::Robot& robot, double turned
   };
   try {
     const vision::Rig rig = config::to_rig(robot);
-    vision::MirrorViewSettings settings = (view.view == vision::Side::kLower ? rig.lower : rig.upper).settings();
+    vision::MirrorViewSettings settings = of_view(rig, view.view).settings();
     settings.azimuth_rad += std::isfinite(turned_rad) ? turned_rad : 0;
     // Unrolled at twice the width first, because a bearing near the rim has more pixels than the strip.
     return resized(vision::unwrap(image, vision::MirrorView(settings), 2 * kStrip_px.width), kStrip_px);
@@ -81,14 +81,11 @@ void subtract(ExhibitView& images) {
   cv::Mat simulated, real;
   cv::cvtColor(images.simulated_strip, simulated, cv::COLOR_BGR2GRAY);
   cv::cvtColor(images.real_strip, real, cv::COLOR_BGR2GRAY);
-  constexpr int kLevels = 256;
-  std::array<cv::Vec3b, std::size_t{2} * kLevels> colours;
-  for (std::size_t k = 0; k < colours.size(); ++k) colours[k] = difference_colour(int(k) - kLevels);
   images.difference.create(real.size(), CV_8UC3);
   for (int row = 0; row < real.rows; ++row) {
     for (int column = 0; column < real.cols; ++column) {
-      const std::ptrdiff_t grey = real.at<std::uint8_t>(row, column) - simulated.at<std::uint8_t>(row, column);
-      images.difference.at<cv::Vec3b>(row, column) = colours[std::size_t(grey + kLevels)];
+      const int grey = real.at<std::uint8_t>(row, column) - simulated.at<std::uint8_t>(row, column);
+      images.difference.at<cv::Vec3b>(row, column) = difference_colour(grey);
     }
   }
   images.mean_difference_grey = cv::norm(real, simulated, cv::NORM_L1) / double(real.total());
@@ -231,12 +228,11 @@ cv::Vec3b difference_colour(double grey) {
 std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhibit& exhibit) {
   std::array<ExhibitView, 2> views;
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-    const bool lower = side == vision::Side::kLower;
-    ExhibitView& images = views[std::size_t(side)];
+    const auto k = std::size_t(side);
+    ExhibitView& images = views[k];
     images.view = side;
-    const cv::Mat simulated =
-        read(lower ? exhibit.simulated_lower : exhibit.simulated_upper, "simulated " + images.name(), images.notes);
-    const cv::Mat real = read(lower ? exhibit.real_lower : exhibit.real_upper, "real " + images.name(), images.notes);
+    const cv::Mat simulated = read(exhibit.simulated_images[k], "simulated " + images.name(), images.notes);
+    const cv::Mat real = read(exhibit.real_images[k], "real " + images.name(), images.notes);
     // Both bodies head differently, so equal bearings of the world are different bearings of the bodies.
     const double turned_rad =
         std::remainder(exhibit.simulated.heading_rad - exhibit.real.heading_rad, 2 * std::numbers::pi);

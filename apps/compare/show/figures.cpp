@@ -162,7 +162,8 @@ std::string panel_commands(const Comparison& comparison, const std::set<std::siz
   return text + report::plot_command(plots) + "unset label\n";
 }
 
-std::optional<report::Figure> draw(const Comparison& comparison, const report::DrawingTools& tools, Axis axis) {
+/// Returns a figure without an SVG if there is no residual to draw.
+report::Figure draw(const Comparison& comparison, const report::DrawingTools& tools, Axis axis) {
   std::set<std::size_t> landmarks;
   std::vector<double> sizes_mm;
   double first = 0, last = 0;
@@ -180,7 +181,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
       sizes_mm.push_back(std::abs(*mm));
     }
   }
-  if (sizes_mm.empty()) return std::nullopt;
+  if (sizes_mm.empty()) return {};
   constexpr double kLeastLimit_mm = 1e-3;
   const double limit_mm = std::max(report::readable_limit(sizes_mm), kLeastLimit_mm);
   const double margin = std::max(0.03 * (last - first), 0.01);
@@ -204,7 +205,7 @@ std::optional<report::Figure> draw(const Comparison& comparison, const report::D
   plot.commands += "unset multiplot\n";
 
   report::Figure figure{time ? "residuals_time" : "residuals_range", "",
-                        time ? "Range residuals against time" : "Range residuals against range", "", ""};
+                        time ? "Range residuals against time" : "Range residuals against range"};
   figure.caption =
       "Each measured range minus the distance to the reference pose. Corrected: after correction of the differences "
       "that were found. All three panels have the same scale.";
@@ -238,7 +239,7 @@ std::vector<report::Figure> draw_paths(const Comparison& comparison, const repor
   }
   plot.commands += report::plot_command(plots);
 
-  report::Figure figure{"paths", "", "Both paths", "", ""};
+  report::Figure figure{"paths", "", "Both paths"};
   figure.caption = fmt::format("{} Axes in metres.", arena ? "Over the arena from above as POV-Ray sees it."
                                                            : "Over the plan drawn from the map.");
   if (comparison.is_rendered) {
@@ -248,11 +249,7 @@ std::vector<report::Figure> draw_paths(const Comparison& comparison, const repor
 }
 
 std::vector<report::Figure> draw_residuals(const Comparison& comparison, const report::DrawingTools& tools) {
-  std::vector<report::Figure> figures;
-  for (const Axis axis : {Axis::kTime, Axis::kRange}) {
-    if (auto figure = draw(comparison, tools, axis)) figures.push_back(std::move(*figure));
-  }
-  return figures;
+  return {draw(comparison, tools, Axis::kTime), draw(comparison, tools, Axis::kRange)};
 }
 
 }  // namespace twocone::compare

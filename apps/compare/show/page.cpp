@@ -110,8 +110,7 @@ std::string page_of(const Comparison& comparison, const std::vector<Part>& parts
     sections += html::section(part.id, part.title, part.inner);
   }
   main += html::navigation(places) + what_html(comparison) + sections;
-  main += html::section("page-notes", "Notes on this page",
-                        notes.empty() ? html::text("p", "Nothing is missing.") : html::list(notes));
+  main += html::section("page-notes", "Notes on this page", html::list(notes, "Nothing is missing."));
   return html::document(title, fmt::format("{}{}", report::style(), kStyle), html::element("main", main),
                         fmt::format("{}{}", report::script(), kScript));
 }

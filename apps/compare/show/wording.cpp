@@ -149,19 +149,10 @@ std::string headline_tests(const Comparison& comparison) {
 }
 
 std::string light_html(Light light) {
-  switch (light) {
-    case Light::kGreen:
-    case Light::kAmber:
-    case Light::kRed: {
-      const char* const shape = light == Light::kGreen ? "\u25cf" : light == Light::kAmber ? "\u25b2" : "\u25a0";
-      return fmt::format("<span class=\"light {0}\">{1}\u00a0{0}</span>", to_string(light), shape);
-    }
-    case Light::kCannotTell:
-      return "<span class=\"light\">?\u00a0cannot\u00a0tell</span>";
-    case Light::kNone:
-      break;
-  }
-  return "<span class=\"light\">\u2013</span>";
+  if (light == Light::kNone) return "<span class=\"light\">\u2013</span>";
+  if (light == Light::kCannotTell) return "<span class=\"light\">?\u00a0cannot\u00a0tell</span>";
+  const char* const shape = light == Light::kGreen ? "\u25cf" : light == Light::kAmber ? "\u25b2" : "\u25a0";
+  return fmt::format("<span class=\"light {0}\">{1}\u00a0{0}</span>", to_string(light), shape);
 }
 
 }  // namespace twocone::compare

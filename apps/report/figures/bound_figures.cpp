@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
+#include "apps/report/page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,7 +67,7 @@ int count_outside(const std::vector<double>& values, double from, double to) {
 
 }  // namespace
 
-std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
+Figure draw_error_and_bound(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   std::map<std::uint64_t, double> times_s;
   for (const runlog::FrameRow& frame : run.frames) times_s[frame.frame] = frame.t_s;
@@ -87,7 +87,7 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
     errors_mm.push_back(*fix.error_m * kMmPerM);
     points += fmt::format("{:.6g} {}\n", time->second, number(errors_mm.back()));
   }
-  if (!any_bound || errors_mm.empty()) return std::nullopt;
+  if (!any_bound || errors_mm.empty()) return {};
 
   const double limit_mm = std::max(readable_limit(errors_mm), 1e-3);
   const auto beyond = count_beyond(errors_mm, limit_mm);
@@ -98,12 +98,12 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
       "set key outside top center horizontal maxrows 1\n",
       1.1 * limit_mm);
   std::vector<std::string> plots;
-  add_error_plots({"$fixes", 2, limit_mm, beyond > 0, "beyond the axis"}, plots);
+  add_error_plots("$fixes", 2, limit_mm, beyond > 0, "beyond the axis", plots);
   plots.push_back(fmt::format("$bound using 1:2 with lines lw 2.5 lc rgb '{}' title 'bound, 1 sigma of the distance'",
                               kBoundColour));
   plot.commands += plot_command(plots);
 
-  Figure figure{"bound_position", "", "Position error and its Cram\u00e9r-Rao bound", "", ""};
+  Figure figure{"bound_position", "", "Position error and its Cram\u00e9r-Rao bound"};
   figure.caption =
       "Line: the smallest standard deviation that the images of that frame allow (Cram\u00e9r-Rao bound), "
       "sqrt(var x + var y), at the true pose with the measured noise of the outlines. No unbiased estimator has "
@@ -115,10 +115,10 @@ std::optional<Figure> draw_error_and_bound(const Drawing& drawing) {
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
-std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
+Figure draw_normalised_errors(const Drawing& drawing) {
   const std::vector<double> ranges = normalised_ranges(drawing.run);
   const std::vector<double> positions = normalised_positions(drawing.run);
-  if (ranges.empty() && positions.empty()) return std::nullopt;
+  if (ranges.empty() && positions.empty()) return {};
   constexpr double kWidest = 5, kLargest = 12;
   constexpr int kBins = 40;
 
@@ -147,7 +147,7 @@ std::optional<Figure> draw_normalised_errors(const Drawing& drawing) {
         "chi-squared");
   plot.commands += "unset multiplot\n";
 
-  Figure figure{"bound_normalised", "", "Errors compared with the stated sigmas", "", ""};
+  Figure figure{"bound_normalised", "", "Errors compared with the stated sigmas"};
   figure.caption = fmt::format(
       "Errors in units of the sigmas that the method states with them: {} ranges, {} positions. The lines are the "
       "distributions that correct sigmas give. Where the histogram is wider than its line, the sigmas are too small; "

@@ -3,9 +3,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <boost/algorithm/string/replace.hpp>
 
-#include "apps/report/figures/figures.h"
 #include "apps/report/kit/html.h"
+#include "apps/report/page.h"
 #include "base/quantile.h"
 
 namespace twocone::report {
@@ -49,7 +50,7 @@ std::string drawn_mm(double metres) {
 }
 
 /// Returns the text of an axis label. gnuplot takes a '%' in it for the beginning of a number's format.
-std::string tic_string(const std::string& text) { return gnuplot_string(replaced(text, "%", "%%")); }
+std::string tic_string(const std::string& text) { return gnuplot_string(boost::replace_all_copy(text, "%", "%%")); }
 
 }  // namespace
 
@@ -75,7 +76,7 @@ RunErrorBudget error_budget_of(const runlog::RunData& run, int draws, int pose_s
 std::string error_budget_table(const RunErrorBudget& run_error_budget) {
   const error_budget::ErrorBudget& error_budget = run_error_budget.error_budget;
   html::Table table(
-      "Root mean square error in three_digits_mm that each source adds",
+      "Root mean square error in mm that each source adds",
       html::head_row({"", "", fmt::format("range at {:g} m", error_budget.range_m), "position"}, {1, 1, 2, 2}) +
           html::head_row({"source", "wrong by", "analytic", "Monte Carlo", "analytic", "Monte Carlo"}));
   const auto add = [&](const error_budget::ErrorBudgetLine& line, std::string_view attributes) {
@@ -104,8 +105,8 @@ std::string error_budget_table(const RunErrorBudget& run_error_budget) {
   return table.str() + html::text("p", notes, "class=\"soft\"");
 }
 
-std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget) {
-  if (error_budget.ranges == 0 && error_budget.poses == 0) return std::nullopt;
+Figure draw_error_budget(const Drawing& drawing, const error_budget::ErrorBudget& error_budget) {
+  if (error_budget.ranges == 0 && error_budget.poses == 0) return {};
   std::vector<error_budget::ErrorBudgetLine> lines = error_budget.lines;
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) {
     return a.position.analytic_m + a.range.analytic_m > b.position.analytic_m + b.range.analytic_m;
@@ -148,12 +149,11 @@ std::optional<Figure> draw_error_budget(const Drawing& drawing, const error_budg
                     bars(4, -0.02, -0.36, kFixColour, "position"), marks(3, 0.19, "title 'Monte Carlo'"),
                     marks(5, -0.19, "notitle")});
 
-  Figure figure{"error_budget", "", "The error budget", "", ""};
-  figure.caption = fmt::format(
+  const std::string caption = fmt::format(
       "Error that each source adds if it is wrong by the standard deviation beside its name. Bars: linear "
       "propagation; circles: {} draws each. Values below {:g} mm are not drawn.",
       error_budget.draws, kLeastDrawn_mm);
-  return drawn(drawing, std::move(figure), std::move(plot));
+  return drawn(drawing, {"error_budget", "", "The error budget", caption}, std::move(plot));
 }
 
 }  // namespace twocone::report

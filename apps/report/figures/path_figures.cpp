@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
+#include "apps/report/page.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/plan.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
@@ -66,6 +66,39 @@ FixData collect_fixes(const runlog::RunData& run) {
 
 }  // namespace
 
+std::pair<double, double> frame_span(const runlog::RunData& run) {
+  if (run.frames.empty()) return {-0.5, 0.5};
+  const auto [first, last] = std::ranges::minmax_element(run.frames, {}, &runlog::FrameRow::frame);
+  return {double(first->frame) - 0.5, double(last->frame) + 0.5};
+}
+
+std::vector<std::optional<double>> odometry_errors_m(const runlog::RunData& run) {
+  const auto truth = runlog::at_frames(run, run.truth);
+  const auto odometry = runlog::at_frames(run, run.odometry);
+  std::vector<std::optional<double>> errors(run.frames.size());
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (truth[i] && odometry[i]) {
+      errors[i] = std::hypot(odometry[i]->x_m - truth[i]->x_m, odometry[i]->y_m - truth[i]->y_m);
+    }
+  }
+  return errors;
+}
+
+std::ptrdiff_t count_beyond(const std::vector<double>& errors, double limit) {
+  return std::count_if(errors.begin(), errors.end(), [limit](double error) { return error > limit; });
+}
+
+void add_error_plots(std::string_view block, int column, double limit, bool is_beyond, std::string_view beyond_title,
+                     std::vector<std::string>& plots) {
+  plots.push_back(
+      fmt::format("{0} using 1:(${1} <= {2:.9g} ? ${1} : NaN) with points pt 7 ps 0.4 lc rgb '{3}' title 'fix'", block,
+                  column, limit, kFixColour));
+  if (!is_beyond) return;
+  plots.push_back(
+      fmt::format("{0} using 1:(${1} > {2:.9g} ? {2:.9g} : NaN) with points pt 9 ps 0.9 lc rgb '{3}' title '{4}'",
+                  block, column, limit, kFixColour, beyond_title));
+}
+
 Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead) {
   const runlog::RunData& run = drawing.run;
   const bool truth = !run.truth.empty();
@@ -85,7 +118,7 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   plot.commands += plot_command(plots);
 
   Figure figure{"fig07_trajectory", "Figure 7",
-                truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by), "", ""};
+                truth ? "The robot's true trajectory" : fmt::format("The trajectory by {}", by)};
   figure.wide = false;
   figure.caption = fmt::format("{} {} Axes in metres; 1 POV-Ray unit is {:g} cm.",
                                truth    ? "The path that the robot really drove."
@@ -97,25 +130,25 @@ Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& ove
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
-std::optional<Figure> draw_position_error(const Drawing& drawing) {
+Figure draw_position_error(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   const std::vector<std::optional<double>> odometry_m = odometry_errors_m(run);
   const FixData fixes = collect_fixes(run);
   const bool any_odometry = std::any_of(odometry_m.begin(), odometry_m.end(), [](const auto& e) { return bool(e); });
-  if (fixes.errors_mm.empty() && !any_odometry) return std::nullopt;
+  if (fixes.errors_mm.empty() && !any_odometry) return {};
 
   std::string odometry;
   for (std::size_t i = 0; i < odometry_m.size(); ++i) {
     odometry += fmt::format("{} {}\n", run.frames[i].frame, number(in_mm(odometry_m[i])));
   }
-  const FrameSpan span = frame_span(run);
+  const auto [first, last] = frame_span(run);
   Plot plot{.height_px = 400};
   plot.commands = data_block("fixes", fixes.points) + data_block("odometry", odometry);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset yrange [0:*]\nset offsets 0,0,graph 0.08,0\nset y2range [0:1]\nset boxwidth 1\n"
       "set xlabel 'frame' offset 0,0.3\nset ylabel 'position error / mm'\nset key outside top center horizontal "
       "maxrows 1\n",
-      span.first, span.last);
+      first, last);
   std::vector<std::string> plots;
   int k = 0;
   for (const auto& [verdict, frames] : fixes.missing) {
@@ -128,10 +161,10 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   }
   const double limit_mm = std::max(readable_limit(fixes.errors_mm), 1.2 * paper::kPositionMean_mm);
   const auto beyond = count_beyond(fixes.errors_mm, limit_mm);
-  if (!fixes.errors_mm.empty()) add_error_plots({"$fixes", 4, limit_mm, beyond > 0, "fix beyond the axis"}, plots);
+  if (!fixes.errors_mm.empty()) add_error_plots("$fixes", 4, limit_mm, beyond > 0, "fix beyond the axis", plots);
   plots.push_back(fmt::format("{} with lines lw 1 dt (6,4) lc rgb '{}' title 'the paper''s mean'",
                               paper::kPositionMean_mm, kPaperColour));
-  if (span.last > paper::kFigure17Frames) {
+  if (last > paper::kFigure17Frames) {
     plot.commands += fmt::format(
         "set arrow from {0},graph 0 to {0},graph 1 nohead back lw 1 dt (2,3) lc rgb '{1}'\n"
         "set label 'the paper shows the first {0} frames' at {0},graph 0.96 right offset -0.6,0 "
@@ -140,7 +173,7 @@ std::optional<Figure> draw_position_error(const Drawing& drawing) {
   }
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig17_error", "Figure 17", "Position error", "", ""};
+  Figure figure{"fig17_error", "Figure 17", "Position error"};
   figure.caption =
       "Distance from the true position, frame by frame. Each fix uses one stereo frame, the map and the rig only, so "
       "its error does not grow with time; that of odometry does.";
@@ -183,7 +216,7 @@ Figure draw_paths(const Drawing& drawing) {
   }
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory", "", ""};
+  Figure figure{"fig18_paths", "Figure 18", "True and calculated trajectory"};
   figure.wide = false;
   figure.caption = fmt::format("{} positions from one stereo frame each{}{}.", fixes.count,
                                run.truth.empty() ? "" : " beside the true trajectory",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
+#include "apps/report/page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 
 namespace twocone::report {
 namespace {
@@ -96,13 +95,13 @@ std::string error_panel(const RangeData& data, const std::string& colour) {
 }
 
 Plot range_plot(const runlog::RunData& run, const RangeData& data, const std::string& colour) {
-  const FrameSpan span = frame_span(run);
+  const auto [first, last] = frame_span(run);
   Plot plot{.width_px = 620, .height_px = data.errors_mm.empty() ? 320 : 450};
   plot.commands = data_blocks(data);
   plot.commands += fmt::format(
       "set xrange [{:g}:{:g}]\nset boxwidth 1\nset lmargin 8\nset rmargin 2\n"
       "set key outside top center horizontal\n",
-      span.first, span.last);
+      first, last);
   const std::string frame_axis = "set xlabel 'frame' offset 0,0.4\n";
   if (data.errors_mm.empty()) {
     plot.commands += frame_axis + range_panel(data, colour);
@@ -136,6 +135,14 @@ std::string caption(const Drawing& drawing, const config::Landmark& landmark, co
 }
 
 }  // namespace
+
+std::vector<const runlog::RangeRow*> rows_of(const runlog::RunData& run, const std::string& landmark) {
+  std::vector<const runlog::RangeRow*> rows;
+  for (const runlog::RangeRow& row : run.ranges) {
+    if (row.landmark == landmark) rows.push_back(&row);
+  }
+  return rows;
+}
 
 std::vector<Figure> draw_ranges(const Drawing& drawing) {
   std::vector<Figure> figures;

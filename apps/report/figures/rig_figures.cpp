@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
+#include "apps/report/page.h"
 
 #include <algorithm>
 #include <array>
@@ -119,7 +119,7 @@ double farthest_m(const runlog::RunData& run) {
 
 Figure draw_geometry(const Drawing& drawing) {
   const config::Rig& rig = drawing.run.robot.rig;
-  Figure figure{"fig08_geometry", "Figure 8", "What the two mirrors see", "", ""};
+  Figure figure{"fig08_geometry", "Figure 8", "What the two mirrors see"};
   const vision::Rig views = config::to_rig(drawing.run.robot);
   const SideView lower = side_view(views.lower);
   const SideView upper = side_view(views.upper);
@@ -177,12 +177,12 @@ Figure draw_geometry(const Drawing& drawing) {
   return drawn(drawing, std::move(figure), std::move(plot));
 }
 
-std::optional<Figure> draw_resolution(const Drawing& drawing) {
+Figure draw_resolution(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   const config::Rig& rig = run.robot.rig;
   if (!is_right_angled(rig)) {
     drawing.notes.emplace_back("The figure of range resolution is missing: its formula requires 90 degree cones.");
-    return std::nullopt;
+    return {};
   }
   const double farthest = 1.1 * std::max(farthest_m(run), nearest_common_m(rig));
   constexpr int kSteps = 200;
@@ -237,12 +237,11 @@ std::optional<Figure> draw_resolution(const Drawing& drawing) {
       fmt::format("$curve using 1:2 with lines lw 2.5 lc rgb '{}' title 'one pixel of disparity'", kTruthColour));
   plot.commands += plot_command(plots);
 
-  Figure figure{"fig08_resolution", "", "Range of one pixel of disparity", "", ""};
-  figure.caption = fmt::format(
+  const std::string caption = fmt::format(
       "Change of range for one pixel of disparity, (range + d)\u00b2 / (v s) by equation 1: it grows with the square "
       "of the range.{} Ranges are measured to the axis of a landmark.",
       has_errors ? " Points: the errors of this run, by landmark; errors below 1 mm are drawn at 1 mm." : "");
-  return drawn(drawing, std::move(figure), std::move(plot));
+  return drawn(drawing, {"fig08_resolution", "", "Range of one pixel of disparity", caption}, std::move(plot));
 }
 
 }  // namespace twocone::report

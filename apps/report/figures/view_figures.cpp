@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
+#include "apps/report/page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -199,7 +199,7 @@ Figure saved(const Drawing& drawing, Figure figure) {
 
 }  // namespace
 
-std::optional<Figure> draw_superimposed(const Drawing& drawing) {
+Figure draw_superimposed(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   std::optional<Images> images;
   std::uint64_t frame = 0;
@@ -210,7 +210,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
   }
   if (!images) {
     drawing.notes.emplace_back("Figure 9 and the views are missing: the run has no images.");
-    return std::nullopt;
+    return {};
   }
 
   const vision::Rig rig = config::to_rig(run.robot);
@@ -226,7 +226,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
   const cv::Rect crop = square & cv::Rect(0, 0, both.cols, both.rows);
   if (crop.empty()) {
     drawing.notes.emplace_back("Figure 9 is missing: the rig's mirror lies outside the lower image.");
-    return std::nullopt;
+    return {};
   }
   constexpr double kWidth = 720;
   const double scale = kWidth / crop.width;
@@ -235,7 +235,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
     return Eigen::Vector2d((p.x() + 0.5 - crop.x) * scale, (p.y() + 0.5 - crop.y) * scale);
   };
 
-  Figure figure{"fig09_disparity", "Figure 9", "The disparity between the two mirrors", "", ""};
+  Figure figure{"fig09_disparity", "Figure 9", "The disparity between the two mirrors"};
   figure.svg = svg_begin(kWidth, crop.height * scale, figure.title);
   figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(both(crop), 85));
   std::vector<std::string> missing;
@@ -272,7 +272,7 @@ std::optional<Figure> draw_superimposed(const Drawing& drawing) {
   return saved(drawing, std::move(figure));
 }
 
-std::optional<Figure> draw_strips(const Drawing& drawing) {
+Figure draw_strips(const Drawing& drawing) {
   const runlog::RunData& run = drawing.run;
   std::string strips;
   double y = 4;
@@ -285,8 +285,8 @@ std::optional<Figure> draw_strips(const Drawing& drawing) {
     strips += strip(run, frame.frame, *images, y + 22, 78, 960);
     y += 22 + 2 * kStripHeight + 4 + 14;
   }
-  if (strips.empty()) return std::nullopt;
-  Figure figure{"views_unwrapped", "", "Panorama of both mirrors", "", ""};
+  if (strips.empty()) return {};
+  Figure figure{"views_unwrapped", "", "Panorama of both mirrors"};
   figure.svg =
       svg_begin(kStripLeft + kStripWidth + 10, y + 16, figure.title) + strips + bearing_axis(y - 10) + "</svg>\n";
   figure.caption =

@@ -78,14 +78,6 @@ void replace_between(std::string& text, std::string_view begin, std::string_view
   if (to != std::string::npos) text.replace(from + begin.size(), to - from - begin.size(), middle);
 }
 
-/// Inserts the image afterwards, because gnuplot would write a plotted image as a separate file beside the SVG.
-bool insert_underlay(std::string& svg, const Underlay& underlay) {
-  const std::size_t at = svg.find("<defs>");  // follows the background
-  if (at == std::string::npos) return false;
-  svg.insert(at, svg_image(underlay.x_px, underlay.y_px, underlay.width_px, underlay.height_px, underlay.uri));
-  return true;
-}
-
 /// Luminance at which a colour's contrast with white is 3 to 1, as WCAG 2.1 requires of graphics: (1 + 0.05) / (Y +
 /// 0.05).
 constexpr double kLightestLine = 0.30;
@@ -137,10 +129,13 @@ Result<std::string> Gnuplot::draw(const Plot& plot) const {
                                                   WEXITSTATUS(drawn->wait_status), drawn->errors.substr(0, 2000))};
   }
   replace_between(svg, "<title>", "</title>", escape(plot.title));
-  if (plot.underlay && !insert_underlay(svg, *plot.underlay)) {
+  // The image is inserted afterwards, because gnuplot would write a plotted image as a separate file beside the SVG.
+  const std::size_t behind = svg.find("<defs>");  // follows the background
+  if (!plot.underlay.empty() && behind == std::string::npos) {
     return Error{ErrorCode::kBadData,
                  fmt::format("gnuplot's SVG of {} has no <defs> element to insert the image before", script.string())};
   }
+  if (!plot.underlay.empty()) svg.insert(behind, plot.underlay);
   if (const Status written = write_file(folder / (plot.stem + ".svg"), svg); !written) return written.error();
   return std::move(svg);
 }

@@ -13,12 +13,6 @@
 /// Figures: their plots, which gnuplot draws, their colours and their HTML.
 namespace twocone::report {
 
-/// An image behind a plot. Its place is in the plot's pixels from the upper left corner.
-struct Underlay {
-  double x_px = 0, y_px = 0, width_px = 0, height_px = 0;
-  std::string uri;  ///< data URI
-};
-
 /// A figure for gnuplot.
 struct Plot {
   std::string stem{};   ///< names the files: STEM.gp, STEM.svg
@@ -26,7 +20,7 @@ struct Plot {
   int width_px = 900;
   int height_px = 420;
   std::string commands{};  ///< appended to the common style
-  std::optional<Underlay> underlay{};
+  std::string underlay{};  ///< SVG behind the plot, in its pixels from the upper left corner: svg_image(); may be empty
 };
 
 /// gnuplot as a child program. Its drawing depends on the plot alone: the user's own start-up files are not read.
@@ -80,12 +74,12 @@ std::string line_colour(const std::array<double, 3>& colour);
 
 /// A drawn figure.
 struct Figure {
-  std::string stem;    ///< figures/STEM.svg; also its identifier in the page
-  std::string number;  ///< the figure of the paper that it corresponds to: "Figure 7"; empty for one of ours
-  std::string title;
-  std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone; empty: could not be drawn
-  bool wide = true;     ///< true: takes the page's width; false: two such figures stand side by side
+  std::string stem{};    ///< figures/STEM.svg; also its identifier in the page
+  std::string number{};  ///< the figure of the paper that it corresponds to: "Figure 7"; empty for one of ours
+  std::string title{};
+  std::string caption{};  ///< plain text
+  std::string svg{};      ///< stand-alone; empty: could not be drawn, or there is nothing to draw
+  bool wide = true;       ///< true: takes the page's width; false: two such figures stand side by side
 };
 
 /// What every figure of a page is drawn with.

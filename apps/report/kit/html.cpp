@@ -5,19 +5,13 @@
 #include <cctype>
 
 #include <fmt/format.h>
+#include <boost/algorithm/string/replace.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "apps/report/kit/plain_text.h"
 
 namespace twocone::report {
-
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
 
 std::string cleaned(std::string_view text) {
   constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
@@ -41,7 +35,7 @@ std::string escape(std::string_view text) {
   // The ampersand comes first, because the others put new ones in.
   for (const auto& [raw, entity] :
        {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}}) {
-    safe = replaced(std::move(safe), raw, entity);
+    boost::replace_all(safe, raw, entity);
   }
   return safe;
 }
@@ -86,13 +80,9 @@ std::string inline_svg(std::string_view svg, std::string_view prefix) {
   const std::size_t root = svg.find("<svg");
   std::string text{root == std::string_view::npos ? svg : svg.substr(root)};
   // The ways in which gnuplot and we name and use things inside an SVG.
-  for (const std::string_view use : {"id='", "id=\"", "href='#", "href=\"#", "url(#"}) {
-    // " id=" so as not to touch an attribute that only ends in "id"; the others cannot be mistaken.
-    std::string from = use.starts_with("id") ? " " : "";
-    from += use;
-    std::string to = from;
-    to.append(prefix).append("_");
-    text = replaced(std::move(text), from, to);
+  // " id=" so as not to touch an attribute that only ends in "id"; the others cannot be mistaken.
+  for (const char* const use : {" id='", " id=\"", "href='#", "href=\"#", "url(#"}) {
+    boost::replace_all(text, use, fmt::format("{}{}_", use, prefix));
   }
   return text;
 }
@@ -111,8 +101,8 @@ std::string section(std::string_view id, std::string_view title, std::string_vie
   return element("section", text("h2", title) + std::string(inner), fmt::format("id=\"{}\"", escape(id)));
 }
 
-std::string list(const std::vector<std::string>& sentences) {
-  if (sentences.empty()) return "";
+std::string list(const std::vector<std::string>& sentences, std::string_view nothing) {
+  if (sentences.empty()) return nothing.empty() ? "" : text("p", nothing);
   std::string items;
   for (const std::string& sentence : sentences) items += text("li", sentence);
   return element("ul", items);

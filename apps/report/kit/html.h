@@ -20,9 +20,6 @@ std::string cleaned(std::string_view text);
 /// Returns `text` for an XML or HTML text node or a quoted attribute: cleaned, with & < > " ' as entities.
 std::string escape(std::string_view text);
 
-/// Returns `text` with every `from` replaced by `to`.
-std::string replaced(std::string text, std::string_view from, std::string_view to);
-
 /// Returns the base64 encoding of RFC 4648, padded.
 std::string base64(std::span<const std::uint8_t> bytes);
 
@@ -61,8 +58,8 @@ std::string text(std::string_view tag, std::string_view plain, std::string_view 
 /// Returns <section id="id"> with a heading.
 std::string section(std::string_view id, std::string_view title, std::string_view inner);
 
-/// Returns a list of plain sentences; empty if there are none.
-std::string list(const std::vector<std::string>& sentences);
+/// Returns a list of plain sentences. If there are none: the plain paragraph `nothing`, which is left out if empty.
+std::string list(const std::vector<std::string>& sentences, std::string_view nothing = "");
 
 /// Returns a list of names and values (dl), both plain text.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& facts);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -157,8 +158,8 @@ Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<c
   constexpr int kJpegQuality = 82;
   Plot plot{.width_px = sheet.width_px, .height_px = sheet.height_px, .commands = sheet_commands(sheet, map.unit_m)};
   if (overhead) {
-    plot.underlay = {sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px,
-                     jpeg_uri(*overhead, kJpegQuality)};
+    plot.underlay = svg_image(sheet.left_px, sheet.top_px, sheet.plot_width_px, sheet.plot_height_px,
+                              jpeg_uri(*overhead, kJpegQuality));
     plot.commands += "unset grid\n";
   } else {
     plot.commands += plan_commands(map);
@@ -169,18 +170,15 @@ Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<c
 
 std::optional<config::Bounds> extent_of(std::initializer_list<const std::vector<runlog::PoseRow>*> paths) {
   constexpr double kMargin_m = 0.35;
-  std::optional<config::Bounds> box;
+  Eigen::AlignedBox2d box;
   for (const std::vector<runlog::PoseRow>* const path : paths) {
     for (const runlog::PoseRow& pose : *path) {
-      if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m)) continue;
-      if (!box) box = {pose.x_m, pose.x_m, pose.y_m, pose.y_m};
-      box = {std::min(box->min_x_m, pose.x_m), std::max(box->max_x_m, pose.x_m), std::min(box->min_y_m, pose.y_m),
-             std::max(box->max_y_m, pose.y_m)};
+      if (std::isfinite(pose.x_m) && std::isfinite(pose.y_m)) box.extend(Eigen::Vector2d(pose.x_m, pose.y_m));
     }
   }
-  if (!box) return std::nullopt;
-  return config::Bounds{box->min_x_m - kMargin_m, box->max_x_m + kMargin_m, box->min_y_m - kMargin_m,
-                        box->max_y_m + kMargin_m};
+  if (box.isEmpty()) return std::nullopt;
+  return config::Bounds{box.min().x() - kMargin_m, box.max().x() + kMargin_m, box.min().y() - kMargin_m,
+                        box.max().y() + kMargin_m};
 }
 
 std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is) {

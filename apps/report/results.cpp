@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/report/figures/figures.h"
-#include "apps/report/page/page.h"
+#include "apps/report/page.h"
 
 #include <initializer_list>
 #include <numbers>
@@ -12,7 +11,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
 #include "apps/report/paper.h"
-#include "apps/report/table.h"
 #include "vision/ranging.h"
 
 namespace twocone::report {
@@ -20,11 +18,12 @@ namespace {
 
 using vision::RangeVerdict;
 
+const std::string kNone = "\u2013";
+
 std::string mm(double metres) { return fmt::format("{:.2f}", metres * kMmPerM); }
 std::string percent(int part, int whole) {
-  return whole > 0 ? fmt::format("{:.1f}\u00a0%", 100.0 * part / whole) : std::string("\u2013");
+  return whole > 0 ? fmt::format("{:.1f}\u00a0%", 100.0 * part / whole) : kNone;
 }
-const std::string kNone = "\u2013";
 
 std::string plain_mm(std::optional<double> value_mm) { return value_mm ? fmt::format("{:.2f}", *value_mm) : kNone; }
 
@@ -90,9 +89,7 @@ std::string heading_table(const runlog::Summary& summary) {
   const auto add = [&](const std::string& name, const runlog::ErrorStatistics& error,
                        const std::optional<runlog::BoundComparison>& bound) {
     std::vector<std::string> cells{name, fmt::to_string(error.count)};
-    for (const double rad : {error.mean, error.rmse, error.p95, error.max}) {
-      cells.push_back(degrees(rad));
-    }
+    for (const double rad : {error.mean, error.rmse, error.p95, error.max}) cells.push_back(degrees(rad));
     if (bounded) {
       cells.push_back(bound ? degrees(bound->bound_rms) : kNone);
       cells.push_back(bound && bound->ratio() ? fmt::format("{:.2f}", *bound->ratio()) : kNone);
