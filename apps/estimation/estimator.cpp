@@ -29,7 +29,7 @@ Ranging make_ranging(Method method, const config::Robot& robot, const config::Ma
     if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
     return vision::OutlineRanging(rig, targets, lower, upper, wanted);
   } catch (const std::invalid_argument& error) {
-    throw config::FileError(fmt::format("{} with {}: {}", robot.file.string(), map.file.string(), error.what()));
+    throw config::FileError("{} with {}: {}", robot.file.string(), map.file.string(), error.what());
   }
 }
 
@@ -51,8 +51,8 @@ std::optional<vision::Stage> stage_of(const config::Robot& robot) {
   for (const vision::Stage stage : {vision::Stage::kFound, vision::Stage::kCoarse, vision::Stage::kFine}) {
     if (name == to_string(stage)) return stage;
   }
-  throw config::FileError(fmt::format("{}: estimator.stage is '{}', must be found, coarse, fine or {}",
-                                      robot.file.string(), name, kAdaptive));
+  throw config::FileError("{}: estimator.stage is '{}', must be found, coarse, fine or {}", robot.file.string(), name,
+                          kAdaptive);
 }
 
 /// Returns the indices of the landmarks to look for, or an empty list for all.
@@ -70,9 +70,8 @@ std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map
     }
   }
   if (unknown.empty()) return wanted;
-  throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
-                                      robot.file.string(), fmt::join(unknown, ", "), map.file.string(),
-                                      fmt::join(names, ", ")));
+  throw config::FileError("{}: estimator.landmarks has {}, which {} does not; there are: {}", robot.file.string(),
+                          fmt::join(unknown, ", "), map.file.string(), fmt::join(names, ", "));
 }
 
 /// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.

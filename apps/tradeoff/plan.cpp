@@ -74,9 +74,8 @@ Episode make_episode(const config::Robot& robot, const config::Map& map, const b
     if (has_room) return episode;
   }
   throw config::FileError(
-      fmt::format("{}: none of {} random poses has {:.2f} m of free space around it: is body.radius_m "
-                  "right for this room?",
-                  map.file.string(), kMostTries, room_m));
+      "{}: none of {} random poses has {:.2f} m of free space around it: is body.radius_m right for this room?",
+      map.file.string(), kMostTries, room_m);
 }
 
 std::vector<Episode> make_episodes(const config::Robot& robot, const config::Map& map, std::uint64_t seed,
@@ -239,16 +238,15 @@ void add_shards(const Images& images, int episodes, std::vector<Plan::Shard>& sh
 
 void check(const config::Robot& robot, const config::Map& map) {
   if (!config::is_simulated(robot)) {
-    throw config::FileError(fmt::format("{}: driver is '{}', must be sim_povray: settings are tested in simulation",
-                                        robot.file.string(), robot.drive.driver));
+    throw config::FileError("{}: driver is '{}', must be sim_povray: settings are tested in simulation",
+                            robot.file.string(), robot.drive.driver);
   }
   if (!robot.attach.empty()) {
-    throw config::FileError(fmt::format("{}: attach is '{}', must be absent: settings are tested in a separate world",
-                                        robot.file.string(), robot.attach));
+    throw config::FileError("{}: attach is '{}', must be absent: settings are tested in a separate world",
+                            robot.file.string(), robot.attach);
   }
   if (map.landmarks.size() < 3) {
-    throw config::FileError(
-        fmt::format("{}: there are {} landmarks, must be at least 3", map.file.string(), map.landmarks.size()));
+    throw config::FileError("{}: there are {} landmarks, must be at least 3", map.file.string(), map.landmarks.size());
   }
   (void)config::to_robot_settings(robot, map, 1);
 }
