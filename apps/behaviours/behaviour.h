@@ -7,10 +7,23 @@
 
 #include <Eigen/Core>
 
-#include "apps/behaviours/arena.h"
+#include "base/plane.h"
 #include "localisation/odometry.h"
 
 namespace twocone::behaviours {
+
+using Outline = std::vector<Eigen::Vector2d>;  ///< corners of a simple polygon, world frame, metres
+
+/// The area in which a robot may drive, according to its map: inside the walls and outside every obstacle.
+struct Arena {
+  Eigen::Vector2d min_m, max_m;
+  std::vector<Outline> outlines;
+  std::vector<Disc> discs;
+
+  /// Returns the distance from `p_m` to the nearest wall or obstacle, metres; negative inside an obstacle or beyond a
+  /// wall.
+  [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
+};
 
 /// The motion of the body that a behaviour requests.
 struct Motion {

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "apps/behaviours/arena.h"
+#include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
 #include "apps/error_budget/sources.h"
 #include "apps/error_budget/viewpoint.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/estimation/wheel_history.h"
+#include "apps/estimation/track.h"
 
 #include <cmath>
 #include <stdexcept>
