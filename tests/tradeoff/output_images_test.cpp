@@ -11,7 +11,6 @@
 
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/page.h"
-#include "apps/tradeoff/show/plane.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/a_sweep.h"
 

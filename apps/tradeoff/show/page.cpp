@@ -55,15 +55,15 @@ std::string with_interval(const Interval& interval, double unit, const char* pat
 }
 
 /// Returns a table cell that is sorted by a number.
-std::string number(std::optional<double> value, double unit) {
-  if (!value || !std::isfinite(*value)) return std::string(kNone);
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", *value, significant(*value / unit));
+std::string cell(double value, double unit) {
+  if (!std::isfinite(value)) return std::string(kNone);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", value, significant(value / unit));
 }
 
-std::string number(const std::optional<Interval>& interval, double unit) {
-  if (!interval || !std::isfinite(interval->value)) return std::string(kNone);
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value,
-                     with_interval(*interval, unit, " <small>{}\u2013{}</small>"));
+std::string cell(const Interval& interval, double unit) {
+  if (!std::isfinite(interval.value)) return std::string(kNone);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval.value,
+                     with_interval(interval, unit, " <small>{}\u2013{}</small>"));
 }
 
 std::string words(double order, std::string_view text) {
@@ -82,12 +82,7 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
   const SettingResult& result = sweep.settings[index];
   const Setting& setting = result.setting;
   const Images& images = setting.images;
-  const auto of = [](const std::optional<ErrorFigures>& figures, Interval ErrorFigures::*member) {
-    return figures ? std::optional((*figures).*member) : std::nullopt;
-  };
-  const auto alone = [](const std::optional<Interval>& interval) {
-    return interval ? std::optional(interval->value) : std::nullopt;
-  };
+  const ErrorFigures position = result.position_m.value_or(kNoErrors);
   std::string estimator(name(setting.level));
   if (setting.level == Level::kAdaptive) estimator += fmt::format(" to {:g} mm", setting.enough_m / kMm);
   std::string size = fmt::format("{} \u00d7 {}", images.width_px, images.height_px);
@@ -101,21 +96,21 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
           words(setting.uses_bearings(), setting.uses_bearings() ? "yes" : "no"),
           words(setting.rate_hz, fmt::format("{:g}", setting.rate_hz)),
           words(setting.frames, fmt::to_string(setting.frames)),
-          number(of(result.position_m, &ErrorFigures::mean), kMm),
-          number(alone(of(result.position_m, &ErrorFigures::rmse)), kMm),
-          number(alone(of(result.position_m, &ErrorFigures::p95)), kMm),
-          number(result.position_m ? std::optional(result.position_m->max) : std::nullopt, kMm),
-          number(alone(of(result.heading_rad, &ErrorFigures::mean)), kDegree),
-          number(alone(of(result.range_m, &ErrorFigures::mean)), kMm),
-          number(std::optional(result.answered_share()), 0.01),
-          number(alone(result.coverage), 0.01),
-          number(result.bound_m, kMm),
-          number(std::optional(result.vision.median_s.value), kMs),
-          number(std::optional(result.localisation.median_s.value), kMs),
-          number(std::optional(result.robot_time_s()), kMs),
-          number(std::optional(result.render_cpu.median_s.value), 1),
-          number(std::optional(result.simulation_time_s().value), 1),
-          number(std::optional(result.peak_bytes), kMiB)};
+          cell(position.mean, kMm),
+          cell(position.rmse.value, kMm),
+          cell(position.p95.value, kMm),
+          cell(position.max, kMm),
+          cell(result.heading_rad.value_or(kNoErrors).mean.value, kDegree),
+          cell(result.range_m.value_or(kNoErrors).mean.value, kMm),
+          cell(result.answered_share(), 0.01),
+          cell(result.coverage.value_or(kNoInterval).value, 0.01),
+          cell(result.bound_m.value_or(kNoNumber), kMm),
+          cell(result.vision.median_s.value, kMs),
+          cell(result.localisation.median_s.value, kMs),
+          cell(result.robot_time_s(), kMs),
+          cell(result.render_cpu.median_s.value, 1),
+          cell(result.simulation_time_s().value, 1),
+          cell(result.peak_bytes, kMiB)};
 }
 
 std::string table_html(const Sweep& sweep) {
