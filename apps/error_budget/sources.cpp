@@ -8,36 +8,26 @@
 namespace twocone::error_budget {
 namespace {
 
-using ViewPointer = vision::MirrorViewSettings World::*;
+using View = vision::MirrorViewSettings;
 
 std::string millimetres(double metres) { return fmt::format("{:g} mm", metres * 1000); }
 std::string degrees(double rad) { return fmt::format("{:g} degree", std::round(rad * 180e9 / std::numbers::pi) / 1e9); }
 std::string pixels(double px) { return fmt::format("{:.3g} px", px); }
 
 /// Scales v = (d / R + cot(apex / 2)) r_m by means of a wrong R alone.
-void scale_focal_length(vision::MirrorViewSettings& view, double factor) {
+void scale_focal_length(View& view, double factor) {
   vision::ConeMirror& cone = view.cone;
   const double cotangent = 1 / std::tan(cone.apex_rad / 2);
   cone.rim_radius_m = cone.lens_to_tip_m / (factor * (cone.lens_to_tip_m / cone.rim_radius_m + cotangent) - cotangent);
 }
 
-/// Chooses numbers of a world.
-template <typename T>
-using Choice = std::function<T&(World&)>;
-
 /// Returns a part that moves one number by `size`.
-Part shift(double size, const Choice<double>& number, int landmark = -1) {
+Part shift(double size, const std::function<double&(World&)>& number, int landmark = -1) {
   return {landmark, [=](World& world, double sigmas) { number(world) += size * sigmas; }};
 }
 
-/// Returns parts that move x and y of a vector by `size` each.
-std::vector<Part> both_axes(double size, const Choice<Eigen::Vector2d>& vector) {
-  return {shift(size, [=](World& w) -> double& { return vector(w).x(); }),
-          shift(size, [=](World& w) -> double& { return vector(w).y(); })};
-}
-
 /// Returns the part that changes both mirrors alike.
-Part in_both(const std::function<void(vision::MirrorViewSettings& view, double sigmas)>& change) {
+Part in_both(const std::function<void(View& view, double sigmas)>& change) {
   return {-1, [=](World& world, double sigmas) {
             change(world.lower, sigmas);
             change(world.upper, sigmas);
@@ -45,7 +35,6 @@ Part in_both(const std::function<void(vision::MirrorViewSettings& view, double s
 }
 
 void add_rig(const ErrorBudgetSettings& s, std::vector<Source>& sources) {
-  using View = vision::MirrorViewSettings;
   const Part focal = in_both([=](View& v, double sigmas) { scale_focal_length(v, 1 + s.focal_share * sigmas); });
   const Part rim = in_both([=](View& v, double sigmas) { v.rim_radius_px += s.rim_radius_px * sigmas; });
   const Part tip = in_both([=](View& v, double sigmas) { v.cone.lens_to_tip_m += s.lens_to_tip_m * sigmas; });
@@ -56,19 +45,21 @@ void add_rig(const ErrorBudgetSettings& s, std::vector<Source>& sources) {
   sources.push_back({"mirror separation s", millimetres(s.separation_m), {height}});
 }
 
-void add_mirror(const ErrorBudgetSettings& s, const std::string& name, ViewPointer view, std::vector<Source>& sources) {
-  using Vector = Eigen::Vector2d;
+void add_mirror(const ErrorBudgetSettings& s, const std::string& name, View World::*view,
+                std::vector<Source>& sources) {
   const std::string of = ", " + name + " mirror";
-  const Choice<Vector> centre = [=](World& w) -> Vector& { return (w.*view).centre_px; };
-  const Choice<Vector> tilt = [=](World& w) -> Vector& { return (w.*view).tilt_rad; };
-  const Choice<Vector> offset = [=](World& w) -> Vector& { return (w.*view).axis_offset_m; };
-  const Choice<double> apex = [=](World& w) -> double& { return (w.*view).cone.apex_rad; };
-  const Choice<double> azimuth = [=](World& w) -> double& { return (w.*view).azimuth_rad; };
-  sources.push_back({"centre" + of, pixels(s.centre_px), both_axes(s.centre_px, centre)});
-  sources.push_back({"tilt" + of, degrees(s.tilt_rad), both_axes(s.tilt_rad, tilt)});
-  sources.push_back({"axis offset" + of, millimetres(s.axis_offset_m), both_axes(s.axis_offset_m, offset)});
-  sources.push_back({"apex angle" + of, degrees(s.apex_rad), {shift(s.apex_rad, apex)}});
-  sources.push_back({"azimuth" + of, degrees(s.azimuth_rad), {shift(s.azimuth_rad, azimuth)}});
+  const auto both_axes = [=](double size, Eigen::Vector2d View::*vector) -> std::vector<Part> {
+    return {shift(size, [=](World& w) -> double& { return (w.*view.*vector).x(); }),
+            shift(size, [=](World& w) -> double& { return (w.*view.*vector).y(); })};
+  };
+  const Part apex = shift(s.apex_rad, [=](World& w) -> double& { return (w.*view).cone.apex_rad; });
+  const Part azimuth = shift(s.azimuth_rad, [=](World& w) -> double& { return (w.*view).azimuth_rad; });
+  sources.push_back({"centre" + of, pixels(s.centre_px), both_axes(s.centre_px, &View::centre_px)});
+  sources.push_back({"tilt" + of, degrees(s.tilt_rad), both_axes(s.tilt_rad, &View::tilt_rad)});
+  sources.push_back(
+      {"axis offset" + of, millimetres(s.axis_offset_m), both_axes(s.axis_offset_m, &View::axis_offset_m)});
+  sources.push_back({"apex angle" + of, degrees(s.apex_rad), {apex}});
+  sources.push_back({"azimuth" + of, degrees(s.azimuth_rad), {azimuth}});
 }
 
 void add_map(const ErrorBudgetSettings& s, int landmarks, std::vector<Source>& sources) {
