@@ -31,15 +31,13 @@ double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
   return inside ? -nearest : nearest;
 }
 
-/// Returns a number in [0, 1). The distributions of the standard library differ between implementations, and a run must
-/// not depend on that.
-double unit(std::mt19937_64& random) { return std::ldexp(double(random() >> 11), -53); }
-
 double turn_rate_on_the_spot(const Body& body) {
   return 2 * Wander::kTurning * body.max_speed_mps / body.wheel_separation_m;
 }
 
 }  // namespace
+
+double fraction(std::mt19937_64& random) { return double(random() >> 11U) * 0x1p-53; }
 
 double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
   double least = std::min((p_m - min_m).minCoeff(), (max_m - p_m).minCoeff());
@@ -71,8 +69,8 @@ Motion Wander::decide(const localisation::Pose& believed, double step_s) {
       side_ = 0;
       return {kForward * body_.max_speed_mps, 0};
     }
-    if (side_ == 0) side_ = unit(random_) < 0.5 ? 1 : -1;
-    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * unit(random_);
+    if (side_ == 0) side_ = fraction(random_) < 0.5 ? 1 : -1;
+    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * fraction(random_);
   }
   return {0, side_ * turn_rate_on_the_spot(body_)};
 }

@@ -25,6 +25,10 @@ struct Arena {
   [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
 };
 
+/// Returns a random number in [0, 1). The distributions of the standard library differ between implementations, and a
+/// run must not depend on that.
+double fraction(std::mt19937_64& random);
+
 /// The motion of the body that a behaviour requests.
 struct Motion {
   double speed_mps = 0;        ///< forward

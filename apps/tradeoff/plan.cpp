@@ -27,21 +27,6 @@ namespace {
 /// Episodes of a sweep and of a check come from different random streams of one seed.
 enum class Stream : std::uint32_t { kSweep = 1, kCheck = 2 };
 
-/// Random numbers in [0, 1), the same with every standard library.
-class Numbers {
- public:
-  Numbers(std::uint64_t seed, Stream stream, int episode) {
-    std::seed_seq words{std::uint32_t(seed), std::uint32_t(seed >> 32U), std::uint32_t(stream), std::uint32_t(episode)};
-    engine_.seed(words);
-  }
-  double next() { return double(engine_() >> 11U) * 0x1p-53; }
-  double between(double least, double most) { return least + (most - least) * next(); }
-  std::uint64_t bits() { return engine_(); }
-
- private:
-  std::mt19937_64 engine_;
-};
-
 constexpr int kMostTries = 10'000;
 /// Speeds as fractions of the top speed.
 constexpr double kSlowest = 0.2;
@@ -51,16 +36,18 @@ constexpr double kSharpestTurn = 0.6;
 
 Episode make_episode(const config::Robot& robot, const config::Map& map, const behaviours::Arena& arena,
                      std::uint64_t seed, Stream stream, int number) {
-  Numbers numbers(seed, stream, number);
+  std::seed_seq words{std::uint32_t(seed), std::uint32_t(seed >> 32U), std::uint32_t(stream), std::uint32_t(number)};
+  std::mt19937_64 random(words);
+  const auto between = [&](double least, double most) { return least + (most - least) * behaviours::fraction(random); };
   Episode episode;
-  episode.seed = numbers.bits();
+  episode.seed = random();
   const double room_m = robot.body_radius_m + behaviours::Wander::kMargin_m;
   for (int i = 0; i < kMostTries; ++i) {
-    const double speed_mps = robot.drive.max_speed_mps * numbers.between(kSlowest, kFastest);
-    const double turn = numbers.between(-kSharpestTurn, kSharpestTurn);
-    localisation::Pose pose{numbers.between(map.bounds.min_x_m, map.bounds.max_x_m),
-                            numbers.between(map.bounds.min_y_m, map.bounds.max_y_m),
-                            numbers.between(-std::numbers::pi, std::numbers::pi)};
+    const double speed_mps = robot.drive.max_speed_mps * between(kSlowest, kFastest);
+    const double turn = between(-kSharpestTurn, kSharpestTurn);
+    localisation::Pose pose{between(map.bounds.min_x_m, map.bounds.max_x_m),
+                            between(map.bounds.min_y_m, map.bounds.max_y_m),
+                            between(-std::numbers::pi, std::numbers::pi)};
     episode.from = pose;
     const double left_mps = speed_mps * (1 - turn);
     const double right_mps = speed_mps * (1 + turn);
@@ -262,7 +249,7 @@ std::vector<int> steps_of(const Setting& setting, double robot_rate_hz) {
   const int step = static_cast<int>(std::lround(robot_rate_hz / setting.rate_hz));
   std::vector<int> steps;
   steps.reserve(std::size_t(setting.frames));
-  for (int i = 0; i < setting.frames; ++i) steps.push_back(kStepsOfEpisode - 1 - i * step);
+  for (int i = setting.frames - 1; i >= 0; --i) steps.push_back(kStepsOfEpisode - 1 - i * step);
   return steps;
 }
 

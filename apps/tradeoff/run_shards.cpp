@@ -40,16 +40,15 @@ std::string machine() {
 Setting as_is(const Subject& subject) {
   const config::Robot& robot = subject.robot;
   const config::EstimatorKeys& keys = robot.estimator;
-  Setting setting;
-  setting.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
+  Setting setting{.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene},
+                  .landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size()),
+                  .bearings = keys.bearings,
+                  .rate_hz = robot.lower.rate_hz};
   const std::string& level = keys.method == name(Level::kPaper) ? keys.method : keys.stage;
   for (const Level known : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kAdaptive}) {
     if (level == name(known)) setting.level = known;
   }
   if (setting.level == Level::kAdaptive) setting.enough_m = keys.enough_m;
-  setting.landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size());
-  setting.bearings = keys.bearings;
-  setting.rate_hz = robot.lower.rate_hz;
   return setting;
 }
 
@@ -186,13 +185,11 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
 
 Sweep merge(const Plan& plan, const ShardRecord& all) {
   const AllValues values = values_of(plan, all);
-  std::map<Images, TimeFigures> rendering;
-  for (const auto& [images, of_images] : values.images) rendering[images] = times_of(of_images.cpu_s);
   Sweep sweep;
   for (std::size_t i = 0; i < plan.settings.size(); ++i) {
     SettingResult result = figures_of(plan.settings[i], values.settings[i]);
     if (const auto found = values.images.find(result.setting.images); found != values.images.end()) {
-      result.render_cpu = rendering[found->first];
+      result.render_cpu = times_of(found->second.cpu_s);
       result.render_bytes = found->second.peak_bytes;
     }
     sweep.settings.push_back(result);
