@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace twocone::estimation {
@@ -21,12 +22,8 @@ TEST(Method, IsNamedOrRefused) {
   EXPECT_EQ(to_string(estimation::Method::kPaper), "paper");
   EXPECT_EQ(estimation::method_named("outline"), estimation::Method::kOutline);
   EXPECT_EQ(to_string(estimation::Method::kOutline), "outline");
-  try {
-    (void)estimation::method_named("better");
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "no method 'better'; there are: paper, outline");
-  }
+  EXPECT_THAT([] { (void)method_named("better"); },
+              testing::ThrowsMessage<std::invalid_argument>("no method 'better'; there are: paper, outline"));
 }
 
 TEST(ToRows, JudgesAgainstTheTruthAndLeavesTheRestEmpty) {

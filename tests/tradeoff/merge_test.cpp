@@ -36,9 +36,6 @@ FrameRow row(int setting, int episode, int step, std::optional<double> error_m, 
           .step = step,
           .verdict = error_m ? "ok" : "too_few",
           .error_m = error_m,
-          .heading_error_rad = {},
-          .in_ellipse = {},
-          .bound_m = {},
           .vision_s = vision_s,
           .localisation_s = 0.5};
 }

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <tuple>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/setting.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value.h"
 #include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
 namespace {
+
+using twocone::testing_support::TemporaryFolder;
+using twocone::testing_support::value;
 
 /// Returns a plan with two small sets of images of the lab, each with two episodes in a shard of its own, and three
 /// settings for them.
@@ -35,10 +41,8 @@ struct Small : Lab {
 
   [[nodiscard]] ShardRecord run(const RunShard& runner, std::size_t shard) const {
     std::atomic<bool> stop = false;
-    auto record = runner(
-        shard, [](double) {}, stop);
-    if (!record) throw std::runtime_error(record.error().message);
-    return *std::move(record);
+    return value(runner(
+        shard, [](double) {}, stop));
   }
 };
 
@@ -46,14 +50,10 @@ struct Small : Lab {
 void expect_same(const ShardRecord& a, const ShardRecord& b) {
   ASSERT_EQ(a.frames.size(), b.frames.size());
   for (std::size_t i = 0; i < a.frames.size(); ++i) {
-    EXPECT_EQ(a.frames[i].setting, b.frames[i].setting);
-    EXPECT_EQ(a.frames[i].episode, b.frames[i].episode);
-    EXPECT_EQ(a.frames[i].step, b.frames[i].step);
-    EXPECT_EQ(a.frames[i].verdict, b.frames[i].verdict);
-    EXPECT_EQ(a.frames[i].error_m, b.frames[i].error_m);
-    EXPECT_EQ(a.frames[i].heading_error_rad, b.frames[i].heading_error_rad);
-    EXPECT_EQ(a.frames[i].in_ellipse, b.frames[i].in_ellipse);
-    EXPECT_EQ(a.frames[i].bound_m, b.frames[i].bound_m);
+    const auto without_times = [](const FrameRow& r) {
+      return std::tie(r.setting, r.episode, r.step, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m);
+    };
+    EXPECT_EQ(without_times(a.frames[i]), without_times(b.frames[i]));
   }
   ASSERT_EQ(a.ranges.size(), b.ranges.size());
   for (std::size_t i = 0; i < a.ranges.size(); ++i) EXPECT_EQ(a.ranges[i].error_m, b.ranges[i].error_m);
@@ -112,7 +112,7 @@ TEST(Shard, StopsOnRequest) {
 
 TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
   const Small small;
-  const twocone::testing_support::TemporaryFolder place;
+  const TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   const Subject subject{small.robot, small.map, small.plan};
   std::atomic<bool> stop = false;
@@ -122,16 +122,12 @@ TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
                       stop = folder.missing().size() == 3;
                     },
                     [](const std::string&) {}};
-  const auto cut = run_shards(subject, folder, folder.missing(), watch, stop);
-  ASSERT_TRUE(cut) << cut.error().message;
-  EXPECT_EQ(*cut, 1U);
+  EXPECT_EQ(value(run_shards(subject, folder, folder.missing(), watch, stop)), 1U);
   EXPECT_EQ(folder.missing(), (std::vector<std::size_t>{1, 2, 3}));
   folder.add(2, {});  // as another program may
   stop = false;
   shares.clear();
-  const auto rest = run_shards(subject, folder, {1, 2, 3}, watch, stop);
-  ASSERT_TRUE(rest) << rest.error().message;
-  EXPECT_EQ(*rest, 3U);
+  EXPECT_EQ(value(run_shards(subject, folder, {1, 2, 3}, watch, stop)), 3U);
   EXPECT_TRUE(folder.missing().empty());
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
   EXPECT_DOUBLE_EQ(shares.back(), 1);
@@ -139,7 +135,7 @@ TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
 
 TEST(RunShards, NamesTheShardThatFails) {
   Small small;
-  const twocone::testing_support::TemporaryFolder place;
+  const TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   small.map.scene = place.path() / "nowhere.pov";
   const Watch watch{[](double) {}, [](const std::string&) {}};

@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/text_file.h"
@@ -11,6 +12,11 @@
 
 namespace twocone::tradeoff {
 namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 struct SmallSweep : Lab {
   Plan plan = make_plan(robot, map, {.episodes = 3});
@@ -58,13 +64,8 @@ TEST(SweepFolder, ContinuesItsOwnSweepAndRejectsAnother) {
   SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).add(0, a_record(0));
   EXPECT_TRUE(SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).has(0));
   const Plan other = make_plan(lab.robot, lab.map, {.seed = 2, .episodes = 3});
-  try {
-    SweepFolder(folder.path(), lab.robot, lab.map, other);
-    FAIL() << "another seed's sweep was accepted";
-  } catch (const config::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("seed: 1' where this one has 'seed: 2'"), std::string::npos)
-        << error.what();
-  }
+  EXPECT_THAT([&] { SweepFolder(folder.path(), lab.robot, lab.map, other); },
+              ThrowsMessage<config::FileError>(HasSubstr("seed: 1' where this one has 'seed: 2'")));
 }
 
 TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
@@ -74,21 +75,11 @@ TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
   for (std::size_t i = 0; i < lab.plan.shards.size(); ++i) {
     if (i != 3) sweep.add(i, a_record(int(i)));
   }
-  try {
-    (void)sweep.read_all();
-    FAIL() << "a missing shard was not noticed";
-  } catch (const config::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("1 of"), std::string::npos) << error.what();
-    EXPECT_TRUE(std::string(error.what()).ends_with(": 3")) << error.what();
-  }
+  const auto read = [&] { (void)sweep.read_all(); };
+  EXPECT_THAT(read, ThrowsMessage<config::FileError>(AllOf(HasSubstr("1 of"), EndsWith(": 3"))));
   sweep.add(3, a_record(3));
   std::ofstream(folder.path() / "shards/0003/renders.csv", std::ios::app) << "3,1,2\n";
-  try {
-    (void)sweep.read_all();
-    FAIL() << "half a row was accepted";
-  } catch (const config::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("renders.csv:3: '3,1,2' is not a row"), std::string::npos) << error.what();
-  }
+  EXPECT_THAT(read, ThrowsMessage<config::FileError>(HasSubstr("renders.csv:3: '3,1,2' is not a row")));
 }
 
 }  // namespace
