@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <string_view>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,6 +14,8 @@
 namespace twocone::calibrate {
 namespace {
 
+using namespace std::string_view_literals;
+
 /// A parameter in units for people: millimetres and degrees.
 struct Shown {
   std::string name;
@@ -23,15 +25,13 @@ struct Shown {
 
 Shown shown(const std::string& name) {
   constexpr double kDegrees = 180 / std::numbers::pi;
-  const auto without = [&name](std::string_view ending, const char* unit, double factor) -> std::optional<Shown> {
+  for (const auto& [ending, unit, factor] :
+       {std::tuple{"_px"sv, "px", 1.0}, {"_rad"sv, "deg", kDegrees}, {"_m"sv, "mm", 1000.0}}) {
     const std::size_t at = name.rfind(ending);
     const std::size_t end = at + ending.size();
-    if (at == std::string::npos || (end != name.size() && name[end] != '.')) return std::nullopt;
-    return Shown{name.substr(0, at) + name.substr(end), unit, factor};
-  };
-  if (auto s = without("_px", "px", 1)) return *s;
-  if (auto s = without("_rad", "deg", kDegrees)) return *s;
-  if (auto s = without("_m", "mm", 1000)) return *s;
+    if (at == std::string::npos || (end != name.size() && name[end] != '.')) continue;
+    return {name.substr(0, at) + name.substr(end), unit, factor};
+  }
   return {name, "", 1};
 }
 

@@ -13,7 +13,6 @@
 
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
-#include "apps/error_budget/sources.h"
 #include "apps/error_budget/viewpoint.h"
 
 namespace twocone::error_budget {

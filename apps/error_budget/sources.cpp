@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/error_budget/sources.h"
+#include "apps/error_budget/viewpoint.h"
 
 #include <cmath>
 

@@ -84,7 +84,7 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
     return as_mat(image);
   }
   auto rgb = to_rgb8(image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
+  if (!rgb) return with_name(view, rgb.error());
   converted = std::move(*rgb);
   return as_mat(converted);
 }

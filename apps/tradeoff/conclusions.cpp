@@ -22,6 +22,26 @@ constexpr double kLeastPairs = 0.25;
 /// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
 constexpr double kLeastEffect = 0.8;
 
+/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
+/// (kLeastAnswered) are included. The pointers refer to `sweep`.
+using AxisGroup = std::map<AxisPlace, const SettingResult*>;
+std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
+  std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
+  for (const SettingResult& result : sweep.settings) {
+    if (!answers_enough(result)) continue;
+    std::vector<AxisPlace> others;
+    for (const Axis other : kAllAxes) {
+      if (other != axis) others.push_back(facts_of(other).place(result.setting));
+    }
+    groups[others].emplace(facts_of(axis).place(result.setting), &result);
+  }
+  std::vector<AxisGroup> of_two_or_more;
+  for (auto& [others, group] : groups) {
+    if (group.size() > 1) of_two_or_more.push_back(std::move(group));
+  }
+  return of_two_or_more;
+}
+
 /// The name of the time that a step on the axis costs.
 std::string_view cost_name(Axis axis) { return facts_of(axis).costs_rendering ? "simulation time" : "robot time"; }
 

@@ -174,7 +174,7 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
       const auto progress = [&](double share) { watch.progress((before + share * weight) / all); };
       const Result<ShardRecord> record = run(shard, progress, stop);
       if (!record && stop) break;
-      if (!record) return Error{record.error().code, fmt::format("shard {}: {}", shard, record.error().message)};
+      if (!record) return with_name(fmt::format("shard {}", shard), record.error());
       folder.add(shard, *record);
     }
     before += weight;

@@ -201,24 +201,21 @@ class ShardRunner {
     return {};
   }
 
-  static Error with_episode(int episode, const Error& error) {
-    return {error.code, fmt::format("episode {}: {}", episode, error.message)};
-  }
-
   Result<std::vector<Shot>> take(const Plan::Shard& shard, const std::function<void(double)>& progress,
                                  const std::atomic<bool>& stop) {
     costs_ = std::make_shared<RenderCosts>();
     if (auto opened = open(shard.images); !opened) return opened.error();
     std::vector<Shot> shots;
     for (int episode = shard.first_episode; episode < shard.first_episode + shard.episodes; ++episode) {
-      if (auto driven = drive(episode, shots); !driven) return with_episode(episode, driven.error());
+      if (auto driven = drive(episode, shots); !driven)
+        return with_name(fmt::format("episode {}", episode), driven.error());
     }
     for (std::size_t i = 0; i < shots.size(); ++i) {
       if (stop) return stopped();
       Shot& shot = shots[i];
       for (const auto& [frame, image] : {std::pair{&shot.lower, &shot.lower_image}, {&shot.upper, &shot.upper_image}}) {
         auto finished = frame->image(kTimeout);
-        if (!finished) return with_episode(shot.episode, finished.error());
+        if (!finished) return with_name(fmt::format("episode {}", shot.episode), finished.error());
         *image = *std::move(finished);
       }
       progress(kRenderingShare * double(i + 1) / double(shots.size()));
@@ -235,7 +232,7 @@ class ShardRunner {
     const bool is_reset = reset_peak_memory();
     for (const Shot& shot : shots) {
       auto answer = estimator.answer(*shot.lower_image, *shot.upper_image);
-      if (!answer) return with_episode(shot.episode, answer.error());
+      if (!answer) return with_name(fmt::format("episode {}", shot.episode), answer.error());
       answers.frames.push_back(*std::move(answer));
     }
     // A robot has one pair of images in memory.

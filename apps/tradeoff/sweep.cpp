@@ -37,21 +37,4 @@ void mark_frontiers(std::vector<SettingResult>& settings) {
   for (const std::size_t i : pareto_frontier(simulation)) settings[i].on_simulation_frontier = true;
 }
 
-std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
-  std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
-  for (const SettingResult& result : sweep.settings) {
-    if (!answers_enough(result)) continue;
-    std::vector<AxisPlace> others;
-    for (const Axis other : kAllAxes) {
-      if (other != axis) others.push_back(facts_of(other).place(result.setting));
-    }
-    groups[others].emplace(facts_of(axis).place(result.setting), &result);
-  }
-  std::vector<AxisGroup> of_two_or_more;
-  for (auto& [others, group] : groups) {
-    if (group.size() > 1) of_two_or_more.push_back(std::move(group));
-  }
-  return of_two_or_more;
-}
-
 }  // namespace twocone::tradeoff

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -97,10 +96,5 @@ std::vector<std::size_t> pareto_frontier(std::span<const CostAndError> points);
 /// robot_time_s() and simulation_time_s(), over the settings that answer often enough (kLeastAnswered); the robot's
 /// frontier uses Effects::kScene only.
 void mark_frontiers(std::vector<SettingResult>& settings);
-
-/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
-/// (kLeastAnswered) are included. The pointers refer to `sweep`.
-using AxisGroup = std::map<AxisPlace, const SettingResult*>;
-std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis);
 
 }  // namespace twocone::tradeoff

@@ -38,16 +38,6 @@ config::Map map() {
   return map;
 }
 
-struct Asked {
-  std::string stage = "fine";
-  std::vector<std::string> landmarks{};
-  bool bearings = true;
-  double enough_m = 0.001;
-  std::optional<double> budget_s{};
-
-  [[nodiscard]] config::EstimatorKeys keys() const { return {"", stage, landmarks, bearings, enough_m, budget_s}; }
-};
-
 const Eigen::Vector2d kPosition_m(0.13, -0.21);
 constexpr double kHeading_rad = 0.37;
 
@@ -68,10 +58,11 @@ const Frame& frame() {
   return frame;
 }
 
-estimation::FrameAnswer answer(const Asked& requirement, estimation::Method method = estimation::Method::kOutline,
+estimation::FrameAnswer answer(const config::EstimatorKeys& keys,
+                               estimation::Method method = estimation::Method::kOutline,
                                std::function<double()> clock_s = estimation::steady_time_s) {
   config::Robot asked = lab_robot();
-  asked.estimator = requirement.keys();
+  asked.estimator = keys;
   return value(estimation::Estimator(method, asked, map(), std::move(clock_s)).answer(frame().lower, frame().upper));
 }
 
@@ -209,10 +200,10 @@ std::function<double()> slow_clock() {
 }
 
 TEST(Adaptive, ATimeBudgetEndsItBeforeARefinementThatWouldExceedIt) {
-  const Asked all{.stage = "adaptive", .enough_m = 1e-9};
+  const config::EstimatorKeys all{.stage = "adaptive", .enough_m = 1e-9};
   int before = 0;
   for (const double budget_s : {0.55, 0.95, 1.35, 10.0}) {
-    Asked requirement = all;
+    config::EstimatorKeys requirement = all;
     requirement.budget_s = budget_s;
     const auto bound = answer(requirement, estimation::Method::kOutline, slow_clock());
     EXPECT_LE(bound.timing.wall_s, budget_s + 1e-9);
@@ -222,7 +213,7 @@ TEST(Adaptive, ATimeBudgetEndsItBeforeARefinementThatWouldExceedIt) {
     before = bound.timing.refined;
   }
   EXPECT_EQ(before, 6);
-  Asked tight = all;
+  config::EstimatorKeys tight = all;
   tight.budget_s = 0.05;
   const auto over = answer(tight, estimation::Method::kOutline, slow_clock());
   EXPECT_EQ(over.timing.refined, 0);
