@@ -16,6 +16,7 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/estimation/estimator.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/tradeoff/statistics.h"
 #include "localisation/least_squares_fix.h"

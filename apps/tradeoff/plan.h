@@ -7,7 +7,7 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/tradeoff/setting.h"
+#include "apps/tradeoff/sweep.h"
 #include "base/plane.h"
 #include "hal/diff_drive.h"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/special_doubles.h"
-#include "tests/tradeoff/synthetic_sweep.h"
+#include "tests/tradeoff/a_sweep.h"
 
 namespace twocone::tradeoff {
 namespace {

@@ -18,7 +18,6 @@ namespace twocone::tradeoff {
 namespace {
 
 using testing::HasSubstr;
-using testing_support::a_sweep;
 using twocone::testing_support::TemporaryFolder;
 
 /// Used instead of a matcher, which would print the whole page.

@@ -17,7 +17,6 @@ namespace {
 using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
-using testing_support::a_sweep;
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

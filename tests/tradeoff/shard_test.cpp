@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "apps/tradeoff/run_shards.h"
-#include "apps/tradeoff/setting.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value.h"
 #include "tests/tradeoff/lab.h"
