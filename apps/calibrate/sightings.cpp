@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/calibrate/sightings.h"
+#include "apps/calibrate/calibrate.h"
 
 #include <algorithm>
 #include <stdexcept>

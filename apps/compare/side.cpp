@@ -11,7 +11,7 @@
 #include "apps/compare/both_runs.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
 #include "apps/estimation/method.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"

@@ -12,7 +12,6 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/estimation/adaptive.h"
 #include "apps/estimation/image_as_mat.h"
 #include "localisation/paper_trilateration.h"
 

@@ -14,7 +14,6 @@
 #include <Eigen/Dense>
 
 #include "apps/config/to_layers.h"
-#include "apps/estimation/adaptive.h"
 #include "apps/estimation/estimator.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/answer_rows.h"

@@ -12,7 +12,7 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
 #include "bench/growth/growth.h"
 #include "bench/growth/seen.h"
 

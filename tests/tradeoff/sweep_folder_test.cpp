@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/sweep_folder.h"
+#include "apps/tradeoff/shard.h"
 
 #include <fstream>
 
