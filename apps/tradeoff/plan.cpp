@@ -151,56 +151,49 @@ std::vector<SizeStep> sizes_of(bool is_fine) {
 /// From the precision of a full fit to that of the coarsest stage.
 constexpr std::array kEnough_m{0.0001, 0.0003, 0.001};
 
-class Settings {
- public:
-  Settings(const config::Robot& robot, const config::Map& map)
-      : landmarks_(int(map.landmarks.size())), rate_hz_(robot.lower.rate_hz) {
-    try {
-      const estimation::Estimator paper(estimation::Method::kPaper, robot, map);
-    } catch (const config::FileError&) {
-      has_paper_ = false;  // a mirror for which the paper's formulas do not hold
-    }
+/// Returns whether the paper's formulas hold for the robot's mirrors.
+bool is_for_paper(const config::Robot& robot, const config::Map& map) {
+  try {
+    const estimation::Estimator paper(estimation::Method::kPaper, robot, map);
+    return true;
+  } catch (const config::FileError&) {
+    return false;
   }
+}
 
-  /// Adds every level, by single frames and fused.
-  void add_levels(const Images& images) {
-    if (has_paper_) add(images, {.level = Level::kPaper});
-    for (const Level level : {Level::kFound, Level::kCoarse, Level::kFine}) {
-      add(images, {.level = level});
-      add(images, {.level = level, .frames = kStepsOfEpisode});
-    }
-    for (const double enough_m : kEnough_m) add(images, {.level = Level::kAdaptive, .enough_m = enough_m});
-    add(images, {.level = Level::kAdaptive, .enough_m = kEnough_m.front(), .frames = kStepsOfEpisode});
-  }
-  /// Adds settings that need no further images but are swept for few sizes only.
-  void add_details(const Images& images) {
-    for (int n = 3; n < landmarks_; ++n) add(images, {.landmarks = n});
-    add(images, {.bearings = false});
-    if (landmarks_ > 4) add(images, {.landmarks = 4, .bearings = false});
-    for (const int part : {1, 2, 3}) add(images, {.rate_hz = rate_hz_ / part, .frames = 2});
-  }
-  void add_effects(const Images& images) {
-    if (has_paper_) add(images, {.level = Level::kPaper});
-    for (const Level level : {Level::kFound, Level::kFine}) add(images, {.level = level});
-    add(images, {.frames = kStepsOfEpisode});
-  }
+// Settings of one set of images, without the images. 0 landmarks are all, and a rate of 0 is the robot's own.
 
-  [[nodiscard]] std::vector<Setting> take() { return std::move(settings_); }
-
- private:
-  /// @param setting without images; with all landmarks and at the robot's rate, unless it has its own
-  void add(const Images& images, Setting setting) {
-    setting.images = images;
-    if (setting.landmarks == 0) setting.landmarks = landmarks_;
-    if (setting.rate_hz == 0) setting.rate_hz = rate_hz_;
-    settings_.push_back(setting);
+/// Returns every level, by single frames and fused.
+std::vector<Setting> levels(bool has_paper) {
+  std::vector<Setting> all;
+  if (has_paper) all.push_back({.level = Level::kPaper});
+  for (const Level level : {Level::kFound, Level::kCoarse, Level::kFine}) {
+    all.push_back({.level = level});
+    all.push_back({.level = level, .frames = kStepsOfEpisode});
   }
+  for (const double enough_m : kEnough_m) all.push_back({.level = Level::kAdaptive, .enough_m = enough_m});
+  all.push_back({.level = Level::kAdaptive, .enough_m = kEnough_m.front(), .frames = kStepsOfEpisode});
+  return all;
+}
 
-  int landmarks_;
-  double rate_hz_;
-  bool has_paper_ = true;
-  std::vector<Setting> settings_;
-};
+/// Returns settings that need no further images but are swept for few sizes only.
+std::vector<Setting> details(int landmarks, double rate_hz) {
+  std::vector<Setting> all;
+  for (int n = 3; n < landmarks; ++n) all.push_back({.landmarks = n});
+  all.push_back({.bearings = false});
+  if (landmarks > 4) all.push_back({.landmarks = 4, .bearings = false});
+  for (const int part : {1, 2, 3}) all.push_back({.rate_hz = rate_hz / part, .frames = 2});
+  return all;
+}
+
+/// Returns the settings of images with other effects.
+std::vector<Setting> few_levels(bool has_paper) {
+  std::vector<Setting> all;
+  if (has_paper) all.push_back({.level = Level::kPaper});
+  for (const Level level : {Level::kFound, Level::kFine}) all.push_back({.level = level});
+  all.push_back({.frames = kStepsOfEpisode});
+  return all;
+}
 
 // ---- number of episodes, shards
 
@@ -264,25 +257,29 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
   plan.episodes = make_episodes(robot, map, options.seed, Stream::kSweep, episodes);
   plan.landmarks = rank_landmarks(robot, map, plan.episodes);
 
-  Settings settings(robot, map);
+  const bool has_paper = is_for_paper(robot, map);
   std::vector<Images> all;
-  const auto with = [&](const std::optional<Images>& images, auto add) {
+  const auto add = [&](const std::optional<Images>& images, const std::vector<Setting>& settings) {
     if (!images) return;
-    if (std::find(all.begin(), all.end(), *images) == all.end()) all.push_back(*images);
-    (settings.*add)(*images);
+    if (std::ranges::find(all, *images) == all.end()) all.push_back(*images);
+    for (Setting setting : settings) {
+      setting.images = *images;
+      if (setting.landmarks == 0) setting.landmarks = int(map.landmarks.size());
+      if (setting.rate_hz == 0) setting.rate_hz = plan.robot_rate_hz;
+      plan.settings.push_back(setting);
+    }
   };
   for (const SizeStep& step : sizes_of(options.fine)) {
     for (const int antialias : step.antialias) {
-      with(images_of(robot, step.size, antialias, Effects::kScene), &Settings::add_levels);
+      add(images_of(robot, step.size, antialias, Effects::kScene), levels(has_paper));
     }
   }
   for (const Fraction size : {Fraction{1, 2}, {1, 1}}) {
-    with(images_of(robot, size, 1, Effects::kScene), &Settings::add_details);
+    add(images_of(robot, size, 1, Effects::kScene), details(int(map.landmarks.size()), plan.robot_rate_hz));
     for (const Effects effects : {Effects::kFlat, Effects::kNoise}) {
-      with(images_of(robot, size, 1, effects), &Settings::add_effects);
+      add(images_of(robot, size, 1, effects), few_levels(has_paper));
     }
   }
-  plan.settings = settings.take();
   for (const Images& images : all) add_shards(images, episodes_of(images, robot, episodes), plan.shards);
   return plan;
 }
