@@ -2,8 +2,6 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -73,7 +71,7 @@ Ratio ratio_of(const Pairs& pairs, const Figure& figure) {
   if (logs.size() > 1) {
     double squares = 0;
     for (const double x : logs) squares += (x - mean) * (x - mean);
-    scatter = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * std::sqrt(squares / (n - 1) / n);
+    scatter = students_t(n - 1, 0.975) * std::sqrt(squares / (n - 1) / n);
   }
   const double down = std::max(scatter, std::sqrt(down_squares) / n), up = std::max(scatter, std::sqrt(up_squares) / n);
   return {std::exp(mean), std::exp(mean - down), std::exp(mean + up), int(logs.size())};
@@ -243,7 +241,7 @@ struct Point {
 };
 
 std::vector<Point> points_of(const AxisGroup& group, const std::function<Interval(const SettingResult&)>& figure) {
-  const double z = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2);
+  const double z = normal_quantile((1 + kConfidence) / 2);
   std::vector<Point> points;
   for (const auto& [place, result] : group) {
     const Interval f = figure(*result);
@@ -281,12 +279,11 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   Growth growth;
   growth.exponent = xy / xx;
   growth.points = points;
-  double half = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2) / std::sqrt(xx);
+  double half = normal_quantile((1 + kConfidence) / 2) / std::sqrt(xx);
   if (const int freedom = points - used - 1; freedom > 0) {
     // Where the growth is no power law, points scatter about it by more than their own intervals.
     const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
-    const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kConfidence) / 2);
-    half = std::max(half, t * std::sqrt(scatter / xx));
+    half = std::max(half, students_t(freedom, (1 + kConfidence) / 2) * std::sqrt(scatter / xx));
   }
   growth.low = growth.exponent - half;
   growth.high = growth.exponent + half;

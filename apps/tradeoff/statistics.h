@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace twocone::tradeoff {
@@ -10,6 +11,10 @@ struct Interval {
   double value = 0;
   double low = 0, high = 0;
 };
+
+/// Returns the quantile of Student's t, and that of the normal distribution.
+double students_t(double freedom, double probability);
+double normal_quantile(double probability);
 
 /// Errors (or times) by episode: each value is finite and >= 0. Frames of one episode are near each other and not
 /// independent; episodes are. Every interval below is over the episodes that have values; episodes may have different

@@ -32,16 +32,10 @@ std::string headline(const Sweep& sweep) {
       span->settings);
 }
 
-/// An image for the page.
-struct PageImage {
-  std::string id;       ///< in the page's HTML
-  std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone, with spots
-};
-
-std::string image_html(const PageImage& image) {
-  return html::element("figure", report::inline_svg(image.svg, image.id) + html::text("figcaption", image.caption),
-                       fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
+/// Returns an image for the page. @param svg stand-alone, with spots. @param caption plain text
+std::string image_html(std::string_view id, std::string_view svg, std::string_view caption) {
+  return html::element("figure", report::inline_svg(svg, id) + html::text("figcaption", caption),
+                       fmt::format("id=\"{}\" class=\"wide\"", escape(id)));
 }
 
 /// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
@@ -198,9 +192,9 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
   return text + " Point at a mark, or select it with Tab and the arrow keys, to see its setting.";
 }
 
-/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param choice shown with its
-/// reason; may be null
-std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice) {
+/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param images
+/// HTML. @param choice shown with its reason; may be null
+std::string page(const Sweep& sweep, std::string_view images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
   std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");
   std::string rules;
@@ -213,9 +207,7 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
                             {"repeat", "Repeat"}});
   if (choice != nullptr && !choice->why.empty()) main += html::text("p", choice->why, "class=\"choice\"");
 
-  std::string figures;
-  for (const PageImage& image : images) figures += image_html(image);
-  main += html::section("images", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
+  main += html::section("images", "What accuracy costs in time", html::element("div", images, "class=\"figures\""));
 
   std::vector<std::string> sentences;
   for (const auto& [axis, sentence] : conclusions(sweep)) sentences.push_back(sentence);
@@ -264,13 +256,13 @@ Status write_images(const Sweep& sweep, const Choice* choice, const std::filesys
   const report::Gnuplot gnuplot{"gnuplot", folder / "figures"};
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
-  std::vector<PageImage> images;
+  std::string images;
   for (const Cost cost : {Cost::kSimulationTime, Cost::kRobotTime}) {
     const Plane plane = plane_of(sweep, cost);
     const report::Plot plot = drawing_of(sweep, plane, choice);
     const Result<std::string> svg = gnuplot.draw(plot);
     if (!svg) return svg.error();
-    images.push_back({plot.stem, caption_of(sweep, plane), with_spots(*svg, sweep, plane)});
+    images += image_html(plot.stem, with_spots(*svg, sweep, plane), caption_of(sweep, plane));
   }
   return report::write_file(folder / "index.html", page(sweep, images, choice));
 }
