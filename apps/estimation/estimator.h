@@ -74,6 +74,8 @@ class Estimator {
   std::variant<vision::PaperRanging, vision::OutlineRanging> ranging_;
 };
 
+// ---- the steps of an answer
+
 /// Number of sigmas beyond a wall above which a position counts as outside. A normal variable exceeds it once in a
 /// million cases. (The body's origin is at least its radius away from any wall. This margin also allows for an error of
 /// map and rig.)
